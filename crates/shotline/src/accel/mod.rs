@@ -1,0 +1,84 @@
+//! Accelerators: structures over boxes that propose items in ascending `t`. They see boxes and item numbers,
+//! never solids; what an item is, and tagging, is the business of whoever walks them.
+
+use std::fmt::Debug;
+
+use crate::aabb::BoxRay;
+
+/// Counts of work done, added up by a walk.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Boxes tested against a ray.
+    pub boxes: u64,
+    /// Cells visited by a grid or an octree.
+    pub cells: u64,
+    /// Splitting planes met.
+    pub planes: u64,
+    /// Solids and triangles intersected.
+    pub solids: u64,
+    /// Intersections that a tag saved.
+    pub tags_saved: u64,
+    /// Entries pushed on a heap.
+    pub heap_pushes: u64,
+}
+
+/// What a structure has still to offer to one ray, beginning not before `t`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pending {
+    /// A true lower bound of every `t` at which the ray meets what is behind this.
+    pub t: f64,
+    /// What is behind it.
+    pub what: Offer,
+}
+
+/// What a pending entry stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Offer {
+    /// A part of the structure, to be opened by [`Accelerator::open`]. The number is the structure's own.
+    Part(u64),
+    /// An item.
+    Item(u32),
+}
+
+/// Called with a run of items; answers the `t` beyond which nothing is wanted any more.
+pub type Visit<'a> = dyn FnMut(&[u32], &mut Work) -> f64 + 'a;
+
+/// A structure over the boxes of numbered items.
+///
+/// The same item may be proposed more than once. Every item whose box the ray meets within its span is
+/// proposed, with a bound not above the first such `t`.
+pub trait Accelerator: Send + Sync + Debug {
+    /// Appends what a walk begins with.
+    fn start(&self, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work);
+
+    /// Opens a part: appends what it consists of.
+    fn open(&self, part: u64, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work);
+
+    /// Ordered depth-first walk: visits items nearest first as far as the structure can tell, and skips
+    /// everything that begins after the `t` last answered by `visit` (at first `t_max` of the span).
+    fn walk(&self, ray: &BoxRay, work: &mut Work, visit: &mut Visit) {
+        let mut limit = ray.span().t_max();
+        let (mut stack, mut found) = (Vec::new(), Vec::new());
+        self.start(ray, &mut found, work);
+        loop {
+            // Nearest on top; ties in the order proposed.
+            found.reverse();
+            found.sort_by(|a: &Pending, b: &Pending| b.t.total_cmp(&a.t));
+            stack.append(&mut found);
+            let Some(next) = stack.pop() else { return };
+            if next.t > limit {
+                continue;
+            }
+            match next.what {
+                Offer::Part(part) => self.open(part, ray, &mut found, work),
+                Offer::Item(item) => limit = visit(&[item], work),
+            }
+        }
+    }
+
+    /// Bytes used.
+    fn memory(&self) -> usize;
+}
+
+/// The names of all accelerators.
+pub static NAMES: &[&str] = &["brute", "bvh"];

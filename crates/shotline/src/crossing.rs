@@ -1,0 +1,48 @@
+//! What a solid answers: the crossings of a whole line with its surface.
+
+/// The number of a crossing's triangle where there is none.
+pub const NO_PRIMITIVE: u32 = u32::MAX;
+
+/// A place where a line passes the surface of one solid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// The parameter on the line; infinite where the interior has no end.
+    pub t: f64,
+    /// A bound on the error of `t`, from the rounding of the inputs and of the arithmetic.
+    pub t_err: f64,
+    /// Whether the line passes into the interior.
+    pub entering: bool,
+    /// Which surface of the solid: an index into [`crate::solid::Solid::surfaces`].
+    pub surface: u32,
+    /// The triangle of a mesh, else [`NO_PRIMITIVE`].
+    pub primitive: u32,
+}
+
+impl Crossing {
+    /// A crossing with a surface that has no triangles.
+    pub fn new(t: f64, t_err: f64, entering: bool, surface: u32) -> Crossing {
+        Crossing { t, t_err, entering, surface, primitive: NO_PRIMITIVE }
+    }
+}
+
+/// Whether a list is what a solid may answer: ascending, alternating from an entry, and even.
+pub fn is_alternating(list: &[Crossing]) -> bool {
+    list.len() % 2 == 0
+        && list.iter().enumerate().all(|(i, c)| c.entering == (i % 2 == 0))
+        && list.windows(2).all(|w| w[0].t <= w[1].t)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn odd_and_unsorted_lists_are_seen() {
+        let (a, b) = (Crossing::new(1.0, 0.0, true, 0), Crossing::new(2.0, 0.0, false, 0));
+        assert!(is_alternating(&[]));
+        assert!(is_alternating(&[a, b]));
+        assert!(!is_alternating(&[a]));
+        assert!(!is_alternating(&[b, a]));
+        assert!(!is_alternating(&[Crossing { t: 3.0, ..a }, b]));
+    }
+}

@@ -1,0 +1,144 @@
+//! Double-double numbers: unevaluated sums of two f64 with about 106 bits.
+//!
+//! Error-free transformations after Dekker (1971) and Knuth; the product uses a fused multiply-add, which
+//! gives the same bits in hardware and in software. Used where a sign or the last bit matters, never in a
+//! loop over boxes.
+
+use std::ops::{Add, Mul, Neg, Sub};
+
+/// An unevaluated sum `hi + lo` with `|lo|` at most half an ulp of `hi`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Dd {
+    /// The number rounded to f64.
+    pub hi: f64,
+    /// What rounding left.
+    pub lo: f64,
+}
+
+/// `a + b` without error.
+pub fn two_sum(a: f64, b: f64) -> Dd {
+    let hi = a + b;
+    let t = hi - a;
+    Dd { hi, lo: (a - (hi - t)) + (b - t) }
+}
+
+/// `a + b` without error, given `|a| >= |b|`.
+fn quick_two_sum(a: f64, b: f64) -> Dd {
+    let hi = a + b;
+    Dd { hi, lo: b - (hi - a) }
+}
+
+/// `a * b` without error (barring underflow of the low part).
+pub fn two_prod(a: f64, b: f64) -> Dd {
+    let hi = a * b;
+    Dd { hi, lo: a.mul_add(b, -hi) }
+}
+
+/// `a * b - c * d` within 1.5 ulp (Kahan; Jeannerod, Louvet, Muller 2013).
+pub fn difference_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
+    let cd = c * d;
+    let error = c.mul_add(-d, cd);
+    a.mul_add(b, -cd) + error
+}
+
+impl Dd {
+    /// Zero.
+    pub const ZERO: Dd = Dd { hi: 0.0, lo: 0.0 };
+
+    /// The square root; zero for arguments that are not positive.
+    pub fn sqrt(self) -> Dd {
+        if self.hi <= 0.0 {
+            return Dd::ZERO;
+        }
+        let root = self.hi.sqrt();
+        let rest = (self - two_prod(root, root)).hi;
+        quick_two_sum(root, rest / (2.0 * root))
+    }
+
+    /// The quotient `1 / self`.
+    pub fn recip(self) -> Dd {
+        let first = 1.0 / self.hi;
+        let rest = Dd::from(1.0) - self * first;
+        two_sum(first, rest.hi * first)
+    }
+}
+
+impl From<f64> for Dd {
+    fn from(hi: f64) -> Dd {
+        Dd { hi, lo: 0.0 }
+    }
+}
+
+impl Neg for Dd {
+    type Output = Dd;
+    fn neg(self) -> Dd {
+        Dd { hi: -self.hi, lo: -self.lo }
+    }
+}
+
+impl Add for Dd {
+    type Output = Dd;
+    fn add(self, other: Dd) -> Dd {
+        let high = two_sum(self.hi, other.hi);
+        let low = two_sum(self.lo, other.lo);
+        let sum = quick_two_sum(high.hi, high.lo + low.hi);
+        quick_two_sum(sum.hi, sum.lo + low.lo)
+    }
+}
+
+impl Sub for Dd {
+    type Output = Dd;
+    fn sub(self, other: Dd) -> Dd {
+        self + -other
+    }
+}
+
+impl Mul for Dd {
+    type Output = Dd;
+    fn mul(self, other: Dd) -> Dd {
+        let p = two_prod(self.hi, other.hi);
+        quick_two_sum(p.hi, p.lo + (self.hi * other.lo + self.lo * other.hi))
+    }
+}
+
+impl Mul<f64> for Dd {
+    type Output = Dd;
+    fn mul(self, other: f64) -> Dd {
+        let p = two_prod(self.hi, other);
+        quick_two_sum(p.hi, p.lo + self.lo * other)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn sums_and_products_lose_nothing(a in -1e6..1e6f64, b in -1e-6..1e-6f64) {
+            let s = two_sum(a, b);
+            prop_assert_eq!(s.hi, a + b);
+            prop_assert_eq!((Dd { hi: s.hi, lo: s.lo } - Dd::from(a)).hi, b);
+            let p = two_prod(a, b);
+            // The exact product of two 53-bit numbers has 106 bits: high and low part hold all of them.
+            prop_assert_eq!(p.hi, a * b);
+            prop_assert!(p.lo.abs() <= f64::EPSILON * p.hi.abs());
+        }
+
+        #[test]
+        fn roots_and_reciprocals_undo(a in 1e-6..1e6f64) {
+            let root = Dd::from(a).sqrt();
+            prop_assert!((root * root - Dd::from(a)).hi.abs() <= 1e-30 * a);
+            let one = Dd::from(a).recip() * a;
+            prop_assert!((one - Dd::from(1.0)).hi.abs() <= 1e-30);
+        }
+    }
+
+    #[test]
+    fn difference_of_products_keeps_the_cancelled_bits() {
+        let a = 1.0 + f64::EPSILON;
+        // (1 + e)^2 - (1 + 2e) * 1 = e^2, which plain evaluation rounds to zero.
+        assert_eq!(difference_of_products(a, a, 1.0 + 2.0 * f64::EPSILON, 1.0), f64::EPSILON * f64::EPSILON);
+    }
+}

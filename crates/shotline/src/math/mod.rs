@@ -1,0 +1,18 @@
+//! The f64 vector, plane and affine types used everywhere, in one place.
+
+mod affine;
+mod dd;
+mod plane;
+
+pub use affine::{Affine, MAX_CONDITION, Placement, SingularTransform};
+pub use dd::{Dd, difference_of_products, two_prod, two_sum};
+pub use glam::DVec3 as Vec3;
+pub use plane::Plane;
+
+/// Half a unit in the last place of 1: the largest relative error of one rounded operation.
+pub const HALF_ULP: f64 = f64::EPSILON / 2.0;
+
+#[cfg(test)]
+pub(crate) mod tests_support {
+    pub(crate) use super::affine::tests::affine_strategy;
+}

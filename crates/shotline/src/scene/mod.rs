@@ -1,0 +1,211 @@
+//! The scene as plain data: a directed acyclic graph of nodes in one arena, objects, materials, camera,
+//! lights. Nothing is checked here but what the types say; [`crate::compile`] checks.
+
+mod placement;
+
+use std::sync::Arc;
+
+pub use placement::{LocalTransform, Rotation};
+
+use crate::math::{Affine, Vec3};
+use crate::solid::mesh::TriangleMesh;
+use crate::solid::{Kind, Params};
+
+/// Index of a node in [`Scene::nodes`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct NodeId(pub u32);
+
+/// Union, intersection or difference.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Op {
+    /// In any.
+    Union,
+    /// In all.
+    Intersection,
+    /// In the first and in no other.
+    Difference,
+}
+
+/// A node of the graph. A node that several parents name is a shared part.
+#[derive(Clone, Debug)]
+pub enum Node {
+    /// A solid given by parameters.
+    Solid {
+        /// What kind.
+        kind: &'static Kind,
+        /// Its parameters.
+        params: Params,
+    },
+    /// A triangle mesh.
+    Mesh {
+        /// The triangles.
+        mesh: Arc<TriangleMesh>,
+        /// The file it was read from, relative to the scene's folder; needed to write the scene back.
+        file: Option<String>,
+    },
+    /// A boolean combination; a group below it counts as the union of its members.
+    Csg {
+        /// Which.
+        op: Op,
+        /// The operands, at least one; those of a difference after the first are taken away.
+        args: Vec<NodeId>,
+    },
+    /// A collection without boolean meaning: each member is a body of its own, with its own path.
+    Group {
+        /// The members.
+        members: Vec<NodeId>,
+    },
+    /// A placed child.
+    Transform {
+        /// How it is placed.
+        transform: LocalTransform,
+        /// What is placed.
+        child: NodeId,
+    },
+    /// An object: gives everything below it a name, a material and a priority. Not allowed below a boolean
+    /// combination. An object inside the group of another (a volume with its contents) is its own object.
+    Object {
+        /// The name.
+        name: String,
+        /// The name of its material.
+        material: Option<String>,
+        /// Where objects overlap the higher owns the segment.
+        priority: i32,
+        /// Its shape.
+        node: NodeId,
+    },
+    /// A definition looked up by name when the scene is compiled: the way to build a graph top down.
+    Ref {
+        /// The name in [`Scene::defs`].
+        name: String,
+    },
+}
+
+/// A whole scene.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// The unit of length, as text; shotline does not convert.
+    pub units: Option<String>,
+    /// The arena.
+    pub nodes: Vec<Node>,
+    /// Shared parts by name, in order of definition.
+    pub defs: Vec<(String, NodeId)>,
+    /// The roots, in order: each an [`Node::Object`].
+    pub objects: Vec<NodeId>,
+    /// Materials by name, in order.
+    pub materials: Vec<(String, Material)>,
+    /// The camera, if the scene has one.
+    pub camera: Option<Camera>,
+    /// The lights, if the scene has any.
+    pub lights: Vec<Light>,
+}
+
+/// What an object is made of. Everything is optional, so that a scene writes back as it was read.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Material {
+    /// Linear attenuation coefficient, per unit of length.
+    pub mu: Option<f64>,
+    /// Mass per cubed unit of length.
+    pub density: Option<f64>,
+    /// Colour as sRGB from 0 to 1.
+    pub color: Option<[f64; 3]>,
+    /// Strength of the highlight, from 0 to 1.
+    pub specular: Option<f64>,
+    /// Exponent of the highlight (Phong).
+    pub shininess: Option<f64>,
+    /// Share of light that is mirrored, from 0 to 1.
+    pub mirror: Option<f64>,
+}
+
+/// A camera, in world coordinates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// Where the eye is.
+    pub eye: Vec3,
+    /// What it looks at.
+    pub target: Vec3,
+    /// The direction that is up in the picture.
+    pub up: Vec3,
+    /// Which projection.
+    pub lens: Lens,
+}
+
+/// A projection.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Lens {
+    /// Perspective, with the vertical angle of view in degrees.
+    Pinhole {
+        /// The vertical angle of view, above 0 and below 180 degrees.
+        fov: f64,
+    },
+    /// Parallel, with the height of the picture in world units.
+    Orthographic {
+        /// The height, positive.
+        height: f64,
+    },
+}
+
+/// A light.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Light {
+    /// Where the light comes from.
+    pub source: LightSource,
+    /// Colour as sRGB from 0 to 1; white if absent.
+    pub color: Option<[f64; 3]>,
+    /// Strength; 1 if absent. A light does not weaken with distance.
+    pub intensity: Option<f64>,
+}
+
+/// Where light comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightSource {
+    /// From a point.
+    Point(Vec3),
+    /// From far away, travelling in this direction.
+    Directional(Vec3),
+    /// From everywhere, without a shadow.
+    Ambient,
+}
+
+impl Scene {
+    /// Adds a node and returns its number.
+    pub fn add(&mut self, node: Node) -> NodeId {
+        let id = NodeId(u32::try_from(self.nodes.len()).expect("fewer than 2^32 nodes"));
+        self.nodes.push(node);
+        id
+    }
+
+    /// The node of a number.
+    pub fn node(&self, id: NodeId) -> &Node {
+        &self.nodes[id.0 as usize]
+    }
+
+    /// Adds a solid by the name of its kind and its parameters in the order of declaration.
+    /// `None` if there is no such kind.
+    pub fn add_solid(&mut self, kind: &str, values: &[crate::solid::Value]) -> Option<NodeId> {
+        let kind = crate::solid::kind(kind)?;
+        Some(self.add(Node::Solid { kind, params: Params::of(kind, values) }))
+    }
+
+    /// Adds a boolean combination.
+    pub fn add_csg(&mut self, op: Op, args: Vec<NodeId>) -> NodeId {
+        self.add(Node::Csg { op, args })
+    }
+
+    /// Adds a placed child.
+    pub fn add_transform(&mut self, matrix: Affine, child: NodeId) -> NodeId {
+        self.add(Node::Transform { transform: LocalTransform::Matrix(matrix), child })
+    }
+
+    /// Adds an object at the root.
+    pub fn add_object(&mut self, name: &str, material: Option<&str>, node: NodeId) -> NodeId {
+        let id = self.add(Node::Object {
+            name: name.into(),
+            material: material.map(Into::into),
+            priority: 0,
+            node,
+        });
+        self.objects.push(id);
+        id
+    }
+}

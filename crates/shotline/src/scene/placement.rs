@@ -1,0 +1,53 @@
+//! The ways in which a node may be placed, kept as they were written.
+
+use crate::math::{Affine, Vec3};
+
+/// A rotation as written, in degrees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Rotation {
+    /// About x, then y, then z.
+    Xyz(Vec3),
+    /// About an axis of any non-zero length.
+    About {
+        /// The axis.
+        axis: Vec3,
+        /// The angle in degrees, counter-clockwise seen from the tip of the axis.
+        degrees: f64,
+    },
+}
+
+/// A transform as written: parent from local.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LocalTransform {
+    /// A 3x4 matrix.
+    Matrix(Affine),
+    /// First the scale, then the rotation, then the translation.
+    Steps {
+        /// Factors along the local axes.
+        scale: Option<Vec3>,
+        /// The rotation.
+        rotate: Option<Rotation>,
+        /// The translation.
+        translate: Option<Vec3>,
+    },
+}
+
+impl LocalTransform {
+    /// The matrices, outermost first; at most three.
+    pub fn chain(&self) -> Vec<Affine> {
+        match *self {
+            LocalTransform::Matrix(m) => vec![m],
+            LocalTransform::Steps { scale, rotate, translate } => [
+                translate.map(Affine::translation),
+                rotate.map(|r| match r {
+                    Rotation::Xyz(degrees) => Affine::rotation_xyz(degrees),
+                    Rotation::About { axis, degrees } => Affine::rotation_about(axis, degrees),
+                }),
+                scale.map(Affine::scaling),
+            ]
+            .into_iter()
+            .flatten()
+            .collect(),
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! Solids: each answers, in its own frame, where a line crosses its surface: once, completely.
+//!
+//! Adding a solid is one file and one line in the registry at the end of this one; that line also stamps the
+//! conformance suite (`testkit`) onto it.
+
+mod kind;
+pub mod mesh;
+mod sphere;
+
+use std::fmt::Debug;
+
+use crate::aabb::Aabb;
+use crate::accel::Work;
+use crate::crossing::Crossing;
+use crate::math::Vec3;
+use crate::ray::{Line, Span};
+
+pub use kind::{Kind, Param, ParamError, ParamType, Params, Value};
+
+/// How much of a list is wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wanted {
+    /// Everything.
+    All,
+    /// What decides the first boundary.
+    First,
+}
+
+/// A set with an interior, in its own frame.
+pub trait Solid: Send + Sync + Debug {
+    /// A box that holds the solid; infinite where it has no end. Conservative under rounding.
+    fn bounds(&self) -> Aabb;
+
+    /// Appends every crossing of the whole line: ascending, alternating from an entry, an even number.
+    /// Where the interior has no end the list begins at `-inf` or ends at `inf`. Touching leaves nothing,
+    /// or an entry and an exit whose `t` agree within their bounds.
+    fn crossings(&self, line: &Line, out: &mut Vec<Crossing>);
+
+    /// The crossings that matter to a query over a span: folding them over the span gives the same
+    /// boundaries as folding the whole list, or, where only the first is wanted, the same first boundary.
+    /// They alternate from an entry and are even; an entry at `-inf` may stand for what lies before the span.
+    /// Overridden where the whole list is dear (the mesh).
+    fn crossings_within(
+        &self,
+        line: &Line,
+        _span: Span,
+        _wanted: Wanted,
+        out: &mut Vec<Crossing>,
+        _work: &mut Work,
+    ) {
+        self.crossings(line, out);
+    }
+
+    /// The implicit function of one surface: negative on the side of the interior, zero on the surface,
+    /// with [`Solid::normal`] as its gradient (up to a positive factor).
+    fn implicit(&self, p: Vec3, surface: u32, primitive: u32) -> f64;
+
+    /// The gradient at a point of a surface: pointing out of the solid, of any non-zero length. Worked out
+    /// on demand only.
+    fn normal(&self, p: Vec3, surface: u32, primitive: u32) -> Vec3;
+
+    /// Whether a point lies in the interior. No promise within rounding of the surface.
+    fn contains(&self, p: Vec3) -> bool;
+
+    /// The names of the surfaces, in the order of [`Crossing::surface`].
+    fn surfaces(&self) -> &'static [&'static str];
+
+    /// Barycentric coordinates of a point of a triangle, weights of its second and third vertex; `None` for
+    /// solids without triangles.
+    fn barycentric(&self, _p: Vec3, _primitive: u32) -> Option<[f64; 2]> {
+        None
+    }
+
+    /// Bytes used beyond the solid itself.
+    fn memory(&self) -> usize {
+        0
+    }
+}
+
+/// Declares the registry and stamps the conformance suite onto each entry.
+macro_rules! registry {
+    ($($module:ident),* $(,)?) => {
+        /// Every kind of solid that is given by parameters.
+        pub static KINDS: &[&Kind] = &[$(&$module::KIND),*];
+
+        #[cfg(test)]
+        mod conformance {
+            $(
+                #[test]
+                fn $module() {
+                    crate::testkit::solid::conformance(&super::$module::KIND);
+                }
+            )*
+        }
+    };
+}
+
+registry!(sphere);
+
+/// The kind of a name.
+pub fn kind(name: &str) -> Option<&'static Kind> {
+    KINDS.iter().find(|k| k.name == name).copied()
+}

@@ -1,0 +1,3 @@
+//! Conformance suites: one that every solid passes, one that every accelerator passes, and random scenes.
+
+pub mod solid;
