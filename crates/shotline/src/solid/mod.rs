@@ -6,6 +6,7 @@
 mod kind;
 pub mod mesh;
 mod sphere;
+pub mod torus;
 
 use std::fmt::Debug;
 
@@ -95,7 +96,7 @@ macro_rules! registry {
     };
 }
 
-registry!(sphere);
+registry!(sphere, torus);
 
 /// The kind of a name.
 pub fn kind(name: &str) -> Option<&'static Kind> {
