@@ -32,7 +32,8 @@ impl<'a> Distance<'a> {
 
     pub fn at(&self, tau: f64) -> Place {
         let q = self.p + self.line.u * tau;
-        let rho = (q.x * q.x + q.y * q.y).sqrt();
+        // Never zero, so that it can divide: next to the axis x / rho and y / rho come out as zero.
+        let rho = (q.x * q.x + q.y * q.y).sqrt().max(1e-150);
         Place { tau, q, rho, e: rho - self.major }
     }
 
@@ -85,22 +86,35 @@ impl<'a> Distance<'a> {
 
     /// `f'`.
     pub fn slope(&self, at: &Place) -> f64 {
-        let u = self.line.u;
-        2.0 * (at.outward() * (at.q.x * u.x + at.q.y * u.y) + at.q.z * u.z)
+        self.slope_times_rho(at) / at.rho
+    }
+
+    /// `f` and `f'` times `rho`: of the same sign, with the same quotient, and without a division.
+    pub fn value_and_slope_times_rho(&self, at: &Place) -> (f64, f64) {
+        (self.value(at) * at.rho, self.slope_times_rho(at))
+    }
+
+    fn slope_times_rho(&self, at: &Place) -> f64 {
+        2.0 * (at.e * self.across(at) + at.rho * (at.q.z * self.line.u.z))
+    }
+
+    /// `rho' rho`.
+    fn across(&self, at: &Place) -> f64 {
+        at.q.x * self.line.u.x + at.q.y * self.line.u.y
     }
 
     /// A bound on the rounding of `slope`.
     pub fn slope_error(&self, at: &Place) -> f64 {
         let size = self.p.abs().element_sum() + at.tau.abs() + self.major;
-        32.0 * HALF_ULP * size * (1.0 + at.outward().abs())
+        32.0 * HALF_ULP * size * (1.0 + at.e.abs() / at.rho)
     }
 
     /// `f''`.
     pub fn curvature(&self, at: &Place) -> f64 {
         let u = self.line.u;
-        let flat = u.x * u.x + u.y * u.y;
-        let radial = if at.rho > 0.0 { (at.q.x * u.x + at.q.y * u.y) / at.rho } else { 0.0 };
-        2.0 * (radial * radial + u.z * u.z + at.outward() * (flat - radial * radial))
+        let radial = self.across(at) / at.rho;
+        let sideways = u.x * u.x + u.y * u.y - radial * radial;
+        2.0 * (radial * radial + u.z * u.z + at.e / at.rho * sideways)
     }
 
     /// A bound on the second derivatives of the torus function in space, in any direction, as far around as
@@ -111,7 +125,7 @@ impl<'a> Distance<'a> {
 
     /// What moving the point by up to `by`, in each component, can do to `f`.
     pub fn shaken(&self, at: &Place, by: Vec3) -> f64 {
-        let outward = at.outward().abs();
+        let outward = at.e.abs() / at.rho;
         let q = at.q.abs();
         let first = 2.0 * (outward * (q.x * by.x + q.y * by.y) + q.z * by.z);
         first + 2.0 * self.bend(at) * by.length_squared()
@@ -124,11 +138,4 @@ fn sum_of_squares(a: Dd, b: Dd) -> Dd {
     let sum = two_sum(a2.hi, b2.hi);
     let low = a.lo * (2.0 * a.hi + a.lo) + b.lo * (2.0 * b.hi + b.lo);
     Dd { hi: sum.hi, lo: sum.lo + (a2.lo + b2.lo + low) }
-}
-
-impl Place {
-    /// `(rho - R) / rho`, the weight of x and y in the gradient; zero on the axis, where it has no limit.
-    fn outward(&self) -> f64 {
-        if self.rho > 0.0 { self.e / self.rho } else { 0.0 }
-    }
 }

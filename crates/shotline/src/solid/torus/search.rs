@@ -99,10 +99,8 @@ impl Search<'_> {
         let start = if leaving { lo + way } else { hi - way };
         let start = if lo < start && start < hi { start } else { 0.5 * lo + 0.5 * hi };
         let piece = Piece { lo, hi, rising: leaving };
-        let tau = bracketed_newton(piece, start, 1e-6 * (hi - lo), |tau| {
-            let at = f.at(tau);
-            (f.value(&at), f.slope(&at))
-        });
+        let tau =
+            bracketed_newton(piece, start, 1e-6 * (hi - lo), |tau| f.value_and_slope_times_rho(&f.at(tau)));
         self.corrected(piece, tau)
     }
 
