@@ -58,7 +58,7 @@ impl Deref for Roots {
 pub fn linear(c: [f64; 2]) -> Roots {
     let mut out = Roots::default();
     let x = -c[0] / c[1];
-    if x.is_finite() {
+    if x.is_finite() && c[1].is_finite() {
         // Adding zero turns -0 into 0.
         out.push(x + 0.0);
     }

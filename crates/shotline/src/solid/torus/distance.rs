@@ -109,14 +109,6 @@ impl<'a> Distance<'a> {
         32.0 * HALF_ULP * size * (1.0 + at.e.abs() / at.rho)
     }
 
-    /// `f''`.
-    pub fn curvature(&self, at: &Place) -> f64 {
-        let u = self.line.u;
-        let radial = self.across(at) / at.rho;
-        let sideways = u.x * u.x + u.y * u.y - radial * radial;
-        2.0 * (radial * radial + u.z * u.z + at.e / at.rho * sideways)
-    }
-
     /// A bound on the second derivatives of the torus function in space, in any direction, as far around as
     /// half the distance to the axis.
     pub fn bend(&self, at: &Place) -> f64 {

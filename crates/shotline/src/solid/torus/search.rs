@@ -93,14 +93,14 @@ impl Search<'_> {
     /// The one crossing between two knots.
     fn crossing(&self, lo: f64, hi: f64, leaving: bool) -> Crossing {
         let f = &self.distance;
-        // From the knot inside the tube f rises like a parabola.
-        let knot = f.at(if leaving { lo } else { hi });
-        let way = (-2.0 * f.value(&knot) / f.curvature(&knot)).sqrt();
-        let start = if leaving { lo + way } else { hi - way };
+        // From its low point inside the tube f rises much like a parabola.
+        let (inner, outer) = if leaving { (lo, hi) } else { (hi, lo) };
+        let (low, high) = (f.value(&f.at(inner)), f.value(&f.at(outer)));
+        let start = inner + (outer - inner) * (low / (low - high)).sqrt();
         let start = if lo < start && start < hi { start } else { 0.5 * lo + 0.5 * hi };
         let piece = Piece { lo, hi, rising: leaving };
         let tau =
-            bracketed_newton(piece, start, 1e-6 * (hi - lo), |tau| f.value_and_slope_times_rho(&f.at(tau)));
+            bracketed_newton(piece, start, 1e-5 * (hi - lo), |tau| f.value_and_slope_times_rho(&f.at(tau)));
         self.corrected(piece, tau)
     }
 
