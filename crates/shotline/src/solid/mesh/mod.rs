@@ -1,6 +1,19 @@
 //! Triangle meshes: closed ones are solids, others surfaces.
+//!
+//! [`TriangleMesh`] is plain data, [`Topology`] says what is right and wrong with it, [`MeshSolid`] answers
+//! rays. A line meets a triangle by signs that are decided exactly (`side`, `probe`), so that neighbours
+//! always agree about the edge they share; `winding` turns hits into crossings.
+
+mod probe;
+mod side;
+mod solid;
+mod topology;
+mod winding;
 
 use crate::math::Vec3;
+
+pub use solid::MeshSolid;
+pub use topology::{OpenEdge, Topology};
 
 /// Vertices and triangles, counter-clockwise seen from outside.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -9,4 +22,58 @@ pub struct TriangleMesh {
     pub vertices: Vec<Vec3>,
     /// Three vertex numbers a triangle.
     pub faces: Vec<[u32; 3]>,
+}
+
+impl TriangleMesh {
+    /// The three corners of a face.
+    ///
+    /// # Panics
+    /// If there is no such face, or it names a vertex that does not exist.
+    pub fn corners(&self, face: u32) -> [Vec3; 3] {
+        self.faces[face as usize].map(|v| self.vertices[v as usize])
+    }
+}
+
+/// Why vertices and faces are not a mesh.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MeshError {
+    /// There is no face with three different corners.
+    #[error("the mesh has no face with three different corners; give at least one triangle")]
+    Empty,
+    /// More faces than can be numbered.
+    #[error("the mesh has {faces} faces, but at most {} are possible; split it into several", u32::MAX)]
+    TooManyFaces {
+        /// How many there are.
+        faces: usize,
+    },
+    /// A face names a vertex that does not exist.
+    #[error(
+        "face {face} names vertex {vertex}, but there are only {count} vertices, numbered from 0; \
+         correct the index or remove the face"
+    )]
+    VertexOutOfRange {
+        /// The face, from 0.
+        face: usize,
+        /// The vertex it names.
+        vertex: u32,
+        /// The number of vertices.
+        count: usize,
+    },
+    /// A vertex that is not a point.
+    #[error(
+        "vertex {vertex} is ({}, {}, {}), but coordinates must be finite; correct it or remove it with its faces",
+        position.x, position.y, position.z
+    )]
+    NotFinite {
+        /// The vertex, from 0.
+        vertex: usize,
+        /// What it is given as.
+        position: Vec3,
+    },
+    /// An accelerator that does not exist.
+    #[error("there is no accelerator '{name}'; the names are {}", crate::accel::NAMES.join(", "))]
+    UnknownAccelerator {
+        /// The name asked for.
+        name: String,
+    },
 }
