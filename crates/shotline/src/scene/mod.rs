@@ -74,11 +74,6 @@ pub enum Node {
         /// Its shape.
         node: NodeId,
     },
-    /// A definition looked up by name when the scene is compiled: the way to build a graph top down.
-    Ref {
-        /// The name in [`Scene::defs`].
-        name: String,
-    },
 }
 
 /// A whole scene.
