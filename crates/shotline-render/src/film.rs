@@ -119,9 +119,10 @@ impl Tile {
         for row in self.top..self.top + self.height {
             for column in self.left..self.left + self.width {
                 let mut sum = Sample::NOTHING;
-                for [x, y] in sampling::places(column, row, count) {
+                for chance in sampling::samples(column, row, count) {
+                    let [x, y] = chance.place;
                     let ray = view.ray(f64::from(column) + x, f64::from(row) + y)?;
-                    let seen = shader.sample(eye, &ray);
+                    let seen = shader.sample(eye, &ray, &chance);
                     let seen = seen.map_err(|error| RenderError::Query { look: look.name, error })?;
                     sum.color += seen.color;
                     sum.alpha += seen.alpha;

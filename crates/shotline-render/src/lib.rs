@@ -24,6 +24,7 @@ mod sight;
 pub use backdrop::Backdrop;
 pub use error::RenderError;
 pub use image::Image;
+pub use light::Lighting;
 pub use look::{LOOKS, Look, look};
 pub use png::encode_png;
 pub use render::{Settings, render};

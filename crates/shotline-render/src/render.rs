@@ -10,6 +10,7 @@ use crate::error::{MAX_PIXELS, MAX_SAMPLES, MAX_SIDE, RenderError};
 use crate::film;
 use crate::framing;
 use crate::image::Image;
+use crate::light::Lighting;
 use crate::look::{LOOKS, Look, Stage};
 
 /// What picture is wanted. Threads, progress and cancelling are [`Run`]'s.
@@ -25,11 +26,20 @@ pub struct Settings {
     pub look: &'static Look,
     /// What is behind everything; `None` for the look's own.
     pub backdrop: Option<Backdrop>,
+    /// How light falls in the look `lit`.
+    pub lighting: Lighting,
 }
 
 impl Default for Settings {
     fn default() -> Settings {
-        Settings { width: 800, height: 600, samples: 4, look: LOOKS[0], backdrop: None }
+        Settings {
+            width: 800,
+            height: 600,
+            samples: 4,
+            look: LOOKS[0],
+            backdrop: None,
+            lighting: Lighting::Sharp,
+        }
     }
 }
 
@@ -49,7 +59,7 @@ pub fn render(world: &World, scene: &Scene, settings: &Settings, run: Run) -> Re
     };
     let view = View::new(&camera, width, height)?;
     let backdrop = settings.backdrop.unwrap_or(look.backdrop);
-    let shader = (look.shader)(&Stage { world, scene, view: &view, backdrop })?;
+    let shader = (look.shader)(&Stage { world, scene, view: &view, backdrop, lighting: settings.lighting })?;
     let mut exposure = film::expose(world, &view, look, &*shader, settings, run)?;
     shader.develop(&mut exposure);
     Ok(Image::compose(&exposure, backdrop))

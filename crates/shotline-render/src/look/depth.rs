@@ -8,6 +8,7 @@ use super::{Look, Shader};
 use crate::backdrop::Backdrop;
 use crate::color;
 use crate::film::{Exposure, Sample};
+use crate::sampling::Chance;
 use crate::sight::Eye;
 
 pub(super) static LOOK: Look = Look {
@@ -24,7 +25,7 @@ struct Depth;
 
 impl Shader for Depth {
     /// The camera's rays go one unit deep each step of `t`.
-    fn sample(&self, eye: &mut Eye, ray: &Ray) -> Result<Sample, QueryError> {
+    fn sample(&self, eye: &mut Eye, ray: &Ray, _chance: &Chance) -> Result<Sample, QueryError> {
         Ok(eye.surface(ray).map_or(Sample::NOTHING, |place| Sample::opaque(Vec3::splat(place.hit.t))))
     }
 

@@ -18,6 +18,8 @@ use crate::backdrop::Backdrop;
 use crate::camera::View;
 use crate::error::RenderError;
 use crate::film::{Exposure, Sample};
+use crate::light::Lighting;
+use crate::sampling::Chance;
 use crate::sight::Eye;
 
 /// A look.
@@ -44,12 +46,13 @@ pub(crate) struct Stage<'a> {
     pub scene: &'a Scene,
     pub view: &'a View,
     pub backdrop: Backdrop,
+    pub lighting: Lighting,
 }
 
 /// A look at work on one picture; shared by all threads.
 pub(crate) trait Shader: Send + Sync {
     /// What a ray sees.
-    fn sample(&self, eye: &mut Eye, ray: &Ray) -> Result<Sample, QueryError>;
+    fn sample(&self, eye: &mut Eye, ray: &Ray, chance: &Chance) -> Result<Sample, QueryError>;
 
     /// Turns what has been seen into linear colours, where that takes the whole picture.
     fn develop(&self, _exposure: &mut Exposure) {}

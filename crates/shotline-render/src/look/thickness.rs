@@ -9,6 +9,7 @@ use crate::backdrop::Backdrop;
 use crate::film::Sample;
 use crate::finish;
 use crate::framing;
+use crate::sampling::Chance;
 use crate::sight::Eye;
 
 pub(super) static LOOK: Look = Look {
@@ -29,7 +30,7 @@ struct Radiograph {
 
 impl Shader for Radiograph {
     /// Black that covers what does not come through: over white that is what does.
-    fn sample(&self, eye: &mut Eye, ray: &Ray) -> Result<Sample, QueryError> {
+    fn sample(&self, eye: &mut Eye, ray: &Ray, _chance: &Chance) -> Result<Sample, QueryError> {
         // A stretch without end lets nothing through and would hide the rest, as would a ground: left out.
         let ends = eye.segments(ray)?.iter().filter(|s| s.length.is_finite());
         let depth: f64 = ends.map(|s| self.mu[s.object as usize] * s.length).sum();
