@@ -27,18 +27,6 @@ pub(super) enum Negative {
     After(f64),
 }
 
-impl Negative {
-    /// The roots that bound the set.
-    pub fn roots(&self) -> impl Iterator<Item = f64> {
-        let (x, y) = match *self {
-            Negative::Nowhere | Negative::Everywhere => (None, None),
-            Negative::Before(x) | Negative::After(x) => (Some(x), None),
-            Negative::Between(x, y) | Negative::Outside(x, y) => (Some(x), Some(y)),
-        };
-        x.into_iter().chain(y)
-    }
-}
-
 impl Quadratic {
     /// Whether rounding cannot have changed the number of roots: the signs of the leading coefficient and of
     /// the discriminant stand out of the noise. Coefficients without terms are exact zeros.
@@ -60,12 +48,8 @@ impl Quadratic {
         if a == 0.0 {
             return Quadratic::negative_half(b, c);
         }
-        if !(self.discriminant > 0.0) {
-            return if a < 0.0 && self.discriminant <= 0.0 {
-                Negative::Everywhere
-            } else {
-                Negative::Nowhere
-            };
+        if self.discriminant <= 0.0 {
+            return if a < 0.0 { Negative::Everywhere } else { Negative::Nowhere };
         }
         let q = -(b + self.discriminant.sqrt().copysign(b));
         let (x, y) = (q / a, c / q);
