@@ -2,6 +2,10 @@
 
 use crate::math::HALF_ULP;
 
+/// By how much a discriminant must exceed its error. The roots are `2 sqrt(D) / a` apart and wrong by about
+/// `error / (2 a sqrt(D))` each: the gap is then 256 bounds wide, where 16 would still make one event of them.
+const APART: f64 = 64.0;
+
 /// The polynomial `a x^2 + 2 b x + c` with bounds on what rounding has done to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Quadratic {
@@ -29,14 +33,15 @@ pub(super) enum Negative {
 
 impl Quadratic {
     /// Whether rounding cannot have changed the number of roots: the signs of the leading coefficient and of
-    /// the discriminant stand out of the noise. Coefficients without terms are exact zeros.
+    /// the discriminant stand out of the noise, the latter by as much as keeps two roots apart by many times
+    /// their bounds. Coefficients without terms are exact zeros.
     pub fn is_certain(&self) -> bool {
         let [a, b, c] = self.size;
         if a == 0.0 {
             return self.b.abs() > self.noise * b || b == 0.0;
         }
         let doubt = 2.0 * self.b.abs() * b + self.a.abs() * c + self.c.abs() * a;
-        self.a.abs() > self.noise * a && self.discriminant.abs() > self.noise * doubt
+        self.a.abs() > self.noise * a && self.discriminant.abs() > APART * self.noise * doubt
     }
 
     /// Where the polynomial is negative. A double root bounds nothing.
