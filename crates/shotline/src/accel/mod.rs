@@ -1,9 +1,13 @@
 //! Accelerators: structures over boxes that propose items in ascending `t`. They see boxes and item numbers,
 //! never solids; what an item is, and tagging, is the business of whoever walks them.
 
-use std::fmt::Debug;
+mod brute;
+mod bvh;
 
-use crate::aabb::BoxRay;
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use crate::aabb::{Aabb, BoxRay};
 
 /// Counts of work done, added up by a walk.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -54,8 +58,8 @@ pub trait Accelerator: Send + Sync + Debug {
     /// Opens a part: appends what it consists of.
     fn open(&self, part: u64, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work);
 
-    /// Ordered depth-first walk: visits items nearest first as far as the structure can tell, and skips
-    /// everything that begins after the `t` last answered by `visit` (at first `t_max` of the span).
+    /// Ordered depth-first walk: visits runs of items, nearest first as far as the structure can tell, and
+    /// skips what begins after the `t` last answered by `visit` (at first `t_max` of the span).
     fn walk(&self, ray: &BoxRay, work: &mut Work, visit: &mut Visit) {
         let mut limit = ray.span().t_max();
         let (mut stack, mut found) = (Vec::new(), Vec::new());
@@ -80,5 +84,34 @@ pub trait Accelerator: Send + Sync + Debug {
     fn memory(&self) -> usize;
 }
 
-/// The names of all accelerators.
-pub static NAMES: &[&str] = &["brute", "bvh"];
+/// Declares the registry and stamps the conformance suite onto each entry.
+macro_rules! registry {
+    ($($module:ident => $structure:ty),* $(,)?) => {
+        /// The names of all accelerators.
+        pub static NAMES: &[&str] = &[$(stringify!($module)),*];
+
+        /// Builds the structure of a name over the boxes of items `0..boxes.len()`; `None` if there is no
+        /// such name. Items with an empty box are never proposed.
+        pub fn build(name: &str, boxes: &[Aabb]) -> Option<Arc<dyn Accelerator>> {
+            match name {
+                $(stringify!($module) => Some(Arc::new(<$structure>::build(boxes))),)*
+                _ => None,
+            }
+        }
+
+        #[cfg(test)]
+        mod conformance {
+            $(
+                #[test]
+                fn $module() {
+                    crate::testkit::accel::conformance(stringify!($module));
+                }
+            )*
+        }
+    };
+}
+
+registry! {
+    brute => brute::Brute,
+    bvh => bvh::Bvh,
+}

@@ -1,0 +1,169 @@
+//! The crossings of a line with a torus: certain in number, rounded once.
+//!
+//! 1. The line is moved near its closest approach (`approach`), and cut down to where it can meet the torus.
+//! 2. Between two critical points of the quartic there is at most one crossing. They come from its plain
+//!    coefficients: an error there enters the distance from the surface only squared.
+//! 3. The sign of the torus function at the critical points decides (`distance`), in double-double where
+//!    double is not sure. So the list alternates and is even whatever rounding does.
+//! 4. Bracketed Newton finds each crossing, and a residual in double-double corrects it.
+
+use super::approach::{Approach, PowerOfTwo, exponent};
+use super::distance::{Distance, Place};
+use crate::crossing::Crossing;
+use crate::math::{Dd, HALF_ULP, Vec3};
+use crate::ray::Line;
+use crate::roots::{Piece, Roots, bracketed_newton, cubic_between};
+
+/// Appends the crossings of a whole line with the torus of radii `major` and `minor`.
+pub(super) fn crossings(major: f64, minor: f64, line: &Line, out: &mut Vec<Crossing>) {
+    let size_exponent = exponent(major + minor);
+    let unit = PowerOfTwo::new(-size_exponent);
+    let (major, minor) = (unit.times(major), unit.times(minor));
+    let approach = Approach::new(line, size_exponent);
+    let Some((lo, hi)) = chord(&approach, major, minor) else {
+        return;
+    };
+    let knots = critical_points(&approach, major, minor, lo, hi);
+    let search = Search { line, approach: &approach, distance: Distance::new(&approach, major, minor), unit };
+    search.run(lo, hi, &knots, out);
+}
+
+/// The part of the line within the sphere and the slab around the torus, both slightly enlarged, so that its
+/// ends are outside of the torus.
+fn chord(line: &Approach, major: f64, minor: f64) -> Option<(f64, f64)> {
+    const MARGIN: f64 = 1e-9;
+    let p = super::approach::rounded(&line.p);
+    let reach = (major + minor) * (1.0 + MARGIN);
+    let middle = -p.dot(line.u) / line.uu;
+    let off = p + line.u * middle;
+    let half = ((reach * reach - off.length_squared()) / line.uu).sqrt();
+    let (mut lo, mut hi) = (middle - half, middle + half);
+    let height = minor * (1.0 + MARGIN) + 1e-14;
+    if line.u.z != 0.0 {
+        let (a, b) = ((-height - p.z) / line.u.z, (height - p.z) / line.u.z);
+        lo = lo.max(a.min(b));
+        hi = hi.min(a.max(b));
+    } else if p.z.abs() > height {
+        return None;
+    }
+    // A line that misses the sphere has NaN for ends, and one from beyond the range of numbers as well.
+    (half.is_finite() && lo < hi).then_some((lo, hi))
+}
+
+/// The zeros of the derivative of the quartic `(|q|^2 + R^2 - r^2)^2 - 4 R^2 rho^2` at `q = p + tau u`.
+fn critical_points(line: &Approach, major: f64, minor: f64, lo: f64, hi: f64) -> Roots {
+    let (p, u, uu) = (super::approach::rounded(&line.p), line.u, line.uu);
+    let pu = p.dot(u);
+    let k = p.length_squared() + (major - minor) * (major + minor);
+    let twice_major2 = 2.0 * major * major;
+    let quarter_derivative = [
+        pu * k - twice_major2 * (p.x * u.x + p.y * u.y),
+        uu * k + 2.0 * pu * pu - twice_major2 * (u.x * u.x + u.y * u.y),
+        3.0 * uu * pu,
+        uu * uu,
+    ];
+    cubic_between(quarter_derivative, lo, hi, 1e-8 * (hi - lo))
+}
+
+struct Search<'a> {
+    line: &'a Line,
+    approach: &'a Approach,
+    distance: Distance<'a>,
+    /// Takes lengths of the solid's frame to units of its size.
+    unit: PowerOfTwo,
+}
+
+impl Search<'_> {
+    fn run(&self, lo: f64, hi: f64, knots: &[f64], out: &mut Vec<Crossing>) {
+        let (mut from, mut inside) = (lo, false);
+        for &to in knots {
+            // A knot on the surface touches it, from whichever side: nothing changes.
+            let sign = self.distance.sign(to);
+            if sign != 0.0 && (sign < 0.0) != inside {
+                out.push(self.crossing(from, to, inside));
+                inside = !inside;
+            }
+            from = to;
+        }
+        if inside {
+            out.push(self.crossing(from, hi, inside));
+        }
+    }
+
+    /// The one crossing between two knots.
+    fn crossing(&self, lo: f64, hi: f64, leaving: bool) -> Crossing {
+        let f = &self.distance;
+        // From the knot inside the tube f rises like a parabola.
+        let knot = f.at(if leaving { lo } else { hi });
+        let way = (-2.0 * f.value(&knot) / f.curvature(&knot)).sqrt();
+        let start = if leaving { lo + way } else { hi - way };
+        let start = if lo < start && start < hi { start } else { 0.5 * lo + 0.5 * hi };
+        let piece = Piece { lo, hi, rising: leaving };
+        let tau = bracketed_newton(piece, start, 1e-9 * (hi - lo), |tau| {
+            let at = f.at(tau);
+            (f.value(&at), f.slope(&at))
+        });
+        let (tau, residual) = self.corrected(tau, lo, hi);
+        let t = self.approach.t(tau);
+        let err = self.approach.t_length(self.spread(tau.hi, t, residual, hi - lo));
+        Crossing::new(t, err + HALF_ULP * t.abs() + f64::MIN_POSITIVE, !leaving, 0)
+    }
+
+    /// Newton's steps with the residual in double-double, until what is left cannot be seen in `t`; and a
+    /// bound on the value of `f` that is left.
+    fn corrected(&self, tau: f64, lo: f64, hi: f64) -> (Dd, f64) {
+        let f = &self.distance;
+        let mut tau = Dd::from(tau);
+        let mut residual = f64::INFINITY;
+        for _ in 0..5 {
+            let at = f.at(tau.hi);
+            let slope = f.slope(&at);
+            let step = -f.wide_value(tau) / slope;
+            let next = tau + Dd::from(step);
+            if !(lo <= next.hi && next.hi <= hi) {
+                break;
+            }
+            tau = next;
+            let bend = 0.5 * f.bend(&at) * self.approach.uu;
+            residual = (bend * step.abs() + f.slope_error(&at)) * step.abs() + f.wide_error(&at);
+            if residual <= 1e-3 * HALF_ULP * self.approach.reach(tau.hi) * slope.abs() {
+                break;
+            }
+        }
+        (tau, residual)
+    }
+
+    /// How far the exact crossing of the exact line can be from `tau`, if it crosses here at all: where `f` can
+    /// be off by the residual and by the line's own bounds.
+    fn spread(&self, tau: f64, t: f64, residual: f64, piece: f64) -> f64 {
+        let f = &self.distance;
+        let at = f.at(tau);
+        let slope = f.slope(&at).abs() - f.slope_error(&at);
+        let doubt = if residual.is_finite() { residual } else { 0.0 } + self.shaken(&at, t);
+        let linear = doubt / slope;
+        // How much the slope can change over that way, relatively.
+        let turn = f.bend(&at) * self.approach.uu * linear / slope;
+        if residual.is_finite() && slope > 0.0 && turn <= 0.125 {
+            return linear * (1.0 + 2.0 * turn);
+        }
+        // Next to a touching: as far as it takes until f is sure of its sign on both sides.
+        let mut way = linear.abs().max(f64::EPSILON * piece).min(piece);
+        for _ in 0..60 {
+            let decided = |x: f64| {
+                let at = f.at(x);
+                f.wide_value(Dd::from(x)).abs() > f.wide_error(&at) + self.shaken(&at, t)
+            };
+            if decided(tau - way) && decided(tau + way) {
+                break;
+            }
+            way *= 2.0;
+        }
+        way
+    }
+
+    /// What the line's own bounds can do to `f`.
+    fn shaken(&self, at: &Place, t: f64) -> f64 {
+        let by: Vec3 = self.unit.of(self.line.point_err(t));
+        self.distance.shaken(at, by)
+    }
+}

@@ -1,0 +1,47 @@
+//! A small seeded source of numbers, so that every run of a suite sees the same lines.
+
+use crate::math::Vec3;
+
+/// SplitMix64 (Steele, Lea, Flood 2014): enough for choosing test cases.
+#[derive(Clone, Debug)]
+pub struct Random(u64);
+
+impl Random {
+    /// The sequence of a seed.
+    pub fn new(seed: u64) -> Random {
+        Random(seed)
+    }
+
+    /// Any 64 bits.
+    pub fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// A number from `low` up to `high`.
+    pub fn number(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * ((self.bits() >> 11) as f64 / (1u64 << 53) as f64)
+    }
+
+    /// A number below `n`.
+    pub fn below(&mut self, n: usize) -> usize {
+        (self.bits() % n as u64) as usize
+    }
+
+    /// A point of the cube from `low` to `high`.
+    pub fn point(&mut self, low: f64, high: f64) -> Vec3 {
+        Vec3::new(self.number(low, high), self.number(low, high), self.number(low, high))
+    }
+
+    /// A unit vector, uniform on the sphere.
+    pub fn direction(&mut self) -> Vec3 {
+        loop {
+            let v = self.point(-1.0, 1.0);
+            if (1e-3..=1.0).contains(&v.length()) {
+                return v.normalize();
+            }
+        }
+    }
+}
