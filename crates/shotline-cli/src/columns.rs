@@ -1,29 +1,25 @@
 //! The answers of a batch as named arrays: names and types are those of the Python results.
 
 use std::collections::HashSet;
-use std::io::{self, Write};
+use std::path::Path;
 
 use shotline::compile::World;
 use shotline::query::batch::{ClosestRows, CrossingRows, SegmentRows};
+use shotline_io::arrays::{Column, write_npz};
 
+use crate::failure::Failure;
+use crate::output;
 use crate::rays::Rays;
 
 /// Values of one type, a row each.
-#[derive(Debug, PartialEq)]
-pub enum Values {
-    /// float64 (n,)
+#[derive(Debug)]
+enum Values {
     F64(Vec<f64>),
-    /// float64 (n, 3)
-    F64x3(Vec<[f64; 3]>),
-    /// int64 (n,)
+    Vec3(Vec<[f64; 3]>),
     I64(Vec<i64>),
-    /// int32 (n,)
     I32(Vec<i32>),
-    /// int8 (n,)
     I8(Vec<i8>),
-    /// bool (n,)
     Bool(Vec<bool>),
-    /// Text (n,)
     Text(Vec<String>),
 }
 
@@ -39,7 +35,7 @@ impl Columns {
         let arrays = vec![
             ("t", Values::F64(rays.by_row(rows.t, f64::INFINITY))),
             ("t_err", Values::F64(rays.by_row(rows.t_err, f64::NAN))),
-            ("normal", Values::F64x3(rays.by_row(rows.normal, [f64::NAN; 3]))),
+            ("normal", Values::Vec3(rays.by_row(rows.normal, [f64::NAN; 3]))),
             ("object", Values::I32(rays.by_row(rows.object, -1))),
             ("surface", Values::I32(rays.by_row(rows.surface, -1))),
             ("primitive", Values::I32(rays.by_row(rows.primitive, -1))),
@@ -65,7 +61,7 @@ impl Columns {
             ("ray_splits", Values::I64(rays.splits_by_row(rows.ray_splits))),
             ("t", Values::F64(rows.t)),
             ("t_err", Values::F64(rows.t_err)),
-            ("normal", Values::F64x3(rows.normal)),
+            ("normal", Values::Vec3(rows.normal)),
             ("entering", Values::Bool(rows.entering)),
             ("object", Values::I32(rows.object)),
             ("surface", Values::I32(rows.surface)),
@@ -104,6 +100,30 @@ impl Columns {
         self.arrays.push(("material_names", Values::Text(world.material_names().to_vec())));
         self.arrays.extend(path_names.map(|names| ("path_names", Values::Text(names))));
         self
+    }
+
+    /// Writes the arrays to an .npz file.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), Failure> {
+        let columns: Vec<(&str, Column)> =
+            self.arrays.iter().map(|(name, values)| (*name, values.column())).collect();
+        output::written(write_npz(path, &columns))
+    }
+}
+
+impl Values {
+    fn column(&self) -> Column<'_> {
+        match self {
+            Values::F64(v) => Column::F64(v),
+            Values::Vec3(v) => Column::Vec3(v),
+            Values::I64(v) => Column::I64(v),
+            Values::I32(v) => Column::I32(v),
+            Values::I8(v) => Column::I8(v),
+            Values::Bool(v) => Column::Bool(v),
+            Values::Text(v) => Column::Text(v),
+        }
     }
 }
 

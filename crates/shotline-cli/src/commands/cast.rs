@@ -15,10 +15,9 @@ use crate::args::{Build, Model, SpanOfT, Threads};
 use crate::columns::Columns;
 use crate::failure::Failure;
 use crate::number::counted;
-use crate::output::{self, OutputFile};
 use crate::progress::{self, Quiet};
 use crate::rays::{OnInvalid, Rays};
-use crate::{input, interrupt};
+use crate::{input, interrupt, output};
 
 /// Cast many rays
 ///
@@ -121,7 +120,7 @@ impl Command {
         interrupt::catch();
         let span = self.span.span()?;
         let rays = input::rays(&self.rays, self.on_invalid)?;
-        let output = OutputFile::create(&self.output)?;
+        output::expect_writable(&self.output)?;
         let begin = Instant::now();
         let document = input::load(&self.model)?;
         let load = begin.elapsed().as_secs_f64();
@@ -132,7 +131,7 @@ impl Command {
             let begin = Instant::now();
             let (columns, overlaps) = self.cast(&world, &rays, span, cancel)?;
             let cast = begin.elapsed().as_secs_f64();
-            output.finish(|file| columns.with_names(&world).write(file))?;
+            columns.with_names(&world).write(&self.output)?;
             Ok((overlaps, cast))
         })?;
         self.remarks(&rays, overlaps);

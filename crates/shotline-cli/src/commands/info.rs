@@ -156,15 +156,11 @@ fn objects(scene: &Scene) -> Vec<ObjectLine> {
     scene.nodes.iter().filter_map(line).collect()
 }
 
-/// What kind of body a node is, seen through placements and names.
+/// What kind of body a node is, seen through its placements. The scene has been compiled: it has no cycle.
 fn body(scene: &Scene, mut id: NodeId) -> String {
-    for _ in &scene.nodes {
+    loop {
         id = match scene.node(id) {
             Node::Transform { child, .. } => *child,
-            Node::Ref { name } => match scene.defs.iter().find(|(def, _)| def == name) {
-                Some((_, node)) => *node,
-                None => return format!("reference to '{name}'"),
-            },
             Node::Solid { kind, .. } => return kind.name.to_string(),
             Node::Mesh { mesh, .. } => {
                 return format!("mesh of {}", counted(mesh.faces.len() as u64, "triangle", "triangles"));
@@ -176,7 +172,6 @@ fn body(scene: &Scene, mut id: NodeId) -> String {
             Node::Object { name, .. } => return format!("object '{name}'"),
         }
     }
-    "definitions that name each other".into()
 }
 
 fn operation(op: Op) -> &'static str {

@@ -9,9 +9,8 @@ use shotline_render::{Backdrop, LOOKS, Look, RenderError, Settings, encode_png};
 
 use crate::args::{Build, Model, Threads};
 use crate::failure::Failure;
-use crate::output::OutputFile;
 use crate::progress::{self, Quiet};
-use crate::{input, interrupt};
+use crate::{input, interrupt, output};
 
 /// Make a picture
 ///
@@ -60,7 +59,7 @@ impl Command {
     /// Runs the command.
     pub fn run(&self) -> Result<u8, Failure> {
         interrupt::catch();
-        let output = OutputFile::create(&self.output)?;
+        output::expect_writable(&self.output)?;
         let document = input::load(&self.model)?;
         let world = input::compile(&document, &self.build)?;
         interrupt::listening(|cancel| {
@@ -82,7 +81,7 @@ impl Command {
             let picture = shotline_render::render(&world, &document.scene, &settings, run);
             bar.finish_and_clear();
             let png = encode_png(&picture.map_err(|e| self.failure(e))?);
-            output.finish(|file| file.write_all(&png))
+            output::write(&self.output, &png)
         })?;
         Ok(0)
     }
