@@ -64,7 +64,7 @@ fn a_miss_and_the_span_are_told() {
     assert!(miss.contains("miss"), "{miss}");
     let part = ["shoot", "drilled.json", "--from", "-10,0,0", "--to", "10,0,0", "--t-max", "0.375"];
     let text = place.run(&part).ok();
-    assert!(text.contains("4 crossings") || text.contains("3 crossings"), "{text}");
+    assert!(text.contains("2 crossings") && text.contains("out (end)"), "{text}");
 }
 
 #[test]
