@@ -64,7 +64,7 @@ fn load(path: &Path) -> BTreeMap<String, Array> {
         };
         let array = Array {
             descr: between("'descr': '", "'"),
-            shape: between("'shape': (", ")"),
+            shape: between("'shape': (", ")").trim_end_matches(',').to_string(),
             data: bytes[start..].to_vec(),
         };
         out.insert(entry.name().unwrap().strip_suffix(".npy").unwrap().to_string(), array);
