@@ -89,3 +89,6 @@ pub enum QueryError {
         t_out: f64,
     },
 }
+
+#[cfg(test)]
+mod tests;

@@ -58,7 +58,7 @@ impl Deref for Roots {
 pub fn linear(c: [f64; 2]) -> Roots {
     let mut out = Roots::default();
     let x = -c[0] / c[1];
-    if x.is_finite() {
+    if x.is_finite() && c[1].is_finite() {
         // Adding zero turns -0 into 0.
         out.push(x + 0.0);
     }
@@ -157,17 +157,20 @@ fn horner<const N: usize>(c: &[f64; N], x: f64) -> (f64, f64) {
 }
 
 /// The coefficients over a power of two near the largest, so that products neither overflow nor, for
-/// ordinary polynomials, underflow. NaN everywhere if one of them is not finite.
+/// ordinary polynomials, underflow. Left alone if they are of ordinary size; NaN if one of them is not finite.
 #[inline]
 fn unit_sized<const N: usize>(c: [f64; N]) -> [f64; N] {
+    const ORDINARY: std::ops::Range<f64> = 1e-30..1e30;
     let largest = c.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     if !c.iter().all(|x| x.is_finite()) {
         return [f64::NAN; N];
     }
-    let exponent = libm::frexp(largest).1;
+    if ORDINARY.contains(&largest) {
+        return c;
+    }
     // In two factors, each of which is an ordinary number.
-    let half = libm::ldexp(1.0, -exponent / 2);
-    let rest = libm::ldexp(1.0, -exponent - (-exponent / 2));
+    let exponent = -libm::frexp(largest).1;
+    let (half, rest) = (libm::ldexp(1.0, exponent / 2), libm::ldexp(1.0, exponent - exponent / 2));
     c.map(|x| x * half * rest)
 }
 

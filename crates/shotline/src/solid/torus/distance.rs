@@ -1,7 +1,7 @@
 //! The torus function along a line, with its derivatives and bounds for its rounding.
 
 use super::approach::{Approach, rounded};
-use crate::math::{Dd, HALF_ULP, Vec3, two_prod};
+use crate::math::{Dd, HALF_ULP, Vec3, two_prod, two_sum};
 
 /// `f(tau) = (rho - R)^2 + z^2 - r^2` on the line `p + tau u`, with `rho^2 = x^2 + y^2`.
 ///
@@ -32,7 +32,8 @@ impl<'a> Distance<'a> {
 
     pub fn at(&self, tau: f64) -> Place {
         let q = self.p + self.line.u * tau;
-        let rho = (q.x * q.x + q.y * q.y).sqrt();
+        // Never zero, so that it can divide: next to the axis x / rho and y / rho come out as zero.
+        let rho = (q.x * q.x + q.y * q.y).sqrt().max(1e-150);
         Place { tau, q, rho, e: rho - self.major }
     }
 
@@ -50,11 +51,22 @@ impl<'a> Distance<'a> {
         unit * (size * (off + unit * size) + self.minor * self.minor)
     }
 
-    /// `f` in double-double arithmetic.
+    /// `f` with twice the digits: every intermediate is a double and what rounding took from it.
     pub fn wide_value(&self, tau: Dd) -> f64 {
-        let q: [Dd; 3] = std::array::from_fn(|i| self.line.p[i] + tau * self.line.u[i]);
-        let e = (q[0] * q[0] + q[1] * q[1]).sqrt() - Dd::from(self.major);
-        (e * e + q[2] * q[2] - self.minor_squared).hi
+        let [x, y, z] = std::array::from_fn(|i| {
+            let (p, u) = (self.line.p[i], self.line.u[i]);
+            let way = two_prod(tau.hi, u);
+            let q = two_sum(p.hi, way.hi);
+            Dd { hi: q.hi, lo: q.lo + (way.lo + tau.lo * u + p.lo) }
+        });
+        let rho2 = sum_of_squares(x, y);
+        let rho = rho2.hi.sqrt();
+        let rho_squared = two_prod(rho, rho);
+        let rest = (rho2.hi - rho_squared.hi) + (rho2.lo - rho_squared.lo);
+        let mut e = two_sum(rho, -self.major);
+        e.lo += if rho > 0.0 { rest / (2.0 * rho) } else { 0.0 };
+        let distance2 = sum_of_squares(e, z);
+        (distance2.hi - self.minor_squared.hi) + (distance2.lo - self.minor_squared.lo)
     }
 
     /// A bound on the error of `wide_value`: the same sum with the roundings of double-double, with room.
@@ -74,22 +86,27 @@ impl<'a> Distance<'a> {
 
     /// `f'`.
     pub fn slope(&self, at: &Place) -> f64 {
-        let u = self.line.u;
-        2.0 * (at.outward() * (at.q.x * u.x + at.q.y * u.y) + at.q.z * u.z)
+        self.slope_times_rho(at) / at.rho
+    }
+
+    /// `f` and `f'` times `rho`: of the same sign, with the same quotient, and without a division.
+    pub fn value_and_slope_times_rho(&self, at: &Place) -> (f64, f64) {
+        (self.value(at) * at.rho, self.slope_times_rho(at))
+    }
+
+    fn slope_times_rho(&self, at: &Place) -> f64 {
+        2.0 * (at.e * self.across(at) + at.rho * (at.q.z * self.line.u.z))
+    }
+
+    /// `rho' rho`.
+    fn across(&self, at: &Place) -> f64 {
+        at.q.x * self.line.u.x + at.q.y * self.line.u.y
     }
 
     /// A bound on the rounding of `slope`.
     pub fn slope_error(&self, at: &Place) -> f64 {
         let size = self.p.abs().element_sum() + at.tau.abs() + self.major;
-        32.0 * HALF_ULP * size * (1.0 + at.outward().abs())
-    }
-
-    /// `f''`.
-    pub fn curvature(&self, at: &Place) -> f64 {
-        let u = self.line.u;
-        let flat = u.x * u.x + u.y * u.y;
-        let radial = if at.rho > 0.0 { (at.q.x * u.x + at.q.y * u.y) / at.rho } else { 0.0 };
-        2.0 * (radial * radial + u.z * u.z + at.outward() * (flat - radial * radial))
+        32.0 * HALF_ULP * size * (1.0 + at.e.abs() / at.rho)
     }
 
     /// A bound on the second derivatives of the torus function in space, in any direction, as far around as
@@ -100,19 +117,17 @@ impl<'a> Distance<'a> {
 
     /// What moving the point by up to `by`, in each component, can do to `f`.
     pub fn shaken(&self, at: &Place, by: Vec3) -> f64 {
-        if by == Vec3::ZERO {
-            return 0.0;
-        }
-        let outward = at.outward().abs();
+        let outward = at.e.abs() / at.rho;
         let q = at.q.abs();
         let first = 2.0 * (outward * (q.x * by.x + q.y * by.y) + q.z * by.z);
         first + 2.0 * self.bend(at) * by.length_squared()
     }
 }
 
-impl Place {
-    /// `(rho - R) / rho`, the weight of x and y in the gradient; zero on the axis, where it has no limit.
-    fn outward(&self) -> f64 {
-        if self.rho > 0.0 { self.e / self.rho } else { 0.0 }
-    }
+/// `a^2 + b^2` with an error of the order of the square of an ulp.
+fn sum_of_squares(a: Dd, b: Dd) -> Dd {
+    let (a2, b2) = (two_prod(a.hi, a.hi), two_prod(b.hi, b.hi));
+    let sum = two_sum(a2.hi, b2.hi);
+    let low = a.lo * (2.0 * a.hi + a.lo) + b.lo * (2.0 * b.hi + b.lo);
+    Dd { hi: sum.hi, lo: sum.lo + (a2.lo + b2.lo + low) }
 }

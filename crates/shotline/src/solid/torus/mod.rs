@@ -5,6 +5,8 @@ mod distance;
 mod search;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod truth;
 
 use std::sync::Arc;
 

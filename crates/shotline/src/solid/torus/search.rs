@@ -8,7 +8,7 @@
 //! 4. Bracketed Newton finds each crossing, and a residual in double-double corrects it.
 
 use super::approach::{Approach, PowerOfTwo, exponent};
-use super::distance::{Distance, Place};
+use super::distance::Distance;
 use crate::crossing::Crossing;
 use crate::math::{Dd, HALF_ULP, Vec3};
 use crate::ray::Line;
@@ -62,7 +62,7 @@ fn critical_points(line: &Approach, major: f64, minor: f64, lo: f64, hi: f64) ->
         3.0 * uu * pu,
         uu * uu,
     ];
-    cubic_between(quarter_derivative, lo, hi, 1e-8 * (hi - lo))
+    cubic_between(quarter_derivative, lo, hi, 1e-6 * (hi - lo))
 }
 
 struct Search<'a> {
@@ -93,67 +93,63 @@ impl Search<'_> {
     /// The one crossing between two knots.
     fn crossing(&self, lo: f64, hi: f64, leaving: bool) -> Crossing {
         let f = &self.distance;
-        // From the knot inside the tube f rises like a parabola.
-        let knot = f.at(if leaving { lo } else { hi });
-        let way = (-2.0 * f.value(&knot) / f.curvature(&knot)).sqrt();
-        let start = if leaving { lo + way } else { hi - way };
+        // From its low point inside the tube f rises much like a parabola.
+        let (inner, outer) = if leaving { (lo, hi) } else { (hi, lo) };
+        let (low, high) = (f.value(&f.at(inner)), f.value(&f.at(outer)));
+        let start = inner + (outer - inner) * (low / (low - high)).sqrt();
         let start = if lo < start && start < hi { start } else { 0.5 * lo + 0.5 * hi };
         let piece = Piece { lo, hi, rising: leaving };
-        let tau = bracketed_newton(piece, start, 1e-9 * (hi - lo), |tau| {
-            let at = f.at(tau);
-            (f.value(&at), f.slope(&at))
-        });
-        let (tau, residual) = self.corrected(tau, lo, hi);
-        let t = self.approach.t(tau);
-        let err = self.approach.t_length(self.spread(tau.hi, t, residual, hi - lo));
-        Crossing::new(t, err + HALF_ULP * t.abs() + f64::MIN_POSITIVE, !leaving, 0)
+        let tau =
+            bracketed_newton(piece, start, 1e-5 * (hi - lo), |tau| f.value_and_slope_times_rho(&f.at(tau)));
+        self.corrected(piece, tau)
     }
 
-    /// Newton's steps with the residual in double-double, until what is left cannot be seen in `t`; and a
-    /// bound on the value of `f` that is left.
-    fn corrected(&self, tau: f64, lo: f64, hi: f64) -> (Dd, f64) {
+    /// The crossing of a piece, from a first approximation, by Newton's steps with the residual in
+    /// double-double, until what is left cannot be seen in `t`.
+    fn corrected(&self, piece: Piece, approximation: f64) -> Crossing {
         let f = &self.distance;
-        let mut tau = Dd::from(tau);
-        let mut residual = f64::INFINITY;
-        for _ in 0..5 {
+        let mut tau = Dd::from(approximation);
+        let mut root = Root { tau: approximation, slope: 0.0, residual: f64::INFINITY, bend: 0.0 };
+        for _ in 0..6 {
             let at = f.at(tau.hi);
             let slope = f.slope(&at);
             let step = -f.wide_value(tau) / slope;
             let next = tau + Dd::from(step);
-            if !(lo <= next.hi && next.hi <= hi) {
+            if !(piece.lo <= next.hi && next.hi <= piece.hi) {
                 break;
             }
             tau = next;
-            let bend = 0.5 * f.bend(&at) * self.approach.uu;
-            residual = (bend * step.abs() + f.slope_error(&at)) * step.abs() + f.wide_error(&at);
+            let bend = f.bend(&at) * self.approach.uu;
+            let slope_error = f.slope_error(&at) + bend * step.abs();
+            let residual = slope_error * step.abs() + f.wide_error(&at);
+            root = Root { tau: tau.hi, slope: slope.abs() - slope_error, residual, bend };
             if residual <= 1e-3 * HALF_ULP * self.approach.reach(tau.hi) * slope.abs() {
                 break;
             }
         }
-        (tau, residual)
+        let t = self.approach.t(tau);
+        let spread = self.approach.t_length(self.spread(&root, t, piece));
+        Crossing::new(t, spread + HALF_ULP * t.abs() + f64::MIN_POSITIVE, !piece.rising, 0)
     }
 
-    /// How far the exact crossing of the exact line can be from `tau`, if it crosses here at all: where `f` can
-    /// be off by the residual and by the line's own bounds.
-    fn spread(&self, tau: f64, t: f64, residual: f64, piece: f64) -> f64 {
-        let f = &self.distance;
-        let at = f.at(tau);
-        let slope = f.slope(&at).abs() - f.slope_error(&at);
-        let doubt = if residual.is_finite() { residual } else { 0.0 } + self.shaken(&at, t);
-        let linear = doubt / slope;
+    /// How far the exact crossing of the exact line can be from the root, if it crosses here at all: where `f`
+    /// can be off by the residual and by the line's own bounds.
+    fn spread(&self, root: &Root, t: f64, piece: Piece) -> f64 {
+        let doubt = root.residual + self.shaken(root.tau, t);
+        let linear = doubt / root.slope;
         // How much the slope can change over that way, relatively.
-        let turn = f.bend(&at) * self.approach.uu * linear / slope;
-        if residual.is_finite() && slope > 0.0 && turn <= 0.125 {
+        let turn = root.bend * linear / root.slope;
+        if root.slope > 0.0 && turn <= 0.125 {
             return linear * (1.0 + 2.0 * turn);
         }
         // Next to a touching: as far as it takes until f is sure of its sign on both sides.
-        let mut way = linear.abs().max(f64::EPSILON * piece).min(piece);
+        let decided = |tau: f64| {
+            let sure = f64::abs(self.distance.wide_value(Dd::from(tau)));
+            sure > self.distance.wide_error(&self.distance.at(tau)) + self.shaken(tau, t)
+        };
+        let mut way = f64::EPSILON * (piece.hi - piece.lo);
         for _ in 0..60 {
-            let decided = |x: f64| {
-                let at = f.at(x);
-                f.wide_value(Dd::from(x)).abs() > f.wide_error(&at) + self.shaken(&at, t)
-            };
-            if decided(tau - way) && decided(tau + way) {
+            if decided(root.tau - way) && decided(root.tau + way) {
                 break;
             }
             way *= 2.0;
@@ -162,8 +158,22 @@ impl Search<'_> {
     }
 
     /// What the line's own bounds can do to `f`.
-    fn shaken(&self, at: &Place, t: f64) -> f64 {
-        let by: Vec3 = self.unit.of(self.line.point_err(t));
-        self.distance.shaken(at, by)
+    fn shaken(&self, tau: f64, t: f64) -> f64 {
+        let by = self.line.point_err(t);
+        if by == Vec3::ZERO {
+            return 0.0;
+        }
+        self.distance.shaken(&self.distance.at(tau), self.unit.of(by))
     }
+}
+
+/// What is known of the torus function at a computed crossing.
+struct Root {
+    tau: f64,
+    /// A lower bound of `|f'|`.
+    slope: f64,
+    /// A bound on `|f|`.
+    residual: f64,
+    /// A bound on `|f''|` nearby.
+    bend: f64,
 }
