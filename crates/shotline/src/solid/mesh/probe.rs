@@ -101,8 +101,7 @@ impl Probe {
         let (s, r) = (power_of_two(-exponents.0), power_of_two(-exponents.1));
         let line = Line { o: line.o * s, d: line.d * r, o_err: line.o_err * s, d_err: line.d_err * r };
         let far = line.o.abs().max_element();
-        // Also false for NaN.
-        if !(far <= FARTHEST) {
+        if far.is_nan() || far > FARTHEST {
             return None;
         }
         let d = line.d.abs();
