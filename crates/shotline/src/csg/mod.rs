@@ -1,1 +1,10 @@
-//! CSG.
+//! Boolean combination: Roth's table, programs over many operands, and the sweep that turns crossings of
+//! leaves into boundaries of the result.
+
+pub mod op;
+mod program;
+mod sweep;
+
+pub use op::Op;
+pub use program::{Program, ProgramState, Tree, TreeNode};
+pub use sweep::{Boundary, Event, HitKind, Sweep, together};

@@ -176,27 +176,43 @@ impl Placement {
     /// # Errors
     /// [`SingularTransform`] if the condition number is above [`MAX_CONDITION`] or an entry is not finite.
     pub fn new(parent_from_local: &Affine) -> Result<Placement, SingularTransform> {
-        Placement::of_chain(std::slice::from_ref(parent_from_local))
+        Chain::IDENTITY.then(parent_from_local).placement()
+    }
+}
+
+/// A product of transforms under way, in double-double: rounded only when it is placed, so that equal chains
+/// give equal bits and long chains do not gather rounding.
+#[derive(Clone, Copy, Debug)]
+pub struct Chain(Wide);
+
+impl Chain {
+    /// The empty product.
+    pub const IDENTITY: Chain = Chain([
+        [Dd::ONE, Dd::ZERO, Dd::ZERO, Dd::ZERO],
+        [Dd::ZERO, Dd::ONE, Dd::ZERO, Dd::ZERO],
+        [Dd::ZERO, Dd::ZERO, Dd::ONE, Dd::ZERO],
+    ]);
+
+    /// The product with a further transform, inside those so far.
+    pub fn then(&self, inner: &Affine) -> Chain {
+        if inner.is_identity() { *self } else { Chain(compose(&self.0, &widen(inner))) }
     }
 
-    /// Composes a chain of transforms, outermost first, and inverts the product; both are rounded once at
-    /// the end, so equal chains give equal bits and long chains do not gather rounding.
+    /// Rounds the product and its inverse.
     ///
     /// # Errors
     /// [`SingularTransform`] if the condition number of the product is above [`MAX_CONDITION`] or an entry
     /// is not finite.
-    pub fn of_chain(chain: &[Affine]) -> Result<Placement, SingularTransform> {
-        let product =
-            chain.iter().fold(widen(&Affine::IDENTITY), |outer, inner| compose(&outer, &widen(inner)));
-        let parent_from_local = round(&product);
+    pub fn placement(&self) -> Result<Placement, SingularTransform> {
+        let parent_from_local = round(&self.0);
         if !parent_from_local.rows.iter().flatten().all(|x| x.is_finite()) {
             return Err(SingularTransform { condition: f64::NAN });
         }
         let condition = parent_from_local.condition();
-        if !(condition <= MAX_CONDITION) {
+        if condition.is_nan() || condition > MAX_CONDITION {
             return Err(SingularTransform { condition });
         }
-        let local_from_parent = round(&inverse(&product));
+        let local_from_parent = round(&inverse(&self.0));
         if !local_from_parent.rows.iter().flatten().all(|x| x.is_finite()) {
             return Err(SingularTransform { condition });
         }
@@ -217,9 +233,7 @@ fn round(m: &Wide) -> Affine {
 fn compose(outer: &Wide, inner: &Wide) -> Wide {
     let mut out = [[Dd::ZERO; 4]; 3];
     for (row, o) in out.iter_mut().zip(outer) {
-        for (j, entry) in row.iter_mut().enumerate() {
-            *entry = o[0] * inner[0][j] + o[1] * inner[1][j] + o[2] * inner[2][j];
-        }
+        *row = std::array::from_fn(|j| o[0] * inner[0][j] + o[1] * inner[1][j] + o[2] * inner[2][j]);
         row[3] = row[3] + o[3];
     }
     out

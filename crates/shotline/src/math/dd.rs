@@ -45,6 +45,9 @@ impl Dd {
     /// Zero.
     pub const ZERO: Dd = Dd { hi: 0.0, lo: 0.0 };
 
+    /// One.
+    pub const ONE: Dd = Dd { hi: 1.0, lo: 0.0 };
+
     /// The square root; zero for arguments that are not positive.
     pub fn sqrt(self) -> Dd {
         if self.hi <= 0.0 {

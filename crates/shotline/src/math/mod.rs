@@ -4,7 +4,7 @@ mod affine;
 mod dd;
 mod plane;
 
-pub use affine::{Affine, MAX_CONDITION, Placement, SingularTransform};
+pub use affine::{Affine, Chain, MAX_CONDITION, Placement, SingularTransform};
 pub use dd::{Dd, difference_of_products, two_prod, two_sum};
 pub use glam::DVec3 as Vec3;
 pub use plane::Plane;

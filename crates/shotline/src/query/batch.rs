@@ -1,8 +1,10 @@
 //! Batches over all cores: arrays in, arrays out; the same bits for any split and number of threads.
 
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::{Overlaps, QueryError};
+use rayon::prelude::*;
+
+use super::{Caster, Hit, Overlaps, QueryError, Segment};
 use crate::compile::World;
 use crate::ray::{Ray, Span};
 
@@ -100,36 +102,161 @@ pub struct SegmentRows {
     pub overlaps: u64,
 }
 
+/// Rays answered by one thread between looks at the cancel flag.
+const CHUNK: usize = 4096;
+
+/// Runs a job over chunks of rays on a pool of its own and answers the results in order. Each result depends
+/// on its rays only, so the split and the number of threads cannot change it.
+fn over_chunks<T: Send>(
+    world: &World,
+    rays: &[Ray],
+    run: Run,
+    job: impl Fn(&mut Caster, &Ray, &mut T) -> Result<(), QueryError> + Sync,
+) -> Result<Vec<T>, BatchError>
+where
+    T: Default,
+{
+    let one = |caster: &mut Caster, (index, chunk): (usize, &[Ray])| {
+        if run.cancel.is_some_and(|c| c.load(Ordering::Relaxed)) {
+            return Err(BatchError::Cancelled);
+        }
+        let mut result = T::default();
+        for (i, ray) in chunk.iter().enumerate() {
+            let row = index * CHUNK + i;
+            job(caster, ray, &mut result).map_err(|error| BatchError::Query { row, error })?;
+        }
+        if let Some(progress) = run.progress {
+            progress(chunk.len() as u64);
+        }
+        Ok(result)
+    };
+    let sequential = || {
+        let mut caster = Caster::new(world);
+        rays.chunks(CHUNK).enumerate().map(|chunk| one(&mut caster, chunk)).collect()
+    };
+    if run.threads == 1 || rays.len() <= CHUNK {
+        return sequential();
+    }
+    // Without threads to be had, the work is done by this one.
+    let Ok(pool) = rayon::ThreadPoolBuilder::new().num_threads(run.threads).build() else {
+        return sequential();
+    };
+    let results: Vec<Result<T, BatchError>> =
+        pool.install(|| rays.par_chunks(CHUNK).enumerate().map_init(|| Caster::new(world), one).collect());
+    // In order, so that of several rays without an answer the first is named.
+    results.into_iter().collect()
+}
+
+fn or_minus_one(x: Option<u32>) -> i32 {
+    x.map_or(-1, |x| x as i32)
+}
+
 /// The closest crossing of each ray.
 ///
 /// # Errors
 /// [`BatchError::Cancelled`].
-pub fn closest(_world: &World, _rays: &[Ray], _span: Span, _run: Run) -> Result<ClosestRows, BatchError> {
-    Ok(ClosestRows::default())
+pub fn closest(world: &World, rays: &[Ray], span: Span, run: Run) -> Result<ClosestRows, BatchError> {
+    let parts = over_chunks(world, rays, run, |caster, ray, rows: &mut ClosestRows| {
+        rows.push(caster.closest(ray, span));
+        Ok(())
+    })?;
+    let mut out = ClosestRows::default();
+    for mut part in parts {
+        out.t.append(&mut part.t);
+        out.normal.append(&mut part.normal);
+        out.object.append(&mut part.object);
+        out.surface.append(&mut part.surface);
+        out.primitive.append(&mut part.primitive);
+        out.path.append(&mut part.path);
+        out.entering.append(&mut part.entering);
+        out.t_err.append(&mut part.t_err);
+    }
+    Ok(out)
+}
+
+impl ClosestRows {
+    fn push(&mut self, hit: Option<Hit>) {
+        self.t.push(hit.map_or(f64::INFINITY, |h| h.t));
+        self.normal.push(hit.map_or([f64::NAN; 3], |h| h.normal.to_array()));
+        self.object.push(or_minus_one(hit.map(|h| h.object)));
+        self.surface.push(or_minus_one(hit.and_then(|h| h.surface)));
+        self.primitive.push(or_minus_one(hit.and_then(|h| h.primitive)));
+        self.path.push(hit.map_or(-1, |h| h.path as i64));
+        self.entering.push(hit.is_some_and(|h| h.entering));
+        self.t_err.push(hit.map_or(f64::NAN, |h| h.t_err));
+    }
 }
 
 /// Whether each ray has any crossing.
 ///
 /// # Errors
 /// [`BatchError::Cancelled`].
-pub fn any(_world: &World, _rays: &[Ray], _span: Span, _run: Run) -> Result<Vec<bool>, BatchError> {
-    Ok(Vec::new())
+pub fn any(world: &World, rays: &[Ray], span: Span, run: Run) -> Result<Vec<bool>, BatchError> {
+    let parts = over_chunks(world, rays, run, |caster, ray, rows: &mut Vec<bool>| {
+        rows.push(caster.any(ray, span));
+        Ok(())
+    })?;
+    Ok(parts.concat())
 }
 
 /// The number of crossings of each ray.
 ///
 /// # Errors
 /// [`BatchError::Cancelled`].
-pub fn count(_world: &World, _rays: &[Ray], _span: Span, _run: Run) -> Result<Vec<i64>, BatchError> {
-    Ok(Vec::new())
+pub fn count(world: &World, rays: &[Ray], span: Span, run: Run) -> Result<Vec<i64>, BatchError> {
+    let parts = over_chunks(world, rays, run, |caster, ray, rows: &mut Vec<i64>| {
+        rows.push(caster.count(ray, span) as i64);
+        Ok(())
+    })?;
+    Ok(parts.concat())
 }
 
 /// Every crossing of each ray.
 ///
 /// # Errors
 /// [`BatchError::Cancelled`].
-pub fn crossings(_world: &World, _rays: &[Ray], _span: Span, _run: Run) -> Result<CrossingRows, BatchError> {
-    Ok(CrossingRows::default())
+pub fn crossings(world: &World, rays: &[Ray], span: Span, run: Run) -> Result<CrossingRows, BatchError> {
+    #[derive(Default)]
+    struct Part {
+        counts: Vec<usize>,
+        hits: Vec<Hit>,
+    }
+    let parts = over_chunks(world, rays, run, |caster, ray, part: &mut Part| {
+        let before = part.hits.len();
+        caster.crossings(ray, span, &mut part.hits);
+        part.counts.push(part.hits.len() - before);
+        Ok(())
+    })?;
+    let mut out = CrossingRows { ray_splits: vec![0], ..CrossingRows::default() };
+    for part in parts {
+        append_splits(&mut out.ray_splits, &part.counts);
+        for hit in part.hits {
+            out.push(&hit);
+        }
+    }
+    Ok(out)
+}
+
+fn append_splits(splits: &mut Vec<i64>, counts: &[usize]) {
+    let mut at = splits.last().copied().unwrap_or(0);
+    for &count in counts {
+        at += count as i64;
+        splits.push(at);
+    }
+}
+
+impl CrossingRows {
+    fn push(&mut self, hit: &Hit) {
+        self.t.push(hit.t);
+        self.normal.push(hit.normal.to_array());
+        self.entering.push(hit.entering);
+        self.object.push(hit.object as i32);
+        self.surface.push(or_minus_one(hit.surface));
+        self.primitive.push(or_minus_one(hit.primitive));
+        self.path.push(hit.path as i64);
+        self.kind.push(hit.kind as i8);
+        self.t_err.push(hit.t_err);
+    }
 }
 
 /// The stretches of each ray inside objects.
@@ -137,11 +264,42 @@ pub fn crossings(_world: &World, _rays: &[Ray], _span: Span, _run: Run) -> Resul
 /// # Errors
 /// [`BatchError`]: the first ray, by row, that has no answer.
 pub fn segments(
-    _world: &World,
-    _rays: &[Ray],
-    _span: Span,
-    _overlaps: Overlaps,
-    _run: Run,
+    world: &World,
+    rays: &[Ray],
+    span: Span,
+    overlaps: Overlaps,
+    run: Run,
 ) -> Result<SegmentRows, BatchError> {
-    Ok(SegmentRows::default())
+    #[derive(Default)]
+    struct Part {
+        counts: Vec<usize>,
+        segments: Vec<Segment>,
+        overlaps: u64,
+    }
+    let parts = over_chunks(world, rays, run, |caster, ray, part: &mut Part| {
+        let before = part.segments.len();
+        part.overlaps += caster.segments(ray, span, overlaps, &mut part.segments)?;
+        part.counts.push(part.segments.len() - before);
+        Ok(())
+    })?;
+    let mut out = SegmentRows { ray_splits: vec![0], ..SegmentRows::default() };
+    for part in parts {
+        append_splits(&mut out.ray_splits, &part.counts);
+        out.overlaps += part.overlaps;
+        for segment in part.segments {
+            out.push(&segment);
+        }
+    }
+    Ok(out)
+}
+
+impl SegmentRows {
+    fn push(&mut self, segment: &Segment) {
+        self.t_in.push(segment.t_in);
+        self.t_out.push(segment.t_out);
+        self.length.push(segment.length);
+        self.material.push(or_minus_one(segment.material));
+        self.object.push(segment.object as i32);
+        self.path.push(segment.path as i64);
+    }
 }

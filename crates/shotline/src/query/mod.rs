@@ -1,23 +1,15 @@
 //! Queries: a [`Caster`] holds a world and one thread's scratch memory and answers rays.
 
 pub mod batch;
+mod caster;
+mod segments;
+mod stream;
+mod walk;
 
-use crate::accel::Work;
-use crate::compile::World;
+pub use crate::csg::HitKind;
+pub use caster::Caster;
+
 use crate::math::Vec3;
-use crate::ray::{Ray, Span};
-
-/// What a crossing is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(i8)]
-pub enum HitKind {
-    /// The ray passes a surface.
-    Surface = 0,
-    /// The span begins inside: there is no surface.
-    Start = 1,
-    /// The span ends inside: there is no surface.
-    End = 2,
-}
 
 /// A crossing of an object, in world terms.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,15 +24,15 @@ pub struct Hit {
     pub kind: HitKind,
     /// The unit normal, out of the object; NaN where there is no surface.
     pub normal: Vec3,
-    /// The object: an index into [`World::object_names`].
+    /// The object: an index into [`object_names`](crate::compile::World::object_names).
     pub object: u32,
-    /// The leaf surface, see [`World::surface_name`]; `None` where there is no surface.
+    /// The leaf surface, see [`surface_name`](crate::compile::World::surface_name); `None` where there is no surface.
     pub surface: Option<u32>,
     /// The triangle of a mesh.
     pub primitive: Option<u32>,
     /// Barycentric coordinates in that triangle, weights of its second and third vertex.
     pub barycentric: Option<[f64; 2]>,
-    /// The number of the instance path, see [`World::path_name`].
+    /// The number of the instance path, see [`path_name`](crate::compile::World::path_name).
     pub path: u64,
 }
 
@@ -55,7 +47,7 @@ pub struct Segment {
     pub length: f64,
     /// The object.
     pub object: u32,
-    /// Its material: an index into [`World::material_names`].
+    /// Its material: an index into [`material_names`](crate::compile::World::material_names).
     pub material: Option<u32>,
     /// The instance path.
     pub path: u64,
@@ -77,16 +69,12 @@ pub enum Overlaps {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum QueryError {
     /// Segments were asked of a mesh that is not closed.
-    #[error(
-        "object '{object}' has no inside: its mesh has {open_edges} open edges, the first between vertices {first_edge:?}"
-    )]
+    #[error("object '{object}' has no inside: its mesh is not closed: {why}")]
     NotASolid {
         /// The object.
         object: String,
-        /// How many edges are open.
-        open_edges: usize,
-        /// The first of them.
-        first_edge: [u32; 2],
+        /// How many edges are open and where the first is.
+        why: String,
     },
     /// Two objects of equal priority claim the same stretch.
     #[error("objects '{first}' and '{second}' of equal priority overlap from t = {t_in} to t = {t_out}")]
@@ -102,65 +90,5 @@ pub enum QueryError {
     },
 }
 
-/// A world with one thread's scratch memory.
-#[derive(Debug)]
-pub struct Caster<'w> {
-    world: &'w World,
-}
-
-impl<'w> Caster<'w> {
-    /// A caster for one thread.
-    pub fn new(world: &'w World) -> Caster<'w> {
-        Caster { world }
-    }
-
-    /// The world.
-    pub fn world(&self) -> &'w World {
-        self.world
-    }
-
-    /// The first crossing in the span.
-    pub fn closest(&mut self, _ray: &Ray, _span: Span) -> Option<Hit> {
-        None
-    }
-
-    /// Whether there is any crossing in the span.
-    pub fn any(&mut self, _ray: &Ray, _span: Span) -> bool {
-        false
-    }
-
-    /// The number of crossings in the span.
-    pub fn count(&mut self, _ray: &Ray, _span: Span) -> u64 {
-        0
-    }
-
-    /// Appends every crossing in the span, ascending in `t`, alternating for each object's path.
-    pub fn crossings(&mut self, _ray: &Ray, _span: Span, _out: &mut Vec<Hit>) {}
-
-    /// Appends the stretches inside objects and answers how many overlaps of equal priority were met.
-    ///
-    /// # Errors
-    /// [`QueryError`] for meshes that are not closed and, with [`Overlaps::Error`], for overlaps.
-    pub fn segments(
-        &mut self,
-        _ray: &Ray,
-        _span: Span,
-        _overlaps: Overlaps,
-        _out: &mut Vec<Segment>,
-    ) -> Result<u64, QueryError> {
-        Ok(0)
-    }
-
-    /// Appends the objects whose interior holds a point.
-    ///
-    /// # Errors
-    /// [`QueryError`] for meshes that are not closed.
-    pub fn contains(&mut self, _p: Vec3, _out: &mut Vec<u32>) -> Result<(), QueryError> {
-        Ok(())
-    }
-
-    /// Work counted since the caster was made.
-    pub fn work(&self) -> Work {
-        Work::default()
-    }
-}
+#[cfg(test)]
+mod tests;

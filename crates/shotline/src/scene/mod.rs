@@ -5,6 +5,7 @@ mod placement;
 
 use std::sync::Arc;
 
+pub use crate::csg::Op;
 pub use placement::{LocalTransform, Rotation};
 
 use crate::math::{Affine, Vec3};
@@ -15,18 +16,7 @@ use crate::solid::{Kind, Params};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct NodeId(pub u32);
 
-/// Union, intersection or difference.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Op {
-    /// In any.
-    Union,
-    /// In all.
-    Intersection,
-    /// In the first and in no other.
-    Difference,
-}
-
-/// A node of the graph. A node that several parents name is a shared part.
+/// A node of the graph. A node that several parents name is a shared part: it is compiled once.
 #[derive(Clone, Debug)]
 pub enum Node {
     /// A solid given by parameters.
@@ -73,11 +63,6 @@ pub enum Node {
         priority: i32,
         /// Its shape.
         node: NodeId,
-    },
-    /// A definition looked up by name when the scene is compiled: the way to build a graph top down.
-    Ref {
-        /// The name in [`Scene::defs`].
-        name: String,
     },
 }
 

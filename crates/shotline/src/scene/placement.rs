@@ -1,6 +1,6 @@
 //! The ways in which a node may be placed, kept as they were written.
 
-use crate::math::{Affine, Vec3};
+use crate::math::{Affine, Chain, Vec3};
 
 /// A rotation as written, in degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,8 +33,13 @@ pub enum LocalTransform {
 }
 
 impl LocalTransform {
+    /// The product of a chain so far with this transform inside it.
+    pub fn inside(&self, chain: &Chain) -> Chain {
+        self.matrices().iter().fold(*chain, |chain, m| chain.then(m))
+    }
+
     /// The matrices, outermost first; at most three.
-    pub fn chain(&self) -> Vec<Affine> {
+    fn matrices(&self) -> Vec<Affine> {
         match *self {
             LocalTransform::Matrix(m) => vec![m],
             LocalTransform::Steps { scale, rotate, translate } => [

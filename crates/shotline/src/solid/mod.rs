@@ -3,9 +3,27 @@
 //! Adding a solid is one file and one line in the registry at the end of this one; that line also stamps the
 //! conformance suite (`testkit`) onto it.
 
+mod capped;
+#[cfg(test)]
+mod capped_tests;
+mod cone;
+mod cuboid;
+mod cylinder;
+mod ellipsoid;
+mod form;
+mod halfspace;
+mod homogeneous;
+mod hyperboloid;
+mod hyperboloid2;
+mod interval;
 mod kind;
 pub mod mesh;
+mod on_line;
+mod paraboloid;
+mod quadratic;
+mod quadric;
 mod sphere;
+pub mod torus;
 
 use std::fmt::Debug;
 
@@ -15,6 +33,7 @@ use crate::crossing::Crossing;
 use crate::math::Vec3;
 use crate::ray::{Line, Span};
 
+pub use homogeneous::Homogeneous;
 pub use kind::{Kind, Param, ParamError, ParamType, Params, Value};
 
 /// How much of a list is wanted.
@@ -71,6 +90,11 @@ pub trait Solid: Send + Sync + Debug {
         None
     }
 
+    /// The surface as a quadric over homogeneous points, up to a positive factor; `None` where it is none.
+    fn homogeneous(&self, _surface: u32) -> Option<Homogeneous> {
+        None
+    }
+
     /// Bytes used beyond the solid itself.
     fn memory(&self) -> usize {
         0
@@ -95,7 +119,19 @@ macro_rules! registry {
     };
 }
 
-registry!(sphere);
+registry!(
+    halfspace,
+    cuboid,
+    sphere,
+    ellipsoid,
+    cylinder,
+    cone,
+    paraboloid,
+    hyperboloid,
+    hyperboloid2,
+    quadric,
+    torus,
+);
 
 /// The kind of a name.
 pub fn kind(name: &str) -> Option<&'static Kind> {

@@ -2,4 +2,5 @@
 
 pub mod accel;
 pub mod random;
+pub mod scene;
 pub mod solid;

@@ -90,6 +90,23 @@ impl Topology {
         Ok(report)
     }
 
+    /// What keeps the mesh from being closed, in words; empty if it is closed.
+    pub fn why_open(&self) -> String {
+        match &self.first_open_edge {
+            None => String::new(),
+            Some(edge) => {
+                let [a, b] = edge.vertices;
+                let place = |v: Vec3| format!("({}, {}, {})", v.x, v.y, v.z);
+                format!(
+                    "{} open edges, the first between vertices {a} at {} and {b} at {}",
+                    self.open_edges,
+                    place(edge.from),
+                    place(edge.to),
+                )
+            }
+        }
+    }
+
     /// Whether along every edge as many faces run one way as the other. Such a mesh has an inside.
     pub fn is_closed(&self) -> bool {
         self.open_edges == 0

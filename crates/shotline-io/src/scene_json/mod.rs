@@ -1,0 +1,119 @@
+//! Scene files: JSON with comments. See `docs/scene-format.md`.
+
+mod keys;
+mod looks;
+mod mesh_files;
+mod nodes;
+mod placement;
+mod syntax;
+mod token;
+mod tree;
+mod values;
+
+use std::path::Path;
+
+use self::keys::{TOP, names};
+use self::mesh_files::MeshFiles;
+use self::nodes::Graph;
+use self::tree::ValueId;
+use self::values::Values;
+use crate::document::{Document, Source};
+use crate::error::ReadError;
+use crate::fault::{Fault, Faults};
+use crate::format::{Content, Format};
+
+pub(crate) const FORMAT: Format = Format {
+    name: "scene",
+    extensions: &["json", "jsonc"],
+    detect: |bytes| {
+        let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).trim_ascii_start();
+        text.starts_with(b"{") || text.starts_with(b"//") || text.starts_with(b"/*")
+    },
+    content: Content::Scene { read },
+};
+
+/// The largest scene file that is read, in bytes.
+pub(crate) const MAX_BYTES: u64 = 256 << 20;
+
+/// Reads the bytes of a scene file.
+fn read(path: &Path, bytes: Vec<u8>) -> Result<Document, ReadError> {
+    let text = match String::from_utf8(bytes) {
+        Ok(text) => text,
+        Err(error) => {
+            let at = error.utf8_error().valid_up_to();
+            let fault =
+                Fault::text(at..at + 1, "the text is not UTF-8 from here on").help("save the file as UTF-8");
+            return Err(ReadError::new(Some(path), error.as_bytes(), fault.into()));
+        }
+    };
+    // `Path::parent` of a bare file name is the empty path, which cannot be opened.
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    parse(text, Some(path), Some(folder))
+}
+
+/// Reads the text of a scene. Mesh files are looked for in the folder; without one, none can be named.
+///
+/// # Errors
+/// [`ReadError`] with everything that is wrong.
+pub fn parse_scene(text: impl Into<String>, folder: Option<&Path>) -> Result<Document, ReadError> {
+    parse(text.into(), None, folder)
+}
+
+fn parse(text: String, path: Option<&Path>, folder: Option<&Path>) -> Result<Document, ReadError> {
+    let mut faults = Faults::default();
+    let document = document(&text, folder, &mut faults);
+    match document {
+        Some((scene, spans, notes)) if faults.is_empty() => {
+            Ok(Document { scene, notes, source: Source::new(path, text, spans) })
+        }
+        _ => Err(ReadError::new(path, text.as_bytes(), faults)),
+    }
+}
+
+type Parts = (shotline::scene::Scene, Vec<std::ops::Range<usize>>, Vec<String>);
+
+fn document(text: &str, folder: Option<&Path>, faults: &mut Faults) -> Option<Parts> {
+    if text.len() as u64 > MAX_BYTES {
+        faults.push(Fault::file(format!("is larger than {} MiB", MAX_BYTES >> 20)));
+        return None;
+    }
+    let (tree, root) = syntax::parse(text, faults)?;
+    let mut values = Values { tree: &tree, faults };
+    values.object(root, "a scene")?;
+    values.only(root, "a scene", &names(TOP).collect::<Vec<_>>());
+    check_version(&mut values, root);
+    let get = |key: &str| tree.get(root, key);
+    let units = get("units").and_then(|at| values.text(at, "\"units\"")).map(ToString::to_string);
+    let materials = get("materials").map(|at| looks::read_materials(&mut values, at)).unwrap_or_default();
+    let camera = get("camera").and_then(|at| looks::read_camera(&mut values, at));
+    let lights = get("lights").map(|at| looks::read_lights(&mut values, at)).unwrap_or_default();
+    let mut graph = Graph::new(values, MeshFiles::below(folder));
+    graph.scene.materials = materials;
+    graph.read(get("defs"), get("objects"));
+    let Graph { mut scene, spans, meshes, .. } = graph;
+    (scene.units, scene.camera, scene.lights) = (units, camera, lights);
+    Some((scene, spans, meshes.notes))
+}
+
+fn check_version(values: &mut Values, root: ValueId) {
+    let Some(at) = values.tree.get(root, "shotline") else {
+        values.fault_at_start(
+            root,
+            "the scene lacks \"shotline\": 1",
+            "add \"shotline\": 1, the version of the format",
+        );
+        return;
+    };
+    if let Some(version) = values.number(at, "\"shotline\"").filter(|v| *v != 1.0) {
+        let help = "this program reads version 1; a newer one may read this file";
+        values.fault(at, format!("the file is written for version {version} of the format"), help);
+    }
+}
+
+/// The bytes of a node's parameter, found by reading the node's text once more: errors are rare, and keeping
+/// every parameter's place would cost more memory than the scene.
+pub(crate) fn find_param(node: &str, param: &str) -> Option<std::ops::Range<usize>> {
+    let mut ignored = Faults::default();
+    let (tree, root) = syntax::parse(node, &mut ignored)?;
+    tree.get(root, param).map(|at| tree.range(at))
+}

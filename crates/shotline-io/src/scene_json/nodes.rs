@@ -1,0 +1,370 @@
+//! Nodes of a scene file to nodes of the scene.
+//!
+//! A part of `defs` has one node, and every `{"ref"}` to it without a placement is that node's number: sharing,
+//! forward references and cycles (which the compiler reports) need nothing more. Work is kept in a list, so a
+//! deep nest needs no deep stack.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use shotline::scene::{Node, NodeId, Op, Scene};
+use shotline::solid::{self, ParamType, Params, Value};
+
+use super::keys::{MESH, MESH_FILE, OBJECT, OPS, PLACEMENT, names};
+use super::mesh_files::MeshFiles;
+use super::placement;
+use super::tree::{Member, ValueId};
+use super::values::Values;
+use crate::suggest;
+
+/// A scene being built.
+pub(super) struct Graph<'r, 't> {
+    pub(super) values: Values<'r, 't>,
+    pub(super) scene: Scene,
+    /// Where each node was written.
+    pub(super) spans: Vec<Range<usize>>,
+    pub(super) meshes: MeshFiles,
+    defs: HashMap<&'r str, NodeId>,
+    unnamed: usize,
+}
+
+/// A node whose number is given out and whose contents are still to be read.
+struct Task {
+    value: ValueId,
+    id: NodeId,
+    role: Role,
+}
+
+/// What may stand in a place.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Role {
+    /// A shape.
+    Shape,
+    /// A shape or an object.
+    Member,
+    /// An object, at this place of the list of objects.
+    Root(usize),
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Form {
+    Leaf,
+    Combination,
+    Ref,
+    Object,
+}
+
+const FORMS: [(&str, Form); 4] =
+    [("kind", Form::Leaf), ("op", Form::Combination), ("ref", Form::Ref), ("node", Form::Object)];
+
+impl<'r, 't> Graph<'r, 't> {
+    pub(super) fn new(values: Values<'r, 't>, meshes: MeshFiles) -> Graph<'r, 't> {
+        Graph { values, scene: Scene::default(), spans: Vec::new(), meshes, defs: HashMap::new(), unnamed: 0 }
+    }
+
+    /// Reads the parts and the objects. The materials must be in the scene already.
+    pub(super) fn read(&mut self, defs: Option<ValueId>, objects: Option<ValueId>) {
+        let mut todo = Vec::new();
+        if let Some(members) = defs.and_then(|at| self.values.object(at, "\"defs\"")) {
+            self.define(members, &mut todo);
+        }
+        let roots = objects.and_then(|at| self.values.array(at, "\"objects\"")).unwrap_or(&[]);
+        self.unnamed = roots.len();
+        self.scene.objects =
+            roots.iter().enumerate().map(|(i, v)| self.child(*v, Role::Root(i), &mut todo)).collect();
+        todo.reverse();
+        while let Some(task) = todo.pop() {
+            let mut below = Vec::new();
+            self.fill(task, &mut below);
+            todo.extend(below.into_iter().rev());
+        }
+        for (id, value) in self.scene.objects.clone().into_iter().zip(roots) {
+            if self.values.faults.is_empty() && !matches!(self.scene.node(id), Node::Object { .. }) {
+                self.values.fault_at_start(*value, "this is not an object", WRAP);
+            }
+        }
+    }
+
+    /// Gives every part its node; a part that only names another gets the node of that.
+    fn define(&mut self, members: &'r [Member<'t>], todo: &mut Vec<Task>) {
+        let by_name: HashMap<&str, ValueId> = members.iter().map(|m| (m.key.as_ref(), m.value)).collect();
+        for member in members {
+            if !self.is_bare_ref(member.value) {
+                let id = self.child(member.value, Role::Member, todo);
+                self.defs.insert(member.key.as_ref(), id);
+            }
+        }
+        for member in members {
+            let name = member.key.as_ref();
+            let id = match self.defs.get(name) {
+                Some(id) => *id,
+                None => self.follow(member.value, &by_name),
+            };
+            self.defs.insert(name, id);
+            self.scene.defs.push((name.to_string(), id));
+        }
+    }
+
+    /// The node at the end of a chain of parts that only name one another.
+    fn follow(&mut self, first: ValueId, by_name: &HashMap<&str, ValueId>) -> NodeId {
+        let mut at = first;
+        for _ in 0..=by_name.len() {
+            match self.ref_name(at).and_then(|name| by_name.get(name)) {
+                Some(next) if self.is_bare_ref(*next) => at = *next,
+                _ => return self.reference(at),
+            }
+        }
+        self.values.fault(first, "these parts only refer to one another", "give one of them a shape");
+        self.reserve(first)
+    }
+
+    fn reserve(&mut self, value: ValueId) -> NodeId {
+        self.spans.push(self.values.tree.range(value));
+        self.scene.add(Node::Group { members: Vec::new() })
+    }
+
+    /// The number of a node that stands below another.
+    fn child(&mut self, value: ValueId, role: Role, todo: &mut Vec<Task>) -> NodeId {
+        if self.is_bare_ref(value) {
+            return self.reference(value);
+        }
+        let id = self.reserve(value);
+        todo.push(Task { value, id, role });
+        id
+    }
+
+    fn is_bare_ref(&self, value: ValueId) -> bool {
+        let members = self.values.tree.members(value);
+        let has = |key: &str| members.iter().any(|m| m.key == key);
+        has("ref")
+            && !FORMS.iter().any(|(key, form)| *form != Form::Ref && has(key))
+            && !names(PLACEMENT).any(has)
+    }
+
+    fn ref_name(&self, value: ValueId) -> Option<&'r str> {
+        match self.values.tree.content(self.values.tree.get(value, "ref")?) {
+            super::tree::Content::Text(name) if self.is_bare_ref(value) => Some(name),
+            _ => None,
+        }
+    }
+
+    /// The node that a `{"ref"}` names.
+    fn reference(&mut self, value: ValueId) -> NodeId {
+        let known: Vec<_> = ["ref"].into_iter().chain(names(PLACEMENT)).collect();
+        self.values.only(value, "a reference", &known);
+        let Some(at) = self.values.tree.get(value, "ref") else { return self.reserve(value) };
+        let Some(name) = self.values.text(at, "\"ref\"") else { return self.reserve(value) };
+        if let Some(id) = self.defs.get(name.as_ref()) {
+            return *id;
+        }
+        let names: Vec<_> = self.defs.keys().copied().collect();
+        self.values.fault(at, format!("there is no '{name}' in \"defs\""), suggest::hint(name, &names));
+        self.reserve(value)
+    }
+
+    fn fill(&mut self, task: Task, todo: &mut Vec<Task>) {
+        let Task { value, id, role } = task;
+        let Some(form) = self.form(value, role) else { return };
+        let placement =
+            if matches!(role, Role::Root(_)) { None } else { placement::read(&mut self.values, value) };
+        let id = match placement {
+            None => id,
+            Some(transform) => {
+                let child = if form == Form::Ref { self.reference(value) } else { self.reserve(value) };
+                self.set(id, Node::Transform { transform, child });
+                child
+            }
+        };
+        let node = match form {
+            Form::Leaf => self.leaf(value),
+            Form::Combination => self.combination(value, todo),
+            Form::Object => self.object(value, role, todo),
+            Form::Ref => None,
+        };
+        if let Some(node) = node {
+            self.set(id, node);
+        }
+    }
+
+    fn set(&mut self, id: NodeId, node: Node) {
+        self.scene.nodes[id.0 as usize] = node;
+    }
+
+    /// Which of the forms of a node this is; reports it if it is none, several or not allowed in its place.
+    fn form(&mut self, value: ValueId, role: Role) -> Option<Form> {
+        let members = self.values.object(value, "a node")?;
+        let present = |key: &str| members.iter().any(|m| m.key == key);
+        let forms: Vec<_> = FORMS.iter().filter(|(key, _)| present(key)).collect();
+        let root = matches!(role, Role::Root(_));
+        let what = if root { "an object" } else { "a node" };
+        match forms[..] {
+            [] => {
+                let (needs, help) = missing_form(members, role);
+                self.values.fault_at_start(value, format!("{what} needs {needs}"), help);
+                None
+            }
+            [(_, form)] if root && *form != Form::Object => {
+                self.values.fault_at_start(value, "an object needs \"node\"", WRAP);
+                None
+            }
+            [(_, Form::Object)] if role == Role::Shape => {
+                let help = "objects stand in \"objects\" and among the args of a group";
+                self.values.fault_at_start(value, "an object cannot stand here", help);
+                None
+            }
+            [(_, form)] => Some(*form),
+            [(a, _), (b, _), ..] => {
+                let help = "it is either a solid, an operation, a reference or an object";
+                self.values.fault_at_start(
+                    value,
+                    format!("a node cannot have both \"{a}\" and \"{b}\""),
+                    help,
+                );
+                None
+            }
+        }
+    }
+
+    fn leaf(&mut self, value: ValueId) -> Option<Node> {
+        let at = self.values.required(value, "a solid", "kind")?;
+        let name = self.values.text(at, "\"kind\"")?;
+        if name == MESH {
+            return self.mesh(value);
+        }
+        let Some(kind) = solid::kind(name) else {
+            let known: Vec<_> = solid::KINDS.iter().map(|k| k.name).chain([MESH]).collect();
+            self.values.fault(at, format!("there is no kind '{name}'"), suggest::hint(name, &known));
+            return None;
+        };
+        let params: Vec<_> = kind.params.iter().map(|p| p.name).collect();
+        let known: Vec<_> = ["kind"].into_iter().chain(params).chain(names(PLACEMENT)).collect();
+        self.values.only(value, &format!("a {name}"), &known);
+        let mut entries = Some(Vec::new());
+        for param in kind.params {
+            let read = self.values.required(value, &format!("this {name}"), param.name);
+            let read = read.and_then(|at| self.param(at, param.name, param.ty));
+            entries = entries.zip(read).map(|(mut all, v)| {
+                all.push((param.name, v));
+                all
+            });
+        }
+        entries.map(|entries| Node::Solid { kind, params: Params { entries } })
+    }
+
+    fn param(&mut self, at: ValueId, name: &str, ty: ParamType) -> Option<Value> {
+        match ty {
+            ParamType::Number => self.values.number(at, name).map(Value::Number),
+            ParamType::Numbers(n) => self.values.numbers(at, name, n).and_then(|v| Value::from_numbers(&v)),
+        }
+    }
+
+    fn mesh(&mut self, value: ValueId) -> Option<Node> {
+        let known: Vec<_> = ["kind", MESH_FILE.name].into_iter().chain(names(PLACEMENT)).collect();
+        self.values.only(value, "a mesh", &known);
+        let at = self.values.required(value, "this mesh", MESH_FILE.name)?;
+        let file = self.values.text(at, "\"file\"")?;
+        match self.meshes.load(file) {
+            Ok(mesh) => Some(Node::Mesh { mesh, file: Some(file.to_string()) }),
+            Err(refusal) => {
+                self.values.fault(at, refusal.why, refusal.help);
+                None
+            }
+        }
+    }
+
+    fn combination(&mut self, value: ValueId, todo: &mut Vec<Task>) -> Option<Node> {
+        let known: Vec<_> = ["op", "args"].into_iter().chain(names(PLACEMENT)).collect();
+        self.values.only(value, "an operation", &known);
+        let op_at = self.values.required(value, "this operation", "op");
+        let op = op_at.and_then(|at| Some((at, self.values.text(at, "\"op\"")?)));
+        let args_at = self.values.required(value, "this operation", "args")?;
+        let args = self.values.array(args_at, "\"args\"")?;
+        let (op_at, name) = op?;
+        let op = match name.as_ref() {
+            "union" => Some(Op::Union),
+            "intersection" => Some(Op::Intersection),
+            "difference" => Some(Op::Difference),
+            "group" => None,
+            _ => {
+                let known: Vec<_> = OPS.iter().map(|(name, _)| *name).collect();
+                self.values.fault(
+                    op_at,
+                    format!("there is no operation '{name}'"),
+                    suggest::hint(name, &known),
+                );
+                return None;
+            }
+        };
+        if args.is_empty() && op.is_some() {
+            self.values.fault(args_at, format!("this {name} has no args"), "give it at least one");
+        }
+        let role = if op.is_some() { Role::Shape } else { Role::Member };
+        let args = args.iter().map(|v| self.child(*v, role, todo)).collect();
+        Some(match op {
+            Some(op) => Node::Csg { op, args },
+            None => Node::Group { members: args },
+        })
+    }
+
+    fn object(&mut self, value: ValueId, role: Role, todo: &mut Vec<Task>) -> Option<Node> {
+        let placeable = if matches!(role, Role::Root(_)) { &[] } else { PLACEMENT };
+        let known: Vec<_> = names(OBJECT).chain(names(placeable)).collect();
+        self.values.only(value, "an object", &known);
+        let get = |key: &str| self.values.tree.get(value, key);
+        let (name, material, priority) = (get("name"), get("material"), get("priority"));
+        let name = match name {
+            Some(at) => self.values.text(at, "\"name\"").map(ToString::to_string),
+            None => Some(self.default_name(role)),
+        };
+        let material = material.and_then(|at| self.material(at));
+        let priority = priority.and_then(|at| self.values.integer(at, "\"priority\"")).unwrap_or(0);
+        let node = self.values.required(value, "an object", "node")?;
+        let node = self.child(node, Role::Shape, todo);
+        Some(Node::Object { name: name?, material, priority, node })
+    }
+
+    fn default_name(&mut self, role: Role) -> String {
+        if let Role::Root(place) = role {
+            return format!("object{place}");
+        }
+        self.unnamed += 1;
+        format!("object{}", self.unnamed - 1)
+    }
+
+    fn material(&mut self, at: ValueId) -> Option<String> {
+        let name = self.values.text(at, "\"material\"")?;
+        let known: Vec<&str> = self.scene.materials.iter().map(|(name, _)| name.as_str()).collect();
+        if !known.contains(&name.as_ref()) {
+            let help = suggest::hint(name, &known);
+            self.values.fault(at, format!("there is no '{name}' in \"materials\""), help);
+        }
+        Some(name.to_string())
+    }
+}
+
+const WRAP: &str =
+    "an object is {\"name\": ..., \"material\": ..., \"node\": {...}} with its shape in \"node\"";
+
+/// What to say about a node that is of no form.
+fn missing_form(members: &[Member], role: Role) -> (&'static str, String) {
+    if matches!(role, Role::Root(_)) {
+        return ("\"node\"", WRAP.into());
+    }
+    for member in members {
+        let key = member.key.as_ref();
+        if key == "type" {
+            return ("\"kind\"", "write \"kind\" instead of \"type\"".into());
+        }
+        if solid::kind(key).is_some() {
+            return ("\"kind\"", format!("write {{\"kind\": \"{key}\", ...}} with the parameters beside it"));
+        }
+        if OPS.iter().any(|(op, _)| *op == key) {
+            return ("\"op\"", format!("write {{\"op\": \"{key}\", \"args\": [...]}}"));
+        }
+        if let Some(meant) = suggest::nearest(key, FORMS.map(|(name, _)| name)) {
+            return ("\"kind\", \"op\" or \"ref\"", format!("did you mean '{meant}' instead of '{key}'?"));
+        }
+    }
+    let kinds: Vec<_> = solid::KINDS.iter().map(|k| k.name).chain([MESH]).collect();
+    ("\"kind\", \"op\" or \"ref\"", format!("kinds are {}", kinds.join(", ")))
+}

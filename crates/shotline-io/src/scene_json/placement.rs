@@ -1,0 +1,54 @@
+//! How a node is placed: a matrix, or readable steps.
+
+use shotline::math::{Affine, Vec3};
+use shotline::scene::{LocalTransform, Rotation};
+
+use super::keys::{self, ROTATION};
+use super::tree::{Content, ValueId};
+use super::values::Values;
+
+/// The placement among the keys of a node, if it has any.
+pub(super) fn read(values: &mut Values, node: ValueId) -> Option<LocalTransform> {
+    let tree = values.tree;
+    let [matrix, scale, rotate, translate] =
+        ["transform", "scale", "rotate", "translate"].map(|key| tree.get(node, key));
+    if let Some(at) = matrix {
+        for other in [scale, rotate, translate].into_iter().flatten() {
+            let help = "put everything into the matrix, or use \"scale\", \"rotate\" and \"translate\" only";
+            values.fault(other, "this node has a \"transform\" as well", help);
+        }
+        let numbers = values.numbers(at, "\"transform\"", 12)?;
+        let rows = numbers.try_into().ok()?;
+        return Some(LocalTransform::Matrix(Affine::from_row_major(rows)));
+    }
+    if scale.or(rotate).or(translate).is_none() {
+        return None;
+    }
+    Some(LocalTransform::Steps {
+        scale: scale.and_then(|at| read_scale(values, at)),
+        rotate: rotate.and_then(|at| read_rotation(values, at)),
+        translate: translate.and_then(|at| values.vector(at, "\"translate\"")).map(Vec3::from),
+    })
+}
+
+fn read_scale(values: &mut Values, at: ValueId) -> Option<Vec3> {
+    match values.tree.content(at) {
+        Content::Number(factor) => Some(Vec3::splat(*factor)),
+        _ => values.vector(at, "\"scale\"").map(Vec3::from),
+    }
+}
+
+fn read_rotation(values: &mut Values, at: ValueId) -> Option<Rotation> {
+    if !matches!(values.tree.content(at), Content::Object(_)) {
+        return values.vector(at, "\"rotate\"").map(|v| Rotation::Xyz(Vec3::from(v)));
+    }
+    let known: Vec<_> = keys::names(ROTATION).collect();
+    values.only(at, "a rotation", &known);
+    let axis = values.required(at, "a rotation", "axis").and_then(|a| values.vector(a, "\"axis\""));
+    let degrees = values.required(at, "a rotation", "degrees").and_then(|a| values.number(a, "\"degrees\""));
+    let (axis, degrees) = (Vec3::from(axis?), degrees?);
+    if axis == Vec3::ZERO {
+        values.fault(at, "the axis of this rotation is zero", "give it a direction");
+    }
+    Some(Rotation::About { axis, degrees })
+}

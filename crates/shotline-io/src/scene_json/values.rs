@@ -1,0 +1,166 @@
+//! Typed access to the values of a tree. What has the wrong type is reported once, at its place, and read as
+//! nothing.
+
+use std::borrow::Cow;
+
+use super::tree::{Content, Member, Tree, ValueId};
+use crate::fault::{Fault, Faults};
+use crate::suggest;
+
+/// What a key takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Shape {
+    Number,
+    Numbers(usize),
+    Integer,
+    Boolean,
+    Text,
+    /// Something with keys of its own.
+    Other,
+}
+
+/// A tree being read.
+pub(super) struct Values<'r, 't> {
+    pub(super) tree: &'r Tree<'t>,
+    pub(super) faults: &'r mut Faults,
+}
+
+impl<'r, 't> Values<'r, 't> {
+    pub(super) fn fault(&mut self, at: ValueId, message: impl Into<String>, help: impl Into<String>) {
+        self.faults.push(Fault::text(self.tree.range(at), message).help(help));
+    }
+
+    /// Reports a value of the wrong type.
+    fn mismatch(&mut self, at: ValueId, what: &str, expected: &str) {
+        let found = match self.tree.content(at) {
+            Content::Wrong => return,
+            Content::Null => "null".to_string(),
+            Content::Bool(value) => value.to_string(),
+            Content::Number(_) => "a number".to_string(),
+            Content::Text(_) => "a string".to_string(),
+            Content::Array(elements) => format!("an array of {}", elements.len()),
+            Content::Object(_) => "an object".to_string(),
+        };
+        self.faults.push(Fault::text(self.tree.range(at), format!("{what} must be {expected}, not {found}")));
+    }
+
+    pub(super) fn number(&mut self, at: ValueId, what: &str) -> Option<f64> {
+        match self.tree.content(at) {
+            Content::Number(x) => Some(*x),
+            _ => {
+                self.mismatch(at, what, "a number");
+                None
+            }
+        }
+    }
+
+    /// So many numbers.
+    pub(super) fn numbers(&mut self, at: ValueId, what: &str, count: usize) -> Option<Vec<f64>> {
+        match self.tree.content(at) {
+            Content::Array(elements) if elements.len() == count => {
+                let each: Vec<_> =
+                    elements.iter().map(|e| self.number(*e, &format!("each of {what}"))).collect();
+                each.into_iter().collect()
+            }
+            _ => {
+                self.mismatch(at, what, &format!("an array of {count} numbers"));
+                None
+            }
+        }
+    }
+
+    pub(super) fn vector(&mut self, at: ValueId, what: &str) -> Option<[f64; 3]> {
+        self.numbers(at, what, 3).map(|n| [n[0], n[1], n[2]])
+    }
+
+    pub(super) fn integer(&mut self, at: ValueId, what: &str) -> Option<i32> {
+        let x = self.number(at, what)?;
+        // Whole numbers of this size are exact in float64.
+        if x.fract() == 0.0 && (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&x) {
+            return Some(x as i32);
+        }
+        self.fault(at, format!("{what} must be a whole number"), "from -2147483648 to 2147483647");
+        None
+    }
+
+    pub(super) fn text(&mut self, at: ValueId, what: &str) -> Option<&'r Cow<'t, str>> {
+        match self.tree.content(at) {
+            Content::Text(text) => Some(text),
+            _ => {
+                self.mismatch(at, what, "a string");
+                None
+            }
+        }
+    }
+
+    pub(super) fn boolean(&mut self, at: ValueId, what: &str) -> Option<bool> {
+        match self.tree.content(at) {
+            Content::Bool(value) => Some(*value),
+            _ => {
+                self.mismatch(at, what, "true or false");
+                None
+            }
+        }
+    }
+
+    pub(super) fn array(&mut self, at: ValueId, what: &str) -> Option<&'r [ValueId]> {
+        match self.tree.content(at) {
+            Content::Array(elements) => Some(elements),
+            _ => {
+                self.mismatch(at, what, "an array [ ... ]");
+                None
+            }
+        }
+    }
+
+    pub(super) fn object(&mut self, at: ValueId, what: &str) -> Option<&'r [Member<'t>]> {
+        match self.tree.content(at) {
+            Content::Object(members) => Some(members),
+            _ => {
+                self.mismatch(at, what, "an object { ... }");
+                None
+            }
+        }
+    }
+
+    /// The value of a key; its absence is reported.
+    pub(super) fn required(&mut self, at: ValueId, what: &str, key: &str) -> Option<ValueId> {
+        let found = self.tree.get(at, key);
+        if found.is_none() {
+            self.fault_at_start(at, format!("{what} lacks \"{key}\""), format!("add \"{key}\": ..."));
+        }
+        found
+    }
+
+    /// Reports something about an object as a whole, at its opening bracket.
+    pub(super) fn fault_at_start(
+        &mut self,
+        at: ValueId,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) {
+        let start = self.tree.range(at).start;
+        self.faults.push(Fault::text(start..start + 1, message).help(help));
+    }
+
+    /// Reports keys that an object does not have.
+    pub(super) fn only(&mut self, at: ValueId, what: &str, known: &[&str]) {
+        for member in self.tree.members(at) {
+            if !known.contains(&member.key.as_ref()) {
+                self.unknown_key(member, what, known);
+            }
+        }
+    }
+
+    fn unknown_key(&mut self, member: &Member, what: &str, known: &[&str]) {
+        let key = member.key.as_ref();
+        let placed = matches!(key, "center" | "centre" | "position" | "pos" | "origin" | "location");
+        let help = if placed && known.contains(&"translate") {
+            "solids are placed with \"translate\": [x, y, z]".to_string()
+        } else {
+            suggest::hint(key, known)
+        };
+        let message = format!("{what} has no key '{key}'");
+        self.faults.push(Fault::text(member.key_range.clone(), message).help(help));
+    }
+}

@@ -1,0 +1,61 @@
+//! "Did you mean": the nearest of the known names.
+
+/// The known name nearest to what was written, if one is near enough to be meant.
+pub(crate) fn nearest<'n>(written: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
+    // Nobody mistypes a hundred characters; and the table below is quadratic.
+    let letters: Vec<char> = written.chars().take(65).flat_map(char::to_lowercase).collect();
+    if letters.len() > 64 {
+        return None;
+    }
+    let allowed = 1 + letters.len() / 4;
+    known
+        .into_iter()
+        .filter(|name| name.chars().count().abs_diff(letters.len()) <= allowed)
+        .map(|name| (distance(&letters, &name.to_lowercase().chars().collect::<Vec<_>>()), name))
+        .filter(|(d, _)| *d <= allowed)
+        .min_by_key(|(d, _)| *d)
+        .map(|(_, name)| name)
+}
+
+/// "did you mean 'x'?", or failing that the list of what there is.
+pub(crate) fn hint<'n>(written: &str, known: &[&'n str]) -> String {
+    match nearest(written, known.iter().copied()) {
+        Some(name) => format!("did you mean '{name}'?"),
+        None if known.is_empty() => "there are none".into(),
+        None if known.len() > 24 => format!("there are {} to choose from", known.len()),
+        None => format!("there is {}", known.join(", ")),
+    }
+}
+
+/// Edit distance with exchanged neighbours counted once (optimal string alignment).
+fn distance(a: &[char], b: &[char]) -> usize {
+    let mut before: Vec<usize> = Vec::new();
+    let mut last: Vec<usize> = (0..=b.len()).collect();
+    for i in 1..=a.len() {
+        let mut row = vec![i; b.len() + 1];
+        for j in 1..=b.len() {
+            let substitute = last[j - 1] + usize::from(a[i - 1] != b[j - 1]);
+            row[j] = substitute.min(last[j] + 1).min(row[j - 1] + 1);
+            if i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1] {
+                row[j] = row[j].min(before[j - 2] + 1);
+            }
+        }
+        before = std::mem::replace(&mut last, row);
+    }
+    last[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slips_are_recognised_and_strangers_are_not() {
+        let known = ["radius", "sphere", "z0", "z1", "intersection"];
+        assert_eq!(nearest("raduis", known), Some("radius"));
+        assert_eq!(nearest("Radius", known), Some("radius"));
+        assert_eq!(nearest("intersecton", known), Some("intersection"));
+        assert_eq!(nearest("colour", known), None);
+        assert_eq!(nearest(&"x".repeat(5000), known), None);
+    }
+}

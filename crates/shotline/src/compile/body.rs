@@ -1,0 +1,133 @@
+//! Bodies: a combination with all its leaves placed in one frame, under one accelerator.
+
+use super::parts::{Part, Parts};
+use super::world::{Body, Leaf, SolidBody, SurfaceBody};
+use super::{SceneError, Stats};
+use crate::aabb::Aabb;
+use crate::accel;
+use crate::csg::{Op, Program, Tree, TreeNode};
+use crate::math::Chain;
+use crate::scene::{Node, NodeId, Scene};
+use crate::solid::Solid;
+
+/// What building bodies draws on and adds to.
+pub(super) struct BodyBuilder<'s> {
+    pub scene: &'s Scene,
+    pub parts: Parts,
+    pub accel: &'static str,
+    /// Surfaces numbered so far.
+    pub surfaces: u32,
+    pub stats: Stats,
+}
+
+/// What is still to be done for a node of an expression.
+enum Step {
+    Enter(NodeId, Chain),
+    Combine(Op, usize),
+}
+
+impl BodyBuilder<'_> {
+    /// Builds the body of a solid, mesh or combination under a chain of transforms that is baked into it.
+    pub(super) fn build(&mut self, node: NodeId, chain: &Chain) -> Result<Body, SceneError> {
+        let first_surface = self.surfaces;
+        if let Some(Part::Mesh(mesh)) = self.parts.get(node)
+            && !mesh.is_closed()
+        {
+            let mesh = mesh.clone();
+            let placement = placed(node, chain)?;
+            self.count_surfaces(&*mesh);
+            let bounds = mesh.bounds().transformed(&placement.parent_from_local);
+            return Ok(Body::Surface(SurfaceBody {
+                mesh,
+                local_from_body: placement.local_from_parent,
+                bounds,
+                first_surface,
+            }));
+        }
+        let (tree, root, leaves) = self.flatten(node, chain)?;
+        Ok(Body::Solid(finish(&tree, root, leaves, first_surface, self.accel)))
+    }
+
+    /// The expression over placed leaves. Shared parts are written out: each use is a leaf of its own.
+    fn flatten(&mut self, node: NodeId, chain: &Chain) -> Result<(Tree, u32, Vec<Leaf>), SceneError> {
+        let (mut tree, mut leaves) = (Tree::default(), Vec::new());
+        let mut steps = vec![Step::Enter(node, *chain)];
+        let mut done: Vec<u32> = Vec::new();
+        while let Some(step) = steps.pop() {
+            let new = match step {
+                Step::Combine(op, count) => TreeNode::Op(op, done.split_off(done.len() - count)),
+                Step::Enter(node, chain) => match self.scene.node(node) {
+                    Node::Transform { transform, child } => {
+                        steps.push(Step::Enter(*child, transform.inside(&chain)));
+                        continue;
+                    }
+                    Node::Object { node, .. } => {
+                        steps.push(Step::Enter(*node, chain));
+                        continue;
+                    }
+                    Node::Csg { op, args } => {
+                        enter_all(&mut steps, *op, args, &chain);
+                        continue;
+                    }
+                    Node::Group { members } => {
+                        enter_all(&mut steps, Op::Union, members, &chain);
+                        continue;
+                    }
+                    Node::Solid { .. } | Node::Mesh { .. } => {
+                        leaves.push(self.leaf(node, &chain)?);
+                        TreeNode::Leaf((leaves.len() - 1) as u32)
+                    }
+                },
+            };
+            done.push(tree.nodes.len() as u32);
+            tree.nodes.push(new);
+        }
+        let root = (tree.nodes.len() - 1) as u32;
+        Ok((tree, root, leaves))
+    }
+
+    fn leaf(&mut self, node: NodeId, chain: &Chain) -> Result<Leaf, SceneError> {
+        let placement = placed(node, chain)?;
+        let (solid, kind): (std::sync::Arc<dyn Solid>, _) = match self.parts.get(node) {
+            Some(Part::Solid { solid, kind }) => (solid.clone(), *kind),
+            Some(Part::Mesh(mesh)) => (mesh.clone(), "mesh"),
+            None => return Err(SceneError::at(node, "this node is not a solid".into())),
+        };
+        let first_surface = self.surfaces;
+        self.count_surfaces(&*solid);
+        let bounds = solid.bounds().transformed(&placement.parent_from_local);
+        Ok(Leaf { solid, kind, local_from_body: placement.local_from_parent, bounds, first_surface })
+    }
+
+    fn count_surfaces(&mut self, solid: &dyn Solid) {
+        self.surfaces += solid.surfaces().len() as u32;
+        self.stats.leaves += 1;
+    }
+}
+
+fn enter_all(steps: &mut Vec<Step>, op: Op, args: &[NodeId], chain: &Chain) {
+    steps.push(Step::Combine(op, args.len()));
+    steps.extend(args.iter().rev().map(|&arg| Step::Enter(arg, *chain)));
+}
+
+fn placed(node: NodeId, chain: &Chain) -> Result<crate::math::Placement, SceneError> {
+    chain.placement().map_err(|e| SceneError::at(node, format!("all transforms above it together: {e}")))
+}
+
+fn finish(tree: &Tree, root: u32, mut leaves: Vec<Leaf>, first_surface: u32, accel: &str) -> SolidBody {
+    let program = Program::new(tree, root, leaves.len());
+    let own: Vec<Aabb> = leaves.iter().map(|l| l.bounds).collect();
+    let bounds = program.bounds(&own);
+    let effective = program.effective_bounds(&own);
+    for (leaf, b) in leaves.iter_mut().zip(&effective) {
+        leaf.bounds = *b;
+    }
+    // A lone leaf is asked directly.
+    let accel = if leaves.len() > 1 { accel::build(accel, &effective) } else { None };
+    SolidBody { leaves, program, accel, bounds, first_surface }
+}
+
+/// Whether a node is a body when a group holds it.
+pub(super) fn is_body(node: &Node) -> bool {
+    matches!(node, Node::Solid { .. } | Node::Mesh { .. } | Node::Csg { .. })
+}

@@ -1,0 +1,212 @@
+//! Levels: the placements of a group, under one accelerator. A group with several parents is a level of its
+//! own, placed like a body; other groups dissolve into the level around them.
+
+use std::collections::HashMap;
+
+use super::body::{BodyBuilder, is_body};
+use super::graph::Graph;
+use super::names::{Labels, NameId, Names};
+use super::parts::Parts;
+use super::world::{Body, Level, ObjectInfo, Placed, Target, World};
+use super::{SceneError, Stats};
+use crate::aabb::Aabb;
+use crate::accel;
+use crate::math::{Chain, Placement};
+use crate::scene::{Node, NodeId, Scene};
+
+pub(super) fn build(
+    scene: &Scene,
+    graph: &Graph,
+    parts: Parts,
+    accel: &'static str,
+) -> Result<World, Vec<SceneError>> {
+    let mut builder = Builder {
+        graph,
+        labels: Labels::new(scene),
+        bodies: BodyBuilder { scene, parts, accel, surfaces: 0, stats: Stats::default() },
+        world: World::empty(scene),
+        targets: HashMap::new(),
+        objects: HashMap::new(),
+        errors: Vec::new(),
+    };
+    builder.run();
+    if builder.errors.is_empty() { Ok(builder.finish()) } else { Err(builder.errors) }
+}
+
+struct Builder<'s> {
+    graph: &'s Graph,
+    labels: Labels<'s>,
+    bodies: BodyBuilder<'s>,
+    world: World,
+    /// Shared bodies and groups that are compiled already.
+    targets: HashMap<NodeId, Target>,
+    objects: HashMap<NodeId, u32>,
+    errors: Vec<SceneError>,
+}
+
+/// A node on the way down from a level's root.
+struct Visit {
+    node: NodeId,
+    chain: Chain,
+    object: Option<u32>,
+    name: NameId,
+}
+
+impl<'s> Builder<'s> {
+    fn run(&mut self) {
+        let (graph, scene) = (self.graph, self.bodies.scene);
+        self.number_objects();
+        // Children come before parents, so what a level places is there already.
+        for &id in graph.postorder.iter().filter(|&&id| graph.is_shared(id)) {
+            let node = scene.node(id);
+            let target = match node {
+                Node::Group { members } => self.level(members, true).map(Target::Level),
+                _ if is_body(node) => self.body(id, &Chain::IDENTITY),
+                _ => continue,
+            };
+            match target {
+                Ok(target) => drop(self.targets.insert(id, target)),
+                Err(error) => self.errors.push(error),
+            }
+        }
+        match self.level(&scene.objects, false) {
+            Ok(root) => self.world.root = root,
+            Err(error) => self.errors.push(error),
+        }
+    }
+
+    /// Objects in the order of the file: roots first come first, then those found inside.
+    fn number_objects(&mut self) {
+        let scene = self.bodies.scene;
+        let mut stack: Vec<NodeId> = scene.objects.iter().rev().copied().collect();
+        let mut seen = vec![false; scene.nodes.len()];
+        while let Some(id) = stack.pop() {
+            if std::mem::replace(&mut seen[id.0 as usize], true) {
+                continue;
+            }
+            if let Node::Object { name, material, priority, .. } = scene.node(id) {
+                let material = material
+                    .as_ref()
+                    .and_then(|m| scene.materials.iter().position(|(known, _)| known == m).map(|i| i as u32));
+                self.objects.insert(id, self.world.objects.len() as u32);
+                self.world.objects.push(ObjectInfo { material, priority: *priority });
+                self.world.object_names.push(name.clone());
+            }
+            stack.extend(super::graph::children(scene.node(id)).iter().rev());
+        }
+    }
+
+    fn body(&mut self, node: NodeId, chain: &Chain) -> Result<Target, SceneError> {
+        let body = self.bodies.build(node, chain)?;
+        self.world.bodies.push(body);
+        Ok(Target::Body((self.world.bodies.len() - 1) as u32))
+    }
+
+    /// Builds the level of some members; their names carry their place in the group if `indexed`.
+    fn level(&mut self, members: &[NodeId], indexed: bool) -> Result<u32, SceneError> {
+        let mut level = Level::default();
+        let mut stack = Vec::new();
+        let identity =
+            Visit { node: NodeId(0), chain: Chain::IDENTITY, object: None, name: NameId::default() };
+        self.push_members(&mut stack, members, &identity, None, indexed);
+        while let Some(visit) = stack.pop() {
+            let scene = self.bodies.scene;
+            match scene.node(visit.node) {
+                Node::Transform { transform, child } => {
+                    let chain = transform.inside(&visit.chain);
+                    stack.push(Visit { node: *child, chain, ..visit });
+                }
+                Node::Object { node, .. } => {
+                    let object = self.objects.get(&visit.node).copied();
+                    stack.push(Visit { node: *node, object, ..visit });
+                }
+                Node::Group { members } if !self.graph.is_shared(visit.node) => {
+                    self.push_members(&mut stack, members, &visit, Some(visit.name), true);
+                }
+                _ => self.place(&mut level, visit)?,
+            }
+        }
+        let boxes: Vec<Aabb> = level.placements.iter().map(|p| p.bounds).collect();
+        level.bounds = boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(b));
+        level.accel = accel::build(self.bodies.accel, &boxes);
+        self.world.levels.push(level);
+        Ok((self.world.levels.len() - 1) as u32)
+    }
+
+    fn push_members(
+        &mut self,
+        stack: &mut Vec<Visit>,
+        members: &[NodeId],
+        above: &Visit,
+        parent: Option<NameId>,
+        indexed: bool,
+    ) {
+        let start = stack.len();
+        for (i, &node) in members.iter().enumerate() {
+            let name = self.world.names.add(parent, self.labels.of(node), indexed.then_some(i));
+            stack.push(Visit { node, chain: above.chain, object: above.object, name });
+        }
+        stack[start..].reverse();
+    }
+
+    /// Places a body or a shared group. What is not shared has its transforms baked in, so that its leaves
+    /// meet rays through one matrix.
+    fn place(&mut self, level: &mut Level, visit: Visit) -> Result<(), SceneError> {
+        let (target, placement) = match self.targets.get(&visit.node) {
+            Some(&target) => {
+                let placement = visit.chain.placement().map_err(|e| {
+                    SceneError::at(visit.node, format!("all transforms above it together: {e}"))
+                })?;
+                (target, placement)
+            }
+            None => (self.body(visit.node, &visit.chain)?, Placement::IDENTITY),
+        };
+        let first_path = level.path_count;
+        level.path_count = level
+            .path_count
+            .checked_add(self.world.paths_of(target))
+            .filter(|&n| n <= i64::MAX as u64)
+            .ok_or_else(|| {
+                SceneError::at(visit.node, "more than 2^63 instances cannot be numbered".into())
+            })?;
+        level.leaf_count = level.leaf_count.saturating_add(self.world.leaves_of(target));
+        level.placements.push(Placed {
+            local_from_parent: placement.local_from_parent,
+            bounds: self.world.bounds_of(target).transformed(&placement.parent_from_local),
+            target,
+            object: visit.object,
+            first_path,
+            name: visit.name,
+        });
+        Ok(())
+    }
+
+    fn finish(self) -> World {
+        let mut world = self.world;
+        let root = &world.levels[world.root as usize];
+        world.stats = Stats {
+            nodes: self.bodies.scene.nodes.len(),
+            objects: world.objects.len(),
+            leaves: self.bodies.stats.leaves,
+            virtual_leaves: root.leaf_count,
+            memory_bytes: 0,
+        };
+        world.stats.memory_bytes = world.memory();
+        world
+    }
+}
+
+impl World {
+    fn empty(scene: &Scene) -> World {
+        World {
+            levels: Vec::new(),
+            root: 0,
+            bodies: Vec::<Body>::new(),
+            objects: Vec::new(),
+            object_names: Vec::new(),
+            material_names: scene.materials.iter().map(|(name, _)| name.clone()).collect(),
+            names: Names::default(),
+            stats: Stats::default(),
+        }
+    }
+}

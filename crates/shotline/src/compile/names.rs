@@ -1,0 +1,100 @@
+//! The names of instance paths, kept as links so that a million placements do not hold a million strings.
+
+use std::collections::HashMap;
+
+use crate::scene::{Node, NodeId, Scene};
+
+/// A name: an index into [`Names`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct NameId(u32);
+
+const NO_INDEX: u32 = u32::MAX;
+
+#[derive(Clone, Copy, Debug)]
+struct Link {
+    parent: Option<NameId>,
+    label: u32,
+    /// The place among the members of a group.
+    index: u32,
+}
+
+/// All names of a world.
+#[derive(Debug, Default)]
+pub(super) struct Names {
+    links: Vec<Link>,
+    labels: Vec<String>,
+    by_label: HashMap<String, u32>,
+}
+
+impl Names {
+    /// A name below another.
+    pub(super) fn add(&mut self, parent: Option<NameId>, label: &str, index: Option<usize>) -> NameId {
+        let label = match self.by_label.get(label) {
+            Some(&known) => known,
+            None => {
+                let new = self.labels.len() as u32;
+                self.labels.push(label.to_owned());
+                self.by_label.insert(label.to_owned(), new);
+                new
+            }
+        };
+        let index = index.map_or(NO_INDEX, |i| i as u32);
+        self.links.push(Link { parent, label, index });
+        NameId((self.links.len() - 1) as u32)
+    }
+
+    /// The name in full, outermost part first, appended to `out` with a slash before each part but the
+    /// very first.
+    pub(super) fn write(&self, name: NameId, out: &mut String) {
+        let mut chain = Vec::new();
+        let mut next = Some(name);
+        while let Some(id) = next {
+            let link = &self.links[id.0 as usize];
+            chain.push(link);
+            next = link.parent;
+        }
+        for link in chain.iter().rev() {
+            if !out.is_empty() {
+                out.push('/');
+            }
+            out.push_str(&self.labels[link.label as usize]);
+            if link.index != NO_INDEX {
+                out.push_str(&format!("[{}]", link.index));
+            }
+        }
+    }
+
+    pub(super) fn memory(&self) -> usize {
+        size_of_val(self.links.as_slice()) + self.labels.iter().map(|l| 2 * l.len() + 64).sum::<usize>()
+    }
+}
+
+/// Finds what to call nodes: by their definition, their object's name, or what they are.
+pub(super) struct Labels<'s> {
+    scene: &'s Scene,
+    defs: HashMap<NodeId, &'s str>,
+}
+
+impl<'s> Labels<'s> {
+    pub(super) fn new(scene: &'s Scene) -> Labels<'s> {
+        let defs = scene.defs.iter().map(|(name, node)| (*node, name.as_str())).collect();
+        Labels { scene, defs }
+    }
+
+    pub(super) fn of(&self, node: NodeId) -> &'s str {
+        let mut at = node;
+        loop {
+            if let Some(name) = self.defs.get(&at) {
+                return name;
+            }
+            match self.scene.node(at) {
+                Node::Transform { child, .. } => at = *child,
+                Node::Object { name, .. } => return name,
+                Node::Solid { kind, .. } => return kind.name,
+                Node::Mesh { .. } => return "mesh",
+                Node::Group { .. } => return "group",
+                Node::Csg { op, .. } => return op.name(),
+            }
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! What each node is by itself: leaf solids built, transforms checked, combinations checked.
+
+use std::sync::Arc;
+
+use super::SceneError;
+use super::graph::{Graph, children};
+use crate::math::Chain;
+use crate::scene::{Node, NodeId, Scene};
+use crate::solid::Solid;
+use crate::solid::mesh::MeshSolid;
+
+/// A combination of more leaves than this is refused before it is built.
+const MAX_LEAVES: u64 = 10_000_000;
+
+/// A leaf of the graph, built.
+#[derive(Clone)]
+pub(super) enum Part {
+    Solid { solid: Arc<dyn Solid>, kind: &'static str },
+    Mesh(Arc<MeshSolid>),
+}
+
+/// The leaves by node number.
+pub(super) struct Parts {
+    parts: Vec<Option<Part>>,
+}
+
+/// What a combination must know of its operands.
+#[derive(Clone, Copy, Default)]
+struct Below {
+    leaves: u64,
+    object: Option<NodeId>,
+    open_mesh: Option<NodeId>,
+}
+
+impl Parts {
+    /// Builds every leaf that can be reached and reports everything that is wrong with any node.
+    pub(super) fn build(scene: &Scene, graph: &Graph, accel: &str) -> Result<Parts, Vec<SceneError>> {
+        let mut out = Parts { parts: vec![None; scene.nodes.len()] };
+        let mut below = vec![Below::default(); scene.nodes.len()];
+        let mut errors = Vec::new();
+        for &id in &graph.postorder {
+            let node = scene.node(id);
+            match build_leaf(node, id, accel) {
+                Ok(part) => out.parts[id.0 as usize] = part,
+                Err(error) => errors.push(error),
+            }
+            below[id.0 as usize] = gather(node, id, &below, out.parts[id.0 as usize].as_ref());
+            check(scene, &out, id, &below[id.0 as usize], &mut errors);
+        }
+        if errors.is_empty() { Ok(out) } else { Err(errors) }
+    }
+
+    pub(super) fn get(&self, id: NodeId) -> Option<&Part> {
+        self.parts[id.0 as usize].as_ref()
+    }
+}
+
+fn build_leaf(node: &Node, id: NodeId, accel: &str) -> Result<Option<Part>, SceneError> {
+    match node {
+        Node::Solid { kind, params } => match (kind.build)(params) {
+            Ok(solid) => Ok(Some(Part::Solid { solid, kind: kind.name })),
+            Err(e) => {
+                let message = format!("{}: {} {}", kind.name, e.param, e.why);
+                Err(SceneError { param: Some(e.param), ..SceneError::at(id, message) })
+            }
+        },
+        Node::Mesh { mesh, file } => match MeshSolid::new(mesh.clone(), accel) {
+            Ok(solid) => Ok(Some(Part::Mesh(Arc::new(solid)))),
+            Err(e) => {
+                let name = file.as_deref().unwrap_or("mesh");
+                Err(SceneError { param: Some("file"), ..SceneError::at(id, format!("{name}: {e}")) })
+            }
+        },
+        _ => Ok(None),
+    }
+}
+
+fn gather(node: &Node, id: NodeId, below: &[Below], part: Option<&Part>) -> Below {
+    let mut out = Below::default();
+    for child in children(node) {
+        let b = &below[child.0 as usize];
+        out.leaves = out.leaves.saturating_add(b.leaves);
+        out.object = out.object.or(b.object);
+        out.open_mesh = out.open_mesh.or(b.open_mesh);
+    }
+    match (node, part) {
+        (Node::Object { .. }, _) => out.object = Some(id),
+        (_, Some(Part::Mesh(mesh))) if !mesh.is_closed() => {
+            out = Below { leaves: 1, object: None, open_mesh: Some(id) };
+        }
+        (Node::Solid { .. } | Node::Mesh { .. }, _) => out.leaves = 1,
+        _ => {}
+    }
+    out
+}
+
+fn check(scene: &Scene, parts: &Parts, id: NodeId, below: &Below, errors: &mut Vec<SceneError>) {
+    match scene.node(id) {
+        Node::Csg { args, .. } if args.is_empty() => {
+            errors.push(SceneError::at(id, "a combination needs at least one operand".into()));
+        }
+        Node::Csg { .. } => check_combination(parts, id, below, errors),
+        Node::Transform { transform, .. } => {
+            if let Err(e) = transform.inside(&Chain::IDENTITY).placement() {
+                let hint = "a transform must not flatten space: check for a zero scale or equal rows";
+                errors.push(SceneError::at(id, e.to_string()).with_hint(hint));
+            }
+        }
+        Node::Object { name, material: Some(material), .. }
+            if !scene.materials.iter().any(|(known, _)| known == material) =>
+        {
+            let message =
+                format!("object '{name}' is made of '{material}', which is not among the materials");
+            errors.push(SceneError { param: Some("material"), ..SceneError::at(id, message) });
+        }
+        _ => {}
+    }
+}
+
+fn check_combination(parts: &Parts, id: NodeId, below: &Below, errors: &mut Vec<SceneError>) {
+    if let Some(object) = below.object {
+        let message = "an object cannot be an operand of a combination".into();
+        errors.push(SceneError::at(object, message).with_hint("use its node without name and material"));
+    }
+    if let Some(mesh) = below.open_mesh {
+        let why = match parts.get(mesh) {
+            Some(Part::Mesh(mesh)) => mesh.topology().why_open(),
+            _ => String::new(),
+        };
+        let message = format!("a mesh that is not closed cannot be combined with others: {why}");
+        let hint = "close the holes in the program that made it, or use it as an object of its own";
+        errors.push(SceneError { param: Some("file"), ..SceneError::at(mesh, message).with_hint(hint) });
+    }
+    if below.leaves > MAX_LEAVES {
+        let message = format!("a combination of {} leaves; at most {MAX_LEAVES} are accepted", below.leaves);
+        errors.push(
+            SceneError::at(id, message)
+                .with_hint("outside of combinations, groups place shared parts without limit"),
+        );
+    }
+}

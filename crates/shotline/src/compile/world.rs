@@ -1,0 +1,266 @@
+//! What a scene is compiled to.
+
+use std::sync::Arc;
+
+use super::names::{NameId, Names};
+use crate::aabb::Aabb;
+use crate::accel::Accelerator;
+use crate::csg::Program;
+use crate::math::Affine;
+use crate::solid::Solid;
+use crate::solid::mesh::MeshSolid;
+
+/// Sizes of a world.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stats {
+    /// Nodes of the scene.
+    pub nodes: usize,
+    /// Objects.
+    pub objects: usize,
+    /// Leaf solids in memory, each counted once however often it is placed.
+    pub leaves: usize,
+    /// Leaf solids as rays meet them, every placement counted.
+    pub virtual_leaves: u64,
+    /// Bytes.
+    pub memory_bytes: usize,
+}
+
+/// A scene compiled for casting: immutable and shared by all threads.
+#[derive(Debug)]
+pub struct World {
+    pub(super) levels: Vec<Level>,
+    pub(super) root: u32,
+    pub(super) bodies: Vec<Body>,
+    pub(super) objects: Vec<ObjectInfo>,
+    pub(super) object_names: Vec<String>,
+    pub(super) material_names: Vec<String>,
+    pub(super) names: Names,
+    pub(super) stats: Stats,
+}
+
+#[derive(Debug)]
+pub(super) struct ObjectInfo {
+    pub material: Option<u32>,
+    pub priority: i32,
+}
+
+/// The placements of a group.
+#[derive(Debug, Default)]
+pub(crate) struct Level {
+    pub placements: Vec<Placed>,
+    pub accel: Option<Arc<dyn Accelerator>>,
+    pub bounds: Aabb,
+    /// Number of bodies below, every placement counted.
+    pub path_count: u64,
+    pub leaf_count: u64,
+}
+
+/// A body or a level, placed.
+#[derive(Debug)]
+pub(crate) struct Placed {
+    /// The `T^-1` that rays are met with.
+    pub local_from_parent: Affine,
+    /// In the frame of the level.
+    pub bounds: Aabb,
+    pub target: Target,
+    /// The object that begins here; `None` where it was named further up.
+    pub object: Option<u32>,
+    /// Paths of the level that lie before this placement.
+    pub first_path: u64,
+    pub(super) name: NameId,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Target {
+    Body(u32),
+    Level(u32),
+}
+
+/// What has crossings.
+#[derive(Debug)]
+pub(crate) enum Body {
+    Solid(SolidBody),
+    /// A mesh that is not closed: it has hits but no inside.
+    Surface(SurfaceBody),
+}
+
+/// A combination of leaves.
+#[derive(Debug)]
+pub(crate) struct SolidBody {
+    pub leaves: Vec<Leaf>,
+    pub program: Program,
+    /// Over the effective bounds of the leaves; `None` for a lone leaf.
+    pub accel: Option<Arc<dyn Accelerator>>,
+    pub bounds: Aabb,
+    pub first_surface: u32,
+}
+
+/// A placed solid.
+#[derive(Debug)]
+pub(crate) struct Leaf {
+    pub solid: Arc<dyn Solid>,
+    pub kind: &'static str,
+    pub local_from_body: Affine,
+    /// Where the leaf can matter, in the frame of the body.
+    pub bounds: Aabb,
+    pub first_surface: u32,
+}
+
+#[derive(Debug)]
+pub(crate) struct SurfaceBody {
+    pub mesh: Arc<MeshSolid>,
+    pub local_from_body: Affine,
+    pub bounds: Aabb,
+    pub first_surface: u32,
+}
+
+impl World {
+    /// The names of the objects, in the order of their numbers.
+    pub fn object_names(&self) -> &[String] {
+        &self.object_names
+    }
+
+    /// The names of the materials, in the order of the scene.
+    pub fn material_names(&self) -> &[String] {
+        &self.material_names
+    }
+
+    /// The number of an object's material.
+    pub fn object_material(&self, object: u32) -> Option<u32> {
+        self.objects[object as usize].material
+    }
+
+    /// An object's priority.
+    pub fn object_priority(&self, object: u32) -> i32 {
+        self.objects[object as usize].priority
+    }
+
+    /// Sizes.
+    pub fn stats(&self) -> Stats {
+        self.stats
+    }
+
+    /// A box around everything, in world coordinates; infinite where something is.
+    pub fn bounds(&self) -> Aabb {
+        self.root().bounds
+    }
+
+    /// The number of instance paths: paths are numbered from 0.
+    pub fn path_count(&self) -> u64 {
+        self.root().path_count
+    }
+
+    /// The name of an instance path, as in `world/arm[2]/bolt[0]`; empty for a number not in use.
+    pub fn path_name(&self, path: u64) -> String {
+        let mut name = String::new();
+        let (mut level, mut rest) = (self.root(), path);
+        while rest < level.path_count {
+            let i = level.placements.partition_point(|p| p.first_path <= rest) - 1;
+            let placed = &level.placements[i];
+            self.names.write(placed.name, &mut name);
+            rest -= placed.first_path;
+            match placed.target {
+                Target::Body(_) => break,
+                Target::Level(next) => level = self.level(next),
+            }
+        }
+        name
+    }
+
+    /// The name of a leaf surface: what leaf of its body, by kind and number where there are several, and
+    /// which of its surfaces, as in `cylinder#2.side`; empty for a number not in use.
+    pub fn surface_name(&self, surface: u32) -> String {
+        let i = self.bodies.partition_point(|b| b.first_surface() <= surface);
+        let Some(body) = i.checked_sub(1).map(|i| &self.bodies[i]) else { return String::new() };
+        let (kind, number, within, names) = match body {
+            Body::Surface(b) => ("mesh", None, surface - b.first_surface, b.mesh.surfaces()),
+            Body::Solid(b) => {
+                let leaf = b.leaves.partition_point(|l| l.first_surface <= surface) - 1;
+                let l = &b.leaves[leaf];
+                let number = (b.leaves.len() > 1).then_some(leaf);
+                (l.kind, number, surface - l.first_surface, l.solid.surfaces())
+            }
+        };
+        let Some(name) = names.get(within as usize) else { return String::new() };
+        let leaf = number.map_or(kind.to_owned(), |n| format!("{kind}#{n}"));
+        if *name == kind { leaf } else { format!("{leaf}.{name}") }
+    }
+
+    pub(crate) fn root(&self) -> &Level {
+        self.level(self.root)
+    }
+
+    pub(crate) fn level(&self, index: u32) -> &Level {
+        &self.levels[index as usize]
+    }
+
+    pub(crate) fn body(&self, index: u32) -> &Body {
+        &self.bodies[index as usize]
+    }
+
+    pub(super) fn bounds_of(&self, target: Target) -> Aabb {
+        match target {
+            Target::Body(b) => self.body(b).bounds(),
+            Target::Level(l) => self.level(l).bounds,
+        }
+    }
+
+    pub(super) fn paths_of(&self, target: Target) -> u64 {
+        match target {
+            Target::Body(_) => 1,
+            Target::Level(l) => self.level(l).path_count,
+        }
+    }
+
+    pub(super) fn leaves_of(&self, target: Target) -> u64 {
+        match target {
+            Target::Body(b) => self.body(b).leaf_count(),
+            Target::Level(l) => self.level(l).leaf_count,
+        }
+    }
+
+    /// Bytes used; a solid shared by several leaves is counted with each.
+    pub(super) fn memory(&self) -> usize {
+        let accel = |a: &Option<Arc<dyn Accelerator>>| a.as_ref().map_or(0, |a| a.memory());
+        let levels: usize = self
+            .levels
+            .iter()
+            .map(|l| size_of::<Level>() + size_of_val(l.placements.as_slice()) + accel(&l.accel))
+            .sum();
+        let leaf = |l: &Leaf| size_of::<Leaf>() + size_of_val(&*l.solid) + l.solid.memory();
+        let bodies: usize = self
+            .bodies
+            .iter()
+            .map(|b| match b {
+                Body::Solid(b) => {
+                    b.leaves.iter().map(leaf).sum::<usize>() + b.program.memory() + accel(&b.accel)
+                }
+                Body::Surface(b) => b.mesh.memory(),
+            })
+            .sum();
+        size_of::<World>() + levels + bodies + size_of_val(self.bodies.as_slice()) + self.names.memory()
+    }
+}
+
+impl Body {
+    fn first_surface(&self) -> u32 {
+        match self {
+            Body::Solid(b) => b.first_surface,
+            Body::Surface(b) => b.first_surface,
+        }
+    }
+
+    fn bounds(&self) -> Aabb {
+        match self {
+            Body::Solid(b) => b.bounds,
+            Body::Surface(b) => b.bounds,
+        }
+    }
+
+    fn leaf_count(&self) -> u64 {
+        match self {
+            Body::Solid(b) => b.leaves.len() as u64,
+            Body::Surface(_) => 1,
+        }
+    }
+}

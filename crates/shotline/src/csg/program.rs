@@ -1,0 +1,237 @@
+//! A boolean expression of any number of operands as a flat program of counters.
+//!
+//! A toggled leaf changes the counter of its node; only where that changes the node's value the walk goes up.
+//! So a crossing costs what it changes, not the size of the expression.
+
+use super::Op;
+use crate::aabb::Aabb;
+
+/// A boolean expression as an arena; no recursion, so that its depth is no matter.
+#[derive(Clone, Debug, Default)]
+pub struct Tree {
+    /// The nodes; arguments are indices.
+    pub nodes: Vec<TreeNode>,
+}
+
+/// A node of a [`Tree`].
+#[derive(Clone, Debug)]
+pub enum TreeNode {
+    /// A leaf, by number; each number stands in the tree once.
+    Leaf(u32),
+    /// A combination of at least one argument.
+    Op(Op, Vec<u32>),
+}
+
+const NONE: u32 = u32::MAX;
+
+/// Where the value of a leaf or of a node is counted.
+#[derive(Clone, Copy, Debug)]
+struct Link {
+    /// The node above; `NONE` for the root.
+    node: u32,
+    /// Whether it is the first operand of a difference.
+    first: bool,
+    /// Whether an odd number of differences takes it away.
+    subtracted: bool,
+}
+
+#[derive(Clone, Debug)]
+struct ProgramNode {
+    op: Op,
+    arity: u32,
+    link: Link,
+}
+
+/// The flat program: chains of like operations are one node, `((A - B) - C) - D` as well as `A - (B | C)`.
+#[derive(Clone, Debug)]
+pub struct Program {
+    /// Parents come before their children; the root is node 0.
+    nodes: Vec<ProgramNode>,
+    leaves: Vec<Link>,
+}
+
+impl Program {
+    /// Flattens the expression under a root over leaves `0..leaf_count`.
+    pub fn new(tree: &Tree, root: u32, leaf_count: usize) -> Program {
+        let top = Link { node: NONE, first: false, subtracted: false };
+        let op = match tree.nodes[root as usize] {
+            TreeNode::Op(op, _) => op,
+            // A lone leaf hangs under a union of one.
+            TreeNode::Leaf(_) => Op::Union,
+        };
+        let mut program =
+            Program { nodes: vec![ProgramNode { op, arity: 0, link: top }], leaves: vec![top; leaf_count] };
+        let mut stack = vec![(root, Link { node: 0, first: op == Op::Difference, subtracted: false })];
+        while let Some((node, link)) = stack.pop() {
+            match &tree.nodes[node as usize] {
+                TreeNode::Leaf(leaf) => {
+                    program.leaves[*leaf as usize] = link;
+                    program.nodes[link.node as usize].arity += 1;
+                }
+                TreeNode::Op(_, args) if args.len() == 1 => stack.push((args[0], link)),
+                TreeNode::Op(op, args) => {
+                    let link = program.node_for(*op, link);
+                    for (i, &arg) in args.iter().enumerate().rev() {
+                        let taken = *op == Op::Difference && i > 0;
+                        // The arguments of a union that joins a difference keep the union's role in it.
+                        let first = if *op == Op::Difference { i == 0 } else { link.first };
+                        stack.push((arg, Link { first, subtracted: link.subtracted ^ taken, ..link }));
+                    }
+                }
+            }
+        }
+        program
+    }
+
+    /// The node that takes the arguments of an operation: the one above, where the operation joins it, or
+    /// a new one. The link answered has that node and the role and polarity of what stands there.
+    fn node_for(&mut self, op: Op, link: Link) -> Link {
+        let joins = match (self.nodes[link.node as usize].op, op) {
+            (Op::Union, Op::Union) | (Op::Intersection, Op::Intersection) => true,
+            (Op::Difference, Op::Difference) => link.first,
+            (Op::Difference, Op::Union) => !link.first,
+            _ => false,
+        };
+        if joins {
+            return link;
+        }
+        self.nodes[link.node as usize].arity += 1;
+        self.nodes.push(ProgramNode { op, arity: 0, link });
+        Link { node: (self.nodes.len() - 1) as u32, first: false, subtracted: link.subtracted }
+    }
+
+    /// Number of leaves.
+    pub fn leaf_count(&self) -> usize {
+        self.leaves.len()
+    }
+
+    /// Whether the leaf is taken away, so that its surface bounds the result from the other side.
+    pub fn is_subtracted(&self, leaf: u32) -> bool {
+        self.leaves[leaf as usize].subtracted
+    }
+
+    /// The boxes within which the leaves can matter: an operand counts only inside the bounds of what it is
+    /// taken from or intersected with. Empty for leaves that never matter.
+    pub fn effective_bounds(&self, leaves: &[Aabb]) -> Vec<Aabb> {
+        let mut bounds: Vec<Aabb> = self
+            .nodes
+            .iter()
+            .map(|n| if n.op == Op::Intersection { Aabb::EVERYTHING } else { Aabb::EMPTY })
+            .collect();
+        let gather = |bounds: &mut Vec<Aabb>, link: &Link, own: Aabb| {
+            let Some(node) = self.nodes.get(link.node as usize) else { return };
+            let above = &mut bounds[link.node as usize];
+            *above = match node.op {
+                Op::Union => above.union(&own),
+                Op::Intersection => above.intersection(&own),
+                Op::Difference if link.first => own,
+                Op::Difference => *above,
+            };
+        };
+        for (link, own) in self.leaves.iter().zip(leaves) {
+            gather(&mut bounds, link, *own);
+        }
+        for i in (1..self.nodes.len()).rev() {
+            let own = bounds[i];
+            gather(&mut bounds, &self.nodes[i].link, own);
+        }
+        for i in 1..self.nodes.len() {
+            bounds[i] = bounds[i].intersection(&bounds[self.nodes[i].link.node as usize]);
+        }
+        self.leaves
+            .iter()
+            .zip(leaves)
+            .map(|(link, own)| own.intersection(&bounds[link.node as usize]))
+            .map(|b| if b.is_empty() { Aabb::EMPTY } else { b })
+            .collect()
+    }
+
+    /// The box of the result.
+    pub fn bounds(&self, leaves: &[Aabb]) -> Aabb {
+        let effective = self.effective_bounds(leaves);
+        // What is taken away adds nothing to the box of the result.
+        (0..)
+            .zip(&effective)
+            .filter(|(leaf, _)| !self.is_subtracted(*leaf))
+            .fold(Aabb::EMPTY, |b, (_, leaf)| b.union(leaf))
+    }
+
+    /// Bytes used.
+    pub fn memory(&self) -> usize {
+        size_of_val(self.nodes.as_slice()) + size_of_val(self.leaves.as_slice())
+    }
+}
+
+/// The truth values of one program along one ray; reused from ray to ray.
+#[derive(Clone, Debug, Default)]
+pub struct ProgramState {
+    leaf_in: Vec<bool>,
+    /// Number of operands that are in, without the first of a difference.
+    count: Vec<u32>,
+    first_in: Vec<bool>,
+    /// Leaves to clear for the next ray.
+    touched: Vec<u32>,
+}
+
+impl ProgramState {
+    /// Everything out, for a program.
+    pub fn reset(&mut self, program: &Program) {
+        if self.leaf_in.len() < program.leaves.len() {
+            self.leaf_in.resize(program.leaves.len(), false);
+        }
+        if self.count.len() < program.nodes.len() {
+            self.count.resize(program.nodes.len(), 0);
+            self.first_in.resize(program.nodes.len(), false);
+        }
+    }
+
+    /// Clears what this ray has touched.
+    pub fn clear(&mut self, program: &Program) {
+        while let Some(leaf) = self.touched.pop() {
+            if self.leaf_in[leaf as usize] {
+                self.flip(program, leaf);
+            }
+        }
+    }
+
+    /// The value of the whole expression.
+    pub fn value(&self, program: &Program) -> bool {
+        self.node_value(program, 0)
+    }
+
+    fn node_value(&self, program: &Program, node: usize) -> bool {
+        match program.nodes[node].op {
+            Op::Union => self.count[node] > 0,
+            Op::Intersection => self.count[node] == program.nodes[node].arity,
+            Op::Difference => self.first_in[node] && self.count[node] == 0,
+        }
+    }
+
+    /// Toggles a leaf.
+    pub fn toggle(&mut self, program: &Program, leaf: u32) {
+        self.touched.push(leaf);
+        self.flip(program, leaf);
+    }
+
+    fn flip(&mut self, program: &Program, leaf: u32) {
+        let value = &mut self.leaf_in[leaf as usize];
+        *value = !*value;
+        let (mut now, mut link) = (*value, program.leaves[leaf as usize]);
+        while link.node != NONE {
+            let node = link.node as usize;
+            let before = self.node_value(program, node);
+            if link.first {
+                self.first_in[node] = now;
+            } else if now {
+                self.count[node] += 1;
+            } else {
+                self.count[node] -= 1;
+            }
+            let after = self.node_value(program, node);
+            if after == before {
+                return;
+            }
+            (now, link) = (after, program.nodes[node].link);
+        }
+    }
+}

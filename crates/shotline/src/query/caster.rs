@@ -1,0 +1,291 @@
+//! The caster: walks the world for one ray and folds what the bodies' streams give.
+
+use super::segments::{Interval, resolve};
+use super::stream::{Stream, StreamScratch};
+use super::walk::{Meeting, Walk};
+use super::{Hit, Overlaps, QueryError, Segment};
+use crate::accel::Work;
+use crate::compile::{Body, SolidBody, SurfaceBody, World};
+use crate::crossing::{Crossing, NO_PRIMITIVE};
+use crate::csg::{Boundary, HitKind, ProgramState};
+use crate::math::Vec3;
+use crate::ray::{Line, Ray, Span};
+use crate::solid::{Solid, Wanted};
+
+/// A world with one thread's scratch memory.
+///
+/// ```
+/// use shotline::compile::{Options, compile};
+/// use shotline::math::Vec3;
+/// use shotline::query::Caster;
+/// use shotline::ray::{Ray, Span};
+/// use shotline::scene::Scene;
+/// use shotline::solid::Value;
+///
+/// let mut scene = Scene::default();
+/// let ball = scene.add_solid("sphere", &[Value::Number(2.0)]).unwrap();
+/// scene.add_object("ball", None, ball);
+/// let world = compile(&scene, Options::default()).unwrap();
+/// let ray = Ray::new(Vec3::new(-5.0, 0.0, 0.0), Vec3::X).unwrap();
+/// let mut hits = Vec::new();
+/// Caster::new(&world).crossings(&ray, Span::FORWARD, &mut hits);
+/// assert_eq!(hits.iter().map(|h| (h.t, h.entering)).collect::<Vec<_>>(), [(3.0, true), (7.0, false)]);
+/// ```
+#[derive(Debug)]
+pub struct Caster<'w> {
+    world: &'w World,
+    walk: Walk<'w>,
+    stream: StreamScratch,
+    hits: Vec<Crossing>,
+    state: ProgramState,
+    work: Work,
+}
+
+/// Where the fold stands after a boundary.
+enum Go {
+    /// Nothing beyond this `t` is wanted any more.
+    UpTo(f64),
+    Stop,
+}
+
+impl<'w> Caster<'w> {
+    /// A caster for one thread.
+    pub fn new(world: &'w World) -> Caster<'w> {
+        Caster {
+            world,
+            walk: Walk::default(),
+            stream: StreamScratch::default(),
+            hits: Vec::new(),
+            state: ProgramState::default(),
+            work: Work::default(),
+        }
+    }
+
+    /// The world.
+    pub fn world(&self) -> &'w World {
+        self.world
+    }
+
+    /// Work counted since the caster was made.
+    pub fn work(&self) -> Work {
+        self.work
+    }
+
+    /// The first crossing in the span. Of several at the same `t`, that of the lowest path.
+    pub fn closest(&mut self, ray: &Ray, span: Span) -> Option<Hit> {
+        let mut best: Option<(Meeting<'w>, Boundary)> = None;
+        self.fold(ray, span, Wanted::First, &mut |meeting, boundary| {
+            let t = boundary.crossing.t;
+            let nearer =
+                best.is_none_or(|(m, b)| t < b.crossing.t || (t == b.crossing.t && meeting.path < m.path));
+            if nearer {
+                best = Some((*meeting, boundary));
+            }
+            Go::UpTo(t)
+        });
+        best.map(|(meeting, boundary)| self.hit(ray, &meeting, &boundary))
+    }
+
+    /// Whether there is any crossing in the span.
+    pub fn any(&mut self, ray: &Ray, span: Span) -> bool {
+        let mut found = false;
+        self.fold(ray, span, Wanted::First, &mut |_, _| {
+            found = true;
+            Go::Stop
+        });
+        found
+    }
+
+    /// The number of crossings in the span.
+    pub fn count(&mut self, ray: &Ray, span: Span) -> u64 {
+        let mut count = 0;
+        self.fold(ray, span, Wanted::All, &mut |_, _| {
+            count += 1;
+            Go::UpTo(f64::INFINITY)
+        });
+        count
+    }
+
+    /// Appends every crossing in the span, ascending in `t`; those of one path alternate from an entry.
+    /// Crossings of different paths at the same `t` come in the order of the paths.
+    pub fn crossings(&mut self, ray: &Ray, span: Span, out: &mut Vec<Hit>) {
+        let mut all: Vec<(Meeting<'w>, Boundary)> = Vec::new();
+        self.fold(ray, span, Wanted::All, &mut |meeting, boundary| {
+            all.push((*meeting, boundary));
+            Go::UpTo(f64::INFINITY)
+        });
+        // Stable: boundaries of one body keep their order.
+        all.sort_by(|(m, a), (n, b)| a.crossing.t.total_cmp(&b.crossing.t).then(m.path.cmp(&n.path)));
+        out.extend(all.iter().map(|(meeting, boundary)| self.hit(ray, meeting, boundary)));
+    }
+
+    /// Appends the stretches inside objects and answers how many overlaps of equal priority were met.
+    /// Stretches of one object that overlap or touch are joined.
+    ///
+    /// # Errors
+    /// [`QueryError`] for meshes that are not closed and, with [`Overlaps::Error`], for overlaps.
+    pub fn segments(
+        &mut self,
+        ray: &Ray,
+        span: Span,
+        overlaps: Overlaps,
+        out: &mut Vec<Segment>,
+    ) -> Result<u64, QueryError> {
+        let world = self.world;
+        let mut open: Option<Interval> = None;
+        let mut intervals = Vec::new();
+        let mut surface = None;
+        self.fold(ray, span, Wanted::All, &mut |meeting, boundary| {
+            if let Body::Surface(body) = world.body(meeting.body) {
+                surface = Some(not_a_solid(world, meeting.object, body));
+                return Go::Stop;
+            }
+            let end = (boundary.crossing.t, boundary.crossing.t_err);
+            // The boundaries of a body come one after the other, in pairs.
+            match open.take() {
+                None => open = Some(Interval { start: end, end, object: meeting.object, path: meeting.path }),
+                Some(started) => intervals.push(Interval { end, ..started }),
+            }
+            Go::UpTo(f64::INFINITY)
+        });
+        match surface {
+            Some(error) => Err(error),
+            None => resolve(world, ray, intervals, overlaps, out),
+        }
+    }
+
+    /// Appends the objects whose interior holds a point, ascending. No promise within rounding of a surface.
+    ///
+    /// # Errors
+    /// [`QueryError`] for meshes that are not closed.
+    pub fn contains(&mut self, p: Vec3, out: &mut Vec<u32>) -> Result<(), QueryError> {
+        let start = out.len();
+        let here = Span::new(0.0, 0.0).unwrap_or(Span::FORWARD);
+        self.walk.begin(self.world, Line::exact(p, Vec3::X), here, &mut self.work);
+        while let Some(meeting) = self.walk.next(self.world, 0.0, &mut self.work) {
+            match self.world.body(meeting.body) {
+                Body::Surface(body) => return Err(not_a_solid(self.world, meeting.object, body)),
+                Body::Solid(body) => {
+                    if holds(body, meeting.line.o, &mut self.state) {
+                        out.push(meeting.object);
+                    }
+                }
+            }
+        }
+        out[start..].sort_unstable();
+        let mut kept = out.split_off(start);
+        kept.dedup();
+        out.append(&mut kept);
+        Ok(())
+    }
+
+    /// Gives every boundary in the span to `fold`, body by body; nearest bodies first.
+    fn fold(
+        &mut self,
+        ray: &Ray,
+        span: Span,
+        wanted: Wanted,
+        fold: &mut dyn FnMut(&Meeting<'w>, Boundary) -> Go,
+    ) {
+        let mut limit = span.t_max();
+        self.walk.begin(self.world, Line::of(ray), span, &mut self.work);
+        while let Some(meeting) = self.walk.next(self.world, limit, &mut self.work) {
+            // With the first wanted, what lies beyond the best so far does not matter.
+            let span = Span::new(span.t_min(), limit).unwrap_or(span);
+            match self.world.body(meeting.body) {
+                Body::Solid(body) => {
+                    let scratch = &mut self.stream;
+                    let mut stream = Stream::new(body, &meeting.line, span, wanted, scratch, &mut self.work);
+                    while let Some(boundary) = stream.next() {
+                        match fold(&meeting, boundary) {
+                            Go::UpTo(t) => limit = limit.min(t),
+                            Go::Stop => return,
+                        }
+                        if wanted == Wanted::First {
+                            break;
+                        }
+                    }
+                }
+                Body::Surface(body) => {
+                    self.hits.clear();
+                    let line = meeting.line.in_frame(&body.local_from_body);
+                    match wanted {
+                        Wanted::All => body.mesh.hits(&line, span, &mut self.hits, &mut self.work),
+                        Wanted::First => self.hits.extend(body.mesh.nearest(&line, span, &mut self.work)),
+                    }
+                    for &crossing in &self.hits {
+                        let entering = crossing.entering;
+                        let kind = HitKind::Surface;
+                        match fold(&meeting, Boundary { kind, entering, leaf: 0, crossing }) {
+                            Go::UpTo(t) => limit = limit.min(t),
+                            Go::Stop => return,
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// A boundary in world terms.
+    fn hit(&self, ray: &Ray, meeting: &Meeting<'w>, boundary: &Boundary) -> Hit {
+        let Boundary { kind, entering, leaf, crossing } = *boundary;
+        let mut hit = Hit {
+            t: crossing.t,
+            t_err: crossing.t_err,
+            entering,
+            kind,
+            normal: Vec3::NAN,
+            object: meeting.object,
+            surface: None,
+            primitive: None,
+            barycentric: None,
+            path: meeting.path,
+        };
+        if kind != HitKind::Surface {
+            return hit;
+        }
+        let (solid, local_from_body, first_surface, subtracted) = match self.world.body(meeting.body) {
+            Body::Surface(b) => (&*b.mesh as &dyn Solid, &b.local_from_body, b.first_surface, false),
+            Body::Solid(b) => {
+                let l = &b.leaves[leaf as usize];
+                (&*l.solid, &l.local_from_body, l.first_surface, b.program.is_subtracted(leaf))
+            }
+        };
+        let p = meeting.line.in_frame(local_from_body).at(crossing.t);
+        let outward = solid.normal(p, crossing.surface, crossing.primitive);
+        let normal = self.walk.world_normal(meeting, local_from_body.covector(outward)).normalize();
+        hit.normal = if crossing.primitive == NO_PRIMITIVE {
+            if subtracted { -normal } else { normal }
+        } else if (normal.dot(ray.direction()) < 0.0) == entering {
+            // A triangle is flat: which of its sides is outside shows in the way the ray goes.
+            normal
+        } else {
+            -normal
+        };
+        hit.surface = Some(first_surface + crossing.surface);
+        if crossing.primitive != NO_PRIMITIVE {
+            hit.primitive = Some(crossing.primitive);
+            hit.barycentric = solid.barycentric(p, crossing.primitive);
+        }
+        hit
+    }
+}
+
+fn holds(body: &SolidBody, p: Vec3, state: &mut ProgramState) -> bool {
+    state.reset(&body.program);
+    for (i, leaf) in (0..).zip(&body.leaves) {
+        if leaf.solid.contains(leaf.local_from_body.point(p)) {
+            state.toggle(&body.program, i);
+        }
+    }
+    let inside = state.value(&body.program);
+    state.clear(&body.program);
+    inside
+}
+
+fn not_a_solid(world: &World, object: u32, body: &SurfaceBody) -> QueryError {
+    QueryError::NotASolid {
+        object: world.object_names()[object as usize].clone(),
+        why: body.mesh.topology().why_open(),
+    }
+}

@@ -1,0 +1,275 @@
+//! Whole worlds: every query agrees with every other, with membership, and with every accelerator.
+
+use std::collections::BTreeMap;
+
+use super::batch::{self, Run};
+use super::{Caster, Hit, HitKind, Overlaps};
+use crate::accel;
+use crate::compile::{Options, World, compile};
+use crate::math::Vec3;
+use crate::ray::{Ray, Span};
+use crate::scene::{Node, Op, Scene};
+use crate::solid::Value;
+use crate::testkit::random::Random;
+use crate::testkit::scene::random_scene;
+
+fn world(scene: &Scene, accel: &'static str) -> World {
+    compile(scene, Options { accel }).unwrap_or_else(|e| panic!("{e:?}"))
+}
+
+fn rays(random: &mut Random, n: usize) -> Vec<Ray> {
+    let mut out = Vec::new();
+    for i in 0..n {
+        let o = if i % 3 == 0 { random.point(-1.0, 1.0) } else { random.direction() * 6.0 };
+        let d = random.point(-1.5, 1.5) - o;
+        out.push(Ray::new(o, d * random.number(0.1, 3.0)).expect("a ray"));
+    }
+    for axis in 0..3 {
+        let mut d = Vec3::ZERO;
+        d[axis] = 1.0;
+        out.push(Ray::new(random.point(-0.5, 0.5) - d * 8.0, d).expect("a ray"));
+    }
+    out
+}
+
+fn crossings(world: &World, ray: &Ray, span: Span) -> Vec<Hit> {
+    let mut out = Vec::new();
+    Caster::new(world).crossings(ray, span, &mut out);
+    out
+}
+
+/// NaN normals are equal here.
+fn assert_same(a: &[Hit], b: &[Hit], context: &str) {
+    assert_eq!(format!("{a:?}"), format!("{b:?}"), "{context}");
+}
+
+#[test]
+fn every_accelerator_gives_the_same_bits() {
+    let mut random = Random::new(3);
+    for case in 0..40 {
+        let scene = random_scene(&mut random);
+        let oracle = world(&scene, "brute");
+        for name in accel::NAMES {
+            let other = world(&scene, name);
+            for ray in rays(&mut random, 40) {
+                let context = format!("scene {case}, {name}, {ray:?}");
+                let expected = crossings(&oracle, &ray, Span::FORWARD);
+                assert_same(&expected, &crossings(&other, &ray, Span::FORWARD), &context);
+                let mut caster = Caster::new(&other);
+                let closest = caster.closest(&ray, Span::FORWARD);
+                assert_same(&expected[..expected.len().min(1)], closest.as_slice(), &context);
+                assert_eq!(caster.any(&ray, Span::FORWARD), !expected.is_empty(), "{context}");
+                assert_eq!(caster.count(&ray, Span::FORWARD), expected.len() as u64, "{context}");
+            }
+        }
+    }
+}
+
+/// Between crossings membership is what `contains` says, and crossings of a path alternate.
+#[test]
+fn crossings_agree_with_membership() {
+    let mut random = Random::new(4);
+    for case in 0..60 {
+        let scene = random_scene(&mut random);
+        let world = world(&scene, "bvh");
+        let mut caster = Caster::new(&world);
+        for ray in rays(&mut random, 30) {
+            let hits = crossings(&world, &ray, Span::FORWARD);
+            let mut ts: Vec<f64> = hits.iter().map(|h| h.t).collect();
+            ts.insert(0, 0.0);
+            ts.push(ts[ts.len() - 1] + 1.0);
+            for w in ts.windows(2).filter(|w| w[1] - w[0] > 1e-7) {
+                let t = 0.5 * (w[0] + w[1]);
+                let mut inside: BTreeMap<u64, u32> = BTreeMap::new();
+                for hit in hits.iter().filter(|h| h.t < t) {
+                    let odd = inside.remove(&hit.path).is_none();
+                    assert_eq!(hit.entering, odd, "scene {case}, {ray:?}: {hits:?}");
+                    if odd {
+                        inside.insert(hit.path, hit.object);
+                    }
+                }
+                let mut expected: Vec<u32> = inside.into_values().collect();
+                expected.sort_unstable();
+                expected.dedup();
+                let mut held = Vec::new();
+                caster.contains(ray.at(t), &mut held).expect("solids only");
+                assert_eq!(held, expected, "scene {case}, {ray:?} at {t}");
+            }
+        }
+    }
+}
+
+#[test]
+fn normals_are_unit_and_point_out() {
+    let mut random = Random::new(5);
+    for _ in 0..40 {
+        let world = world(&random_scene(&mut random), "bvh");
+        for ray in rays(&mut random, 30) {
+            for hit in crossings(&world, &ray, Span::FORWARD) {
+                if hit.kind == HitKind::Surface {
+                    assert!((hit.normal.length() - 1.0).abs() < 1e-12);
+                    let slope = hit.normal.dot(ray.direction().normalize());
+                    assert!(slope.abs() < 1e-6 || (slope < 0.0) == hit.entering, "{ray:?} {hit:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn shot_from_the_far_end_the_list_is_mirrored() {
+    let mut random = Random::new(6);
+    for _ in 0..40 {
+        let world = world(&random_scene(&mut random), "bvh");
+        for ray in rays(&mut random, 30) {
+            let end = 4.0;
+            let span = Span::new(0.0, end).expect("an interval");
+            let back = Ray::new(ray.at(end), -ray.direction()).expect("a ray");
+            let there = crossings(&world, &ray, span);
+            let mut here = crossings(&world, &back, span);
+            here.reverse();
+            let key = |h: &Hit| (h.path, h.t);
+            let sorted = |hits: &[Hit], mirror: bool| {
+                let mut keys: Vec<(u64, f64)> = hits.iter().map(key).collect();
+                keys.iter_mut().for_each(|k| k.1 = if mirror { end - k.1 } else { k.1 });
+                keys.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+                keys
+            };
+            let (a, b) = (sorted(&there, false), sorted(&here, true));
+            assert_eq!(a.len(), b.len(), "{ray:?}\n{there:?}\n{here:?}");
+            for (x, y) in a.iter().zip(&b) {
+                assert!(x.0 == y.0 && (x.1 - y.1).abs() < 1e-7, "{ray:?} {x:?} {y:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn any_split_and_any_number_of_threads_give_the_same_bits() {
+    let mut random = Random::new(8);
+    let world = world(&random_scene(&mut random), "bvh");
+    let rays = rays(&mut random, 10_000);
+    let run = |threads| Run { threads, ..Run::default() };
+    let print = |threads| {
+        let all = batch::crossings(&world, &rays, Span::FORWARD, run(threads)).expect("not cancelled");
+        let closest = batch::closest(&world, &rays, Span::FORWARD, run(threads)).expect("not cancelled");
+        let any = batch::any(&world, &rays, Span::FORWARD, run(threads)).expect("not cancelled");
+        let count = batch::count(&world, &rays, Span::FORWARD, run(threads)).expect("not cancelled");
+        format!("{all:?}{closest:?}{any:?}{count:?}")
+    };
+    let alone = print(1);
+    assert!(alone == print(2) && alone == print(3));
+    let halves: Vec<i64> = rays
+        .chunks(5003)
+        .flat_map(|half| batch::count(&world, half, Span::FORWARD, run(1)).expect("not cancelled"))
+        .collect();
+    assert_eq!(halves, batch::count(&world, &rays, Span::FORWARD, run(2)).expect("not cancelled"));
+}
+
+#[test]
+fn powers_of_two_scale_every_t_exactly() {
+    let mut random = Random::new(9);
+    for _ in 0..20 {
+        let world = world(&random_scene(&mut random), "bvh");
+        for ray in rays(&mut random, 30) {
+            let longer = Ray::new(ray.origin(), ray.direction() * 8.0).expect("a ray");
+            let a = crossings(&world, &ray, Span::FORWARD);
+            let b = crossings(&world, &longer, Span::FORWARD);
+            assert_eq!(a.len(), b.len());
+            for (x, y) in a.iter().zip(&b) {
+                assert_eq!(x.t, y.t * 8.0, "{ray:?}");
+            }
+        }
+    }
+}
+
+/// Two boxes side by side as objects, with the right one's priority and how far it reaches into the left.
+fn two_boxes(priority: i32, into: f64) -> World {
+    let mut scene = Scene::default();
+    let corner = |x: f64, y: f64| Value::Vector([x, y, y]);
+    let left = scene.add_solid("box", &[corner(0.0, -1.0), corner(2.0, 1.0)]).expect("box");
+    let right = scene.add_solid("box", &[corner(2.0 - into, -1.0), corner(4.0, 1.0)]).expect("box");
+    scene.add_object("left", None, left);
+    let id = scene.add_object("right", None, right);
+    if let Node::Object { priority: p, .. } = &mut scene.nodes[id.0 as usize] {
+        *p = priority;
+    }
+    world(&scene, "bvh")
+}
+
+#[test]
+fn segments_resolve_overlaps_by_priority() {
+    let ray = Ray::new(Vec3::new(-1.0, 0.0, 0.0), Vec3::X * 2.0).expect("a ray");
+    let stretches = |world: &World, overlaps| {
+        let mut out = Vec::new();
+        let count = Caster::new(world).segments(&ray, Span::FORWARD, overlaps, &mut out);
+        (count, out.iter().map(|s| (s.t_in, s.t_out, s.length, s.object)).collect::<Vec<_>>())
+    };
+    let abutting = two_boxes(0, 0.0);
+    let expected = vec![(0.5, 1.5, 2.0, 0), (1.5, 2.5, 2.0, 1)];
+    assert_eq!(stretches(&abutting, Overlaps::Error), (Ok(0), expected));
+    let overlapping = two_boxes(0, 1.0);
+    let (error, _) = stretches(&overlapping, Overlaps::Error);
+    let text = error.expect_err("an overlap").to_string();
+    assert!(text.contains("'left'") && text.contains("'right'") && text.contains("t = 1"), "{text}");
+    let expected = vec![(0.5, 1.0, 1.0, 0), (1.0, 2.5, 3.0, 1)];
+    assert_eq!(stretches(&overlapping, Overlaps::Priority), (Ok(1), expected));
+    let expected = vec![(0.5, 1.5, 2.0, 0), (1.0, 2.5, 3.0, 1)];
+    assert_eq!(stretches(&overlapping, Overlaps::All), (Ok(0), expected));
+    let expected = vec![(0.5, 1.5, 2.0, 0), (1.5, 2.5, 2.0, 1)];
+    assert_eq!(stretches(&two_boxes(-1, 1.0), Overlaps::Error), (Ok(0), expected));
+}
+
+#[test]
+fn instances_are_compiled_once_and_named() {
+    let mut scene = Scene::default();
+    let ball = scene.add_solid("sphere", &[Value::Number(0.25)]).expect("sphere");
+    scene.defs.push(("ball".into(), ball));
+    let mut part = ball;
+    // Each level holds ten of the level below: 10^12 spheres.
+    for level in 0..12 {
+        let step = 10f64.powi(level);
+        let members = (0..10)
+            .map(|i| {
+                let move_by = crate::math::Affine::translation(Vec3::X * (step * f64::from(i)));
+                scene.add_transform(move_by, part)
+            })
+            .collect();
+        part = scene.add(Node::Group { members });
+        scene.defs.push((format!("level{level}"), part));
+    }
+    scene.add_object("world", None, part);
+    let world = world(&scene, "bvh");
+    assert_eq!(world.stats().leaves, 1);
+    assert_eq!(world.stats().virtual_leaves, 1_000_000_000_000);
+    assert_eq!(world.path_count(), 1_000_000_000_000);
+    assert!(world.stats().memory_bytes < 100_000);
+    let down = Ray::new(Vec3::new(123_456_789_012.0, 0.0, 5.0), -Vec3::Z).expect("a ray");
+    let hit = Caster::new(&world).closest(&down, Span::FORWARD).expect("a sphere below");
+    assert_eq!(hit.path, 123_456_789_012);
+    let name = world.path_name(hit.path);
+    assert!(name.starts_with("world/level10[1]/level9[2]/level8[3]/"), "{name}");
+    assert!(name.ends_with("/level0[1]/ball[2]"), "{name}");
+}
+
+#[test]
+fn a_box_of_many_holes_costs_what_the_ray_meets() {
+    let mut scene = Scene::default();
+    let mut random = Random::new(12);
+    let block = scene.add_solid("box", &[Value::Vector([-1.0; 3]), Value::Vector([1.0; 3])]).expect("box");
+    let hole = scene.add_solid("sphere", &[Value::Number(0.01)]).expect("sphere");
+    let mut args = vec![block];
+    for _ in 0..10_000 {
+        let p = random.point(-1.0, 1.0);
+        args.push(scene.add_transform(crate::math::Affine::translation(p), hole));
+    }
+    let node = scene.add_csg(Op::Difference, args);
+    scene.add_object("sponge", None, node);
+    let world = world(&scene, "bvh");
+    let mut caster = Caster::new(&world);
+    for ray in rays(&mut random, 50) {
+        caster.closest(&ray, Span::FORWARD);
+    }
+    let work = caster.work();
+    assert!(work.solids < 53 * 40, "{work:?}");
+}

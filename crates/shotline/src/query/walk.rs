@@ -1,0 +1,152 @@
+//! The walk through levels: which bodies a ray can meet, nearest box first.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use crate::aabb::BoxRay;
+use crate::accel::{Offer, Pending, Work};
+use crate::compile::{Level, Placed, Target, World};
+use crate::math::Vec3;
+use crate::ray::{Line, Span};
+
+/// A level met by the ray: where, on the way from the root.
+#[derive(Clone, Copy, Debug)]
+struct Visit<'w> {
+    level: &'w Level,
+    line: Line,
+    ray: BoxRay,
+    /// The visit of the level above and the placement in it; `None` for the root.
+    above: Option<(u32, &'w Placed)>,
+    object: u32,
+    first_path: u64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    t: f64,
+    visit: u32,
+    what: Offer,
+}
+
+impl Ord for Entry {
+    fn cmp(&self, other: &Entry) -> Ordering {
+        other.t.total_cmp(&self.t)
+    }
+}
+
+impl PartialOrd for Entry {
+    fn partial_cmp(&self, other: &Entry) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Entry {
+    fn eq(&self, other: &Entry) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Entry {}
+
+/// A placed body that the ray may meet.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Meeting<'w> {
+    pub body: u32,
+    /// The ray's line in the frame of the body.
+    pub line: Line,
+    pub object: u32,
+    pub path: u64,
+    visit: u32,
+    placed: &'w Placed,
+}
+
+/// The memory of a walk; reused from ray to ray.
+#[derive(Debug, Default)]
+pub(super) struct Walk<'w> {
+    visits: Vec<Visit<'w>>,
+    heap: BinaryHeap<Entry>,
+    offers: Vec<Pending>,
+}
+
+impl<'w> Walk<'w> {
+    /// Begins a ray.
+    pub(super) fn begin(&mut self, world: &'w World, line: Line, span: Span, work: &mut Work) {
+        self.visits.clear();
+        self.heap.clear();
+        let ray = BoxRay::new(&line, span);
+        self.enter(Visit { level: world.root(), line, ray, above: None, object: 0, first_path: 0 }, work);
+    }
+
+    /// The next body whose box begins at or before `limit`.
+    pub(super) fn next(&mut self, world: &'w World, limit: f64, work: &mut Work) -> Option<Meeting<'w>> {
+        while let Some(entry) = self.heap.pop() {
+            if entry.t > limit {
+                return None;
+            }
+            let visit = self.visits[entry.visit as usize];
+            match entry.what {
+                Offer::Part(part) => {
+                    if let Some(accel) = &visit.level.accel {
+                        accel.open(part, &visit.ray, &mut self.offers, work);
+                    }
+                    self.take_offers(entry.visit, work);
+                }
+                Offer::Item(item) => {
+                    let placed = &visit.level.placements[item as usize];
+                    let line = visit.line.in_frame(&placed.local_from_parent);
+                    let object = placed.object.unwrap_or(visit.object);
+                    let path = visit.first_path + placed.first_path;
+                    match placed.target {
+                        Target::Body(body) => {
+                            return Some(Meeting { body, line, object, path, visit: entry.visit, placed });
+                        }
+                        Target::Level(level) => {
+                            let ray = BoxRay::new(&line, visit.ray.span());
+                            let above = Some((entry.visit, placed));
+                            let level = world.level(level);
+                            self.enter(Visit { level, line, ray, above, object, first_path: path }, work);
+                        }
+                    }
+                }
+            }
+        }
+        None
+    }
+
+    /// A normal in the frame of a body, in world terms: `(T^-1)^T n` on every level of the way up.
+    pub(super) fn world_normal(&self, meeting: &Meeting, normal: Vec3) -> Vec3 {
+        let mut n = meeting.placed.local_from_parent.covector(normal);
+        let mut visit = &self.visits[meeting.visit as usize];
+        while let Some((above, placed)) = visit.above {
+            n = placed.local_from_parent.covector(n);
+            visit = &self.visits[above as usize];
+        }
+        n
+    }
+
+    fn enter(&mut self, visit: Visit<'w>, work: &mut Work) {
+        if let Some(accel) = &visit.level.accel {
+            accel.start(&visit.ray, &mut self.offers, work);
+        }
+        self.visits.push(visit);
+        self.take_offers((self.visits.len() - 1) as u32, work);
+    }
+
+    fn take_offers(&mut self, visit: u32, work: &mut Work) {
+        let Visit { level, ray, .. } = &self.visits[visit as usize];
+        for offer in self.offers.drain(..) {
+            let t = match offer.what {
+                Offer::Part(_) => offer.t,
+                Offer::Item(item) => {
+                    work.boxes += 1;
+                    match ray.enter_exit(&level.placements[item as usize].bounds) {
+                        Some((t, _)) => t,
+                        None => continue,
+                    }
+                }
+            };
+            work.heap_pushes += 1;
+            self.heap.push(Entry { t, visit, what: offer.what });
+        }
+    }
+}

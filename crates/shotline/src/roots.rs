@@ -1,1 +1,0 @@
-//! Real roots of polynomials up to degree 4.

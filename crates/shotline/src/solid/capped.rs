@@ -1,0 +1,83 @@
+//! The solid behind most kinds: the interior of one quadric, cut off between two planes or not.
+
+use super::Solid;
+use super::form::Form;
+use super::homogeneous::Homogeneous;
+use super::interval::{Interval, Slab};
+use crate::aabb::Aabb;
+use crate::crossing::Crossing;
+use crate::math::Vec3;
+use crate::ray::Line;
+
+/// The names of the surfaces of a quadric between two planes; without them the first is the only one.
+pub(super) const CAPPED: &[&str] = &["side", "bottom", "top"];
+
+/// Where a form is negative, between two planes `z0 < z < z1` if there are caps.
+#[derive(Debug)]
+pub(super) struct Capped {
+    pub form: Form,
+    pub caps: Option<Slab>,
+    pub bounds: Aabb,
+    pub surfaces: &'static [&'static str],
+}
+
+impl Capped {
+    /// A quadric without caps.
+    pub fn whole(form: Form, bounds: Aabb, surfaces: &'static [&'static str]) -> Capped {
+        Capped { form, caps: None, bounds, surfaces }
+    }
+
+    /// A quadric around the z axis, between `z0` and `z1`, nowhere wider than `radius`.
+    pub fn between(form: Form, z0: f64, z1: f64, radius: f64) -> Capped {
+        let bounds = Aabb::new(Vec3::new(-radius, -radius, z0), Vec3::new(radius, radius, z1));
+        let caps = Some(Slab { axis: 2, low: z0, high: z1, surface: 1 });
+        Capped { form, caps, bounds, surfaces: CAPPED }
+    }
+}
+
+impl Solid for Capped {
+    fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    fn crossings(&self, line: &Line, out: &mut Vec<Crossing>) {
+        let between = match &self.caps {
+            None => Some(Interval::ALL),
+            Some(caps) => caps.interval(line),
+        };
+        let Some(between) = between else { return };
+        for inside in self.form.inside(line).into_iter().flatten() {
+            if let Some(stretch) = inside.clip(between) {
+                stretch.push(out);
+            }
+        }
+    }
+
+    fn implicit(&self, p: Vec3, surface: u32, _primitive: u32) -> f64 {
+        match (surface, &self.caps) {
+            (1, Some(caps)) => caps.low - p.z,
+            (2, Some(caps)) => p.z - caps.high,
+            _ => self.form.value(p),
+        }
+    }
+
+    fn normal(&self, p: Vec3, surface: u32, _primitive: u32) -> Vec3 {
+        match surface {
+            1 => Vec3::NEG_Z,
+            2 => Vec3::Z,
+            _ => self.form.gradient(p),
+        }
+    }
+
+    fn contains(&self, p: Vec3) -> bool {
+        self.caps.is_none_or(|caps| caps.contains(p.z)) && self.form.value(p) < 0.0
+    }
+
+    fn surfaces(&self) -> &'static [&'static str] {
+        self.surfaces
+    }
+
+    fn homogeneous(&self, surface: u32) -> Option<Homogeneous> {
+        (surface == 0).then(|| self.form.homogeneous())
+    }
+}

@@ -1,0 +1,61 @@
+//! The circular cone around the z axis, or its frustum, closed by caps.
+
+use std::sync::Arc;
+
+use super::capped::Capped;
+use super::form::{Form, power_of_two, squared};
+use super::{Kind, Param, ParamError, ParamType, Params, Value};
+use crate::math::{Dd, Vec3, two_sum};
+
+pub(super) static KIND: Kind = Kind {
+    name: "cone",
+    summary: "the cone or frustum around the z axis, of radius r0 at z0 and r1 at z1",
+    params: &[
+        Param { name: "r0", ty: ParamType::Number, summary: "the radius at z0; 0 for an apex" },
+        Param { name: "r1", ty: ParamType::Number, summary: "the radius at z1; 0 for an apex, but not both" },
+        Param { name: "z0", ty: ParamType::Number, summary: "the lower end" },
+        Param { name: "z1", ty: ParamType::Number, summary: "the upper end, above z0" },
+    ],
+    build: |p| {
+        let (r0, r1) = (radius(p, "r0")?, radius(p, "r1")?);
+        if r0 == 0.0 && r1 == 0.0 {
+            return Err(ParamError { param: "r1", why: "is 0 like r0, but one must be positive".into() });
+        }
+        let (z0, z1) = p.ascending("z0", "z1")?;
+        Ok(Arc::new(Capped::between(form(r0, r1, z0, z1), z0, z1, r0.max(r1))))
+    },
+    examples: &[
+        &[Value::Number(1.0), Value::Number(0.0), Value::Number(0.0), Value::Number(1.0)],
+        &[Value::Number(0.0), Value::Number(2.5), Value::Number(-3.0), Value::Number(-2.0)],
+        &[Value::Number(0.12), Value::Number(0.115), Value::Number(0.4), Value::Number(1.9)],
+        &[Value::Number(1e-3), Value::Number(4.0), Value::Number(-10.0), Value::Number(90.0)],
+    ],
+};
+
+fn radius(p: &Params, name: &'static str) -> Result<f64, ParamError> {
+    let r = p.number(name)?;
+    if r >= 0.0 {
+        Ok(r)
+    } else {
+        Err(ParamError { param: name, why: format!("is {r}, but must not be negative") })
+    }
+}
+
+/// `h^2 (x^2 + y^2) - (h n + (w - n) z)^2`, with the narrow radius `n` at `z = 0`, the wide one `w` at height
+/// `h`. No quotient enters, so the slope is not rounded; and the centre is the narrow end, because near an
+/// apex everything is as small as the distance to it.
+fn form(r0: f64, r1: f64, z0: f64, z1: f64) -> Form {
+    let (narrow, wide, centre, upward) = if r0 <= r1 { (r0, r1, z0, 1.0) } else { (r1, r0, z1, -1.0) };
+    let (unit, unit_z) = (power_of_two(wide), power_of_two(z1 - z0));
+    let h = two_sum(z1, -z0) * (1.0 / unit_z);
+    let widening = two_sum(wide, -narrow) * (1.0 / unit);
+    let at_centre = h * (narrow / unit);
+    Form {
+        centre: Vec3::new(0.0, 0.0, centre),
+        shrink: Vec3::new(1.0 / unit, 1.0 / unit, 1.0 / unit_z),
+        square: [squared(h), squared(h), -squared(widening)],
+        linear: [Dd::ZERO, Dd::ZERO, -(at_centre * widening) * upward],
+        constant: -squared(at_centre),
+        ..Form::ZERO
+    }
+}

@@ -1,0 +1,86 @@
+//! The box along the axes.
+
+use std::sync::Arc;
+
+use super::interval::{Interval, Slab};
+use super::{Kind, Param, ParamError, ParamType, Solid, Value};
+use crate::aabb::Aabb;
+use crate::crossing::Crossing;
+use crate::math::Vec3;
+use crate::ray::Line;
+
+/// `min < p < max`: what lies in three slabs.
+#[derive(Debug)]
+pub struct Cuboid {
+    min: Vec3,
+    max: Vec3,
+}
+
+pub(super) static KIND: Kind = Kind {
+    name: "box",
+    summary: "the box between two corners, along the axes",
+    params: &[
+        Param { name: "min", ty: ParamType::Numbers(3), summary: "the lowest corner" },
+        Param {
+            name: "max",
+            ty: ParamType::Numbers(3),
+            summary: "the highest corner, above min on every axis",
+        },
+    ],
+    build: |p| {
+        let (min, max) = (p.vector("min")?, p.vector("max")?);
+        if !min.cmplt(max).all() {
+            let why = format!("is {max}, but must be greater than min = {min} on every axis");
+            return Err(ParamError { param: "max", why });
+        }
+        Ok(Arc::new(Cuboid { min, max }))
+    },
+    examples: &[
+        &[Value::Vector([-1.0, -1.0, -1.0]), Value::Vector([1.0, 1.0, 1.0])],
+        &[Value::Vector([0.1, -2.0, 3.0]), Value::Vector([0.7, 5.0, 3.001])],
+        &[Value::Vector([-0.5, 0.25, -1.0]), Value::Vector([-0.499999, 0.3, 1e3])],
+    ],
+};
+
+impl Cuboid {
+    fn slabs(&self) -> [Slab; 3] {
+        let slab =
+            |axis: usize| Slab { axis, low: self.min[axis], high: self.max[axis], surface: 2 * axis as u32 };
+        [slab(0), slab(1), slab(2)]
+    }
+
+    fn interval(&self, line: &Line) -> Option<Interval> {
+        let [x, y, z] = self.slabs().map(|slab| slab.interval(line));
+        x?.clip(y?)?.clip(z?)
+    }
+}
+
+impl Solid for Cuboid {
+    fn bounds(&self) -> Aabb {
+        Aabb::new(self.min, self.max)
+    }
+
+    fn crossings(&self, line: &Line, out: &mut Vec<Crossing>) {
+        if let Some(stretch) = self.interval(line) {
+            stretch.push(out);
+        }
+    }
+
+    fn implicit(&self, p: Vec3, surface: u32, _primitive: u32) -> f64 {
+        let axis = surface as usize / 2;
+        if surface.is_multiple_of(2) { self.min[axis] - p[axis] } else { p[axis] - self.max[axis] }
+    }
+
+    fn normal(&self, _p: Vec3, surface: u32, _primitive: u32) -> Vec3 {
+        let side = if surface.is_multiple_of(2) { -1.0 } else { 1.0 };
+        Vec3::AXES[surface as usize / 2] * side
+    }
+
+    fn contains(&self, p: Vec3) -> bool {
+        self.min.cmplt(p).all() && p.cmplt(self.max).all()
+    }
+
+    fn surfaces(&self) -> &'static [&'static str] {
+        &["min x", "max x", "min y", "max y", "min z", "max z"]
+    }
+}

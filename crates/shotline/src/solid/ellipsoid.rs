@@ -1,0 +1,34 @@
+//! The ellipsoid around the origin, along the axes.
+
+use std::sync::Arc;
+
+use super::capped::Capped;
+use super::form::{Form, power_of_two, squared};
+use super::{Kind, Param, ParamError, ParamType, Value};
+use crate::aabb::Aabb;
+use crate::math::{Dd, Vec3};
+
+pub(super) static KIND: Kind = Kind {
+    name: "ellipsoid",
+    summary: "the ellipsoid of three semi-axes around the origin",
+    params: &[Param { name: "semi_axes", ty: ParamType::Numbers(3), summary: "along x, y and z, positive" }],
+    build: |p| {
+        let axes = p.vector("semi_axes")?;
+        if axes.min_element() <= 0.0 {
+            return Err(ParamError { param: "semi_axes", why: format!("are {axes}, but must be positive") });
+        }
+        Ok(Arc::new(Capped::whole(form(axes), Aabb::new(-axes, axes), &["ellipsoid"])))
+    },
+    examples: &[
+        &[Value::Vector([1.0, 2.0, 3.0])],
+        &[Value::Vector([1000.0, 1.0, 1.0])],
+        &[Value::Vector([1e-3, 0.7, 30.0])],
+    ],
+};
+
+/// `(x/a)^2 + (y/b)^2 + (z/c)^2 - 1`.
+fn form(axes: Vec3) -> Form {
+    let shrink = Vec3::from(axes.to_array().map(|a| 1.0 / power_of_two(a)));
+    let square = (axes * shrink).to_array().map(|a| squared(Dd::from(a).recip()));
+    Form { shrink, square, constant: Dd::from(-1.0), ..Form::ZERO }
+}

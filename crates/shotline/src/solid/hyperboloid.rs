@@ -1,0 +1,47 @@
+//! The hyperboloid of one sheet around the z axis, closed by two caps.
+
+use std::sync::Arc;
+
+use super::capped::Capped;
+use super::form::{Form, power_of_two, squared};
+use super::{Kind, Param, ParamType, Value};
+use crate::math::{Dd, Vec3};
+
+pub(super) static KIND: Kind = Kind {
+    name: "hyperboloid",
+    summary: "the hyperboloid of one sheet (x^2+y^2)/a^2 - z^2/c^2 < 1, from z0 to z1",
+    params: &[
+        Param { name: "a", ty: ParamType::Number, summary: "the radius of the waist at z = 0, positive" },
+        Param { name: "c", ty: ParamType::Number, summary: "the height at which z^2/c^2 is 1, positive" },
+        Param { name: "z0", ty: ParamType::Number, summary: "the lower end" },
+        Param { name: "z1", ty: ParamType::Number, summary: "the upper end, above z0" },
+    ],
+    build: |p| {
+        let (a, c) = (p.positive("a")?, p.positive("c")?);
+        let (z0, z1) = p.ascending("z0", "z1")?;
+        let widest = a * (1.0f64).hypot(z0.abs().max(z1.abs()) / c);
+        let mut solid = Capped::between(form(a, c, 1.0), z0, z1, widest);
+        solid.bounds = solid.bounds.widened(8.0);
+        Ok(Arc::new(solid))
+    },
+    examples: &[
+        &[Value::Number(1.0), Value::Number(1.0), Value::Number(-1.0), Value::Number(1.0)],
+        &[Value::Number(0.16), Value::Number(1.6), Value::Number(-0.3), Value::Number(3.0)],
+        &[Value::Number(0.6), Value::Number(0.01), Value::Number(-3.0), Value::Number(0.6)],
+        &[Value::Number(0.2), Value::Number(0.3), Value::Number(1.0), Value::Number(2.0)],
+    ],
+};
+
+/// `side ((x/a)^2 + (y/a)^2 - (z/c)^2) - 1` has one sheet around the axis for `side` 1. For `side` -1 the same
+/// with the opposite sign of the constant, `(x/a)^2 + (y/a)^2 - (z/c)^2 + 1`, has two, up and down the axis.
+pub(super) fn form(a: f64, c: f64, side: f64) -> Form {
+    let (unit, unit_z) = (power_of_two(a), power_of_two(c));
+    let inverse_square = |x: f64| squared(Dd::from(x).recip());
+    let (xx, zz) = (inverse_square(a / unit), -inverse_square(c / unit_z));
+    Form {
+        shrink: Vec3::new(1.0 / unit, 1.0 / unit, 1.0 / unit_z),
+        square: [xx, xx, zz],
+        constant: Dd::from(-side),
+        ..Form::ZERO
+    }
+}

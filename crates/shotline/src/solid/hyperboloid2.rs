@@ -1,0 +1,52 @@
+//! The hyperboloid of two sheets around the z axis, closed by caps.
+
+use std::sync::Arc;
+
+use super::capped::Capped;
+use super::{Kind, Param, ParamError, ParamType, Value, hyperboloid};
+
+pub(super) static KIND: Kind = Kind {
+    name: "hyperboloid2",
+    summary: "the hyperboloid of two sheets z^2/c^2 - (x^2+y^2)/a^2 > 1, from z0 to z1",
+    params: &[
+        Param { name: "a", ty: ParamType::Number, summary: "the radius at z^2 = 2 c^2, positive" },
+        Param { name: "c", ty: ParamType::Number, summary: "the height of the vertices, positive" },
+        Param {
+            name: "z0",
+            ty: ParamType::Number,
+            summary: "the lower end; below -c to take in the lower sheet",
+        },
+        Param {
+            name: "z1",
+            ty: ParamType::Number,
+            summary: "the upper end, above z0; above c to take in the upper sheet",
+        },
+    ],
+    build: |p| {
+        let (a, c) = (p.positive("a")?, p.positive("c")?);
+        let (z0, z1) = p.ascending("z0", "z1")?;
+        if -c <= z0 && z1 <= c {
+            return Err(ParamError {
+                param: "z1",
+                why: format!("is {z1}, but one of z0 < {} and z1 > {c} is needed to reach a sheet", -c),
+            });
+        }
+        let reach = z0.abs().max(z1.abs()) / c;
+        let widest = a * ((reach - 1.0) * (reach + 1.0)).sqrt();
+        let mut solid = Capped::between(hyperboloid::form(a, c, -1.0), z0, z1, widest);
+        // Where one sheet alone is taken in, the box begins at its vertex.
+        if z0 >= -c {
+            solid.bounds.min.z = z0.max(c);
+        }
+        if z1 <= c {
+            solid.bounds.max.z = z1.min(-c);
+        }
+        solid.bounds = solid.bounds.widened(16.0);
+        Ok(Arc::new(solid))
+    },
+    examples: &[
+        &[Value::Number(1.0), Value::Number(1.0), Value::Number(-3.0), Value::Number(3.0)],
+        &[Value::Number(0.5), Value::Number(0.2), Value::Number(0.0), Value::Number(2.0)],
+        &[Value::Number(3.0), Value::Number(0.01), Value::Number(-1.0), Value::Number(0.005)],
+    ],
+};

@@ -1,0 +1,188 @@
+//! A quadric met by a line: the polynomial about the closest approach, and the stretches inside.
+//!
+//! Expanded about a far origin the polynomial loses every digit; expanded about the line's closest approach
+//! to the centre, in coordinates of the solid's size, it does not (E. Haines et al., Ray Tracing Gems 7). That
+//! point is held with what rounding left of it, so that it lies on the line far better than its own digits tell.
+//! Signs and roots that f64 leaves in doubt are decided in double-double, about the same point.
+
+use super::form::{Form, power_of_two, rounded};
+use super::interval::{End, Interval};
+use super::quadratic::{Negative, Quadratic};
+use crate::math::{Dd, HALF_ULP, Vec3, two_prod, two_sum};
+use crate::ray::Line;
+
+/// The relative error of a term of a coefficient in f64: a chain of up to seven roundings (the number, two
+/// products, sums of three), in the mean far less, and two for the discriminant.
+const NOISE: f64 = 5.0 * HALF_ULP;
+/// The same in double-double, with room to spare.
+const NOISE_WIDE: f64 = HALF_ULP * HALF_ULP * 64.0;
+/// Roots are worked out anew in double-double where rounding moved them by more than so many times what
+/// rounding of the line itself could do.
+const SENSIBLE: f64 = 8.0;
+
+/// A line in the coordinates of a form: `p + (s - s0) d`, with `s` in proportion to `t`.
+struct Local {
+    /// The line's origin and direction; the direction about 1 long.
+    o: Vec3,
+    d: Vec3,
+    /// The parameter near the closest approach to the centre, and the point there: rounded, and the rest.
+    s0: f64,
+    p: Vec3,
+    p_rest: Vec3,
+    /// Powers of two, the product of which is `t` over `s`; it may not be representable itself.
+    t_over_s: [f64; 2],
+}
+
+impl Local {
+    fn new(form: &Form, line: &Line) -> Local {
+        // Twice, so that no component is lost to an extreme length or to an extreme size before it matters.
+        let shorten = 1.0 / power_of_two(line.d.abs().max_element());
+        let d = line.d * shorten * form.shrink;
+        let stretch = 1.0 / power_of_two(d.abs().max_element());
+        let d = d * stretch;
+        let o = (line.o - form.centre) * form.shrink;
+        let dd = d.length_squared();
+        let s0 = if dd > 0.0 { -o.dot(d) / dd } else { 0.0 };
+        let mut local = Local { o, d, s0, p: Vec3::ZERO, p_rest: Vec3::ZERO, t_over_s: [stretch, shorten] };
+        for i in 0..3 {
+            let moved = two_sum(line.o[i], -form.centre[i]);
+            let step = exact_product(s0, d[i]);
+            let sum = two_sum(moved.hi * form.shrink[i], step.hi);
+            let point = two_sum(sum.hi, sum.lo + (step.lo + moved.lo * form.shrink[i]));
+            (local.p[i], local.p_rest[i]) = (point.hi, point.lo);
+        }
+        local
+    }
+
+    /// The point `p` again, with all digits.
+    fn point_wide(&self, form: &Form, line: &Line) -> [Dd; 3] {
+        std::array::from_fn(|i| {
+            two_sum(line.o[i], -form.centre[i]) * form.shrink[i] + two_prod(self.s0, self.d[i])
+        })
+    }
+}
+
+/// The product of two numbers and, but for an error of 2^-78 of it, what rounding left. Splitting off the upper
+/// 26 bits (Dekker 1971) is cheaper than a fused multiply-add where the machine has none.
+fn exact_product(a: f64, b: f64) -> Dd {
+    let upper = |x: f64| f64::from_bits(x.to_bits() & !0x7ff_ffff);
+    let (a_hi, b_hi) = (upper(a), upper(b));
+    Dd { hi: a_hi * b_hi, lo: a_hi * (b - b_hi) + (a - a_hi) * b }
+}
+
+/// The polynomial of a form along a line, with what its roots need to be judged.
+struct Expansion {
+    poly: Quadratic,
+    /// Half the gradient at `p`, and half its change along `d`.
+    slope: Vec3,
+    turn: Vec3,
+}
+
+impl Expansion {
+    /// In f64.
+    fn new(form: &Form, at: &Local) -> Expansion {
+        let (p, d, l) = (at.p, at.d, rounded(&form.linear));
+        let turn = form.apply(d);
+        let slope = form.apply(p) + l;
+        let a = d.dot(turn);
+        let b = d.dot(slope) + turn.dot(at.p_rest);
+        let c = p.dot(slope + l) + form.constant.hi + 2.0 * slope.dot(at.p_rest);
+        let slope_size = form.apply_abs(p) + l.abs();
+        let size = [
+            d.abs().dot(form.apply_abs(d)),
+            d.abs().dot(slope_size),
+            p.abs().dot(slope_size + l.abs()) + form.constant.hi.abs(),
+        ];
+        let poly = Quadratic { a, b, c, discriminant: b * b - a * c, size, noise: NOISE };
+        Expansion { poly, slope, turn }
+    }
+
+    /// The same in double-double, rounded once.
+    fn widened(&self, form: &Form, line: &Line, at: &Local) -> Expansion {
+        let p = at.point_wide(form, line);
+        let d = [at.d.x, at.d.y, at.d.z].map(Dd::from);
+        let l = form.linear;
+        let add = |v: [Dd; 3], w: [Dd; 3]| -> [Dd; 3] { std::array::from_fn(|i| v[i] + w[i]) };
+        let turn = form.apply_wide(d);
+        let slope = add(form.apply_wide(p), l);
+        let [sa, sb, sc] = self.poly.size;
+        let a = settled(dot_wide(d, turn), sa);
+        let b = settled(dot_wide(d, slope), sb);
+        let c = settled(dot_wide(p, add(slope, l)) + form.constant, sc);
+        let doubt = 2.0 * b.hi.abs() * sb + a.hi.abs() * sc + c.hi.abs() * sa;
+        let discriminant = settled(b * b - a * c, doubt).hi;
+        let poly = Quadratic { a: a.hi, b: b.hi, c: c.hi, discriminant, noise: NOISE_WIDE, ..self.poly };
+        Expansion { poly, slope: rounded(&slope), turn: rounded(&turn) }
+    }
+
+    /// The sizes of the gradient's components at a root.
+    fn gradient(&self, root: f64) -> Vec3 {
+        2.0 * (self.slope + self.turn * root).abs()
+    }
+}
+
+/// Zero where a double-double number is lost in the rounding of terms of a given size, else the number.
+fn settled(x: Dd, size: f64) -> Dd {
+    if x.hi.abs() <= NOISE_WIDE * size { Dd::ZERO } else { x }
+}
+
+fn dot_wide(v: [Dd; 3], w: [Dd; 3]) -> Dd {
+    v[0] * w[0] + v[1] * w[1] + v[2] * w[2]
+}
+
+/// A root as the end of a stretch, and whether it is as good as the line deserves.
+struct Root {
+    end: End,
+    sensible: bool,
+}
+
+impl Form {
+    /// The stretches of a line, ascending, on which the form is negative; their ends lie on surface 0.
+    pub fn inside(&self, line: &Line) -> [Option<Interval>; 2] {
+        let at = Local::new(self, line);
+        let quick = Expansion::new(self, &at);
+        if quick.poly.is_certain() {
+            let (stretches, sensible) = self.stretches(&quick, &at, line);
+            if sensible {
+                return stretches;
+            }
+        }
+        self.stretches(&quick.widened(self, line, &at), &at, line).0
+    }
+
+    /// The stretches according to one expansion, and whether all their ends are sensible.
+    fn stretches(&self, expansion: &Expansion, at: &Local, line: &Line) -> ([Option<Interval>; 2], bool) {
+        let mut sensible = true;
+        let mut end = |x: f64| {
+            let root = self.root(x, expansion, at, line);
+            sensible &= root.sensible;
+            root.end
+        };
+        let stretches = match expansion.poly.negative() {
+            Negative::Nowhere => [None, None],
+            Negative::Everywhere => [Some(Interval::ALL), None],
+            Negative::Between(x, y) => [Interval::after(end(x)).clip(Interval::before(end(y))), None],
+            Negative::Outside(x, y) => [Some(Interval::before(end(x))), Some(Interval::after(end(y)))],
+            Negative::Before(x) => [Some(Interval::before(end(x))), None],
+            Negative::After(x) => [Some(Interval::after(end(x))), None],
+        };
+        (stretches, sensible)
+    }
+
+    fn root(&self, x: f64, expansion: &Expansion, at: &Local, line: &Line) -> Root {
+        let in_t = |s: f64| s * at.t_over_s[0] * at.t_over_s[1];
+        let s = at.s0 + x;
+        let t = in_t(s);
+        if !t.is_finite() {
+            return Root { end: End { t, t_err: 0.0, surface: 0 }, sensible: true };
+        }
+        let gradient = expansion.gradient(x);
+        let rounded = expansion.poly.residual(x);
+        // What errors of the line's frame and what its own last bits do to the value.
+        let moved = gradient.dot((line.o_err + line.d_err * t.abs()) * self.shrink);
+        let deserved = gradient.dot(at.o.abs() + at.d.abs() * s.abs());
+        let s_err = expansion.poly.root_err(x, rounded + moved) + HALF_ULP * s.abs();
+        let end = End { t, t_err: in_t(s_err), surface: 0 };
+        Root { end, sensible: rounded <= SENSIBLE * (HALF_ULP * deserved + moved) }
+    }
+}

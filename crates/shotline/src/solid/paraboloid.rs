@@ -1,0 +1,42 @@
+//! The paraboloid around the z axis, from its vertex to a cap.
+
+use std::sync::Arc;
+
+use super::capped::Capped;
+use super::form::{Form, power_of_two};
+use super::{Kind, Param, ParamType, Value};
+use crate::math::{Dd, Vec3, two_prod, two_sum};
+
+pub(super) static KIND: Kind = Kind {
+    name: "paraboloid",
+    summary: "the paraboloid around the z axis with its vertex at z0 and a radius at z1",
+    params: &[
+        Param { name: "radius", ty: ParamType::Number, summary: "the radius at z1, positive" },
+        Param { name: "z0", ty: ParamType::Number, summary: "the vertex" },
+        Param { name: "z1", ty: ParamType::Number, summary: "the open end, above z0" },
+    ],
+    build: |p| {
+        let radius = p.positive("radius")?;
+        let (z0, z1) = p.ascending("z0", "z1")?;
+        Ok(Arc::new(Capped::between(form(radius, z0, z1), z0, z1, radius)))
+    },
+    examples: &[
+        &[Value::Number(1.0), Value::Number(0.0), Value::Number(1.0)],
+        &[Value::Number(0.12), Value::Number(-1.9), Value::Number(2.2)],
+        &[Value::Number(50.0), Value::Number(3.0), Value::Number(3.5)],
+    ],
+};
+
+/// `h (x^2 + y^2) - r^2 z`, with the vertex at `z = 0` and the radius `r` at height `h`.
+fn form(radius: f64, z0: f64, z1: f64) -> Form {
+    let (unit, unit_z) = (power_of_two(radius), power_of_two(z1 - z0));
+    let h = two_sum(z1, -z0) * (1.0 / unit_z);
+    let r = radius / unit;
+    Form {
+        centre: Vec3::new(0.0, 0.0, z0),
+        shrink: Vec3::new(1.0 / unit, 1.0 / unit, 1.0 / unit_z),
+        square: [h, h, Dd::ZERO],
+        linear: [Dd::ZERO, Dd::ZERO, two_prod(r, r) * -0.5],
+        ..Form::ZERO
+    }
+}

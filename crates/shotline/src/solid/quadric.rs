@@ -1,0 +1,59 @@
+//! The general quadric, unbounded.
+
+use std::sync::Arc;
+
+use super::capped::Capped;
+use super::form::{Form, power_of_two};
+use super::{Kind, Param, ParamError, ParamType, Value};
+use crate::aabb::Aabb;
+use crate::math::{Dd, Vec3};
+
+pub(super) static KIND: Kind = Kind {
+    name: "quadric",
+    summary: "the quadric A x2 + B y2 + C z2 + D xy + E xz + F yz + G x + H y + I z + J < 0",
+    params: &[Param { name: "coeffs", ty: ParamType::Numbers(10), summary: "A to J, not all zero" }],
+    build: |p| {
+        let coeffs = p.ten("coeffs")?;
+        if coeffs.iter().all(|x| *x == 0.0) {
+            return Err(ParamError { param: "coeffs", why: "are all zero, but one must not be".into() });
+        }
+        Ok(Arc::new(Capped::whole(form(coeffs), Aabb::EVERYTHING, &["quadric"])))
+    },
+    examples: &[
+        &[Value::Ten([1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0])],
+        &[Value::Ten([1.3, 2.8, 1.6, 0.2, -2.8, 0.2, -0.3, 0.4, 0.3, -1.0])],
+        &[Value::Ten([0.2, -0.7, -0.5, 1.3, 0.8, -0.2, -0.4, 0.5, 0.4, -0.3])],
+        &[Value::Ten([1.0, 0.0, 0.0, 0.0, 0.0, 0.5, 0.0, 1.0, 0.0, 0.0])],
+        &[Value::Ten([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, -2.0, 0.5, 3.0])],
+        &[Value::Ten([1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])],
+    ],
+};
+
+/// All coefficients over one power of two, about the origin: wherever the quadric lies, that is where its
+/// coefficients are exact.
+fn form(coeffs: [f64; 10]) -> Form {
+    let unit = power_of_two(coeffs.iter().fold(0.0, |m: f64, x| m.max(x.abs())));
+    let [a, b, c, d, e, f, g, h, i, j] = coeffs.map(|x| x / unit);
+    let shrink = proportions(Vec3::new(a, b, c));
+    let half = |x: f64, y: f64, z: f64| (Vec3::new(x, y, z) * 0.5).to_array().map(Dd::from);
+    let per = 1.0 / shrink;
+    let square = Vec3::new(a, b, c) * per * per;
+    let (cross_per, linear) =
+        (Vec3::new(per.y * per.z, per.x * per.z, per.x * per.y), Vec3::new(g, h, i) * per);
+    Form {
+        shrink,
+        square: square.to_array().map(Dd::from),
+        cross: (d != 0.0 || e != 0.0 || f != 0.0)
+            .then(|| half(f * cross_per.x, e * cross_per.y, d * cross_per.z)),
+        linear: half(linear.x, linear.y, linear.z),
+        constant: Dd::from(j),
+        ..Form::ZERO
+    }
+}
+
+/// Powers of two in the proportions of the square roots of the diagonal: the shape's own, if it lies along the
+/// axes; all 1 where a square is missing and there is nothing to compare.
+fn proportions(square: Vec3) -> Vec3 {
+    let root = square.abs().map(f64::sqrt);
+    if root.min_element() > 0.0 { root.map(power_of_two) } else { Vec3::ONE }
+}

@@ -1,0 +1,92 @@
+//! A line seen from its closest approach.
+//!
+//! Expanded about a far origin the quartic's coefficients lose every digit, and no root finder can bring them
+//! back. So the line is first given a nearby origin, without error.
+
+use crate::math::{Dd, Vec3, two_prod};
+use crate::ray::Line;
+
+/// The line `p + tau u` in units of the solid's size, with `p` near the point closest to the centre.
+pub(super) struct Approach {
+    /// The new origin, exact but for some 100 bits.
+    pub p: [Dd; 3],
+    /// The direction: that of the line times a power of two, its longest component from 1/2 to 1.
+    pub u: Vec3,
+    /// `u . u`.
+    pub uu: f64,
+    /// `tau` of the line's own origin, negated.
+    shift: Dd,
+    /// What `shift + tau` has to be multiplied with to give `t`.
+    t_unit: PowerOfTwo,
+}
+
+impl Approach {
+    /// Moves the origin of a line next to the centre of a solid whose size has the given exponent.
+    pub fn new(line: &Line, size_exponent: i32) -> Approach {
+        let direction_exponent = exponent(line.d.abs().max_element());
+        let u = PowerOfTwo::new(-direction_exponent).of(line.d);
+        let o = PowerOfTwo::new(-size_exponent).of(line.o);
+        let uu = u.length_squared();
+        let mut p = o.to_array().map(Dd::from);
+        let mut shift = Dd::ZERO;
+        // Any double near the closest approach will do, as p is computed to match it; from extremely far
+        // the nearest double is not near, and the move is repeated.
+        for _ in 0..3 {
+            let step = -rounded(&p).dot(u) / uu;
+            p = std::array::from_fn(|i| p[i] + two_prod(step, u[i]));
+            shift = shift + Dd::from(step);
+            if rounded(&p).dot(u).abs() < 1e-6 {
+                break;
+            }
+        }
+        Approach { p, u, uu, shift, t_unit: PowerOfTwo::new(size_exponent - direction_exponent) }
+    }
+
+    /// The line's own parameter, rounded once.
+    pub fn t(&self, tau: Dd) -> f64 {
+        self.t_unit.times((self.shift + tau).hi)
+    }
+
+    /// The magnitude of `shift + tau`: what an ulp of `t` is relative to, in units of `tau`.
+    pub fn reach(&self, tau: f64) -> f64 {
+        (self.shift.hi + tau).abs()
+    }
+
+    /// A length of `tau` as one of `t`.
+    pub fn t_length(&self, tau: f64) -> f64 {
+        self.t_unit.times(tau)
+    }
+}
+
+/// Double-double coordinates rounded to double.
+pub(super) fn rounded(p: &[Dd; 3]) -> Vec3 {
+    Vec3::new(p[0].hi, p[1].hi, p[2].hi)
+}
+
+/// The `e` for which `x` lies from `2^(e-1)` to `2^e`.
+pub(super) fn exponent(x: f64) -> i32 {
+    libm::frexp(x).1
+}
+
+/// A power of two as two factors, so that it may itself be out of range.
+#[derive(Clone, Copy)]
+pub(super) struct PowerOfTwo(f64, f64);
+
+impl PowerOfTwo {
+    /// `2^exponent`.
+    pub fn new(exponent: i32) -> PowerOfTwo {
+        let power = |e: i32| f64::from_bits(((1023 + e.clamp(-1022, 1023)) as u64) << 52);
+        let half = exponent / 2;
+        PowerOfTwo(power(half), power(exponent - half))
+    }
+
+    /// The product with a number.
+    pub fn times(self, x: f64) -> f64 {
+        x * self.0 * self.1
+    }
+
+    /// The product with a vector.
+    pub fn of(self, v: Vec3) -> Vec3 {
+        v * self.0 * self.1
+    }
+}

@@ -1,0 +1,122 @@
+//! The torus around the z axis.
+
+mod approach;
+mod distance;
+mod search;
+#[cfg(test)]
+mod tests;
+#[cfg(test)]
+mod truth;
+
+use std::sync::Arc;
+
+use super::{Kind, Param, ParamError, ParamType, Solid, Value};
+use crate::aabb::Aabb;
+use crate::crossing::Crossing;
+use crate::math::Vec3;
+use crate::ray::Line;
+
+/// `(sqrt(x^2 + y^2) - R)^2 + z^2 < r^2`, a ring around the z axis.
+///
+/// With `r = R` it is a horn torus, with `r > R` a spindle: a body without a hole. The lemon in which such
+/// a torus meets itself is interior like the rest, not a surface.
+///
+/// Counts are certain, but for touchings within rounding, down to `r / R` of about 1e-10.
+#[derive(Clone, Debug)]
+pub struct Torus {
+    major: f64,
+    minor: f64,
+}
+
+pub(super) static KIND: Kind = Kind {
+    name: "torus",
+    summary: "the torus around the z axis; with r > R the inner lemon is inside, not a surface",
+    params: &[
+        Param {
+            name: "R",
+            ty: ParamType::Number,
+            summary: "the radius of the circle inside the tube, positive",
+        },
+        Param { name: "r", ty: ParamType::Number, summary: "the radius of the tube, positive" },
+    ],
+    build: |p| Ok(Arc::new(Torus::new(p.positive("R")?, p.positive("r")?)?)),
+    examples: &[
+        &[Value::Number(1.0), Value::Number(0.3)],
+        &[Value::Number(1.0), Value::Number(1e-4)],
+        &[Value::Number(1.0), Value::Number(0.95)],
+        &[Value::Number(1.0), Value::Number(1.0)],
+        &[Value::Number(0.5), Value::Number(1.25)],
+        &[Value::Number(3e-7), Value::Number(1e-7)],
+        &[Value::Number(4e8), Value::Number(1e8)],
+    ],
+};
+
+impl Torus {
+    /// From the radius `R` of the circle inside the tube and the radius `r` of the tube.
+    ///
+    /// # Errors
+    /// [`ParamError`] unless both are positive and finite, and so is their sum.
+    pub fn new(major: f64, minor: f64) -> Result<Torus, ParamError> {
+        for (param, x) in [("R", major), ("r", minor)] {
+            if !(x > 0.0 && x.is_finite()) {
+                return Err(ParamError { param, why: format!("is {x}, but must be positive and finite") });
+            }
+        }
+        if !(major + minor).is_finite() {
+            return Err(ParamError { param: "R", why: "plus r is more than the largest number".into() });
+        }
+        Ok(Torus { major, minor })
+    }
+
+    /// The textbook quartic `(x^2 + y^2 + z^2 - r^2 - R^2)^2 + 4 R^2 (z^2 - r^2)`.
+    ///
+    /// It is [`Solid::implicit`] times `(sqrt(x^2 + y^2) + R)^2 + z^2 - r^2`. The two have the same sign,
+    /// except in the lemon of a spindle, where the quartic is positive although the lemon is interior; and
+    /// for thin tori the quartic loses the digits that the implicit function keeps.
+    pub fn quartic(&self, p: Vec3) -> f64 {
+        let (major2, minor2) = (self.major * self.major, self.minor * self.minor);
+        let g = p.length_squared() - minor2 - major2;
+        g * g + 4.0 * major2 * (p.z * p.z - minor2)
+    }
+
+    /// The distance from the circle inside the tube.
+    fn distance_from_circle(&self, p: Vec3) -> f64 {
+        libm::hypot(libm::hypot(p.x, p.y) - self.major, p.z)
+    }
+}
+
+impl Solid for Torus {
+    fn bounds(&self) -> Aabb {
+        let reach = self.major + self.minor;
+        let corner = Vec3::new(reach, reach, self.minor);
+        Aabb::new(-corner, corner).widened(1.0)
+    }
+
+    fn crossings(&self, line: &Line, out: &mut Vec<Crossing>) {
+        search::crossings(self.major, self.minor, line, out);
+    }
+
+    /// `(sqrt(x^2 + y^2) - R)^2 + z^2 - r^2`.
+    fn implicit(&self, p: Vec3, _surface: u32, _primitive: u32) -> f64 {
+        let distance = self.distance_from_circle(p);
+        (distance - self.minor) * (distance + self.minor)
+    }
+
+    /// From the nearest point of the circle inside the tube; along the axis at the tips of a spindle.
+    fn normal(&self, p: Vec3, _surface: u32, _primitive: u32) -> Vec3 {
+        let rho = libm::hypot(p.x, p.y);
+        if rho == 0.0 {
+            return Vec3::new(0.0, 0.0, 1.0f64.copysign(p.z));
+        }
+        let stretch = (rho - self.major) / rho;
+        Vec3::new(p.x * stretch, p.y * stretch, p.z)
+    }
+
+    fn contains(&self, p: Vec3) -> bool {
+        self.distance_from_circle(p) < self.minor
+    }
+
+    fn surfaces(&self) -> &'static [&'static str] {
+        &["torus"]
+    }
+}
