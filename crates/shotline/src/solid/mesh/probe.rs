@@ -231,13 +231,11 @@ impl Plane {
 /// For if the ray is in the drawing of a triangle, then weights of the drawn corners sum to the ray; the
 /// point of the true triangle with these weights has its `t` along the main axis, and there it is off the
 /// line by no more than the corners are off their place. A corner is off by the rounding of `v - o` along
-/// and across, of the slope, of its product and of the difference: less than 6 half-ulps of `|o| + |v|`.
-/// Across an axis along which the ray does not move nothing is added: only the sign of `v - o` counts
-/// there, which is exact, and boxes are told apart by it exactly. The errors of the frame do not matter
-/// here: the hits asked for are those of the line as it is given.
+/// and across, of the slope, of its product and of the difference: less than 6 half-ulps of `|o| + |v|`,
+/// and `shift` is 8. The errors of the frame do not matter here: the hits asked for are those of the line
+/// as it is given.
 fn line_for_boxes(line: &Line, shift: f64) -> Line {
-    let o_err = Vec3::select(line.d.cmpeq(Vec3::ZERO), Vec3::ZERO, Vec3::splat(shift));
-    Line { o_err, ..Line::exact(line.o, line.d) }
+    Line { o_err: Vec3::splat(shift), ..Line::exact(line.o, line.d) }
 }
 
 /// The span between two `t`, of which the first may be `-inf`.
