@@ -108,8 +108,7 @@ pub struct SpanOfT {
 impl SpanOfT {
     /// The span, if it is one.
     pub fn span(&self) -> Result<Span, Failure> {
-        Span::new(self.t_min, self.t_max).map_err(|e| {
-            Failure::new(format!("{e}\nhelp: --t-min must be finite and --t-max not below it"))
-        })
+        Span::new(self.t_min, self.t_max)
+            .map_err(|e| Failure::new(format!("{e}\nhelp: --t-min must be finite and --t-max not below it")))
     }
 }

@@ -32,7 +32,8 @@ fn missing_files() {
     let scene = Place::new().with("scene.json", DRILLED);
     let args = ["cast", "scene.json", "--rays", "no.npy", "--query", "any", "-o", "out.npz"];
     scene.run(&args).refused(&["no.npy", "cannot be read"]);
-    cast_scene(r#"{"name": "a", "node": {"kind": "mesh", "file": "lost.ply"}}"#).refused(&["lost.ply", ":4:"]);
+    cast_scene(r#"{"name": "a", "node": {"kind": "mesh", "file": "lost.ply"}}"#)
+        .refused(&["lost.ply", ":4:"]);
 }
 
 #[test]
@@ -61,15 +62,23 @@ fn cycle_in_definitions() {
 
 #[test]
 fn unknown_key() {
-    cast_scene(r#"{"name": "a", "node": {"kind": "sphere", "raduis": 1}}"#)
-        .refused(&["scene.json:4:", "raduis", "radius"]);
+    cast_scene(r#"{"name": "a", "node": {"kind": "sphere", "raduis": 1}}"#).refused(&[
+        "scene.json:4:",
+        "raduis",
+        "radius",
+    ]);
 }
 
 #[test]
 fn radius_that_is_no_size() {
-    cast_scene(r#"{"name": "a", "node": {"kind": "sphere", "radius": NaN}}"#).refused(&["scene.json:4:", "NaN"]);
-    cast_scene(r#"{"name": "a", "node": {"kind": "sphere", "radius": -2.5}}"#)
-        .refused(&["scene.json:4:", "radius", "-2.5", "positive"]);
+    cast_scene(r#"{"name": "a", "node": {"kind": "sphere", "radius": NaN}}"#)
+        .refused(&["scene.json:4:", "NaN"]);
+    cast_scene(r#"{"name": "a", "node": {"kind": "sphere", "radius": -2.5}}"#).refused(&[
+        "scene.json:4:",
+        "radius",
+        "-2.5",
+        "positive",
+    ]);
 }
 
 #[test]

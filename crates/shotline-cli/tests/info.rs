@@ -15,7 +15,10 @@ fn sizes_of_a_scene() {
         assert!(text.contains(words), "no '{words}' in\n{text}");
     }
     let info: Value = serde_json::from_str(&place.run(&["info", "drilled.json", "--json"]).ok()).unwrap();
-    assert_eq!((&info["objects"], &info["leaves"], &info["virtual_leaves"]), (&2.into(), &3.into(), &3.into()));
+    assert_eq!(
+        (&info["objects"], &info["leaves"], &info["virtual_leaves"]),
+        (&2.into(), &3.into(), &3.into())
+    );
     assert_eq!(info["object_list"][1], json!({"name": "slab", "material": "air", "body": "box"}));
     let bounds: Vec<f64> = ["min", "max"]
         .iter()

@@ -95,5 +95,6 @@ fn bad_rays_are_refused() {
     shoot(&["--from", "0,0", "--dir", "0,1,0"]).refused(&["three numbers", "--from"]);
     shoot(&["--from", "0,0,0"]).refused(&["--to", "--dir"]);
     shoot(&["--from", "0,0,0", "--to", "1,0,0", "--dir", "1,0,0"]).refused(&["--to", "--dir"]);
-    shoot(&["--from", "0,0,0", "--to", "1,0,0", "--t-min", "2", "--t-max", "1"]).refused(&["2", "1", "--t-max"]);
+    shoot(&["--from", "0,0,0", "--to", "1,0,0", "--t-min", "2", "--t-max", "1"])
+        .refused(&["2", "1", "--t-max"]);
 }

@@ -129,7 +129,11 @@ fn faults(report: &Topology, findings: &mut Findings) {
 fn remarks(report: &Topology, findings: &mut Findings) {
     let counts = [
         (report.crowded_edges, "edge of more than two faces", "edges of more than two faces"),
-        (report.degenerate_faces, "face with two corners in one place", "faces with two corners in one place"),
+        (
+            report.degenerate_faces,
+            "face with two corners in one place",
+            "faces with two corners in one place",
+        ),
         (report.zero_area_faces, "face without area", "faces without area"),
         (report.duplicate_faces, "duplicate face", "duplicate faces"),
         (report.repeated_vertices, "vertex in the place of another", "vertices in the place of others"),

@@ -139,7 +139,8 @@ impl Report {
         }
         let mut out = table.text();
         if self.objects.len() > LISTED {
-            out += &format!("  and {} more; --json lists all\n", grouped((self.objects.len() - LISTED) as u64));
+            out +=
+                &format!("  and {} more; --json lists all\n", grouped((self.objects.len() - LISTED) as u64));
         }
         out
     }

@@ -70,6 +70,7 @@ impl Command {
                 samples: self.samples,
                 look: self.look,
                 backdrop: self.background,
+                lighting: Default::default(),
             };
             let rays = u64::from(width) * u64::from(height) * u64::from(self.samples);
             let bar = progress::bar(rays, "rendering", self.quiet);
