@@ -26,7 +26,11 @@ impl Failure {
     /// Writes the message to stderr.
     pub fn report(&self) {
         match self {
-            Failure::Message(text) => eprintln!("error: {}", text.trim_end()),
+            Failure::Message(text) => {
+                // Names may come from anywhere: what a terminal would obey is replaced.
+                let obeyed = |c: char| c.is_control() && c != '\n';
+                eprintln!("error: {}", text.trim_end().replace(obeyed, "\u{FFFD}"));
+            }
             Failure::Interrupted => eprintln!("interrupted"),
         }
     }

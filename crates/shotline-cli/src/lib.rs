@@ -9,6 +9,7 @@ mod input;
 mod interrupt;
 mod number;
 mod output;
+mod overlap;
 mod progress;
 mod rays;
 mod shot;

@@ -5,17 +5,24 @@ use shotline::math::Vec3;
 
 /// Nine significant digits without trailing zeros: enough to tell values apart, short enough for a table.
 pub fn short(x: f64) -> String {
+    significant(x, 9)
+}
+
+/// So many significant digits without trailing zeros.
+fn significant(x: f64, digits: usize) -> String {
     if !x.is_finite() || x == 0.0 {
         return (x + 0.0).to_string(); // -0 reads as 0
     }
-    let magnitude = x.abs().log10().floor();
-    if !(-4.0..9.0).contains(&magnitude) {
-        let text = format!("{x:.8e}");
-        let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-        return format!("{}e{exponent}", trimmed(digits));
+    let last = digits - 1;
+    let scientific = format!("{x:.last$e}");
+    let (mantissa, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
+    match exponent.parse::<i32>() {
+        Ok(exponent) if (-4..digits as i32).contains(&exponent) => {
+            let decimals = (last as i32 - exponent) as usize;
+            trimmed(&format!("{x:.decimals$}")).to_string()
+        }
+        _ => format!("{}e{exponent}", trimmed(mantissa)),
     }
-    let decimals = (8.0 - magnitude).max(0.0) as usize;
-    trimmed(&format!("{x:.decimals$}")).to_string()
 }
 
 fn trimmed(digits: &str) -> &str {
@@ -25,6 +32,12 @@ fn trimmed(digits: &str) -> &str {
 /// A point or vector in parentheses.
 pub fn short_vector(v: Vec3) -> String {
     format!("({}, {}, {})", short(v.x), short(v.y), short(v.z))
+}
+
+/// A unit vector in parentheses: six digits tell a direction.
+pub fn short_normal(v: Vec3) -> String {
+    let digits = |x: f64| significant((x * 1e6).round() / 1e6, 6);
+    format!("({}, {}, {})", digits(v.x), digits(v.y), digits(v.z))
 }
 
 /// A count with its thousands apart.
@@ -99,6 +112,7 @@ mod tests {
             (1.0 / 3.0, "0.333333333"),
             (123456789.25, "123456789"),
             (1e-7, "1e-7"),
+            (999999999.7, "1e9"),
             (6.02214076e23, "6.02214076e23"),
             (f64::INFINITY, "inf"),
         ] {

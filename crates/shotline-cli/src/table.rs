@@ -22,9 +22,10 @@ impl Table {
         Table { columns, rows: Vec::new() }
     }
 
-    /// Appends a row, a cell a column.
+    /// Appends a row, a cell a column. Names may come from anywhere: what a terminal would obey is replaced.
     pub fn row(&mut self, cells: Vec<String>) {
-        self.rows.push(cells);
+        let plain = |cell: String| cell.replace(char::is_control, "\u{FFFD}");
+        self.rows.push(cells.into_iter().map(plain).collect());
     }
 
     /// The lines of the table, each ended.
@@ -60,7 +61,7 @@ mod tests {
     fn columns_are_aligned() {
         let mut table = Table::new(vec![("t".into(), Align::Right), ("object".into(), Align::Left)]);
         table.row(vec!["1.25".into(), "a".into()]);
-        table.row(vec!["10".into(), "bolt".into()]);
-        assert_eq!(table.text(), "     t  object\n  1.25  a\n    10  bolt\n");
+        table.row(vec!["10".into(), "bo\x1bt".into()]);
+        assert_eq!(table.text(), "     t  object\n  1.25  a\n    10  bo\u{FFFD}t\n");
     }
 }

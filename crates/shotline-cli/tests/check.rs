@@ -52,3 +52,23 @@ fn what_cannot_be_read_is_another_matter() {
     place.run(&["check", "scene.json"]).refused(&["scene.json:1:"]);
     place.run(&["check", "nowhere.ply"]).refused(&["nowhere.ply"]);
 }
+
+#[test]
+fn overlapping_objects_are_named_once() {
+    let scene = r#"{"shotline": 1, "objects": [
+        {"name": "pin", "node": {"kind": "box", "min": [1, -1, -1], "max": [3, 1, 1]}},
+        {"name": "hub", "node": {"kind": "box", "min": [0, -1, -1], "max": [2, 1, 1]}},
+        {"name": "far", "node": {"kind": "box", "min": [3, -1, -1], "max": [4, 1, 1]}}]}"#;
+    let answer = Place::new().with("scene.json", scene).run(&["check", "scene.json"]);
+    assert_eq!(answer.code, Some(1), "{}{}", answer.stdout, answer.stderr);
+    assert_eq!(answer.stdout.matches("fault: 'hub' and 'pin'").count(), 1, "{}", answer.stdout);
+    assert!(!answer.stdout.contains("'far'"), "{}", answer.stdout);
+}
+
+#[test]
+fn a_model_without_bounds_is_not_searched_for_overlaps() {
+    let scene = r#"{"shotline": 1, "objects": [{"name": "ground",
+        "node": {"kind": "halfspace", "normal": [0, 0, 1], "offset": 0}}]}"#;
+    let text = Place::new().with("scene.json", scene).run(&["check", "scene.json"]).ok();
+    assert!(text.contains("no bounds") && text.contains("sound"), "{text}");
+}

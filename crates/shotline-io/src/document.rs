@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use shotline::compile::SceneError;
-use shotline::scene::{NodeId, Scene};
+use shotline::scene::{Node, NodeId, Scene};
 
 use crate::error::ReadError;
 use crate::fault::{Fault, Faults};
@@ -47,8 +47,12 @@ impl Source {
     /// The bytes of the text at which a node was written, or one of its parameters.
     pub fn find(&self, node: NodeId, param: Option<&str>) -> Option<Range<usize>> {
         let whole = self.spans.get(node.0 as usize)?.clone();
-        let inner = param.and_then(|param| scene_json::find_param(self.text.get(whole.clone())?, param));
-        Some(inner.map_or(whole.clone(), |r| whole.start + r.start..whole.start + r.end))
+        Some(param.and_then(|param| self.find_param(&whole, param)).unwrap_or(whole))
+    }
+
+    fn find_param(&self, node: &Range<usize>, param: &str) -> Option<Range<usize>> {
+        let inner = scene_json::find_param(self.text.get(node.clone())?, param)?;
+        Some(node.start + inner.start..node.start + inner.end)
     }
 }
 
@@ -57,13 +61,21 @@ impl Document {
     pub fn explain(&self, errors: &[SceneError]) -> ReadError {
         let mut faults = Faults::default();
         for error in errors {
-            let place = error.node.and_then(|node| self.source.find(node, error.param));
-            let fault = match (place, error.param) {
-                (Some(place), _) => Fault::text(place, &error.message),
-                (None, _) => Fault::file(&error.message),
+            let fault = match error.node.and_then(|node| self.place_of(node, error.param)) {
+                Some(place) => Fault::text(place, &error.message),
+                None => Fault::file(&error.message),
             };
             faults.push(Fault { help: error.hint.clone(), ..fault });
         }
         ReadError::new(self.source.path(), self.source.text.as_bytes(), faults)
+    }
+
+    /// What a message about a node points at: the parameter, the placement, or the first line of the node.
+    fn place_of(&self, node: NodeId, param: Option<&str>) -> Option<Range<usize>> {
+        let placement = ["transform", "scale", "rotate", "translate"];
+        let placement = placement.iter().filter(|_| matches!(self.scene.node(node), Node::Transform { .. }));
+        let whole = self.source.find(node, None)?;
+        let inner = param.iter().chain(placement).find_map(|key| self.source.find_param(&whole, key));
+        Some(inner.unwrap_or(whole))
     }
 }

@@ -121,9 +121,10 @@ fn characters(bytes: &[u8]) -> usize {
 /// Cuts a window out of a line: enough before the mark to recognise the place, and no more than a screen's width.
 fn snippet(bytes: &[u8], line: Range<usize>, marked: Range<usize>) -> Snippet {
     const BEFORE: usize = 60;
-    const AFTER: usize = 100;
-    let mut from = line.start.max(marked.start.saturating_sub(BEFORE));
-    let mut to = line.end.min(marked.start + AFTER);
+    const AFTER: usize = 60;
+    let short = line.len() <= BEFORE + AFTER;
+    let mut from = if short { line.start } else { line.start.max(marked.start.saturating_sub(BEFORE)) };
+    let mut to = if short { line.end } else { line.end.min(marked.start + AFTER) };
     while from < marked.start && bytes[from] & 0xC0 == 0x80 {
         from += 1;
     }

@@ -86,11 +86,22 @@ fn of_file(path: &Path, bytes: &[u8]) -> Result<&'static Format, ReadError> {
 pub fn load(path: impl AsRef<Path>) -> Result<Document, ReadError> {
     let path = path.as_ref();
     let bytes = read_regular(path)?;
-    match of_file(path, &bytes)?.content {
-        Content::Scene { read } => read(path, bytes),
-        Content::Mesh { read, .. } => {
-            let found = read(&bytes).map_err(|f| ReadError::new(Some(path), &bytes, f.into()))?;
-            Ok(mesh_document(path, found))
+    of_file(path, &bytes)?.read(path, bytes)
+}
+
+impl Format {
+    /// Reads bytes in this format as [`load`] does. The path need not exist: it names the object of a mesh, appears
+    /// in messages, and the files that a scene names are looked for in its folder.
+    ///
+    /// # Errors
+    /// [`ReadError`] with everything that is wrong.
+    pub fn read(&self, path: &Path, bytes: Vec<u8>) -> Result<Document, ReadError> {
+        match self.content {
+            Content::Scene { read } => read(path, bytes),
+            Content::Mesh { read, .. } => {
+                let found = read(&bytes).map_err(|f| ReadError::new(Some(path), &bytes, f.into()))?;
+                Ok(mesh_document(path, found))
+            }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use shotline::math::Vec3;
 use shotline::ray::{InvalidRay, Ray};
-use shotline::scene::{Camera, Lens};
+use shotline::scene::{Camera, Lens, LightSource};
 
 /// What is wrong with a camera.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -90,6 +90,14 @@ impl View {
             Projection::Perspective(half) => Ray::new(self.eye, self.forward + across * half)?,
             Projection::Parallel(half) => Ray::new(self.eye + across * half, self.forward)?,
         })
+    }
+
+    /// A light whose rays run along those of the camera.
+    pub fn headlight(&self) -> LightSource {
+        match self.projection {
+            Projection::Perspective(_) => LightSource::Point(self.eye),
+            Projection::Parallel(_) => LightSource::Directional(self.forward),
+        }
     }
 
     /// The unit vector into the picture.

@@ -135,14 +135,14 @@ impl Lights {
     }
 }
 
-/// The lights of a scene without any: a warm lamp far above the left shoulder, a fainter one along the view,
+/// The lights of a scene without any: a warm lamp far above the left shoulder, a fainter one at the eye,
 /// whose shadows hide behind what casts them, and some cool light from everywhere.
 pub fn automatic(view: &View) -> Vec<Light> {
     let key = view.forward() * 0.7 + view.right() * 0.7 - view.zenith();
     let light = |source, color, intensity| Light { source, color: Some(color), intensity: Some(intensity) };
     vec![
         light(LightSource::Directional(key), [1.0, 0.97, 0.92], 0.7),
-        light(LightSource::Directional(view.forward()), [0.95, 0.97, 1.0], 0.12),
+        light(view.headlight(), [0.95, 0.97, 1.0], 0.12),
         light(LightSource::Ambient, [0.93, 0.96, 1.0], 0.33),
     ]
 }

@@ -21,20 +21,24 @@ use crate::{input, interrupt, output};
 
 /// Cast many rays
 ///
-/// Reads rays from a .npy file of shape (N, 6), float64: origin, then direction of any length but zero. t
-/// counts lengths of the direction. Writes the answers as named arrays to an .npz file:
+/// Reads rays from a .npy file of shape (N, 6), float64: the origin, then the
+/// direction, of any length but zero. t counts lengths of the direction.
+/// Writes the answers as named arrays to an .npz file:
 ///
-///   closest    t, t_err, normal, object, surface, primitive, path, entering: a row a ray; a miss is inf, NaN,
-///              -1 and False
-///   any        any: bool
-///   count      count: int64
-///   crossings  ray_splits, t, t_err, normal, entering, object, surface, primitive, path, kind: a row a
-///              crossing; those of ray i are ray_splits[i] to ray_splits[i+1]; kind is 0 surface, 1 start
-///              (the ray begins inside), 2 end (it ends inside)
-///   segments   ray_splits, t_in, t_out, length, material, object, path: a row a stretch inside an object
+///   closest    t, t_err, normal, object, surface, primitive, path, entering:
+///              a row a ray; a miss is inf, NaN, -1 and False
+///   any        any: bool, a row a ray
+///   count      count: int64, a row a ray
+///   crossings  ray_splits, t, t_err, normal, entering, object, surface,
+///              primitive, path, kind: a row a crossing; those of ray i are
+///              ray_splits[i] to ray_splits[i+1]; kind is 0 surface,
+///              1 start (the ray begins inside), 2 end (it ends inside)
+///   segments   ray_splits, t_in, t_out, length, material, object, path:
+///              a row a stretch inside an object
 ///
-/// object, material and path are indices into the string arrays object_names, material_names and path_names.
-/// The same bits come out for every accelerator and number of threads.
+/// object, material and path are indices into the text arrays object_names,
+/// material_names and path_names. The same bits come out for every accelerator
+/// and number of threads.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES, verbatim_doc_comment)]
 pub struct Command {
@@ -50,10 +54,10 @@ pub struct Command {
     #[arg(short, long, value_name = "FILE.npz")]
     output: PathBuf,
     /// What `segments` does where objects of equal priority overlap
-    #[arg(long, value_enum, default_value_t = OverlapPolicy::Error)]
+    #[arg(long, value_name = "POLICY", value_enum, default_value_t = OverlapPolicy::Error)]
     overlaps: OverlapPolicy,
     /// What to do with a row that is not a ray: NaN, infinite, or without direction
-    #[arg(long, value_enum, default_value_t = OnInvalid::Error)]
+    #[arg(long, value_name = "POLICY", value_enum, default_value_t = OnInvalid::Error)]
     on_invalid: OnInvalid,
     #[command(flatten)]
     span: SpanOfT,

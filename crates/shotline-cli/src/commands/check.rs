@@ -1,20 +1,23 @@
 //! `shotline check`: is a model sound?
 
 use clap::Args;
-use shotline::compile;
+use shotline::compile::{self, World};
 use shotline::scene::{Node, Scene};
 use shotline::solid::mesh::{Topology, TriangleMesh};
 
 use crate::args::{Build, Model};
 use crate::failure::Failure;
 use crate::number::{counted, short, short_vector};
-use crate::{input, output};
+use crate::{input, output, overlap};
 
 /// Tell what is wrong with a model
 ///
 /// Examines every mesh and the scene as a whole and lists all that is found. Faults make a model not sound:
-/// open edges and flipped faces, which leave a mesh without an inside, and errors of the scene. Remarks do
-/// not: edges of more than two faces, faces without area, doubled or inward faces, several shells.
+/// open edges and flipped faces, which leave a mesh without an inside, errors of the scene, and objects of
+/// equal priority that overlap. Remarks do not: edges of more than two faces, faces without area, doubled or
+/// inward faces.
+///
+/// Overlaps are looked for with rays along the axes, spread over the model; a small one may slip through.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Command {
@@ -66,9 +69,12 @@ impl Command {
         for (name, mesh) in meshes(&document.scene) {
             examine(name.unwrap_or("mesh"), mesh, &mut findings);
         }
-        if let Err(errors) = compile::compile(&document.scene, self.build.options()) {
-            findings.faults += errors.len();
-            findings.line(&document.explain(&errors).to_string());
+        match compile::compile(&document.scene, self.build.options()) {
+            Ok(world) => overlaps(&world, &mut findings),
+            Err(errors) => {
+                findings.faults += errors.len();
+                findings.line(&document.explain(&errors).to_string());
+            }
         }
         findings.line(&match findings.faults {
             0 => format!("{model}: sound"),
@@ -85,6 +91,21 @@ fn meshes(scene: &Scene) -> impl Iterator<Item = (Option<&str>, &TriangleMesh)> 
         Node::Mesh { mesh, file } => Some((file.as_deref(), &**mesh)),
         _ => None,
     })
+}
+
+fn overlaps(world: &World, findings: &mut Findings) {
+    match overlap::survey(world) {
+        None => findings.line("not examined for overlaps: the model has no bounds"),
+        Some(pairs) if pairs.is_empty() => {}
+        Some(pairs) => {
+            findings.line("objects of equal priority that overlap:");
+            for pair in pairs {
+                let (first, second) = (pair.first, pair.second);
+                let (rays, point) = (counted(pair.rays as u64, "ray", "rays"), short_vector(pair.point));
+                findings.fault(&format!("'{first}' and '{second}', on {rays}, as at {point}"));
+            }
+        }
+    }
 }
 
 fn examine(name: &str, mesh: &TriangleMesh, findings: &mut Findings) {

@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Args, ValueEnum};
 use shotline::query::batch::Run;
-use shotline_render::{Backdrop, LOOKS, Look, RenderError, Settings, encode_png};
+
+use shotline_render::{Backdrop, LOOKS, Lighting, Look, RenderError, Settings, encode_png};
 
 use crate::args::{Build, Model, Threads};
 use crate::failure::Failure;
@@ -33,6 +34,9 @@ pub struct Command {
     /// Samples a pixel; more make smoother edges
     #[arg(long, value_name = "N", default_value_t = Settings::default().samples)]
     samples: u32,
+    /// How light falls in the look `lit`
+    #[arg(long, value_enum, default_value_t = LightingChoice::Sharp)]
+    lighting: LightingChoice,
     /// What is behind everything: studio, white, black, transparent or a colour #RRGGBB; otherwise the look
     /// decides
     #[arg(long, value_name = "COLOUR", value_parser = parse_backdrop)]
@@ -48,7 +52,25 @@ pub struct Command {
 const EXAMPLES: &str = "\
 Examples:
   shotline render engine.json -o engine.png
-  shotline render bunny.ply -o bunny.png --size 1600x1200 --look thickness --background white";
+  shotline render bunny.ply -o bunny.png --size 1600x1200 --look thickness --background white
+  shotline render engine.json -o soft.png --lighting soft --samples 64";
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum LightingChoice {
+    /// Sharp shadows, no noise
+    Sharp,
+    /// Lamps and sky have a size: soft shadows. Wants 32 samples or more
+    Soft,
+}
+
+impl From<LightingChoice> for Lighting {
+    fn from(choice: LightingChoice) -> Lighting {
+        match choice {
+            LightingChoice::Sharp => Lighting::Sharp,
+            LightingChoice::Soft => Lighting::Soft,
+        }
+    }
+}
 
 fn look_names() -> impl TypedValueParser<Value = &'static Look> {
     PossibleValuesParser::new(LOOKS.iter().map(|look| look.name))
@@ -70,7 +92,7 @@ impl Command {
                 samples: self.samples,
                 look: self.look,
                 backdrop: self.background,
-                lighting: Default::default(),
+                lighting: self.lighting.into(),
             };
             let rays = u64::from(width) * u64::from(height) * u64::from(self.samples);
             let bar = progress::bar(rays, "rendering", self.quiet);

@@ -8,6 +8,8 @@ use shotline::math::Vec3;
 use shotline::query::{Caster, Hit, HitKind, Overlaps, QueryError, Segment};
 use shotline::ray::{Ray, Span};
 
+use crate::overlap::{self, Overlap};
+
 /// One ray, fully reported. Lengths are in world units.
 #[derive(Debug)]
 pub struct Shot {
@@ -47,15 +49,6 @@ struct Total {
     segments: usize,
 }
 
-/// A stretch claimed by two objects of equal priority.
-#[derive(Debug)]
-struct Overlap {
-    first: String,
-    second: String,
-    t_in: f64,
-    t_out: f64,
-}
-
 impl Shot {
     /// Casts the ray.
     pub fn new(world: &World, ray: Ray, span: Span, units: Option<String>) -> Shot {
@@ -67,7 +60,7 @@ impl Shot {
         let thickness =
             |t: f64| refusal.is_none().then(|| segments.iter().map(|s| length_before(s, t, step)).sum());
         let crossings = hits.iter().map(|hit| row(world, &ray, *hit, thickness(hit.t))).collect();
-        let overlaps = if refusal.is_none() { overlaps(&mut caster, &ray, span) } else { Vec::new() };
+        let overlaps = overlap::on_ray(&mut caster, &ray, span);
         Shot { ray, span, units, crossings, totals: totals(world, &segments), overlaps, refusal }
     }
 }
@@ -121,21 +114,6 @@ fn totals(world: &World, segments: &[Segment]) -> Vec<Total> {
         }
     };
     materials.into_iter().map(total).collect()
-}
-
-/// Every overlap that `segments` would refuse, found by asking again behind each.
-fn overlaps(caster: &mut Caster, ray: &Ray, span: Span) -> Vec<Overlap> {
-    let (mut found, mut rest) = (Vec::new(), span);
-    while let Err(QueryError::Overlap { first, second, t_in, t_out }) =
-        caster.segments(ray, rest, Overlaps::Error, &mut Vec::new())
-    {
-        found.push(Overlap { first, second, t_in, t_out });
-        match Span::new(t_out, span.t_max()) {
-            Ok(behind) if t_out > rest.t_min() => rest = behind,
-            _ => break,
-        }
-    }
-    found
 }
 
 #[cfg(test)]

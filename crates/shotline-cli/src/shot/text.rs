@@ -3,7 +3,7 @@
 use shotline::query::HitKind;
 
 use super::{Row, Shot, length};
-use crate::number::{counted, short, short_vector};
+use crate::number::{counted, short, short_normal, short_vector};
 use crate::table::{Align, Table};
 
 impl Shot {
@@ -121,7 +121,7 @@ fn cells(number: usize, row: &Row) -> Vec<String> {
         row.surface.clone().unwrap_or_else(dash),
         material(&row.material).to_string(),
         row.path.clone(),
-        row.obliquity.map_or_else(dash, |_| short_vector(row.hit.normal)),
+        row.obliquity.map_or_else(dash, |_| short_normal(row.hit.normal)),
         row.obliquity.map_or_else(dash, |a| format!("{a:.2}")),
         row.thickness.map_or_else(dash, short),
     ]

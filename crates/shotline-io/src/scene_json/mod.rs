@@ -3,20 +3,25 @@
 mod keys;
 mod looks;
 mod mesh_files;
+mod names;
 mod nodes;
 mod placement;
+mod schema;
 mod syntax;
 mod token;
 mod tree;
 mod values;
+mod write;
 
 use std::path::Path;
 
 use self::keys::{TOP, names};
 use self::mesh_files::MeshFiles;
 use self::nodes::Graph;
+pub use self::schema::scene_schema;
 use self::tree::ValueId;
 use self::values::Values;
+pub use self::write::write_scene;
 use crate::document::{Document, Source};
 use crate::error::ReadError;
 use crate::fault::{Fault, Faults};

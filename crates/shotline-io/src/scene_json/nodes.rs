@@ -238,9 +238,13 @@ impl<'r, 't> Graph<'r, 't> {
         };
         let params: Vec<_> = kind.params.iter().map(|p| p.name).collect();
         let known: Vec<_> = ["kind"].into_iter().chain(params).chain(names(PLACEMENT)).collect();
-        self.values.only(value, &format!("a {name}"), &known);
+        let meant = self.values.only(value, &format!("a {name}"), &known);
         let mut entries = Some(Vec::new());
         for param in kind.params {
+            if self.values.tree.get(value, param.name).is_none() && meant.contains(&param.name) {
+                entries = None;
+                continue;
+            }
             let read = self.values.required(value, &format!("this {name}"), param.name);
             let read = read.and_then(|at| self.param(at, param.name, param.ty));
             entries = entries.zip(read).map(|(mut all, v)| {
@@ -292,7 +296,8 @@ impl<'r, 't> Graph<'r, 't> {
                     format!("there is no operation '{name}'"),
                     suggest::hint(name, &known),
                 );
-                return None;
+                // The args may hold mistakes of their own.
+                Some(Op::Union)
             }
         };
         if args.is_empty() && op.is_some() {

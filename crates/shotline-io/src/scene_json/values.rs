@@ -3,6 +3,7 @@
 
 use std::borrow::Cow;
 
+use super::keys::{PLACEMENT, names};
 use super::tree::{Content, Member, Tree, ValueId};
 use crate::fault::{Fault, Faults};
 use crate::suggest;
@@ -143,24 +144,30 @@ impl<'r, 't> Values<'r, 't> {
         self.faults.push(Fault::text(start..start + 1, message).help(help));
     }
 
-    /// Reports keys that an object does not have.
-    pub(super) fn only(&mut self, at: ValueId, what: &str, known: &[&str]) {
+    /// Reports keys that an object does not have, and answers which keys were probably meant.
+    pub(super) fn only<'k>(&mut self, at: ValueId, what: &str, known: &[&'k str]) -> Vec<&'k str> {
+        let mut meant = Vec::new();
         for member in self.tree.members(at) {
-            if !known.contains(&member.key.as_ref()) {
-                self.unknown_key(member, what, known);
+            let key = member.key.as_ref();
+            if known.contains(&key) {
+                continue;
             }
+            let message = format!("{what} has no key '{key}'");
+            let fault = Fault::text(member.key_range.clone(), message).help(help_with_key(key, known));
+            self.faults.push(fault);
+            meant.extend(suggest::nearest(key, known.iter().copied()));
         }
+        meant
     }
+}
 
-    fn unknown_key(&mut self, member: &Member, what: &str, known: &[&str]) {
-        let key = member.key.as_ref();
-        let placed = matches!(key, "center" | "centre" | "position" | "pos" | "origin" | "location");
-        let help = if placed && known.contains(&"translate") {
-            "solids are placed with \"translate\": [x, y, z]".to_string()
-        } else {
-            suggest::hint(key, known)
-        };
-        let message = format!("{what} has no key '{key}'");
-        self.faults.push(Fault::text(member.key_range.clone(), message).help(help));
+fn help_with_key(key: &str, known: &[&str]) -> String {
+    let place = matches!(key, "center" | "centre" | "position" | "pos" | "origin" | "location");
+    if place && known.contains(&"translate") {
+        return "solids are placed with \"translate\": [x, y, z]".into();
     }
+    if names(PLACEMENT).any(|placement| placement == key) {
+        return "place the shape in \"node\" instead".into();
+    }
+    suggest::hint(key, known)
 }

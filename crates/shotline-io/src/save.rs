@@ -1,0 +1,145 @@
+//! Scenes to files.
+
+use std::collections::HashMap;
+use std::io::Write;
+use std::path::Path;
+use std::sync::Arc;
+
+use shotline::math::{Affine, Chain};
+use shotline::scene::{Node, NodeId, Scene};
+use shotline::solid::mesh::TriangleMesh;
+
+use crate::error::WriteError;
+use crate::format::{self, Content};
+use crate::ply;
+use crate::scene_json::write_scene;
+use crate::whole::write_whole;
+
+/// Writes a scene in the format that the file name ends in, and answers what a user may want to know: what was lost,
+/// and which other files were written. Files appear whole or not at all.
+///
+/// A scene file names the mesh files that lie in its folder; meshes that do not are written beside it as PLY.
+/// A mesh file takes all meshes of the scene, placed, in one.
+///
+/// # Errors
+/// [`WriteError`] if the format cannot hold the scene or the system refuses.
+pub fn save(path: impl AsRef<Path>, scene: &Scene) -> Result<Vec<String>, WriteError> {
+    let path = path.as_ref();
+    let format = format::by_extension(path);
+    let format = format
+        .ok_or_else(|| WriteError::UnknownFormat { path: path.into(), known: format::known_extensions() })?;
+    match format.content {
+        Content::Scene { .. } => save_scene(path, scene),
+        Content::Mesh { write, .. } => {
+            let (mesh, mut notes) = gather(scene, format.name)?;
+            let (bytes, note) = write(&mesh)?;
+            write_whole(path, |out| out.write_all(&bytes))?;
+            notes.extend(note);
+            Ok(notes)
+        }
+    }
+}
+
+fn save_scene(path: &Path, scene: &Scene) -> Result<Vec<String>, WriteError> {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let stem = path.file_stem().map_or("scene".into(), |s| s.to_string_lossy());
+    let mut scene = scene.clone();
+    let mut known: HashMap<*const TriangleMesh, String> = HashMap::new();
+    let mut extra = Vec::new();
+    for node in &mut scene.nodes {
+        let Node::Mesh { mesh, file } = node else { continue };
+        let name = known.entry(Arc::as_ptr(mesh)).or_insert_with(|| {
+            let here = file.take().filter(|file| is_file_of(&folder.join(file), mesh));
+            here.unwrap_or_else(|| {
+                let name = format!("{stem}-mesh{}.ply", extra.len());
+                extra.push((name.clone(), mesh.clone()));
+                name
+            })
+        });
+        *file = Some(name.clone());
+    }
+    let text = write_scene(&scene)?;
+    for (name, mesh) in &extra {
+        let (bytes, _) = ply::write(mesh)?;
+        write_whole(&folder.join(name), |out| out.write_all(&bytes))?;
+    }
+    write_whole(path, |out| out.write_all(text.as_bytes()))?;
+    Ok(extra.into_iter().map(|(name, _)| format!("a mesh was written to {name}")).collect())
+}
+
+/// Whether a file holds just this mesh.
+fn is_file_of(path: &Path, mesh: &TriangleMesh) -> bool {
+    format::read_mesh_file(path).is_ok_and(|found| found.mesh == *mesh)
+}
+
+/// Placements of parts that are written out, at most: sharing can make more of them than any file holds.
+const MOST_PLACED: usize = 10_000_000;
+
+/// Nodes within nodes, at most; more means a cycle.
+const DEEPEST: usize = 100_000;
+
+/// All meshes of a scene in one, with what is lost by that.
+fn gather(scene: &Scene, format: &str) -> Result<(TriangleMesh, Vec<String>), WriteError> {
+    let refuse =
+        |what: &str| Err(WriteError::Unwritable(format!("{format} holds triangles only, and {what}")));
+    let mut out = TriangleMesh::default();
+    let mut placed = 0;
+    let mut todo: Vec<(NodeId, Chain, usize)> =
+        scene.objects.iter().rev().map(|id| (*id, Chain::IDENTITY, 0)).collect();
+    while let Some((id, place, depth)) = todo.pop() {
+        placed += 1;
+        if placed > MOST_PLACED || depth > DEEPEST {
+            return refuse("the scene has too many parts to write each of them out");
+        }
+        match scene.node(id) {
+            Node::Solid { kind, .. } => return refuse(&format!("the scene has a {}", kind.name)),
+            Node::Csg { .. } => return refuse("the scene has a boolean combination"),
+            Node::Mesh { mesh, .. } => {
+                let placed = place.placement().map_err(|e| WriteError::Unwritable(e.to_string()))?;
+                append(&mut out, mesh, &placed.parent_from_local)?;
+            }
+            Node::Group { members } => todo.extend(members.iter().rev().map(|m| (*m, place, depth + 1))),
+            Node::Object { node, .. } => todo.push((*node, place, depth + 1)),
+            Node::Transform { transform, child } => {
+                todo.push((*child, transform.inside(&place), depth + 1));
+            }
+        }
+    }
+    if out.faces.is_empty() {
+        return refuse("the scene has none");
+    }
+    Ok((out, losses(scene)))
+}
+
+fn losses(scene: &Scene) -> Vec<String> {
+    let several = scene.objects.len() > 1;
+    let mut lost = Vec::new();
+    if several {
+        lost.push(format!("{} objects were joined into one mesh; their names are lost", scene.objects.len()));
+    }
+    if !scene.materials.is_empty() {
+        lost.push("materials are lost".into());
+    }
+    if scene.camera.is_some() || !scene.lights.is_empty() {
+        lost.push("the camera and the lights are lost".into());
+    }
+    lost
+}
+
+fn append(out: &mut TriangleMesh, mesh: &TriangleMesh, place: &Affine) -> Result<(), WriteError> {
+    let first = u32::try_from(out.vertices.len()).ok();
+    let first = first.filter(|n| mesh.vertices.len() <= (u32::MAX - n) as usize);
+    let first = first.ok_or_else(|| WriteError::Unwritable("more than 4294967295 vertices".into()))?;
+    if place.is_identity() {
+        out.vertices.extend(&mesh.vertices);
+    } else {
+        out.vertices.extend(mesh.vertices.iter().map(|v| place.point(*v)));
+    }
+    // A mirror turns triangles inside out.
+    let mirrored = place.determinant() < 0.0;
+    out.faces.extend(mesh.faces.iter().map(|[a, b, c]| {
+        let (b, c) = if mirrored { (c, b) } else { (b, c) };
+        [first + a, first + b, first + c]
+    }));
+    Ok(())
+}

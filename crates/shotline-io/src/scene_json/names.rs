@@ -1,0 +1,70 @@
+//! Which nodes are written in `defs`, and under which names: those that have a name there already, those with
+//! several parents, and a placed node that is placed again (a node of a file has one placement).
+
+use std::collections::{HashMap, HashSet};
+
+use shotline::scene::{Node, NodeId, Scene};
+
+/// The names of a scene's shared nodes.
+pub(super) struct Names {
+    /// What `defs` holds: the names of the scene, then new ones.
+    pub(super) defs: Vec<(String, NodeId)>,
+    /// The name under which a node is referred to.
+    pub(super) of: HashMap<NodeId, String>,
+}
+
+impl Names {
+    pub(super) fn of(scene: &Scene) -> Names {
+        let mut names = Names { defs: Vec::new(), of: HashMap::new() };
+        let mut taken: HashSet<String> = scene.defs.iter().map(|(name, _)| name.clone()).collect();
+        for (name, id) in &scene.defs {
+            names.of.entry(*id).or_insert_with(|| name.clone());
+            names.defs.push((name.clone(), *id));
+        }
+        let mut free = (0..).map(|i| format!("part{i}"));
+        for id in nameless(scene, &names.of) {
+            let name = free.find(|name| taken.insert(name.clone())).unwrap_or_default();
+            names.of.insert(id, name.clone());
+            names.defs.push((name, id));
+        }
+        names
+    }
+}
+
+/// The nodes without a name that need one, in the order in which they are met.
+fn nameless(scene: &Scene, named: &HashMap<NodeId, String>) -> Vec<NodeId> {
+    let mut met: HashSet<NodeId> = HashSet::new();
+    let mut found: Vec<NodeId> = Vec::new();
+    let mut needs: HashSet<NodeId> = HashSet::new();
+    let mut need = |id: NodeId, found: &mut Vec<NodeId>| {
+        if !named.contains_key(&id) && needs.insert(id) {
+            found.push(id);
+        }
+    };
+    let mut todo: Vec<NodeId> = scene.objects.iter().rev().copied().collect();
+    todo.extend(scene.defs.iter().rev().map(|(_, id)| *id));
+    while let Some(id) = todo.pop() {
+        if !met.insert(id) {
+            need(id, &mut found);
+            continue;
+        }
+        let node = scene.node(id);
+        if let Node::Transform { child, .. } = node
+            && matches!(scene.node(*child), Node::Transform { .. })
+        {
+            need(*child, &mut found);
+        }
+        todo.extend(children(node).iter().rev());
+    }
+    found
+}
+
+fn children(node: &Node) -> &[NodeId] {
+    match node {
+        Node::Solid { .. } | Node::Mesh { .. } => &[],
+        Node::Csg { args, .. } => args,
+        Node::Group { members } => members,
+        Node::Transform { child, .. } => std::slice::from_ref(child),
+        Node::Object { node, .. } => std::slice::from_ref(node),
+    }
+}

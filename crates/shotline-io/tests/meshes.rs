@@ -1,0 +1,153 @@
+//! Mesh files there and back, and what is said about wrong ones.
+
+use shotline::math::{Affine, Vec3};
+use shotline::scene::{Node, Scene};
+use shotline::solid::mesh::TriangleMesh;
+use shotline_io::{load, read_mesh, save, write_scene};
+
+fn tetrahedron() -> TriangleMesh {
+    let vertices =
+        vec![Vec3::new(0.1, -0.0, 1e-300), Vec3::new(1.0, 0.0, 0.0), Vec3::Y, Vec3::new(0.0, 1e300, 0.3)];
+    TriangleMesh { vertices, faces: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]] }
+}
+
+fn scene_of(mesh: TriangleMesh) -> Scene {
+    let mut scene = Scene::default();
+    let node = scene.add(Node::Mesh { mesh: mesh.into(), file: None });
+    scene.add_object("part", None, node);
+    scene
+}
+
+fn bits(mesh: &TriangleMesh) -> Vec<[[u64; 3]; 3]> {
+    let corner = |i: u32| mesh.vertices[i as usize].to_array().map(f64::to_bits);
+    mesh.faces.iter().map(|f| f.map(corner)).collect()
+}
+
+#[test]
+fn every_format_keeps_every_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = tetrahedron();
+    for name in ["a.ply", "a.obj", "a.stl"] {
+        let path = folder.path().join(name);
+        let notes = save(&path, &scene_of(mesh.clone())).unwrap();
+        assert_eq!(notes.len(), usize::from(name == "a.stl"), "{notes:?}");
+        let back = read_mesh(&path).unwrap();
+        assert_eq!(bits(&back), bits(&mesh), "{name}");
+        assert_eq!(back.vertices.len(), 4, "{name}");
+    }
+}
+
+#[test]
+fn float32_coordinates_go_to_binary_stl() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.stl");
+    let mut mesh = tetrahedron();
+    mesh.vertices[0] = Vec3::new(0.5, 0.25, -2.0);
+    mesh.vertices[3] = Vec3::Z;
+    assert!(save(&path, &scene_of(mesh.clone())).unwrap().is_empty());
+    assert_eq!(std::fs::metadata(&path).unwrap().len(), 84 + 4 * 50);
+    assert_eq!(bits(&read_mesh(&path).unwrap()), bits(&mesh));
+}
+
+#[test]
+fn a_bare_mesh_is_a_scene_of_one_object() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bolt.ply");
+    save(&path, &scene_of(tetrahedron())).unwrap();
+    let document = load(&path).unwrap();
+    let Node::Object { name, material: None, .. } = document.scene.node(document.scene.objects[0]) else {
+        panic!()
+    };
+    assert_eq!(name, "bolt");
+    assert!(write_scene(&document.scene).unwrap().contains(r#""file": "bolt.ply""#));
+}
+
+#[test]
+fn a_scene_saved_elsewhere_takes_its_meshes_along() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("rig.json");
+    let notes = save(&path, &scene_of(tetrahedron())).unwrap();
+    assert_eq!(notes, ["a mesh was written to rig-mesh0.ply"]);
+    let document = load(&path).unwrap();
+    let found = document
+        .scene
+        .nodes
+        .iter()
+        .find_map(|n| if let Node::Mesh { mesh, .. } = n { Some(mesh) } else { None });
+    assert_eq!(bits(found.unwrap()), bits(&tetrahedron()));
+    assert!(save(&path, &document.scene).unwrap().is_empty());
+}
+
+#[test]
+fn placed_meshes_are_joined_and_mirrors_turn_faces() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut scene = scene_of(tetrahedron());
+    let placed = scene.add_transform(Affine::scaling(Vec3::new(-1.0, 1.0, 1.0)), shotline::scene::NodeId(0));
+    scene.add_object("mirrored", None, placed);
+    let notes = save(folder.path().join("a.obj"), &scene).unwrap();
+    assert_eq!(notes, ["2 objects were joined into one mesh; their names are lost"]);
+    let back = read_mesh(folder.path().join("a.obj")).unwrap();
+    assert_eq!((back.vertices.len(), back.faces.len()), (8, 8));
+    assert_eq!(back.faces[4], [4, 5, 6]);
+    scene.add_solid("sphere", &[shotline::solid::Value::Number(1.0)]);
+    let ball = shotline::scene::NodeId(scene.nodes.len() as u32 - 1);
+    scene.add_object("ball", None, ball);
+    let refused = save(folder.path().join("a.obj"), &scene).unwrap_err().to_string();
+    assert!(refused.contains("OBJ holds triangles only, and the scene has a sphere"), "{refused}");
+}
+
+fn refusal(name: &str, text: &str) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    std::fs::write(&path, text).unwrap();
+    let shown = load(&path).unwrap_err().to_string();
+    shown.replace(&format!("{}/", folder.path().display()), "")
+}
+
+#[test]
+fn wrong_meshes_are_refused_with_the_place() {
+    let obj = refusal("a.obj", "v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n");
+    assert_eq!(obj, "a.obj:2:7: nan is not finite\n    v 1 0 nan\n          ^^^");
+    let obj = refusal("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n");
+    assert!(obj.starts_with("a.obj:4:1: face 0 (counted from 0) names vertex 8, but there are 3"), "{obj}");
+    assert!(refusal("a.obj", "v 0 0 0\nf 0 1 1\n").contains("a.obj:2:3: vertices count from 1"));
+    assert!(refusal("a.obj", "v 0 0 0\nf 1 1 -2\n").contains("counts back further"));
+    assert!(refusal("a.obj", "v 0 0 0\n").contains("has no faces"));
+    let head = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n";
+    assert!(
+        refusal("a.ply", &format!("{head}0 inf 0\n3 0 1 2\n")).contains("a.ply:12:1: vertex 2 has a coord")
+    );
+    assert!(
+        refusal("a.ply", &format!("{head}0 1 0\n3 0 1 3\n"))
+            .contains("13:1: face 0 names vertex 3, but there are 3")
+    );
+    assert!(refusal("a.ply", &format!("{head}0 1 0\n3 0 1 -1\n")).contains("names vertex -1"));
+    assert!(refusal("a.ply", &format!("{head}0 1\n3 0 1 2\n")).contains("12:1: numbers are missing"));
+    assert!(refusal("a.ply", &format!("{head}0 1 0 7\n3 0 1 2\n")).contains("12:7: more numbers"));
+    assert!(refusal("a.ply", &format!("{head}0 1 0\n2 0 1\n")).contains("has only 2 corners"));
+    assert!(refusal("a.ply", &format!("{head}0 1 0\n")).contains("ends before its last row"));
+    let stl =
+        "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\nendfacet\nendsolid\n";
+    assert!(refusal("a.stl", stl).contains("a.stl:7:1: triangle 0 has 2 corners"));
+    assert!(refusal("a.stl", &stl[..38]).contains("byte 38: the file ends within a facet"));
+    assert!(refusal("a.txt", "hello").contains("is of no known format"));
+    assert!(refusal("a.json", "\u{FEFF}").contains("a value is missing"));
+}
+
+#[test]
+fn polygons_are_cut_and_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.obj");
+    std::fs::write(&path, "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1/1 2/2/2 3//3 4\nf -4 -3 -2\n").unwrap();
+    let document = load(&path).unwrap();
+    assert!(document.notes[0].ends_with("a.obj: 1 polygon was cut into triangles"));
+    assert_eq!(read_mesh(&path).unwrap().faces, [[0, 1, 2], [0, 2, 3], [0, 1, 2]]);
+}
+
+#[cfg(unix)]
+#[test]
+fn only_regular_files_are_opened() {
+    assert!(load("/dev/null").unwrap_err().to_string().contains("is not a regular file"));
+    assert!(load("/nowhere/a.ply").unwrap_err().to_string().contains("cannot be read"));
+}

@@ -1,0 +1,260 @@
+//! Scenes written and read again are the same, bit for bit.
+
+use std::collections::HashMap;
+
+use shotline::math::{Affine, Vec3};
+use shotline::scene::{
+    Camera, Lens, Light, LightSource, LocalTransform, Material, Node, NodeId, Op, Rotation, Scene,
+};
+use shotline::solid::{KINDS, ParamType, Params, Value};
+use shotline::testkit::random::Random;
+use shotline_io::{parse_scene, write_scene};
+
+/// Any finite float64: every exponent, both zeros, and often a short one.
+fn number(random: &mut Random) -> f64 {
+    loop {
+        let x = match random.below(6) {
+            0 => random.below(7) as f64 - 3.0,
+            1 => -0.0,
+            2 => f64::from_bits(random.bits() >> 12),
+            3 => random.number(-1.0, 1.0),
+            _ => f64::from_bits(random.bits()),
+        };
+        if x.is_finite() {
+            return x;
+        }
+    }
+}
+
+fn vector(random: &mut Random) -> Vec3 {
+    Vec3::new(number(random), number(random), number(random))
+}
+
+fn maybe<T>(random: &mut Random, make: impl Fn(&mut Random) -> T) -> Option<T> {
+    (random.below(2) == 0).then(|| make(random))
+}
+
+fn transform(random: &mut Random) -> LocalTransform {
+    if random.below(2) == 0 {
+        return LocalTransform::Matrix(Affine::from_row_major(std::array::from_fn(|_| number(random))));
+    }
+    let scale = if random.below(2) == 0 { Vec3::splat(number(random)) } else { vector(random) };
+    let about = |random: &mut Random| Rotation::About {
+        axis: Vec3::new(number(random), 1e-300, number(random)),
+        degrees: number(random),
+    };
+    let rotate = match random.below(3) {
+        0 => None,
+        1 => Some(Rotation::Xyz(vector(random))),
+        _ => Some(about(random)),
+    };
+    LocalTransform::Steps { scale: Some(scale), rotate, translate: maybe(random, vector) }
+}
+
+fn leaf(random: &mut Random) -> Node {
+    let kind = KINDS[random.below(KINDS.len())];
+    let value = |ty: ParamType, random: &mut Random| match ty {
+        ParamType::Number => Value::Number(number(random)),
+        ParamType::Numbers(n) => {
+            let numbers: Vec<f64> = (0..n).map(|_| number(random)).collect();
+            Value::from_numbers(&numbers).expect("a known count")
+        }
+    };
+    let entries = kind.params.iter().map(|p| (p.name, value(p.ty, random))).collect();
+    Node::Solid { kind, params: Params { entries } }
+}
+
+/// A scene whose nodes name earlier ones, so that many are shared; some of them have names.
+fn random_scene(random: &mut Random) -> Scene {
+    let mut scene = Scene { units: maybe(random, |_| "\"mm\" \\ \u{1}é😀".into()), ..Scene::default() };
+    scene.materials = (0..random.below(3)).map(|i| (format!("m{i}"), material(random))).collect();
+    let mut shapes = vec![scene.add(leaf(random))];
+    let mut members = shapes.clone();
+    for _ in 0..random.below(20) {
+        let some = |random: &mut Random, from: &[NodeId]| from[random.below(from.len())];
+        let several = |random: &mut Random, from: &[NodeId]| {
+            (0..=random.below(3)).map(|_| some(random, from)).collect()
+        };
+        let node = match random.below(5) {
+            0 => Node::Transform { transform: transform(random), child: some(random, &shapes) },
+            1 => Node::Csg {
+                op: [Op::Union, Op::Intersection, Op::Difference][random.below(3)],
+                args: several(random, &shapes),
+            },
+            2 => Node::Group { members: several(random, &members) },
+            3 => {
+                let shape = some(random, &shapes);
+                let id = scene.add(object(random, shape));
+                members.push(id);
+                continue;
+            }
+            _ => leaf(random),
+        };
+        let id = scene.add(node);
+        shapes.push(id);
+        members.push(id);
+    }
+    for i in 0..random.below(4) {
+        let id = members[random.below(members.len())];
+        scene.defs.push((format!("part{}", 2 * i), id));
+    }
+    for _ in 0..=random.below(3) {
+        let shape = shapes[random.below(shapes.len())];
+        let root = scene.add(object(random, shape));
+        scene.objects.push(root);
+    }
+    looks(&mut scene, random);
+    scene
+}
+
+fn object(random: &mut Random, node: NodeId) -> Node {
+    Node::Object {
+        name: format!("o{}", random.below(3)),
+        material: None,
+        priority: random.bits() as i32,
+        node,
+    }
+}
+
+fn material(random: &mut Random) -> Material {
+    let share = |random: &mut Random| random.number(0.0, 1.0);
+    Material {
+        mu: maybe(random, |r| number(r).abs()),
+        density: maybe(random, |r| number(r).abs()),
+        color: maybe(random, |r| [share(r), 0.0, 1.0]),
+        specular: maybe(random, share),
+        shininess: maybe(random, |r| number(r).abs()),
+        mirror: maybe(random, share),
+    }
+}
+
+fn looks(scene: &mut Scene, random: &mut Random) {
+    let lens = match random.below(2) {
+        0 => Lens::Pinhole { fov: random.number(0.1, 179.0) },
+        _ => Lens::Orthographic { height: number(random).abs().max(1e-300) },
+    };
+    let (eye, target, up) = (vector(random), Vec3::new(0.1, 0.2, 0.3), vector(random));
+    scene.camera = maybe(random, |_| Camera { eye, target, up, lens });
+    for _ in 0..random.below(3) {
+        let source = match random.below(3) {
+            0 => LightSource::Point(vector(random)),
+            1 => LightSource::Directional(Vec3::new(number(random), 1.0, -0.0)),
+            _ => LightSource::Ambient,
+        };
+        let intensity = maybe(random, |r| number(r).abs());
+        scene.lights.push(Light { source, color: maybe(random, |_| [0.1, 0.2, 0.3]), intensity });
+    }
+}
+
+/// A scene as text in which equal graphs are equal: nodes are numbered in the order in which they are met. Debug
+/// prints the shortest digits and the sign of zero, so equal text is equal bits.
+fn canonical(scene: &Scene) -> String {
+    let Scene { units, nodes, defs, objects, materials, camera, lights } = scene;
+    let mut out = format!("{units:?} {materials:?} {camera:?} {lights:?}\n");
+    let mut numbers: HashMap<NodeId, usize> = HashMap::new();
+    let mut order = Vec::new();
+    let mut number = |id: NodeId, order: &mut Vec<NodeId>| {
+        let next = numbers.len();
+        *numbers.entry(id).or_insert_with(|| {
+            order.push(id);
+            next
+        })
+    };
+    for id in objects {
+        out += &format!("object {}\n", number(*id, &mut order));
+    }
+    let mut at = 0;
+    while let Some(id) = order.get(at).copied() {
+        at += 1;
+        let mut all = |ids: &[NodeId]| ids.iter().map(|c| number(*c, &mut order)).collect::<Vec<_>>();
+        out += &match &nodes[id.0 as usize] {
+            Node::Solid { kind, params } => format!("{} {params:?}\n", kind.name),
+            Node::Mesh { file, .. } => format!("{file:?}\n"),
+            Node::Csg { op, args } => format!("{op:?} {:?}\n", all(args)),
+            Node::Group { members } => format!("group {:?}\n", all(members)),
+            Node::Transform { transform, child } => format!("{transform:?} {:?}\n", all(&[*child])),
+            Node::Object { name, material, priority, node } => {
+                format!("{name} {material:?} {priority} {:?}\n", all(&[*node]))
+            }
+        };
+    }
+    let named = defs.iter().map(|(name, id)| format!("{name} {:?}\n", numbers.get(id)));
+    out + &named.collect::<String>()
+}
+
+/// The scene without the names that the writer has to invent.
+fn without_new_names(mut scene: Scene, original: &Scene) -> Scene {
+    scene.defs.truncate(original.defs.len());
+    scene
+}
+
+#[test]
+fn scenes_survive_bit_for_bit() {
+    let mut random = Random::new(1);
+    for _ in 0..300 {
+        let scene = random_scene(&mut random);
+        let text = write_scene(&scene).unwrap();
+        let back = parse_scene(text.clone(), None).unwrap_or_else(|e| panic!("{e}\n{text}")).scene;
+        assert_eq!(canonical(&without_new_names(back.clone(), &scene)), canonical(&scene), "{text}");
+        // Once every shared part has its name, the text is settled.
+        assert_eq!(write_scene(&back).unwrap(), text);
+    }
+}
+
+#[test]
+fn numbers_survive_bit_for_bit() {
+    let extremes = [
+        0.0,
+        -0.0,
+        5e-324,
+        -5e-324,
+        f64::MIN_POSITIVE,
+        f64::MAX,
+        f64::MIN,
+        0.1,
+        1e16,
+        1e21,
+        123456789012345680.0,
+    ];
+    let mut random = Random::new(2);
+    let numbers = extremes.into_iter().chain(std::iter::from_fn(|| Some(number(&mut random))).take(20_000));
+    let mut scene = Scene::default();
+    let written: Vec<f64> = numbers.collect();
+    for x in &written {
+        scene.materials.push((
+            format!("{}", scene.materials.len()),
+            Material { mu: Some(x.abs()), ..Material::default() },
+        ));
+        scene.lights.push(Light {
+            source: LightSource::Point(Vec3::splat(*x)),
+            color: None,
+            intensity: None,
+        });
+    }
+    let back = parse_scene(write_scene(&scene).unwrap(), None).unwrap().scene;
+    for (x, light) in written.iter().zip(&back.lights) {
+        let LightSource::Point(p) = light.source else { panic!() };
+        assert_eq!((p.x.to_bits(), p.z.to_bits()), (x.to_bits(), x.to_bits()));
+    }
+}
+
+#[test]
+fn what_a_file_cannot_hold_is_refused() {
+    let mut scene = Scene::default();
+    scene.lights.push(Light { source: LightSource::Point(Vec3::NAN), color: None, intensity: None });
+    assert!(write_scene(&scene).unwrap_err().to_string().contains("finite"));
+    let mut scene = Scene::default();
+    let mesh = scene.add(Node::Mesh { mesh: Default::default(), file: None });
+    scene.add_object("a", None, mesh);
+    assert!(write_scene(&scene).unwrap_err().to_string().contains("not read from a file"));
+}
+
+#[test]
+fn cycles_are_written_and_read() {
+    let mut scene = Scene::default();
+    let id = scene.add_csg(Op::Union, vec![NodeId(0), NodeId(0)]);
+    scene.add_object("loop", None, id);
+    let text = write_scene(&scene).unwrap();
+    let back = parse_scene(text, None).unwrap().scene;
+    assert!(matches!(back.node(back.defs[0].1), Node::Csg { args, .. } if args[0] == back.defs[0].1));
+}

@@ -1,0 +1,276 @@
+//! Scene files: what is read, what is refused and how that is said.
+
+use std::path::Path;
+
+use shotline::compile::{Options, compile};
+use shotline::math::Vec3;
+use shotline::scene::{Lens, LightSource, LocalTransform, Node, NodeId, Rotation};
+use shotline_io::{Document, Place, load, parse_scene};
+
+fn read(text: &str) -> Document {
+    parse_scene(text, None).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn refused(text: &str) -> String {
+    parse_scene(text, None).expect_err(text).to_string()
+}
+
+/// A file with these objects.
+fn scene(objects: &str) -> String {
+    format!("{{\"shotline\": 1, \"objects\": [{objects}]}}")
+}
+
+const BALL: &str = r#"{"kind": "sphere", "radius": 1}"#;
+
+#[test]
+fn parts_are_shared_by_number() {
+    let document = read(
+        r#"{ "shotline": 1,
+             "defs": { "later": { "op": "union", "args": [{ "ref": "ball" }, { "ref": "ball" }] },
+                       "ball": { "kind": "sphere", "radius": 2 }, "alias": { "ref": "ball" } },
+             "objects": [ { "node": { "ref": "later" } }, { "node": { "ref": "alias", "translate": [1, 2, 3] } } ] }"#,
+    );
+    let scene = &document.scene;
+    let [(_, later), (_, ball), (_, alias)] = scene.defs[..] else { panic!() };
+    assert_eq!(ball, alias);
+    assert!(matches!(scene.node(later), Node::Csg { args, .. } if *args == [ball, ball]));
+    let Node::Object { name, node, .. } = scene.node(scene.objects[1]) else { panic!() };
+    assert_eq!(name, "object1");
+    assert!(matches!(scene.node(*node), Node::Transform { child, .. } if *child == ball));
+}
+
+#[test]
+fn every_section_is_read() {
+    let document = read(
+        r#"{ "shotline": 1, "$schema": "scene.schema.json", "units": "mm",
+             "objects": [ { "name": "a", "material": "steel", "priority": -3,
+                            "node": { "kind": "sphere", "radius": 1, "scale": 2,
+                                      "rotate": { "axis": [0, 0, 2], "degrees": 30 } } } ],
+             "materials": { "steel": { "mu": 0.5, "density": 7.8, "color": [0, 0.5, 1], "specular": 0.25,
+                                       "shininess": 20, "mirror": 0 }, "air": {} },
+             "camera": { "eye": [0, 0, 5], "target": [0, 0, 0], "height": 3 },
+             "lights": [ { "direction": [0, 0, -1], "color": [1, 1, 0] }, { "ambient": true, "intensity": 0.1 } ] }"#,
+    );
+    let scene = document.scene;
+    assert_eq!(scene.units.as_deref(), Some("mm"));
+    assert_eq!(scene.materials[0].1.density, Some(7.8));
+    let camera = scene.camera.unwrap();
+    assert_eq!((camera.up, camera.lens), (Vec3::Y, Lens::Orthographic { height: 3.0 }));
+    assert_eq!(scene.lights[1].source, LightSource::Ambient);
+    let Node::Object { priority: -3, node, .. } = scene.nodes[scene.objects[0].0 as usize] else { panic!() };
+    let Node::Transform { transform, .. } = scene.nodes[node.0 as usize] else { panic!() };
+    let about = Rotation::About { axis: Vec3::new(0.0, 0.0, 2.0), degrees: 30.0 };
+    let steps = LocalTransform::Steps { scale: Some(Vec3::splat(2.0)), rotate: Some(about), translate: None };
+    assert_eq!(transform, steps);
+}
+
+#[test]
+fn groups_hold_objects_and_default_names_go_on() {
+    let group = format!(r#"{{"op": "group", "args": [{{"node": {BALL}, "translate": [1, 0, 0]}}, {BALL}]}}"#);
+    let document = read(&scene(&format!(r#"{{"node": {group}}}, {{"name": "x", "node": {BALL}}}"#)));
+    let names = document.scene.nodes.iter().filter_map(|n| match n {
+        Node::Object { name, .. } => Some(name.as_str()),
+        _ => None,
+    });
+    assert_eq!(names.collect::<Vec<_>>(), ["object0", "x", "object2"]);
+    compile(&document.scene, Options::default()).unwrap();
+}
+
+#[test]
+fn deep_nests_are_read() {
+    for depth in [500, 5000] {
+        let open = r#"{"op": "difference", "args": ["#.repeat(depth);
+        let nest = format!("{open}{BALL}{}", format!(", {BALL}]}}").repeat(depth));
+        let document = read(&scene(&format!("{{\"node\": {nest}}}")));
+        assert_eq!(document.scene.nodes.len(), 2 * depth + 2);
+        let text = shotline_io::write_scene(&document.scene).unwrap();
+        assert_eq!(read(&text).scene.nodes.len(), 2 * depth + 2);
+    }
+    let bomb = scene(&r#"{"op": "union", "args": ["#.repeat(1_000_000));
+    assert!(refused(&bomb).contains("nested more than 20000 deep"));
+}
+
+#[test]
+fn every_mistake_is_reported_with_place_and_help() {
+    let text = r#"{
+  "shotline": 1,
+  "objects": [
+    { "node": { "kind": "sphere", "raduis": 2 } },
+    { "node": { "kind": "spere", "radius": 2 }, "materal": "steel" },
+    { "node": { "op": "intersecton", "args": [{ "ref": "bal" }] } },
+    { "node": { "kind": "sphere", "radius": [1, 2] }, "material": "stel" },
+    { "node": { "kind": "sphere", "radius": NaN } }
+  ],
+  "defs": { "ball": { "kind": "sphere", "radius": 1, "transform": [1], "scale": 2 } },
+  "materials": { "steel": { "mu": -1 } }
+}"#;
+    let shown = refused(text);
+    let expected = [
+        "4:35: a sphere has no key 'raduis'\n        { \"node\": { \"kind\": \"sphere\", \"raduis\": 2 } },\n                                      ^^^^^^^^\nhelp: did you mean 'radius'?",
+        "5:25: there is no kind 'spere'",
+        "help: did you mean 'sphere'?",
+        "5:49: an object has no key 'materal'",
+        "help: did you mean 'material'?",
+        "6:23: there is no operation 'intersecton'",
+        "help: did you mean 'intersection'?",
+        "6:56: there is no 'bal' in \"defs\"",
+        "help: did you mean 'ball'?",
+        "7:45: radius must be a number, not an array of 2",
+        "7:67: there is no 'stel' in \"materials\"",
+        "help: did you mean 'steel'?",
+        "8:45: NaN is not a number",
+        "10:67: \"transform\" must be an array of 12 numbers, not an array of 1",
+        "10:81: this node has a \"transform\" as well",
+        "11:35: \"mu\" is -1",
+    ];
+    assert!(!shown.contains("lacks"), "a mistyped key is not missing as well:\n{shown}");
+    for part in expected {
+        assert!(shown.contains(part), "{part}\nis not in\n{shown}");
+    }
+}
+
+#[test]
+fn mistakes_are_explained() {
+    let cases = [
+        (r#"{"objects": []}"#, "lacks \"shotline\": 1"),
+        (r#"{"shotline": 2}"#, "version 2"),
+        ("[]", "a scene must be an object"),
+        (r#"{"shotline": 1, "shotline": 1}"#, "stands here twice"),
+        (r#"{"shotline": 1, "object": []}"#, "did you mean 'objects'?"),
+        (r#"{"shotline": 1} {}"#, "something follows the end"),
+        (r#"{"shotline": 1, "units": "\ud800"}"#, "surrogate"),
+        (r#"{"shotline": 1, "units": 5}"#, "\"units\" must be a string, not a number"),
+        (r#"{"shotline": 1, "defs": {"a": {"ref": "b"}, "b": {"ref": "a"}}}"#, "only refer to one another"),
+        (r#"{"shotline": 1, "defs": {"a": {"ref": "a"}}}"#, "only refer to one another"),
+        (r#"{"shotline": 1, "camera": {"eye": [0,0,0], "target": [0,0,0]}}"#, "stands at its own target"),
+        (
+            r#"{"shotline": 1, "camera": {"eye": [0,0,1], "target": [0,0,0], "fov": 180}}"#,
+            "below 180 degrees",
+        ),
+        (r#"{"shotline": 1, "lights": [{"color": [1, 1, 2]}]}"#, "exactly one source"),
+        (r#"{"shotline": 1, "lights": [{"ambient": false}]}"#, "can only be true"),
+        (r#"{"shotline": 1, "materials": {"a": {"color": [1, 1, 2]}}}"#, "the component 2"),
+    ];
+    for (text, message) in cases {
+        let shown = refused(text);
+        assert!(shown.contains(message), "{message}\nis not in\n{shown}");
+    }
+    let nodes = [
+        (r#"{"sphere": {"radius": 1}}"#, r#"write {"kind": "sphere", ...}"#),
+        (r#"{"type": "sphere", "radius": 1}"#, "write \"kind\" instead of \"type\""),
+        (r#"{"union": []}"#, r#"write {"op": "union", "args": [...]}"#),
+        (r#"{"knid": "sphere"}"#, "did you mean 'kind' instead of 'knid'?"),
+        (r#"{"kind": "sphere", "op": "union"}"#, "both \"kind\" and \"op\""),
+        (r#"{"kind": "sphere", "radius": 1, "center": [0, 0, 0]}"#, "\"translate\": [x, y, z]"),
+        (r#"{"kind": "sphere", "radius": 1e400}"#, "1e400 is too large"),
+        (r#"{"kind": "sphere", "radius": "1"}"#, "radius must be a number, not a string"),
+        (r#"{"op": "union", "args": []}"#, "has no args"),
+        (r#"{"op": "union", "args": [{"node": {}}]}"#, "an object cannot stand here"),
+        (r#"{"ref": "x"}"#, "there is no 'x' in \"defs\""),
+        (r#"{"ref": "x", "radius": 1}"#, "a reference has no key 'radius'"),
+        (
+            r#"{"kind": "sphere", "radius": 1, "rotate": {"axis": [0, 0, 0], "degrees": 5}}"#,
+            "axis of this rotation is zero",
+        ),
+        (r#"{"kind": "sphere"}"#, "this sphere lacks \"radius\""),
+        ("5", "a node must be an object { ... }, not a number"),
+        (r#"{"kind": "mesh", "file": "a.ply"}"#, "has no folder"),
+    ];
+    for (node, message) in nodes {
+        let shown = refused(&scene(&format!("{{\"node\": {node}}}")));
+        assert!(shown.contains(message), "{message}\nis not in\n{shown}");
+    }
+    let wrapped = refused(&scene(BALL));
+    assert!(
+        wrapped.contains("an object needs \"node\"") && wrapped.contains("help: an object is"),
+        "{wrapped}"
+    );
+}
+
+#[test]
+fn what_the_compiler_finds_is_shown_in_the_file() {
+    let document = read(
+        r#"{ "shotline": 1,
+  "defs": { "a": { "op": "union", "args": [{ "ref": "b" }] }, "b": { "op": "union", "args": [{ "ref": "a" }] } },
+  "objects": [
+    { "node": { "kind": "sphere", "radius": -1 } },
+    { "node": { "kind": "sphere", "radius": 1, "scale": [1, 0, 1] } },
+    { "node": { "ref": "a" } }
+  ] }"#,
+    );
+    let errors = compile(&document.scene, Options::default()).unwrap_err();
+    let shown = document.explain(&errors).to_string();
+    assert!(shown.contains("contains itself"), "{shown}");
+    let sound =
+        read(&document.source.text().replace(r#""ref": "a" }] }"#, r#""kind": "sphere", "radius": 3 }] }"#));
+    let errors = compile(&sound.scene, Options::default()).unwrap_err();
+    let shown = sound.explain(&errors);
+    let places = shown.problems.iter().map(|p| match &p.place {
+        Place::Text { line, column, .. } => (*line, *column),
+        other => panic!("{other:?}"),
+    });
+    assert_eq!(places.collect::<Vec<_>>(), [(4, 45), (5, 57)], "{shown}");
+}
+
+#[test]
+fn nodes_and_parameters_are_found_in_the_text() {
+    let text = scene(&format!("{{\"node\": {BALL}}}"));
+    let document = read(&text);
+    let leaf = document.scene.nodes.iter().position(|n| matches!(n, Node::Solid { .. })).unwrap();
+    let leaf = NodeId(leaf as u32);
+    assert_eq!(&text[document.source.find(leaf, None).unwrap()], BALL);
+    assert_eq!(&text[document.source.find(leaf, Some("radius")).unwrap()], "1");
+}
+
+const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                   element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+
+fn load_with_mesh(folder: &Path, file: &str) -> Result<Document, String> {
+    let node = serde_json::json!({ "kind": "mesh", "file": file });
+    let path = folder.join("scene.json");
+    std::fs::write(&path, scene(&format!("{{\"node\": {node}}}, {{\"node\": {node}}}"))).unwrap();
+    load(&path).map_err(|e| e.to_string())
+}
+
+#[test]
+fn mesh_files_lie_below_the_scene() {
+    let outer = tempfile::tempdir().unwrap();
+    let folder = outer.path().join("scenes");
+    std::fs::create_dir_all(folder.join("parts/empty.ply")).unwrap();
+    for file in ["secret.ply", "scenes/a.ply", "scenes/parts/b.ply"] {
+        std::fs::write(outer.path().join(file), PLY).unwrap();
+    }
+    std::fs::write(folder.join("bad.ply"), PLY.replace("3 0 1 2", "3 0 1 7")).unwrap();
+    for file in ["a.ply", "./a.ply", "parts/b.ply", "parts/../a.ply"] {
+        let document = load_with_mesh(&folder, file).unwrap();
+        let meshes = document.scene.nodes.iter().filter_map(|n| match n {
+            Node::Mesh { mesh, .. } => Some(mesh),
+            _ => None,
+        });
+        let [a, b] = meshes.collect::<Vec<_>>()[..] else { panic!() };
+        assert!(std::sync::Arc::ptr_eq(a, b));
+    }
+    let secret = outer.path().join("secret.ply");
+    let cases = [
+        ("../secret.ply", "outside of the scene's folder"),
+        ("parts/../../secret.ply", "outside of the scene's folder"),
+        (secret.to_str().unwrap(), "path of this file is absolute"),
+        ("C:\\secret.ply", "path of this file is absolute"),
+        ("\\\\host\\share\\a.ply", "path of this file is absolute"),
+        ("none.ply", "'none.ply' cannot be opened"),
+        ("a\u{0}.ply", "cannot be opened"),
+        ("parts/empty.ply", "is not a regular file"),
+        ("scene.json", "is a scene, not a mesh"),
+        ("bad.ply", "bad.ply:13:1: face 0 names vertex 7, but there are 3"),
+    ];
+    for (file, message) in cases {
+        let shown = load_with_mesh(&folder, file).expect_err(file);
+        assert!(shown.contains(message), "{message}\nis not in\n{shown}");
+        assert!(shown.contains("scene.json:1:"), "{shown}");
+    }
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink(&secret, folder.join("link.ply")).unwrap();
+        assert!(load_with_mesh(&folder, "link.ply").unwrap_err().contains("outside"));
+    }
+}
