@@ -93,11 +93,8 @@ impl Aabb {
         for i in 0..3 {
             let m = &map.rows[i];
             let (mut lo, mut hi, mut size) = (m[3], m[3], m[3].abs());
-            for j in 0..3 {
-                if m[j] == 0.0 {
-                    continue;
-                }
-                let (a, b) = (m[j] * self.min[j], m[j] * self.max[j]);
+            for (j, &entry) in m[..3].iter().enumerate().filter(|(_, entry)| **entry != 0.0) {
+                let (a, b) = (entry * self.min[j], entry * self.max[j]);
                 lo += a.min(b);
                 hi += a.max(b);
                 size += a.abs().max(b.abs());

@@ -35,7 +35,7 @@ pub fn together(a: &Crossing, b: &Crossing) -> bool {
 
 /// Whether a list is what a solid may answer: ascending, alternating from an entry, and even.
 pub fn is_alternating(list: &[Crossing]) -> bool {
-    list.len() % 2 == 0
+    list.len().is_multiple_of(2)
         && list.iter().enumerate().all(|(i, c)| c.entering == (i % 2 == 0))
         && list.windows(2).all(|w| w[0].t <= w[1].t)
 }

@@ -10,6 +10,11 @@ mod solid;
 mod topology;
 mod winding;
 
+#[cfg(test)]
+mod shapes;
+#[cfg(test)]
+mod tests;
+
 use crate::math::Vec3;
 
 pub use solid::MeshSolid;

@@ -95,14 +95,14 @@ pub(super) struct Probe {
 }
 
 impl Probe {
-    /// Prepares a line; `None` if it begins so far away that it meets nothing.
+    /// Prepares a line; `None` if it meets nothing because it begins too far away or, in an extreme frame,
+    /// has overflowed or come to a stand.
     pub(super) fn new(line: &Line, size: &Size) -> Option<Probe> {
         let exponents = (size.exponent, exponent(line.d.abs().max_element()));
         let (s, r) = (power_of_two(-exponents.0), power_of_two(-exponents.1));
         let line = Line { o: line.o * s, d: line.d * r, o_err: line.o_err * s, d_err: line.d_err * r };
         let far = line.o.abs().max_element();
-        // Also false for NaN.
-        if !(far <= FARTHEST) {
+        if far > FARTHEST || !line.o.is_finite() || !line.d.is_finite() || line.d == Vec3::ZERO {
             return None;
         }
         let d = line.d.abs();
@@ -166,11 +166,14 @@ impl Probe {
     }
 
     fn crossing(&self, triangle: &Triangle, seen: [Seen; 3], turn: Turn) -> Option<Crossing> {
-        let plane = Slope::of(triangle, &self.line);
+        let plane = Plane::of(triangle, &self.line);
+        // A triangle that looks no wider than the doubt about its corners hardly has a plane.
+        let sliver = plane.t.is_nan() || width(seen) <= 4.0 * self.shift;
+        let t = if sliver { self.on_longest_edge(triangle, seen) } else { plane.t };
         // No t outside of the triangle's box: so a box that begins behind a t holds no triangle hit there,
         // and what is hit does not depend on the accelerator. The exact t is in this interval too.
         let (near, far) = self.whole.enter_exit(&triangle.bounds())?;
-        let t = if plane.t.is_nan() { 0.5 * near + 0.5 * far } else { plane.t.clamp(near, far) };
+        let t = t.clamp(near, far);
         let mut doubt = self.line.point_err(t);
         if near_an_edge(seen, 2.0 * self.shift) {
             // The exact ray may pass through the neighbour instead.
@@ -187,24 +190,38 @@ impl Probe {
             primitive: triangle.face,
         })
     }
+
+    /// Where the line is nearest to the edge that looks longest.
+    fn on_longest_edge(&self, triangle: &Triangle, seen: [Seen; 3]) -> f64 {
+        let depth = triangle.corners.map(|v| v[self.along] - self.line.o[self.along]);
+        let step = |i: usize, j: usize| Seen { x: seen[j].x - seen[i].x, y: seen[j].y - seen[i].y };
+        let length = |s: Seen| s.x * s.x + s.y * s.y;
+        let edges = [(0, 1), (1, 2), (2, 0)].map(|(i, j)| (i, j, step(i, j)));
+        let (i, j, s) =
+            edges.into_iter().fold(edges[0], |a, b| if length(b.2) > length(a.2) { b } else { a });
+        let part = -(seen[i].x * s.x + seen[i].y * s.y) / length(s);
+        // An edge too short to square is a point.
+        let part = if part.is_nan() { 0.0 } else { part.clamp(0.0, 1.0) };
+        (depth[i] + part * (depth[j] - depth[i])) / self.line.d[self.along]
+    }
 }
 
-/// How a line meets the plane of a triangle.
-struct Slope {
-    /// Where, correctly rounded. Not a number if the triangle lies on a line or the line in the plane.
+/// Where a line meets the plane of a triangle.
+struct Plane {
+    /// The parameter, correctly rounded. Not a number if the triangle lies on a line or the line in the plane.
     t: f64,
     /// How much `t` changes where a coordinate of the line changes by one.
     steps: Vec3,
 }
 
-impl Slope {
-    fn of(triangle: &Triangle, line: &Line) -> Slope {
+impl Plane {
+    fn of(triangle: &Triangle, line: &Line) -> Plane {
         let [a, b, c] = triangle.corners;
         let normal = cross(&minus(b, a), &minus(c, a));
         let height = dot(&normal, &minus(a, line.o));
         let descent = dot(&normal, &line.d.to_array().map(Dd::from)).recip();
         let steps = Vec3::from(normal.map(|n| (n.hi * descent.hi).abs()));
-        Slope { t: (height * descent).hi, steps }
+        Plane { t: (height * descent).hi, steps }
     }
 }
 
@@ -214,13 +231,11 @@ impl Slope {
 /// For if the ray is in the drawing of a triangle, then weights of the drawn corners sum to the ray; the
 /// point of the true triangle with these weights has its `t` along the main axis, and there it is off the
 /// line by no more than the corners are off their place. A corner is off by the rounding of `v - o` along
-/// and across, of the slope, of its product and of the difference: less than 6 half-ulps of `|o| + |v|`.
-/// Across an axis along which the ray does not move nothing is added: only the sign of `v - o` counts
-/// there, which is exact, and boxes are told apart by it exactly. The errors of the frame do not matter
-/// here: the hits asked for are those of the line as it is given.
+/// and across, of the slope, of its product and of the difference: less than 6 half-ulps of `|o| + |v|`,
+/// and `shift` is 8. The errors of the frame do not matter here: the hits asked for are those of the line
+/// as it is given.
 fn line_for_boxes(line: &Line, shift: f64) -> Line {
-    let o_err = Vec3::select(line.d.cmpeq(Vec3::ZERO), Vec3::ZERO, Vec3::splat(shift));
-    Line { o_err, ..Line::exact(line.o, line.d) }
+    Line { o_err: Vec3::splat(shift), ..Line::exact(line.o, line.d) }
 }
 
 /// The span between two `t`, of which the first may be `-inf`.
@@ -236,9 +251,18 @@ fn rounding(t: f64) -> f64 {
 
 /// Whether the ray passes an edge of a triangle at a distance up to `reach`.
 fn near_an_edge([a, b, c]: [Seen; 3], reach: f64) -> bool {
-    [(a, b), (b, c), (c, a)]
-        .iter()
-        .any(|&(p, q)| edge(p, q).abs() <= reach * ((q.x - p.x).abs() + (q.y - p.y).abs()))
+    [(a, b), (b, c), (c, a)].iter().any(|&(p, q)| edge(p, q).abs() <= reach * extent(p, q))
+}
+
+/// How wide a triangle looks across its longest edge, at least.
+fn width([a, b, c]: [Seen; 3]) -> f64 {
+    let area = edge(a, b) + edge(b, c) + edge(c, a);
+    area.abs() / extent(a, b).max(extent(b, c)).max(extent(c, a))
+}
+
+/// How long an edge looks, at most.
+fn extent(a: Seen, b: Seen) -> f64 {
+    (b.x - a.x).abs() + (b.y - a.y).abs()
 }
 
 /// A vector of double-doubles.

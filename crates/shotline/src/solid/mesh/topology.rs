@@ -183,8 +183,8 @@ fn duplicates(faces: &[[u32; 3]]) -> usize {
 /// The sum of the tetrahedra between the faces and one of the vertices.
 fn signed_volume(faces: &[[u32; 3]], at: impl Fn(u32) -> Vec3) -> f64 {
     let tip = at(faces[0][0]);
-    let tetrahedron = |[a, b, c]: [Vec3; 3]| (a - tip).dot((b - tip).cross(c - tip)) / 6.0;
-    faces.iter().map(|face| tetrahedron(face.map(&at))).sum()
+    let tetrahedron = |[a, b, c]: [Vec3; 3]| (a - tip).dot((b - tip).cross(c - tip));
+    faces.iter().map(|face| tetrahedron(face.map(&at))).sum::<f64>() / 6.0
 }
 
 /// Which vertices hang together: a forest of parents, with paths halved on the way.
@@ -218,5 +218,105 @@ impl Shells {
         let vertices = used.iter().filter(|u| **u).count();
         let roots = (0..).zip(&self.parents).filter(|(v, parent)| v == *parent && used[*v as usize]).count();
         (vertices, roots)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solid::mesh::shapes::{ball, cubes, ring, sheet};
+
+    fn report(mesh: &TriangleMesh) -> Topology {
+        Topology::of(mesh).unwrap()
+    }
+
+    #[test]
+    fn sound_meshes_are_closed() {
+        let ball = report(&ball(3));
+        assert!(ball.is_closed() && (4.0..4.19).contains(&ball.signed_volume), "{ball:?}");
+        assert_eq!((ball.euler_characteristic, ball.shells, ball.crowded_edges), (2, 1, 0));
+        let ring = report(&ring(9, 5));
+        assert!(ring.is_closed());
+        assert_eq!((ring.euler_characteristic, ring.shells, ring.first_open_edge), (0, 1, None));
+    }
+
+    #[test]
+    fn shells_that_share_no_vertex_are_told_apart() {
+        let apart = report(&cubes(&[[0, 0, 0], [2, 0, 0], [3, 0, 0]]));
+        assert_eq!((apart.shells, apart.euler_characteristic, apart.signed_volume), (2, 4, 3.0));
+        // An edge of four faces is closed all the same.
+        let corner = report(&cubes(&[[0, 0, 0], [1, 1, 0]]));
+        assert_eq!((corner.shells, corner.crowded_edges, corner.open_edges), (1, 1, 0));
+        assert_eq!(report(&ball(1).inside_out()).signed_volume, -report(&ball(1)).signed_volume);
+    }
+
+    #[test]
+    fn an_open_sheet_has_its_rim_open() {
+        let sheet = report(&sheet(3));
+        assert_eq!((sheet.open_edges, sheet.is_closed(), sheet.euler_characteristic), (12, false, 1));
+        let (from, to) = (Vec3::ZERO, Vec3::new(0.0, 1.0, 0.0));
+        assert_eq!(sheet.first_open_edge, Some(OpenEdge { vertices: [0, 1], from, to }));
+    }
+
+    #[test]
+    fn a_face_the_wrong_way_round_shows_at_its_edges() {
+        let mut mesh = ball(1);
+        mesh.faces[7].swap(0, 1);
+        let report = report(&mesh);
+        assert_eq!((report.inconsistent_edges, report.open_edges, report.duplicate_faces), (3, 3, 0));
+    }
+
+    #[test]
+    fn odd_faces_are_counted_and_open_nothing() {
+        let mut mesh = ball(1);
+        let [a, b, c] = mesh.faces[0];
+        mesh.faces.extend([[a, b, c], [c, b, a], [a, a, b], [c, c, c]]);
+        let odd = report(&mesh);
+        assert_eq!((odd.duplicate_faces, odd.degenerate_faces), (2, 2));
+        assert_eq!((odd.open_edges, odd.crowded_edges), (0, 3));
+        let line = |x: f64| Vec3::new(x, 2.0 * x, -x);
+        let vertices = vec![line(0.0), line(1.0), line(3.0)];
+        let flat = report(&TriangleMesh { vertices, faces: vec![[0, 1, 2]] });
+        assert_eq!((flat.zero_area_faces, flat.open_edges), (1, 3));
+    }
+
+    #[test]
+    fn separate_triangles_are_seen_as_the_surface_they_make() {
+        let mut mesh = ring(6, 4).unwelded();
+        mesh.vertices.iter_mut().filter(|v| v.z == 0.0).for_each(|v| v.z = 0.0);
+        let zeros = mesh.vertices.iter().position(|v| v.z == 0.0).unwrap();
+        mesh.vertices[zeros].z = -0.0;
+        let (welded, separate) = (report(&ring(6, 4)), report(&mesh));
+        assert!(separate.is_closed());
+        assert_eq!(separate.repeated_vertices, 3 * 48 - 24);
+        assert_eq!(separate.euler_characteristic, welded.euler_characteristic);
+        assert_eq!((separate.shells, separate.signed_volume), (1, welded.signed_volume));
+    }
+
+    #[test]
+    fn sizes_far_from_one_are_seen_the_same() {
+        for size in [1e-200, 1e200] {
+            let mut mesh = ball(1).inside_out();
+            mesh.vertices.iter_mut().for_each(|v| *v *= size);
+            let report = report(&mesh);
+            assert!(report.signed_volume.is_sign_negative());
+            assert_eq!(report.zero_area_faces, 0);
+        }
+    }
+
+    #[test]
+    fn what_is_not_a_mesh_is_refused_with_the_place() {
+        let broken = |change: fn(&mut TriangleMesh)| {
+            let mut mesh = ball(0);
+            change(&mut mesh);
+            Topology::of(&mesh).unwrap_err()
+        };
+        let outside = broken(|m| m.faces[3][1] = 6);
+        assert_eq!(outside, MeshError::VertexOutOfRange { face: 3, vertex: 6, count: 6 });
+        assert!(outside.to_string().contains("face 3 names vertex 6, but there are only 6"), "{outside}");
+        let nan = broken(|m| m.vertices[2].y = f64::NAN);
+        assert!(nan.to_string().contains("vertex 2 is (0, NaN, 1)"), "{nan}");
+        assert_eq!(broken(|m| m.faces.clear()), MeshError::Empty);
+        assert_eq!(broken(|m| m.faces.iter_mut().for_each(|f| f[0] = f[1])), MeshError::Empty);
     }
 }
