@@ -1,8 +1,8 @@
 //! What is wrong with the input is told in one readable message, with exit code 2.
 
-mod common;
+mod place;
 
-use common::{Answer, DRILLED, Place, cube_ply, npy};
+use place::{Answer, DRILLED, Place, cube_ply, npy};
 
 const RAY: &[[f64; 6]] = &[[0.0, 0.0, -10.0, 0.0, 0.0, 1.0]];
 

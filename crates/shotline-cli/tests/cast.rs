@@ -1,10 +1,10 @@
 //! `shotline cast`.
 
-mod common;
+mod place;
 
 use std::fs;
 
-use common::{DRILLED, Place};
+use place::{DRILLED, Place};
 use serde_json::Value;
 
 /// Rays across the drilled ball: through the hole, beside it, past everything, from the inside.

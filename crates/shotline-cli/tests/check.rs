@@ -1,8 +1,8 @@
 //! `shotline check`.
 
-mod common;
+mod place;
 
-use common::{DRILLED, Place, cube_ply};
+use place::{DRILLED, Place, cube_ply};
 
 #[test]
 fn sound_models() {

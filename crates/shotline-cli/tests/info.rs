@@ -1,10 +1,10 @@
 //! `shotline info`.
 
-mod common;
+mod place;
 
 use std::process::Stdio;
 
-use common::{DRILLED, Place, cube_ply};
+use place::{DRILLED, Place, cube_ply};
 use serde_json::{Value, json};
 
 #[test]

@@ -1,10 +1,10 @@
 //! `shotline render`.
 
-mod common;
+mod place;
 
 use std::fs;
 
-use common::{DRILLED, Place, cube_ply};
+use place::{DRILLED, Place, cube_ply};
 
 #[test]
 fn the_same_picture_for_every_accelerator_and_number_of_threads() {

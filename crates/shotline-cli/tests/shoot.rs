@@ -1,8 +1,8 @@
 //! `shotline shoot`.
 
-mod common;
+mod place;
 
-use common::{DRILLED, Place, cube_ply};
+use place::{DRILLED, Place, cube_ply};
 use serde_json::Value;
 
 fn near(value: &Value, expected: f64) -> bool {
