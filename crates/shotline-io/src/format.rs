@@ -35,9 +35,22 @@ pub(crate) enum Content {
     /// One mesh.
     Mesh {
         read: fn(&[u8]) -> Result<MeshFile, Fault>,
-        /// The bytes of a file, and what was lost on the way.
-        write: fn(&TriangleMesh) -> Result<(Vec<u8>, Option<String>), WriteError>,
+        write: fn(&TriangleMesh) -> Result<Encoded, WriteError>,
     },
+}
+
+/// A mesh as the bytes of a file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Encoded {
+    pub(crate) bytes: Vec<u8>,
+    /// What a user may want to know.
+    pub(crate) note: Option<String>,
+}
+
+impl From<Vec<u8>> for Encoded {
+    fn from(bytes: Vec<u8>) -> Encoded {
+        Encoded { bytes, note: None }
+    }
 }
 
 /// A mesh as read.

@@ -10,7 +10,7 @@ use shotline::scene::{Node, NodeId, Scene};
 use shotline::solid::mesh::TriangleMesh;
 
 use crate::error::WriteError;
-use crate::format::{self, Content};
+use crate::format::{self, Content, Encoded};
 use crate::ply;
 use crate::scene_json::write_scene;
 use crate::whole::write_whole;
@@ -32,7 +32,7 @@ pub fn save(path: impl AsRef<Path>, scene: &Scene) -> Result<Vec<String>, WriteE
         Content::Scene { .. } => save_scene(path, scene),
         Content::Mesh { write, .. } => {
             let (mesh, mut notes) = gather(scene, format.name)?;
-            let (bytes, note) = write(&mesh)?;
+            let Encoded { bytes, note } = write(&mesh)?;
             write_whole(path, |out| out.write_all(&bytes))?;
             notes.extend(note);
             Ok(notes)
@@ -60,7 +60,7 @@ fn save_scene(path: &Path, scene: &Scene) -> Result<Vec<String>, WriteError> {
     }
     let text = write_scene(&scene)?;
     for (name, mesh) in &extra {
-        let (bytes, _) = ply::write(mesh)?;
+        let Encoded { bytes, .. } = ply::write(mesh)?;
         write_whole(&folder.join(name), |out| out.write_all(&bytes))?;
     }
     write_whole(path, |out| out.write_all(text.as_bytes()))?;

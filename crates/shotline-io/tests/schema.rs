@@ -49,6 +49,13 @@ impl Schema {
             "$ref" => self.accepts(self.0.pointer(&operand.as_str().unwrap()[1..]).unwrap(), value),
             "type" => is_of_type(value, operand.as_str().unwrap()),
             "const" => value == operand,
+            "enum" => each(operand).any(|known| known == value),
+            "if" => {
+                let branch = if self.accepts(operand, value) { "then" } else { "else" };
+                schema.get(branch).is_none_or(|s| self.accepts(s, value))
+            }
+            "then" | "else" => true,
+            "allOf" => each(operand).all(|s| self.accepts(s, value)),
             "anyOf" => count(operand) > 0,
             "oneOf" => count(operand) == 1,
             "not" => !self.accepts(operand, value),

@@ -11,8 +11,8 @@ pub fn scene_schema() -> String {
     let mut definitions = Map::new();
     definitions.insert("shape".into(), shape());
     definitions.insert("object".into(), object());
-    let member =
-        json!({ "anyOf": [reference("shape"), closed(vec![OBJECT, PLACEMENT], &["node"], override_node())] });
+    let object = closed(vec![OBJECT, PLACEMENT], &["node"], override_node());
+    let member = json!({ "if": { "required": ["node"] }, "then": object, "else": reference("shape") });
     definitions.insert("member".into(), member);
     definitions.insert("material".into(), closed(vec![MATERIAL], &[], Map::new()));
     definitions.insert("light".into(), light());
@@ -63,13 +63,27 @@ fn light() -> Value {
     light
 }
 
-/// Leaves of every kind, operations and references.
+/// Leaves of every kind, operations and references. Each form is looked at only if its key says so: with `oneOf` a
+/// validator would try every operation at every level of a nest, which takes ages.
 fn shape() -> Value {
-    let mut forms: Vec<Value> = solid::KINDS.iter().map(|kind| leaf(kind)).collect();
-    forms.push(mesh());
-    forms.extend(OPS.iter().map(|(op, about)| operation(op, about)));
-    forms.push(placed(&[], &["ref"], part_name(), "A part of defs."));
-    json!({ "oneOf": forms })
+    let leaves = solid::KINDS.iter().map(|kind| when("kind", json!({ "const": kind.name }), leaf(kind)));
+    let mut forms: Vec<Value> = leaves.collect();
+    forms.push(when("kind", json!({ "const": MESH }), mesh()));
+    forms.extend(OPS.iter().map(|(op, about)| when("op", json!({ "const": op }), operation(op, about))));
+    forms.push(when("ref", json!({}), placed(&[], &["ref"], part_name(), "A part of defs.")));
+    let kinds: Vec<_> = solid::KINDS.iter().map(|k| k.name).chain([MESH]).collect();
+    let ops: Vec<_> = OPS.iter().map(|(op, _)| *op).collect();
+    json!({
+        "type": "object",
+        "properties": { "kind": { "enum": kinds }, "op": { "enum": ops } },
+        "oneOf": [{ "required": ["kind"] }, { "required": ["op"] }, { "required": ["ref"] }],
+        "allOf": forms,
+    })
+}
+
+/// The schema of an object that has a certain key.
+fn when(key: &str, value: Value, then: Value) -> Value {
+    json!({ "if": { "required": [key], "properties": { key: value } }, "then": then })
 }
 
 fn leaf(kind: &solid::Kind) -> Value {
