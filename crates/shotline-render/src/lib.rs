@@ -1,1 +1,30 @@
-//! Placeholder.
+//! Pictures of shotline worlds: a camera, lights, a registry of looks, and a film that develops to PNG.
+//!
+//! The one way in is [`render()`]. It asks the world nothing that any other caller could not ask: closest
+//! crossings, occlusion and segments, all through [`shotline::query::Caster`].
+//!
+//! A picture is the same, bit for bit, for any number of threads.
+#![deny(missing_docs)]
+
+pub mod backdrop;
+pub mod camera;
+pub mod color;
+pub mod error;
+mod film;
+mod finish;
+pub mod framing;
+pub mod image;
+pub mod light;
+pub mod look;
+mod png;
+pub mod render;
+mod sampling;
+mod sight;
+
+pub use backdrop::Backdrop;
+pub use error::RenderError;
+pub use image::Image;
+pub use light::Lighting;
+pub use look::{LOOKS, Look, look};
+pub use png::encode_png;
+pub use render::{Settings, render};

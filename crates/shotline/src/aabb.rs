@@ -93,11 +93,8 @@ impl Aabb {
         for i in 0..3 {
             let m = &map.rows[i];
             let (mut lo, mut hi, mut size) = (m[3], m[3], m[3].abs());
-            for j in 0..3 {
-                if m[j] == 0.0 {
-                    continue;
-                }
-                let (a, b) = (m[j] * self.min[j], m[j] * self.max[j]);
+            for (j, &entry) in m[..3].iter().enumerate().filter(|(_, entry)| **entry != 0.0) {
+                let (a, b) = (entry * self.min[j], entry * self.max[j]);
                 lo += a.min(b);
                 hi += a.max(b);
                 size += a.abs().max(b.abs());
@@ -129,23 +126,19 @@ pub struct BoxRay {
     ahead: Vec3,
     behind: Vec3,
     inverse: Vec3,
-    /// One less and one plus what rounding and the error of the direction do to `t`, relative, each axis.
-    shrink: Vec3,
-    grow: Vec3,
+    /// One less and one plus what rounding and the error of the direction do to `t`, relative, on the
+    /// worst axis.
+    shrink: f64,
+    grow: f64,
     span: Span,
 }
 
 impl BoxRay {
     /// Prepares a line and the span outside of which boxes do not matter.
     pub fn new(line: &Line, span: Span) -> BoxRay {
-        let mut ray = BoxRay {
-            ahead: line.o,
-            behind: line.o,
-            inverse: 1.0 / line.d,
-            shrink: Vec3::ONE,
-            grow: Vec3::ONE,
-            span,
-        };
+        let mut ray =
+            BoxRay { ahead: line.o, behind: line.o, inverse: 1.0 / line.d, shrink: 1.0, grow: 1.0, span };
+        let mut worst: f64 = 0.0;
         for i in 0..3 {
             let forward = if ray.inverse[i] >= 0.0 { line.o_err[i] } else { -line.o_err[i] };
             ray.ahead[i] += forward;
@@ -157,13 +150,14 @@ impl BoxRay {
             }
             let doubt = line.d_err[i] / line.d[i].abs();
             if doubt < 0.25 && ray.inverse[i].is_finite() {
-                let relative = 2.0 * doubt + 6.0 * HALF_ULP;
-                (ray.shrink[i], ray.grow[i]) = (1.0 - relative, 1.0 + relative);
+                worst = worst.max(2.0 * doubt);
             } else {
                 // The slope is all doubt: this axis cannot cull.
                 ray.inverse[i] = f64::NAN;
             }
         }
+        let relative = worst + 6.0 * HALF_ULP;
+        (ray.shrink, ray.grow) = (1.0 - relative, 1.0 + relative);
         ray
     }
 
@@ -175,18 +169,23 @@ impl BoxRay {
     /// The part of the span in which the line can be in the box; `None` if it passes by.
     #[inline]
     pub fn enter_exit(&self, b: &Aabb) -> Option<(f64, f64)> {
-        let (mut enter, mut exit) = (self.span.t_min(), self.span.t_max());
+        let (mut enter, mut exit) = (f64::NEG_INFINITY, f64::INFINITY);
         for i in 0..3 {
             let forward = self.inverse[i] >= 0.0;
             let (near, far) = if forward { (b.min[i], b.max[i]) } else { (b.max[i], b.min[i]) };
             let near = (near - self.ahead[i]) * self.inverse[i];
             let far = (far - self.behind[i]) * self.inverse[i];
-            let near = (near * self.shrink[i]).min(near * self.grow[i]);
-            let far = (far * self.shrink[i]).max(far * self.grow[i]);
-            // f64::max and f64::min drop a NaN: such an axis does not cull.
-            enter = enter.max(near);
-            exit = exit.min(far);
+            // A NaN compares false: such an axis does not cull.
+            if near > enter {
+                enter = near;
+            }
+            if far < exit {
+                exit = far;
+            }
         }
+        // Widening is monotone, so the greatest entry widened is the greatest of the widened.
+        let enter = (enter * self.shrink).min(enter * self.grow).max(self.span.t_min());
+        let exit = (exit * self.shrink).max(exit * self.grow).min(self.span.t_max());
         (enter <= exit).then_some((enter, exit))
     }
 }

@@ -25,9 +25,17 @@ impl Crossing {
     }
 }
 
+/// Crossings are one event where their `t` agree within so many times the sum of their bounds.
+pub const GROUPING: f64 = 8.0;
+
+/// Whether two crossings, the first not after the second, are one event.
+pub fn together(a: &Crossing, b: &Crossing) -> bool {
+    b.t == a.t || b.t - GROUPING * b.t_err <= a.t + GROUPING * a.t_err
+}
+
 /// Whether a list is what a solid may answer: ascending, alternating from an entry, and even.
 pub fn is_alternating(list: &[Crossing]) -> bool {
-    list.len() % 2 == 0
+    list.len().is_multiple_of(2)
         && list.iter().enumerate().all(|(i, c)| c.entering == (i % 2 == 0))
         && list.windows(2).all(|w| w[0].t <= w[1].t)
 }

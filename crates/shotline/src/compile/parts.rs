@@ -124,10 +124,10 @@ fn check_combination(parts: &Parts, id: NodeId, below: &Below, errors: &mut Vec<
     }
     if let Some(mesh) = below.open_mesh {
         let why = match parts.get(mesh) {
-            Some(Part::Mesh(mesh)) => mesh.why_not_closed(),
+            Some(Part::Mesh(mesh)) => mesh.topology().why_open(),
             _ => String::new(),
         };
-        let message = format!("a mesh that is not closed cannot be combined: {why}");
+        let message = format!("a mesh that is not closed cannot be combined with others: {why}");
         let hint = "close the holes in the program that made it, or use it as an object of its own";
         errors.push(SceneError { param: Some("file"), ..SceneError::at(mesh, message).with_hint(hint) });
     }

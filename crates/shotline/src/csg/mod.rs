@@ -7,4 +7,4 @@ mod sweep;
 
 pub use op::Op;
 pub use program::{Program, ProgramState, Tree, TreeNode};
-pub use sweep::{Boundary, Event, HitKind, Sweep, together};
+pub use sweep::{Boundary, Event, HitKind, Sweep};

@@ -2,8 +2,7 @@
 //! operands, as a table and as a merge of two lists. The streams use programs of many operands instead; the
 //! tests hold them to this.
 
-use super::sweep::together;
-use crate::crossing::Crossing;
+use crate::crossing::{Crossing, together};
 
 /// Union, intersection or difference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -6,16 +6,8 @@
 use std::collections::VecDeque;
 
 use super::{Program, ProgramState};
-use crate::crossing::Crossing;
+use crate::crossing::{Crossing, GROUPING};
 use crate::ray::Span;
-
-/// Crossings are one event where their `t` agree within so many times the sum of their bounds.
-const GROUPING: f64 = 8.0;
-
-/// Whether two crossings, the first not after the second, are one event.
-pub fn together(a: &Crossing, b: &Crossing) -> bool {
-    b.t == a.t || b.t - GROUPING * b.t_err <= a.t + GROUPING * a.t_err
-}
 
 /// What a boundary is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

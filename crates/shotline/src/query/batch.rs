@@ -107,15 +107,12 @@ const CHUNK: usize = 4096;
 
 /// Runs a job over chunks of rays on a pool of its own and answers the results in order. Each result depends
 /// on its rays only, so the split and the number of threads cannot change it.
-fn over_chunks<T: Send>(
+fn over_chunks<T: Default + Send>(
     world: &World,
     rays: &[Ray],
     run: Run,
     job: impl Fn(&mut Caster, &Ray, &mut T) -> Result<(), QueryError> + Sync,
-) -> Result<Vec<T>, BatchError>
-where
-    T: Default,
-{
+) -> Result<Vec<T>, BatchError> {
     let one = |caster: &mut Caster, (index, chunk): (usize, &[Ray])| {
         if run.cancel.is_some_and(|c| c.load(Ordering::Relaxed)) {
             return Err(BatchError::Cancelled);

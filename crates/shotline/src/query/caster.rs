@@ -209,7 +209,10 @@ impl<'w> Caster<'w> {
                 Body::Surface(body) => {
                     self.hits.clear();
                     let line = meeting.line.in_frame(&body.local_from_body);
-                    body.mesh.hits(&line, span, wanted, &mut self.hits, &mut self.work);
+                    match wanted {
+                        Wanted::All => body.mesh.hits(&line, span, &mut self.hits, &mut self.work),
+                        Wanted::First => self.hits.extend(body.mesh.nearest(&line, span, &mut self.work)),
+                    }
                     for &crossing in &self.hits {
                         let entering = crossing.entering;
                         let kind = HitKind::Surface;
@@ -283,6 +286,6 @@ fn holds(body: &SolidBody, p: Vec3, state: &mut ProgramState) -> bool {
 fn not_a_solid(world: &World, object: u32, body: &SurfaceBody) -> QueryError {
     QueryError::NotASolid {
         object: world.object_names()[object as usize].clone(),
-        why: body.mesh.why_not_closed(),
+        why: body.mesh.topology().why_open(),
     }
 }

@@ -2,8 +2,7 @@
 
 use super::{Overlaps, QueryError, Segment};
 use crate::compile::World;
-use crate::crossing::Crossing;
-use crate::csg::together;
+use crate::crossing::{Crossing, together};
 use crate::ray::Ray;
 
 /// A stretch inside one body; ends with `t` and its bound.

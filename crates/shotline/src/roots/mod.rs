@@ -75,7 +75,7 @@ pub fn quadratic(c: [f64; 3]) -> Roots {
     // Kahan's discriminant: its sign is that of the exact one.
     let discriminant = difference_of_products(half_b, half_b, a, c);
     let mut out = Roots::default();
-    if !(discriminant >= 0.0) {
+    if discriminant < 0.0 || discriminant.is_nan() {
         return out;
     }
     // The larger root without cancellation, the smaller by Vieta.

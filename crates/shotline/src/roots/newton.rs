@@ -15,7 +15,8 @@ pub struct Piece {
 const NEWTON_STEPS: usize = 40;
 
 /// The zero in a piece. Newton's steps where they stay in the bracket, else bisection; stops at a step of
-/// `tolerance` or of an ulp. `value_and_slope` is only asked about points of the piece.
+/// `tolerance` or of an ulp. `value_and_slope` is only asked about points of the piece, and may give both times
+/// any positive factor.
 #[inline]
 pub fn bracketed_newton(
     piece: Piece,

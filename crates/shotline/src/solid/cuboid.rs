@@ -68,11 +68,11 @@ impl Solid for Cuboid {
 
     fn implicit(&self, p: Vec3, surface: u32, _primitive: u32) -> f64 {
         let axis = surface as usize / 2;
-        if surface % 2 == 0 { self.min[axis] - p[axis] } else { p[axis] - self.max[axis] }
+        if surface.is_multiple_of(2) { self.min[axis] - p[axis] } else { p[axis] - self.max[axis] }
     }
 
     fn normal(&self, _p: Vec3, surface: u32, _primitive: u32) -> Vec3 {
-        let side = if surface % 2 == 0 { -1.0 } else { 1.0 };
+        let side = if surface.is_multiple_of(2) { -1.0 } else { 1.0 };
         Vec3::AXES[surface as usize / 2] * side
     }
 

@@ -14,7 +14,7 @@ pub(super) static KIND: Kind = Kind {
     params: &[Param { name: "semi_axes", ty: ParamType::Numbers(3), summary: "along x, y and z, positive" }],
     build: |p| {
         let axes = p.vector("semi_axes")?;
-        if !(axes.min_element() > 0.0) {
+        if axes.min_element() <= 0.0 {
             return Err(ParamError { param: "semi_axes", why: format!("are {axes}, but must be positive") });
         }
         Ok(Arc::new(Capped::whole(form(axes), Aabb::new(-axes, axes), &["ellipsoid"])))

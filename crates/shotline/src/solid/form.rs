@@ -15,8 +15,8 @@ pub(super) struct Form {
     pub shrink: Vec3,
     /// The diagonal of `M`.
     pub square: [Dd; 3],
-    /// The entries of `M` off the diagonal: `yz`, `xz`, `xy`.
-    pub cross: [Dd; 3],
+    /// The entries of `M` off the diagonal, `yz`, `xz`, `xy`; most forms lie along the axes and have none.
+    pub cross: Option<[Dd; 3]>,
     pub linear: [Dd; 3],
     pub constant: Dd,
 }
@@ -27,7 +27,7 @@ impl Form {
         centre: Vec3::ZERO,
         shrink: Vec3::ONE,
         square: [Dd::ZERO; 3],
-        cross: [Dd::ZERO; 3],
+        cross: None,
         linear: [Dd::ZERO; 3],
         constant: Dd::ZERO,
     };
@@ -46,23 +46,23 @@ impl Form {
 
     /// The product `M v`.
     pub fn apply(&self, v: Vec3) -> Vec3 {
-        multiply(rounded(&self.square), rounded(&self.cross), v)
+        multiply(rounded(&self.square), self.cross.map(|c| rounded(&c)), v)
     }
 
     /// The product of the absolute values of `M` with those of `v`: a measure of what rounding did to `M v`.
     pub fn apply_abs(&self, v: Vec3) -> Vec3 {
-        multiply(rounded(&self.square).abs(), rounded(&self.cross).abs(), v.abs())
+        multiply(rounded(&self.square).abs(), self.cross.map(|c| rounded(&c).abs()), v.abs())
     }
 
     /// The product `M v` in double-double.
     pub fn apply_wide(&self, v: [Dd; 3]) -> [Dd; 3] {
-        let ([xx, yy, zz], [yz, xz, xy], [x, y, z]) = (self.square, self.cross, v);
+        let ([xx, yy, zz], [yz, xz, xy], [x, y, z]) = (self.square, self.cross.unwrap_or_default(), v);
         [xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z]
     }
 
     /// The same function of homogeneous points of the solid's frame.
     pub fn homogeneous(&self) -> Homogeneous {
-        let ([xx, yy, zz], [yz, xz, xy]) = (self.square, self.cross);
+        let ([xx, yy, zz], [yz, xz, xy]) = (self.square, self.cross.unwrap_or_default());
         let (k, c) = (self.shrink, self.centre);
         let m = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
         let m = |i: usize, j: usize| m[i][j] * k[i] * k[j];
@@ -81,7 +81,8 @@ pub(super) fn rounded(v: &[Dd; 3]) -> Vec3 {
 }
 
 /// The product of a symmetric matrix, given by its diagonal and its entries `yz`, `xz`, `xy`, with a vector.
-fn multiply(square: Vec3, cross: Vec3, v: Vec3) -> Vec3 {
+fn multiply(square: Vec3, cross: Option<Vec3>, v: Vec3) -> Vec3 {
+    let Some(cross) = cross else { return square * v };
     Vec3::new(
         square.x * v.x + cross.z * v.y + cross.y * v.z,
         cross.z * v.x + square.y * v.y + cross.x * v.z,

@@ -20,8 +20,8 @@ pub(super) static KIND: Kind = Kind {
         if normal == Vec3::ZERO {
             return Err(ParamError { param: "normal", why: "is zero, but must have a direction".into() });
         }
-        let form = form(normal, p.number("offset")?);
-        Ok(Arc::new(Capped::whole(form, Aabb::EVERYTHING, &["plane"])))
+        let offset = p.number("offset")?;
+        Ok(Arc::new(Capped::whole(form(normal, offset), bounds(normal, offset), &["plane"])))
     },
     examples: &[
         &[Value::Vector([0.0, 0.0, 1.0]), Value::Number(0.0)],
@@ -29,6 +29,22 @@ pub(super) static KIND: Kind = Kind {
         &[Value::Vector([1e-9, 3e-9, -2e-9]), Value::Number(-1e-9)],
     ],
 };
+
+/// A plane across an axis bounds the solid on that axis; any other leaves it without end everywhere.
+fn bounds(normal: Vec3, offset: f64) -> Aabb {
+    let mut bounds = Aabb::EVERYTHING;
+    for axis in 0..3 {
+        if normal.abs() == Vec3::AXES[axis] * normal[axis].abs() {
+            let place = offset / normal[axis];
+            if normal[axis] > 0.0 {
+                bounds.max[axis] = place;
+            } else {
+                bounds.min[axis] = place;
+            }
+        }
+    }
+    bounds.widened(4.0)
+}
 
 /// `2 l x + k` with `l = normal / 2` and `k = -offset`, both over a power of two.
 fn form(normal: Vec3, offset: f64) -> Form {
@@ -38,5 +54,19 @@ fn form(normal: Vec3, offset: f64) -> Form {
         linear: [linear.x, linear.y, linear.z].map(Dd::from),
         constant: Dd::from(-offset / unit),
         ..Form::ZERO
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn planes_across_an_axis_bound_it() {
+        assert_eq!(bounds(Vec3::new(1.0, 2.0, 0.0), 3.0), Aabb::EVERYTHING);
+        let below = bounds(Vec3::new(0.0, -0.0, 2.0), 3.0);
+        assert!(below.max.z >= 1.5 && below.max.z < 1.5 + 1e-14 && below.max.x == f64::INFINITY);
+        let above = bounds(Vec3::new(0.0, -2.0, 0.0), 3.0);
+        assert!(above.min.y <= -1.5 && above.min.y > -1.5 - 1e-14 && above.max.y == f64::INFINITY);
     }
 }

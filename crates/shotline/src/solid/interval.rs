@@ -75,9 +75,12 @@ impl Slab {
         let end = |z: f64, surface: u32| {
             let t = (z - o) / d;
             let moved = line.o_err[self.axis] + line.d_err[self.axis] * t.abs();
-            // One subtraction and one division.
-            let t_err = 2.0 * HALF_ULP * t.abs() + moved / d.abs();
-            End { t, t_err: if t.is_finite() { t_err } else { 0.0 }, surface }
+            if !t.is_finite() {
+                return End { t, t_err: 0.0, surface };
+            }
+            // One subtraction and one division; a line of the world is exact.
+            let of_frame = if moved > 0.0 { moved / d.abs() } else { 0.0 };
+            End { t, t_err: 2.0 * HALF_ULP * t.abs() + of_frame, surface }
         };
         let (low, high) = (end(self.low, self.surface), end(self.high, self.surface + 1));
         let (enter, exit) = if d > 0.0 { (low, high) } else { (high, low) };

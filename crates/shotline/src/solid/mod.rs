@@ -4,6 +4,8 @@
 //! conformance suite (`testkit`) onto it.
 
 mod capped;
+#[cfg(test)]
+mod capped_tests;
 mod cone;
 mod cuboid;
 mod cylinder;

@@ -20,7 +20,7 @@ const NOISE_WIDE: f64 = HALF_ULP * HALF_ULP * 64.0;
 /// rounding of the line itself could do.
 const SENSIBLE: f64 = 8.0;
 
-/// A line in the coordinates of a form: `p + (s - s0) d` for `t = s / unit`.
+/// A line in the coordinates of a form: `p + (s - s0) d`, with `s` in proportion to `t`.
 struct Local {
     /// The line's origin and direction; the direction about 1 long.
     o: Vec3,
@@ -29,21 +29,21 @@ struct Local {
     s0: f64,
     p: Vec3,
     p_rest: Vec3,
-    /// The powers of two by which the direction was divided; their product may not be representable.
-    units: [f64; 2],
+    /// Powers of two, the product of which is `t` over `s`; it may not be representable itself.
+    t_over_s: [f64; 2],
 }
 
 impl Local {
     fn new(form: &Form, line: &Line) -> Local {
         // Twice, so that no component is lost to an extreme length or to an extreme size before it matters.
-        let unit = power_of_two(line.d.abs().max_element());
-        let d = line.d / unit * form.shrink;
-        let unit_of_form = power_of_two(d.abs().max_element());
-        let d = d / unit_of_form;
+        let shorten = 1.0 / power_of_two(line.d.abs().max_element());
+        let d = line.d * shorten * form.shrink;
+        let stretch = 1.0 / power_of_two(d.abs().max_element());
+        let d = d * stretch;
         let o = (line.o - form.centre) * form.shrink;
         let dd = d.length_squared();
         let s0 = if dd > 0.0 { -o.dot(d) / dd } else { 0.0 };
-        let mut local = Local { o, d, s0, p: Vec3::ZERO, p_rest: Vec3::ZERO, units: [unit, unit_of_form] };
+        let mut local = Local { o, d, s0, p: Vec3::ZERO, p_rest: Vec3::ZERO, t_over_s: [stretch, shorten] };
         for i in 0..3 {
             let moved = two_sum(line.o[i], -form.centre[i]);
             let step = exact_product(s0, d[i]);
@@ -119,15 +119,6 @@ impl Expansion {
     fn gradient(&self, root: f64) -> Vec3 {
         2.0 * (self.slope + self.turn * root).abs()
     }
-
-    /// Whether f64 was good enough: no sign in doubt, and roots as good as their inputs deserve.
-    fn suffices(&self, roots: &Negative, at: &Local) -> bool {
-        self.poly.is_certain()
-            && roots.roots().all(|x| {
-                let reach = at.o.abs() + at.d.abs() * (at.s0 + x).abs();
-                self.poly.residual(x) <= SENSIBLE * HALF_ULP * self.gradient(x).dot(reach)
-            })
-    }
 }
 
 /// Zero where a double-double number is lost in the rounding of terms of a given size, else the number.
@@ -139,39 +130,59 @@ fn dot_wide(v: [Dd; 3], w: [Dd; 3]) -> Dd {
     v[0] * w[0] + v[1] * w[1] + v[2] * w[2]
 }
 
+/// A root as the end of a stretch, and whether it is as good as the line deserves.
+struct Root {
+    end: End,
+    sensible: bool,
+}
+
 impl Form {
     /// The stretches of a line, ascending, on which the form is negative; their ends lie on surface 0.
     pub fn inside(&self, line: &Line) -> [Option<Interval>; 2] {
         let at = Local::new(self, line);
-        let mut expansion = Expansion::new(self, &at);
-        let mut negative = expansion.poly.negative();
-        if !expansion.suffices(&negative, &at) {
-            expansion = expansion.widened(self, line, &at);
-            negative = expansion.poly.negative();
+        let quick = Expansion::new(self, &at);
+        if quick.poly.is_certain() {
+            let (stretches, sensible) = self.stretches(&quick, &at, line);
+            if sensible {
+                return stretches;
+            }
         }
-        let end = |x: f64| self.end(x, &expansion, &at, line);
-        match negative {
+        self.stretches(&quick.widened(self, line, &at), &at, line).0
+    }
+
+    /// The stretches according to one expansion, and whether all their ends are sensible.
+    fn stretches(&self, expansion: &Expansion, at: &Local, line: &Line) -> ([Option<Interval>; 2], bool) {
+        let mut sensible = true;
+        let mut end = |x: f64| {
+            let root = self.root(x, expansion, at, line);
+            sensible &= root.sensible;
+            root.end
+        };
+        let stretches = match expansion.poly.negative() {
             Negative::Nowhere => [None, None],
             Negative::Everywhere => [Some(Interval::ALL), None],
             Negative::Between(x, y) => [Interval::after(end(x)).clip(Interval::before(end(y))), None],
             Negative::Outside(x, y) => [Some(Interval::before(end(x))), Some(Interval::after(end(y)))],
             Negative::Before(x) => [Some(Interval::before(end(x))), None],
             Negative::After(x) => [Some(Interval::after(end(x))), None],
-        }
+        };
+        (stretches, sensible)
     }
 
-    /// The end of a stretch at a root.
-    fn end(&self, root: f64, expansion: &Expansion, at: &Local, line: &Line) -> End {
-        let [unit, unit_of_form] = at.units;
-        let in_t = |s: f64| s / unit_of_form / unit;
-        let s = at.s0 + root;
+    fn root(&self, x: f64, expansion: &Expansion, at: &Local, line: &Line) -> Root {
+        let in_t = |s: f64| s * at.t_over_s[0] * at.t_over_s[1];
+        let s = at.s0 + x;
         let t = in_t(s);
         if !t.is_finite() {
-            return End { t, t_err: 0.0, surface: 0 };
+            return Root { end: End { t, t_err: 0.0, surface: 0 }, sensible: true };
         }
-        let moved = (line.o_err + line.d_err * t.abs()) * self.shrink;
-        let residual = expansion.poly.residual(root) + expansion.gradient(root).dot(moved);
-        let s_err = expansion.poly.root_err(root, residual) + HALF_ULP * s.abs();
-        End { t, t_err: in_t(s_err), surface: 0 }
+        let gradient = expansion.gradient(x);
+        let rounded = expansion.poly.residual(x);
+        // What errors of the line's frame and what its own last bits do to the value.
+        let moved = gradient.dot((line.o_err + line.d_err * t.abs()) * self.shrink);
+        let deserved = gradient.dot(at.o.abs() + at.d.abs() * s.abs());
+        let s_err = expansion.poly.root_err(x, rounded + moved) + HALF_ULP * s.abs();
+        let end = End { t, t_err: in_t(s_err), surface: 0 };
+        Root { end, sensible: rounded <= SENSIBLE * (HALF_ULP * deserved + moved) }
     }
 }

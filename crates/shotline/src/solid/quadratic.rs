@@ -2,6 +2,10 @@
 
 use crate::math::HALF_ULP;
 
+/// By how much a discriminant must exceed its error. The roots are `2 sqrt(D) / a` apart and wrong by about
+/// `error / (2 a sqrt(D))` each: the gap is then 256 bounds wide, where 16 would still make one event of them.
+const APART: f64 = 64.0;
+
 /// The polynomial `a x^2 + 2 b x + c` with bounds on what rounding has done to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Quadratic {
@@ -27,28 +31,17 @@ pub(super) enum Negative {
     After(f64),
 }
 
-impl Negative {
-    /// The roots that bound the set.
-    pub fn roots(&self) -> impl Iterator<Item = f64> {
-        let (x, y) = match *self {
-            Negative::Nowhere | Negative::Everywhere => (None, None),
-            Negative::Before(x) | Negative::After(x) => (Some(x), None),
-            Negative::Between(x, y) | Negative::Outside(x, y) => (Some(x), Some(y)),
-        };
-        x.into_iter().chain(y)
-    }
-}
-
 impl Quadratic {
     /// Whether rounding cannot have changed the number of roots: the signs of the leading coefficient and of
-    /// the discriminant stand out of the noise. Coefficients without terms are exact zeros.
+    /// the discriminant stand out of the noise, the latter by as much as keeps two roots apart by many times
+    /// their bounds. Coefficients without terms are exact zeros.
     pub fn is_certain(&self) -> bool {
         let [a, b, c] = self.size;
         if a == 0.0 {
             return self.b.abs() > self.noise * b || b == 0.0;
         }
         let doubt = 2.0 * self.b.abs() * b + self.a.abs() * c + self.c.abs() * a;
-        self.a.abs() > self.noise * a && self.discriminant.abs() > self.noise * doubt
+        self.a.abs() > self.noise * a && self.discriminant.abs() > APART * self.noise * doubt
     }
 
     /// Where the polynomial is negative. A double root bounds nothing.
@@ -60,12 +53,8 @@ impl Quadratic {
         if a == 0.0 {
             return Quadratic::negative_half(b, c);
         }
-        if !(self.discriminant > 0.0) {
-            return if a < 0.0 && self.discriminant <= 0.0 {
-                Negative::Everywhere
-            } else {
-                Negative::Nowhere
-            };
+        if self.discriminant <= 0.0 {
+            return if a < 0.0 { Negative::Everywhere } else { Negative::Nowhere };
         }
         let q = -(b + self.discriminant.sqrt().copysign(b));
         let (x, y) = (q / a, c / q);

@@ -43,7 +43,8 @@ fn form(coeffs: [f64; 10]) -> Form {
     Form {
         shrink,
         square: square.to_array().map(Dd::from),
-        cross: half(f * cross_per.x, e * cross_per.y, d * cross_per.z),
+        cross: (d != 0.0 || e != 0.0 || f != 0.0)
+            .then(|| half(f * cross_per.x, e * cross_per.y, d * cross_per.z)),
         linear: half(linear.x, linear.y, linear.z),
         constant: Dd::from(j),
         ..Form::ZERO
@@ -54,5 +55,5 @@ fn form(coeffs: [f64; 10]) -> Form {
 /// axes; all 1 where a square is missing and there is nothing to compare.
 fn proportions(square: Vec3) -> Vec3 {
     let root = square.abs().map(f64::sqrt);
-    if root.min_element() > 0.0 { root.map(|x| power_of_two(x)) } else { Vec3::ONE }
+    if root.min_element() > 0.0 { root.map(power_of_two) } else { Vec3::ONE }
 }

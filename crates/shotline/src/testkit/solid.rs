@@ -5,7 +5,7 @@ use std::fmt::Display;
 use super::random::Random;
 use crate::aabb::Aabb;
 use crate::crossing::{Crossing, is_alternating};
-use crate::math::{Affine, HALF_ULP, Placement, Vec3};
+use crate::math::{Affine, HALF_ULP, Placement, Vec3, two_sum};
 use crate::ray::Line;
 use crate::solid::{Kind, Params, Solid};
 
@@ -54,6 +54,7 @@ const RULES: &[fn(&Case)] = &[
     entering_is_against_the_normal,
     parity_is_membership,
     the_far_end_sees_the_mirrored_list,
+    sliding_the_origin_shifts_the_list,
     rigid_motions_change_nothing,
     powers_of_two_scale_exactly,
 ];
@@ -148,6 +149,25 @@ fn the_far_end_sees_the_mirrored_list(case: &Case) {
         ..c
     });
     case.agree(&mirrored.collect::<Vec<_>>(), "the far end sees the mirrored list");
+}
+
+/// On lines of few digits the origin slides without any rounding: what differs is the solid's own arithmetic,
+/// which its bounds must cover.
+fn sliding_the_origin_shifts_the_list(case: &Case) {
+    let short = |v: Vec3| v.as_vec3().as_dvec3();
+    let (o, d) = (short(case.line.o), short(case.line.d));
+    let here = Case { line: Line::exact(o, d), list: cast(case.solid, &Line::exact(o, d)), ..*case };
+    for steps in [-3.0, 0.5, 2.0, 64.0] {
+        let exact = (0..3).all(|i| two_sum(o[i], d[i] * steps).lo == 0.0);
+        if exact {
+            let slid = cast(case.solid, &Line::exact(o + d * steps, d));
+            let back = slid.into_iter().map(|c| {
+                let t = c.t + steps;
+                Crossing { t, t_err: c.t_err + HALF_ULP * t.abs(), ..c }
+            });
+            here.agree(&back.collect::<Vec<_>>(), "sliding the origin shifts the list");
+        }
+    }
 }
 
 fn rigid_motions_change_nothing(case: &Case) {

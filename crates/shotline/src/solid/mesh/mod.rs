@@ -1,6 +1,24 @@
 //! Triangle meshes: closed ones are solids, others surfaces.
+//!
+//! [`TriangleMesh`] is plain data, [`Topology`] says what is right and wrong with it, [`MeshSolid`] answers
+//! rays. A line meets a triangle by signs that are decided exactly (`side`, `probe`), so that neighbours
+//! always agree about the edge they share; `winding` turns hits into crossings.
+
+mod probe;
+mod side;
+mod solid;
+mod topology;
+mod winding;
+
+#[cfg(test)]
+mod shapes;
+#[cfg(test)]
+mod tests;
 
 use crate::math::Vec3;
+
+pub use solid::MeshSolid;
+pub use topology::{OpenEdge, Topology};
 
 /// Vertices and triangles, counter-clockwise seen from outside.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -11,43 +29,56 @@ pub struct TriangleMesh {
     pub faces: Vec<[u32; 3]>,
 }
 
-// stub
-use crate::aabb::Aabb;
-use crate::accel::Work;
-use crate::crossing::Crossing;
-use crate::ray::{Line, Span};
-/// stub
-#[derive(Debug)]
-pub struct MeshSolid {}
-#[allow(missing_docs)]
-impl MeshSolid {
-    pub fn new(_m: std::sync::Arc<TriangleMesh>, _a: &str) -> Result<MeshSolid, String> {
-        Ok(MeshSolid {})
-    }
-    pub fn is_closed(&self) -> bool {
-        true
-    }
-    pub fn why_not_closed(&self) -> String {
-        String::new()
-    }
-    pub fn hits(&self, _l: &Line, _s: Span, _wanted: super::Wanted, _out: &mut Vec<Crossing>, _w: &mut Work) {
+impl TriangleMesh {
+    /// The three corners of a face.
+    ///
+    /// # Panics
+    /// If there is no such face, or it names a vertex that does not exist.
+    pub fn corners(&self, face: u32) -> [Vec3; 3] {
+        self.faces[face as usize].map(|v| self.vertices[v as usize])
     }
 }
-impl super::Solid for MeshSolid {
-    fn bounds(&self) -> Aabb {
-        Aabb::EMPTY
-    }
-    fn crossings(&self, _l: &Line, _o: &mut Vec<Crossing>) {}
-    fn implicit(&self, _p: Vec3, _s: u32, _q: u32) -> f64 {
-        0.0
-    }
-    fn normal(&self, p: Vec3, _s: u32, _q: u32) -> Vec3 {
-        p
-    }
-    fn contains(&self, _p: Vec3) -> bool {
-        false
-    }
-    fn surfaces(&self) -> &'static [&'static str] {
-        &["mesh"]
-    }
+
+/// Why vertices and faces are not a mesh.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MeshError {
+    /// There is no face with three different corners.
+    #[error("the mesh has no face with three different corners; give at least one triangle")]
+    Empty,
+    /// More faces than can be numbered.
+    #[error("the mesh has {faces} faces, but at most {} are possible; split it into several", u32::MAX)]
+    TooManyFaces {
+        /// How many there are.
+        faces: usize,
+    },
+    /// A face names a vertex that does not exist.
+    #[error(
+        "face {face} names vertex {vertex}, but there are only {count} vertices, numbered from 0; \
+         correct the index or remove the face"
+    )]
+    VertexOutOfRange {
+        /// The face, from 0.
+        face: usize,
+        /// The vertex it names.
+        vertex: u32,
+        /// The number of vertices.
+        count: usize,
+    },
+    /// A vertex that is not a point.
+    #[error(
+        "vertex {vertex} is ({}, {}, {}), but coordinates must be finite; correct it or remove it with its faces",
+        position.x, position.y, position.z
+    )]
+    NotFinite {
+        /// The vertex, from 0.
+        vertex: usize,
+        /// What it is given as.
+        position: Vec3,
+    },
+    /// An accelerator that does not exist.
+    #[error("there is no accelerator '{name}'; the names are {}", crate::accel::NAMES.join(", "))]
+    UnknownAccelerator {
+        /// The name asked for.
+        name: String,
+    },
 }

@@ -74,14 +74,11 @@ impl<'a> Distance<'a> {
         self.value_error(at) * (16.0 * HALF_ULP)
     }
 
-    /// -1 inside, 1 outside, 0 on the surface; in double-double arithmetic where double is not sure.
-    pub fn sign(&self, tau: f64) -> f64 {
+    /// `f` with the right sign: in double-double arithmetic where double is not sure of it.
+    pub fn signed_value(&self, tau: f64) -> f64 {
         let at = self.at(tau);
-        let mut value = self.value(&at);
-        if value.abs() <= self.value_error(&at) {
-            value = self.wide_value(Dd::from(tau));
-        }
-        if value == 0.0 { 0.0 } else { value.signum() }
+        let value = self.value(&at);
+        if value.abs() > self.value_error(&at) { value } else { self.wide_value(Dd::from(tau)) }
     }
 
     /// `f'`.

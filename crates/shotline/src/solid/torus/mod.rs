@@ -80,7 +80,7 @@ impl Torus {
     }
 
     /// The distance from the circle inside the tube.
-    fn from_circle(&self, p: Vec3) -> f64 {
+    fn distance_from_circle(&self, p: Vec3) -> f64 {
         libm::hypot(libm::hypot(p.x, p.y) - self.major, p.z)
     }
 }
@@ -98,7 +98,7 @@ impl Solid for Torus {
 
     /// `(sqrt(x^2 + y^2) - R)^2 + z^2 - r^2`.
     fn implicit(&self, p: Vec3, _surface: u32, _primitive: u32) -> f64 {
-        let distance = self.from_circle(p);
+        let distance = self.distance_from_circle(p);
         (distance - self.minor) * (distance + self.minor)
     }
 
@@ -113,7 +113,7 @@ impl Solid for Torus {
     }
 
     fn contains(&self, p: Vec3) -> bool {
-        self.from_circle(p) < self.minor
+        self.distance_from_circle(p) < self.minor
     }
 
     fn surfaces(&self) -> &'static [&'static str] {

@@ -7,7 +7,7 @@
 //!    double is not sure. So the list alternates and is even whatever rounding does.
 //! 4. Bracketed Newton finds each crossing, and a residual in double-double corrects it.
 
-use super::approach::{Approach, PowerOfTwo, exponent};
+use super::approach::{Approach, PowerOfTwo, exponent, rounded};
 use super::distance::Distance;
 use crate::crossing::Crossing;
 use crate::math::{Dd, HALF_ULP, Vec3};
@@ -32,7 +32,7 @@ pub(super) fn crossings(major: f64, minor: f64, line: &Line, out: &mut Vec<Cross
 /// ends are outside of the torus.
 fn chord(line: &Approach, major: f64, minor: f64) -> Option<(f64, f64)> {
     const MARGIN: f64 = 1e-9;
-    let p = super::approach::rounded(&line.p);
+    let p = rounded(&line.p);
     let reach = (major + minor) * (1.0 + MARGIN);
     let middle = -p.dot(line.u) / line.uu;
     let off = p + line.u * middle;
@@ -52,7 +52,7 @@ fn chord(line: &Approach, major: f64, minor: f64) -> Option<(f64, f64)> {
 
 /// The zeros of the derivative of the quartic `(|q|^2 + R^2 - r^2)^2 - 4 R^2 rho^2` at `q = p + tau u`.
 fn critical_points(line: &Approach, major: f64, minor: f64, lo: f64, hi: f64) -> Roots {
-    let (p, u, uu) = (super::approach::rounded(&line.p), line.u, line.uu);
+    let (p, u, uu) = (rounded(&line.p), line.u, line.uu);
     let pu = p.dot(u);
     let k = p.length_squared() + (major - minor) * (major + minor);
     let twice_major2 = 2.0 * major * major;
@@ -75,32 +75,33 @@ struct Search<'a> {
 
 impl Search<'_> {
     fn run(&self, lo: f64, hi: f64, knots: &[f64], out: &mut Vec<Crossing>) {
-        let (mut from, mut inside) = (lo, false);
+        let height = |tau: f64| self.distance.signed_value(tau);
+        let (mut from, mut inside) = ((lo, height(lo)), false);
         for &to in knots {
+            let to = (to, height(to));
             // A knot on the surface touches it, from whichever side: nothing changes.
-            let sign = self.distance.sign(to);
-            if sign != 0.0 && (sign < 0.0) != inside {
-                out.push(self.crossing(from, to, inside));
+            if to.1 != 0.0 && (to.1 < 0.0) != inside {
+                out.push(if inside { self.crossing(from, to, true) } else { self.crossing(to, from, false) });
                 inside = !inside;
             }
             from = to;
         }
         if inside {
-            out.push(self.crossing(from, hi, inside));
+            out.push(self.crossing(from, (hi, height(hi)), true));
         }
     }
 
-    /// The one crossing between two knots.
-    fn crossing(&self, lo: f64, hi: f64, leaving: bool) -> Crossing {
+    /// The one crossing between two knots, given with the values of `f`: the inner is in the tube.
+    fn crossing(&self, inner: (f64, f64), outer: (f64, f64), leaving: bool) -> Crossing {
+        let piece = Piece { lo: inner.0.min(outer.0), hi: inner.0.max(outer.0), rising: leaving };
+        // From its low point in the tube f rises much like a parabola.
+        let share = (inner.1 / (inner.1 - outer.1)).sqrt();
+        let way = (outer.0 - inner.0) * if share < 1.0 { share } else { 0.5 };
+        // Next to a touching f is but noise in double, and only the correction can see the crossing.
+        let tolerance = f64::max(1e-5 * way.abs(), 1e-15 / way.abs());
         let f = &self.distance;
-        // From its low point inside the tube f rises much like a parabola.
-        let (inner, outer) = if leaving { (lo, hi) } else { (hi, lo) };
-        let (low, high) = (f.value(&f.at(inner)), f.value(&f.at(outer)));
-        let start = inner + (outer - inner) * (low / (low - high)).sqrt();
-        let start = if lo < start && start < hi { start } else { 0.5 * lo + 0.5 * hi };
-        let piece = Piece { lo, hi, rising: leaving };
         let tau =
-            bracketed_newton(piece, start, 1e-5 * (hi - lo), |tau| f.value_and_slope_times_rho(&f.at(tau)));
+            bracketed_newton(piece, inner.0 + way, tolerance, |tau| f.value_and_slope_times_rho(&f.at(tau)));
         self.corrected(piece, tau)
     }
 
@@ -109,21 +110,27 @@ impl Search<'_> {
     fn corrected(&self, piece: Piece, approximation: f64) -> Crossing {
         let f = &self.distance;
         let mut tau = Dd::from(approximation);
-        let mut root = Root { tau: approximation, slope: 0.0, residual: f64::INFINITY, bend: 0.0 };
-        for _ in 0..6 {
+        let mut root = Root::unknown(approximation);
+        // Mostly one step; next to a touching there may be many, of which the first only halve the way.
+        for _ in 0..60 {
             let at = f.at(tau.hi);
+            let value = f.wide_value(tau);
             let slope = f.slope(&at);
-            let step = -f.wide_value(tau) / slope;
+            let step = -value / slope;
             let next = tau + Dd::from(step);
             if !(piece.lo <= next.hi && next.hi <= piece.hi) {
-                break;
+                let end = if (value < 0.0) == piece.rising { piece.hi } else { piece.lo };
+                tau = Dd::from(0.5 * tau.hi + 0.5 * end);
+                root = Root::unknown(tau.hi);
+                continue;
             }
             tau = next;
             let bend = f.bend(&at) * self.approach.uu;
             let slope_error = f.slope_error(&at) + bend * step.abs();
             let residual = slope_error * step.abs() + f.wide_error(&at);
             root = Root { tau: tau.hi, slope: slope.abs() - slope_error, residual, bend };
-            if residual <= 1e-3 * HALF_ULP * self.approach.reach(tau.hi) * slope.abs() {
+            let visible = 1e-3 * HALF_ULP * self.approach.reach(tau.hi);
+            if residual <= visible * slope.abs() || step.abs() <= HALF_ULP * visible {
                 break;
             }
         }
@@ -176,4 +183,11 @@ struct Root {
     residual: f64,
     /// A bound on `|f''|` nearby.
     bend: f64,
+}
+
+impl Root {
+    /// A place of which nothing is known yet.
+    fn unknown(tau: f64) -> Root {
+        Root { tau, slope: 0.0, residual: f64::INFINITY, bend: 0.0 }
+    }
 }

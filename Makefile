@@ -1,0 +1,48 @@
+# `make` alone lists what there is to do.
+
+CARGO ?= cargo
+PYTHON ?= python3
+# Beside this folder there may be one with more data; nothing here needs it.
+SHARED ?= ../shared
+
+SHOTLINE := $(abspath $(or $(CARGO_TARGET_DIR),target))/release/shotline
+VENV := .venv
+export SHOTLINE
+
+.PHONY: help build demo test truth clean
+.NOTPARALLEL:
+
+help: ## this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-6s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+build: ## the program, optimised
+	$(CARGO) build --release
+
+demo: build ## pictures and speeds, into out/demo
+	$(PYTHON) demo/demo.py --data $(SHARED)/data
+
+test: $(VENV)/ready ## format, lints, documentation, tests of the libraries and of the program
+	$(CARGO) fmt --check
+	$(CARGO) clippy --workspace --all-targets --all-features -- -D warnings
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --no-deps --all-features
+	$(CARGO) test --workspace --all-features
+	$(CARGO) build --release
+	$(VENV)/bin/python -m pytest -q -p no:cacheprovider tests
+
+ifneq ($(wildcard $(SHARED)/truth/run.py),)
+truth: build $(VENV)/ready ## score the program against the full truth sets, where they are
+	$(VENV)/bin/python $(SHARED)/truth/run.py --bin $(SHOTLINE) --out out/truth
+	$(VENV)/bin/python $(SHARED)/truth/score.py out/truth
+else
+truth:
+	@echo "truth: skipped, there is no $(SHARED)/truth; make test scores the selection in testdata/truth"
+endif
+
+clean: ## remove everything that was made
+	$(CARGO) clean
+	rm -rf out $(VENV)
+
+$(VENV)/ready: tests/requirements.txt
+	$(PYTHON) -m venv $(VENV)
+	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --no-cache-dir -r $<
+	touch $@

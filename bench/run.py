@@ -1,0 +1,120 @@
+#!/usr/bin/env python3
+"""Measure shotline, side by side with Embree where its harness is at hand.
+
+usage: run.py [--bin target/release/shotline] [--work DIR] [--only mesh|csg] [--repeats K]
+
+mesh  closest, any and crossings on the bunny and the dragon of ../shared/data, with the rays of
+      ../shared/peers/rays.py, on 1 and 2 threads, beside Embree (../shared/peers/embree) in the same run;
+      left out, with a message, where these folders are absent. Needs numpy and embreex.
+csg   a box minus 10, 1,000, 100,000 spheres that take away the same share: rays/s for closest and
+      crossings, build time, memory.
+
+Rates are rays per second of the cast itself (`cast --stats`), the median of the repeats.
+"""
+import argparse
+import json
+import os
+import random
+import subprocess
+import sys
+import tempfile
+
+import numpy as np
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+SHARED = os.path.join(os.path.dirname(ROOT), "shared")
+
+
+def cast(binary, scene, rays, query, threads, repeats, out):
+    """The statistics of the run with the median rate."""
+    runs = []
+    for _ in range(repeats):
+        command = [binary, "cast", scene, "--rays", rays, "--query", query, "-o", out,
+                   "--threads", str(threads), "--stats", "--quiet"]
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
+        runs.append(json.loads(done.stdout))
+    return sorted(runs, key=lambda r: r["rays_per_s"])[len(runs) // 2]
+
+
+def embree(mesh, work, repeats):
+    """(rays, query, threads, mode) -> Mrays/s, by the harness beside the data."""
+    harness = os.path.join(SHARED, "peers", "embree", "bench.py")
+    report = os.path.join(work, "embree.json")
+    if os.path.exists(report):
+        os.remove(report)
+    options = f"repeats={repeats} threads=1,2 scene=default,robust query=closest,any,all"
+    command = [sys.executable, harness, mesh, "--work", work, "--sets", "camera,random", "--opts", options, "--json", report]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    rates = {}
+    with open(report) as lines:
+        for row in map(json.loads, lines):
+            if row["query"] != "build":
+                rates[row["rays"].removesuffix(".npy"), row["query"], row["threads"], row["mode"]] = row["mrays"]
+    return rates
+
+
+def meshes(binary, work, repeats):
+    if not os.path.isdir(os.path.join(SHARED, "peers", "embree")):
+        print("mesh: left out, ../shared/peers is not here")
+        return
+    print(f"{'mesh':8} {'rays':8} {'query':10} {'threads':>7} {'shotline':>9} {'Embree':>8} {'robust':>8} {'ratio':>7} {'to robust':>9}   [million rays/s]")
+    for name in ("bunny", "dragon"):
+        mesh = os.path.join(SHARED, "data", name + ".ply")
+        peers = embree(mesh, work, repeats)
+        for rays in ("camera", "random"):
+            for query, theirs in (("closest", "closest"), ("any", "any"), ("crossings", "all")):
+                for threads in (1, 2):
+                    path = os.path.join(work, "rays-" + name, rays + ".npy")
+                    ours = cast(binary, mesh, path, query, threads, repeats, os.path.join(work, "out.npz"))
+                    rate = ours["rays_per_s"] / 1e6
+                    default, robust = (peers[rays, theirs, threads, mode] for mode in ("default", "robust"))
+                    print(f"{name:8} {rays:8} {query:10} {threads:7} {rate:9.3f} {default:8.2f} {robust:8.2f} {rate / default:7.3f} {rate / robust:9.3f}", flush=True)
+
+
+def block(count):
+    """A cube of side 2 minus `count` spheres that take away about a third of it."""
+    rng = random.Random(count)
+    radius = (8 * 0.35 / (count * 4.18879)) ** (1 / 3)
+    args = [{"kind": "box", "min": [-1, -1, -1], "max": [1, 1, 1]}]
+    for _ in range(count):
+        args.append({"kind": "sphere", "radius": radius, "translate": [rng.uniform(-1, 1) for _ in range(3)]})
+    return {"shotline": 1, "objects": [{"name": "block", "node": {"op": "difference", "args": args}}]}
+
+
+def combinations(binary, work, repeats):
+    rng = np.random.default_rng(1)
+    n = 200_000
+    origins = rng.normal(size=(n, 3))
+    origins *= 4 / np.linalg.norm(origins, axis=1, keepdims=True)
+    rays = os.path.join(work, "block-rays.npy")
+    np.save(rays, np.hstack([origins, rng.uniform(-1, 1, (n, 3)) - origins]))
+    print(f"{'spheres':>8} {'closest/s':>11} {'crossings/s':>12} {'us closest':>11} {'us crossings':>13} {'crossings a ray':>16} {'build s':>8} {'MB':>7}")
+    for count in (10, 1_000, 100_000):
+        scene = os.path.join(work, f"block-{count}.json")
+        with open(scene, "w") as f:
+            json.dump(block(count), f)
+        out = os.path.join(work, "out.npz")
+        closest = cast(binary, scene, rays, "closest", 1, repeats, out)
+        every = cast(binary, scene, rays, "crossings", 1, repeats, out)
+        with np.load(out) as z:
+            met = len(z["t"]) / n
+        print(f"{count:8} {closest['rays_per_s']:11.0f} {every['rays_per_s']:12.0f} {1e6 / closest['rays_per_s']:11.2f} {1e6 / every['rays_per_s']:13.2f} "
+              f"{met:16.2f} {every['build_s']:8.3f} {every['memory_bytes'] / 1e6:7.1f}", flush=True)
+
+
+def main():
+    ap = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    ap.add_argument("--bin", default=os.path.join(ROOT, "target", "release", "shotline"))
+    ap.add_argument("--work", default=os.path.join(tempfile.gettempdir(), "shotline-bench"))
+    ap.add_argument("--only", choices=("mesh", "csg"))
+    ap.add_argument("--repeats", type=int, default=3)
+    a = ap.parse_args()
+    os.makedirs(a.work, exist_ok=True)
+    if a.only != "csg":
+        meshes(a.bin, a.work, a.repeats)
+    if a.only != "mesh":
+        combinations(a.bin, a.work, a.repeats)
+
+
+if __name__ == "__main__":
+    main()

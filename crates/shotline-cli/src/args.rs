@@ -1,0 +1,114 @@
+//! The command line as a whole, and the flags that several commands share: each is declared here once.
+
+use std::path::PathBuf;
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Args, Parser, Subcommand};
+use shotline::compile::Options;
+use shotline::ray::Span;
+
+use crate::commands::{cast, check, info, render, shoot};
+use crate::failure::Failure;
+
+/// Every crossing of rays with exact solids
+///
+/// shotline finds where rays cross solids: quadrics, tori, closed meshes, their unions, intersections and
+/// differences, placed by a scene graph. It answers for every crossing of a ray, not only the first.
+#[derive(Parser, Debug)]
+#[command(name = "shotline", version, max_term_width = 100, after_long_help = EXIT_CODES)]
+pub struct CommandLine {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+const EXIT_CODES: &str = "\
+Exit codes: 0 done; 1 `check` found the model not sound; 2 an error, told on stderr; 130 interrupted.
+An output file appears whole or not at all.";
+
+#[derive(Subcommand, Debug)]
+pub enum Command {
+    Render(render::Command),
+    Cast(cast::Command),
+    Shoot(shoot::Command),
+    Check(check::Command),
+    Info(info::Command),
+}
+
+impl Command {
+    /// Runs the command and answers the exit code.
+    pub fn run(&self) -> Result<u8, Failure> {
+        match self {
+            Command::Render(c) => c.run(),
+            Command::Cast(c) => c.run(),
+            Command::Shoot(c) => c.run(),
+            Command::Check(c) => c.run(),
+            Command::Info(c) => c.run(),
+        }
+    }
+}
+
+/// What is looked at.
+#[derive(Args, Debug)]
+pub struct Model {
+    /// A scene file (JSON) or a mesh (PLY, STL, OBJ), which stands for a scene of one object
+    #[arg(value_name = "SCENE_OR_MESH")]
+    pub path: PathBuf,
+}
+
+/// How the world is built.
+#[derive(Args, Debug)]
+pub struct Build {
+    /// The accelerator of every level; no answer depends on it
+    #[arg(long, value_name = "NAME", default_value = Options::default().accel, value_parser = accel_names())]
+    pub accel: &'static str,
+}
+
+impl Build {
+    /// The choices as the compiler takes them.
+    pub fn options(&self) -> Options {
+        Options { accel: self.accel }
+    }
+}
+
+fn accel_names() -> impl TypedValueParser<Value = &'static str> {
+    let names = shotline::accel::NAMES;
+    PossibleValuesParser::new(names.iter().copied())
+        .try_map(|given| names.iter().find(|name| **name == given).copied().ok_or("no such accelerator"))
+}
+
+/// How work is shared out.
+#[derive(Args, Debug, Clone, Copy)]
+pub struct Threads {
+    /// Threads; 0 for one a core. No answer depends on it
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub threads: usize,
+}
+
+impl Threads {
+    /// How many that is on this machine.
+    pub fn count(self) -> usize {
+        match self.threads {
+            0 => std::thread::available_parallelism().map_or(1, usize::from),
+            n => n,
+        }
+    }
+}
+
+/// The part of each ray that is asked about.
+#[derive(Args, Debug)]
+pub struct SpanOfT {
+    /// Where rays begin, in lengths of their direction
+    #[arg(long, value_name = "X", default_value_t = 0.0, allow_hyphen_values = true)]
+    pub t_min: f64,
+    /// Where rays end, in lengths of their direction
+    #[arg(long, value_name = "X", default_value_t = f64::INFINITY, allow_hyphen_values = true)]
+    pub t_max: f64,
+}
+
+impl SpanOfT {
+    /// The span, if it is one.
+    pub fn span(&self) -> Result<Span, Failure> {
+        Span::new(self.t_min, self.t_max)
+            .map_err(|e| Failure::new(format!("{e}\nhelp: --t-min must be finite and --t-max not below it")))
+    }
+}

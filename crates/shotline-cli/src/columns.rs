@@ -1,0 +1,154 @@
+//! The answers of a batch as named arrays: names and types are those of the Python results.
+
+use std::collections::HashSet;
+use std::path::Path;
+
+use shotline::compile::World;
+use shotline::query::batch::{ClosestRows, CrossingRows, SegmentRows};
+use shotline_io::arrays::{Column, write_npz};
+
+use crate::failure::Failure;
+use crate::output;
+use crate::rays::Rays;
+
+/// Values of one type, a row each.
+#[derive(Debug)]
+enum Values {
+    F64(Vec<f64>),
+    Vec3(Vec<[f64; 3]>),
+    I64(Vec<i64>),
+    I32(Vec<i32>),
+    I8(Vec<i8>),
+    Bool(Vec<bool>),
+    Text(Vec<String>),
+}
+
+/// Named arrays, in the order in which they are written.
+#[derive(Debug, Default)]
+pub struct Columns {
+    arrays: Vec<(&'static str, Values)>,
+}
+
+impl Columns {
+    /// A row a ray.
+    pub fn closest(rows: ClosestRows, rays: &Rays) -> Columns {
+        let arrays = vec![
+            ("t", Values::F64(rays.by_row(rows.t, f64::INFINITY))),
+            ("t_err", Values::F64(rays.by_row(rows.t_err, f64::NAN))),
+            ("normal", Values::Vec3(rays.by_row(rows.normal, [f64::NAN; 3]))),
+            ("object", Values::I32(rays.by_row(rows.object, -1))),
+            ("surface", Values::I32(rays.by_row(rows.surface, -1))),
+            ("primitive", Values::I32(rays.by_row(rows.primitive, -1))),
+            ("path", Values::I64(rays.by_row(rows.path, -1))),
+            ("entering", Values::Bool(rays.by_row(rows.entering, false))),
+        ];
+        Columns { arrays }
+    }
+
+    /// A row a ray.
+    pub fn any(rows: Vec<bool>, rays: &Rays) -> Columns {
+        Columns { arrays: vec![("any", Values::Bool(rays.by_row(rows, false)))] }
+    }
+
+    /// A row a ray.
+    pub fn count(rows: Vec<i64>, rays: &Rays) -> Columns {
+        Columns { arrays: vec![("count", Values::I64(rays.by_row(rows, 0)))] }
+    }
+
+    /// A row a crossing.
+    pub fn crossings(rows: CrossingRows, rays: &Rays) -> Columns {
+        let arrays = vec![
+            ("ray_splits", Values::I64(rays.splits_by_row(rows.ray_splits))),
+            ("t", Values::F64(rows.t)),
+            ("t_err", Values::F64(rows.t_err)),
+            ("normal", Values::Vec3(rows.normal)),
+            ("entering", Values::Bool(rows.entering)),
+            ("object", Values::I32(rows.object)),
+            ("surface", Values::I32(rows.surface)),
+            ("primitive", Values::I32(rows.primitive)),
+            ("path", Values::I64(rows.path)),
+            ("kind", Values::I8(rows.kind)),
+        ];
+        Columns { arrays }
+    }
+
+    /// A row a segment.
+    pub fn segments(rows: SegmentRows, rays: &Rays) -> Columns {
+        let arrays = vec![
+            ("ray_splits", Values::I64(rays.splits_by_row(rows.ray_splits))),
+            ("t_in", Values::F64(rows.t_in)),
+            ("t_out", Values::F64(rows.t_out)),
+            ("length", Values::F64(rows.length)),
+            ("material", Values::I32(rows.material)),
+            ("object", Values::I32(rows.object)),
+            ("path", Values::I64(rows.path)),
+        ];
+        Columns { arrays }
+    }
+
+    /// Adds the tables of names. Paths become indices into theirs: a scene may have more paths than could
+    /// ever be listed, an answer only as many as it has rows.
+    pub fn with_names(mut self, world: &World) -> Columns {
+        let mut path_names = None;
+        for (name, values) in &mut self.arrays {
+            if let ("path", Values::I64(paths)) = (*name, values) {
+                let distinct = intern(paths);
+                path_names = Some(distinct.into_iter().map(|p| world.path_name(p as u64)).collect());
+            }
+        }
+        self.arrays.push(("object_names", Values::Text(world.object_names().to_vec())));
+        self.arrays.push(("material_names", Values::Text(world.material_names().to_vec())));
+        self.arrays.extend(path_names.map(|names| ("path_names", Values::Text(names))));
+        self
+    }
+
+    /// Writes the arrays to an .npz file.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), Failure> {
+        let columns: Vec<(&str, Column)> =
+            self.arrays.iter().map(|(name, values)| (*name, values.column())).collect();
+        output::written(write_npz(path, &columns))
+    }
+}
+
+impl Values {
+    fn column(&self) -> Column<'_> {
+        match self {
+            Values::F64(v) => Column::F64(v),
+            Values::Vec3(v) => Column::Vec3(v),
+            Values::I64(v) => Column::I64(v),
+            Values::I32(v) => Column::I32(v),
+            Values::I8(v) => Column::I8(v),
+            Values::Bool(v) => Column::Bool(v),
+            Values::Text(v) => Column::Text(v),
+        }
+    }
+}
+
+/// Replaces each number by its place among the distinct ones, which are answered ascending, so that the result
+/// depends on the numbers only. -1 stays.
+fn intern(numbers: &mut [i64]) -> Vec<i64> {
+    let present: HashSet<i64> = numbers.iter().copied().filter(|n| *n >= 0).collect();
+    let mut distinct: Vec<i64> = present.into_iter().collect();
+    distinct.sort_unstable();
+    for number in numbers {
+        if let Ok(place) = distinct.binary_search(number) {
+            *number = place as i64;
+        }
+    }
+    distinct
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_interned_in_ascending_order() {
+        let mut numbers = vec![1 << 60, -1, 7, 7, 1 << 60, 9];
+        assert_eq!(intern(&mut numbers), [7, 9, 1 << 60]);
+        assert_eq!(numbers, [2, -1, 0, 0, 2, 1]);
+    }
+}

@@ -1,0 +1,226 @@
+//! `shotline cast`: many rays, arrays in and arrays out.
+
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use clap::{Args, ValueEnum};
+use serde_json::json;
+use shotline::compile::World;
+use shotline::query::batch::{self, BatchError, Run};
+use shotline::query::{Overlaps, QueryError};
+use shotline::ray::Span;
+
+use crate::args::{Build, Model, SpanOfT, Threads};
+use crate::columns::Columns;
+use crate::failure::Failure;
+use crate::number::counted;
+use crate::progress::{self, Quiet};
+use crate::rays::{OnInvalid, Rays};
+use crate::{input, interrupt, output};
+
+/// Cast many rays
+///
+/// Reads rays from a .npy file of shape (N, 6), float64: the origin, then the
+/// direction, of any length but zero. t counts lengths of the direction.
+/// Writes the answers as named arrays to an .npz file:
+///
+///   closest    t, t_err, normal, object, surface, primitive, path, entering:
+///              a row a ray; a miss is inf, NaN, -1 and False
+///   any        any: bool, a row a ray
+///   count      count: int64, a row a ray
+///   crossings  ray_splits, t, t_err, normal, entering, object, surface,
+///              primitive, path, kind: a row a crossing; those of ray i are
+///              ray_splits[i] to ray_splits[i+1]; kind is 0 surface,
+///              1 start (the ray begins inside), 2 end (it ends inside)
+///   segments   ray_splits, t_in, t_out, length, material, object, path:
+///              a row a stretch inside an object
+///
+/// object, material and path are indices into the text arrays object_names,
+/// material_names and path_names. The same bits come out for every accelerator
+/// and number of threads.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES, verbatim_doc_comment)]
+pub struct Command {
+    #[command(flatten)]
+    model: Model,
+    /// The rays, as .npy
+    #[arg(long, value_name = "FILE.npy")]
+    rays: PathBuf,
+    /// What is asked of each ray
+    #[arg(long, value_enum)]
+    query: Query,
+    /// The answers, as .npz
+    #[arg(short, long, value_name = "FILE.npz")]
+    output: PathBuf,
+    /// What `segments` does where objects of equal priority overlap
+    #[arg(long, value_name = "POLICY", value_enum, default_value_t = OverlapPolicy::Error)]
+    overlaps: OverlapPolicy,
+    /// What to do with a row that is not a ray: NaN, infinite, or without direction
+    #[arg(long, value_name = "POLICY", value_enum, default_value_t = OnInvalid::Error)]
+    on_invalid: OnInvalid,
+    #[command(flatten)]
+    span: SpanOfT,
+    /// Print one line of JSON on stdout: sizes, times, memory
+    #[arg(long)]
+    stats: bool,
+    #[command(flatten)]
+    build: Build,
+    #[command(flatten)]
+    threads: Threads,
+    #[command(flatten)]
+    quiet: Quiet,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  shotline cast engine.json --rays rays.npy --query crossings -o crossings.npz
+  shotline cast bunny.ply --rays rays.npy --query closest -o closest.npz --accel bvh --stats";
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Query {
+    /// The first crossing
+    Closest,
+    /// Whether there is any crossing
+    Any,
+    /// The number of crossings
+    Count,
+    /// Every crossing
+    Crossings,
+    /// The stretches inside objects
+    Segments,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum OverlapPolicy {
+    /// Refuse, naming both objects and the place
+    Error,
+    /// The later object owns the overlap; overlaps are counted
+    Priority,
+    /// Every object keeps its segment
+    All,
+}
+
+impl From<OverlapPolicy> for Overlaps {
+    fn from(policy: OverlapPolicy) -> Overlaps {
+        match policy {
+            OverlapPolicy::Error => Overlaps::Error,
+            OverlapPolicy::Priority => Overlaps::Priority,
+            OverlapPolicy::All => Overlaps::All,
+        }
+    }
+}
+
+/// Seconds spent.
+struct Times {
+    load: f64,
+    build: f64,
+    cast: f64,
+}
+
+impl Command {
+    /// Runs the command.
+    pub fn run(&self) -> Result<u8, Failure> {
+        interrupt::catch();
+        let span = self.span.span()?;
+        let rays = input::rays(&self.rays, self.on_invalid)?;
+        output::expect_writable(&self.output)?;
+        let begin = Instant::now();
+        let document = input::load(&self.model)?;
+        let load = begin.elapsed().as_secs_f64();
+        let begin = Instant::now();
+        let world = input::compile(&document, &self.build)?;
+        let build = begin.elapsed().as_secs_f64();
+        let (overlaps, cast) = interrupt::listening(|cancel| {
+            let begin = Instant::now();
+            let (columns, overlaps) = self.cast(&world, &rays, span, cancel)?;
+            let cast = begin.elapsed().as_secs_f64();
+            columns.with_names(&world).write(&self.output)?;
+            Ok((overlaps, cast))
+        })?;
+        self.remarks(&rays, overlaps);
+        if self.stats {
+            output::print(&self.stats(&world, &rays, overlaps, &Times { load, build, cast }))?;
+        }
+        Ok(0)
+    }
+
+    /// The answers, and how many overlaps were met.
+    fn cast(
+        &self,
+        world: &World,
+        rays: &Rays,
+        span: Span,
+        cancel: &AtomicBool,
+    ) -> Result<(Columns, u64), Failure> {
+        let bar = progress::bar(rays.valid.len() as u64, "casting", self.quiet);
+        let progress = |rays| bar.inc(rays);
+        let run = Run { threads: self.threads.threads, progress: Some(&progress), cancel: Some(cancel) };
+        let valid = &rays.valid;
+        let answer = match self.query {
+            Query::Closest => {
+                batch::closest(world, valid, span, run).map(|rows| (Columns::closest(rows, rays), 0))
+            }
+            Query::Any => batch::any(world, valid, span, run).map(|rows| (Columns::any(rows, rays), 0)),
+            Query::Count => batch::count(world, valid, span, run).map(|rows| (Columns::count(rows, rays), 0)),
+            Query::Crossings => {
+                batch::crossings(world, valid, span, run).map(|rows| (Columns::crossings(rows, rays), 0))
+            }
+            Query::Segments => batch::segments(world, valid, span, self.overlaps.into(), run).map(|rows| {
+                let overlaps = rows.overlaps;
+                (Columns::segments(rows, rays), overlaps)
+            }),
+        };
+        bar.finish_and_clear();
+        answer.map_err(|error| self.failure(error, rays))
+    }
+
+    fn failure(&self, error: BatchError, rays: &Rays) -> Failure {
+        match error {
+            BatchError::Cancelled => Failure::Interrupted,
+            BatchError::Query { row, error } => {
+                let help = match error {
+                    QueryError::NotASolid { .. } => {
+                        "close the mesh (`shotline check` lists its defects) or ask for crossings"
+                    }
+                    QueryError::Overlap { .. } => {
+                        "give one of them a higher \"priority\", or choose --overlaps priority or all"
+                    }
+                };
+                let (model, file) = (self.model.path.display(), self.rays.display());
+                Failure::new(format!("{model}: row {} of {file}: {error}\nhelp: {help}", rays.row(row)))
+            }
+        }
+    }
+
+    fn remarks(&self, rays: &Rays, overlaps: u64) {
+        if rays.invalid() > 0 {
+            let rows = counted(rays.invalid() as u64, "row is no ray", "rows are no rays");
+            progress::remark(&format!("{rows} and counted as a miss"), self.quiet);
+        }
+        if overlaps > 0 {
+            let met = counted(overlaps, "overlap", "overlaps");
+            progress::remark(&format!("{met} of objects of equal priority"), self.quiet);
+        }
+    }
+
+    fn stats(&self, world: &World, rays: &Rays, overlaps: u64, times: &Times) -> String {
+        let query = self.query.to_possible_value().map(|v| v.get_name().to_string());
+        let line = json!({
+            "rays": rays.rows,
+            "threads": self.threads.count(),
+            "accel": self.build.accel,
+            "query": query,
+            "load_s": times.load,
+            "build_s": times.build,
+            "cast_s": times.cast,
+            "rays_per_s": rays.rows as f64 / times.cast.max(1e-9),
+            "memory_bytes": world.stats().memory_bytes,
+            // Lists alternate by construction: there is nothing that could need repair.
+            "repaired": 0,
+            "invalid": rays.invalid(),
+            "overlaps": overlaps,
+        });
+        format!("{line}\n")
+    }
+}

@@ -1,0 +1,184 @@
+//! `shotline info`: how large a model is.
+
+use std::time::Instant;
+
+use clap::Args;
+use serde_json::{Value, json};
+use shotline::aabb::Aabb;
+use shotline::compile::{Stats, World};
+use shotline::scene::{Node, NodeId, Op, Scene};
+
+use crate::args::{Build, Model};
+use crate::failure::Failure;
+use crate::number::{bytes, counted, grouped, json as number, json_vector, short, short_vector};
+use crate::table::{Align, Table};
+use crate::{input, output};
+
+/// Tell how large a model is
+///
+/// Nodes, objects, leaves, bounds, memory and the time to load and build it. Leaves are counted once however
+/// often they are placed; virtual leaves count every placement, as a ray sees them.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub struct Command {
+    #[command(flatten)]
+    model: Model,
+    #[command(flatten)]
+    build: Build,
+    /// Print one JSON document instead. A bound that is infinite is null there: in `min` it stands for minus,
+    /// in `max` for plus infinity. `bounds` itself is null if there is nothing
+    #[arg(long)]
+    json: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  shotline info engine.json
+  shotline info bunny.ply --json";
+
+/// So many objects are listed for people; --json lists all.
+const LISTED: usize = 40;
+
+/// What the command has found out.
+struct Report {
+    accel: &'static str,
+    units: Option<String>,
+    stats: Stats,
+    bounds: Aabb,
+    load_s: f64,
+    build_s: f64,
+    objects: Vec<ObjectLine>,
+}
+
+struct ObjectLine {
+    name: String,
+    material: Option<String>,
+    body: String,
+}
+
+impl Command {
+    /// Runs the command.
+    pub fn run(&self) -> Result<u8, Failure> {
+        let begin = Instant::now();
+        let document = input::load(&self.model)?;
+        let loaded = Instant::now();
+        let world: World = input::compile(&document, &self.build)?;
+        let report = Report {
+            accel: self.build.accel,
+            units: document.scene.units.clone(),
+            stats: world.stats(),
+            bounds: world.bounds(),
+            load_s: (loaded - begin).as_secs_f64(),
+            build_s: loaded.elapsed().as_secs_f64(),
+            objects: objects(&document.scene),
+        };
+        output::print(&if self.json { format!("{:#}\n", report.to_json()) } else { report.to_text() })?;
+        Ok(0)
+    }
+}
+
+impl Report {
+    fn to_json(&self) -> Value {
+        let bounds = json!({ "min": json_vector(self.bounds.min), "max": json_vector(self.bounds.max) });
+        json!({
+            "nodes": self.stats.nodes,
+            "objects": self.stats.objects,
+            "leaves": self.stats.leaves,
+            "virtual_leaves": self.stats.virtual_leaves,
+            "bounds": if self.bounds.is_empty() { Value::Null } else { bounds },
+            "units": self.units,
+            "memory_bytes": self.stats.memory_bytes,
+            "accel": self.accel,
+            "load_s": number(self.load_s),
+            "build_s": number(self.build_s),
+            "object_list": self.objects.iter().map(|o| json!({
+                "name": o.name,
+                "material": o.material,
+                "body": o.body,
+            })).collect::<Vec<_>>(),
+        })
+    }
+
+    fn to_text(&self) -> String {
+        let units = self.units.as_ref().map_or_else(String::new, |u| format!(" {u}"));
+        let bounds = if self.bounds.is_empty() {
+            "nothing".to_string()
+        } else {
+            format!("{} to {}{units}", short_vector(self.bounds.min), short_vector(self.bounds.max))
+        };
+        let stats = &self.stats;
+        let mut out = format!(
+            "nodes           {}\n\
+             objects         {}\n\
+             leaves          {}\n\
+             virtual leaves  {}\n\
+             bounds          {bounds}\n\
+             memory          {}\n\
+             load            {} s\n\
+             build           {} s with {}\n",
+            grouped(stats.nodes as u64),
+            grouped(stats.objects as u64),
+            grouped(stats.leaves as u64),
+            grouped(stats.virtual_leaves),
+            bytes(stats.memory_bytes),
+            short((self.load_s * 1e6).round() / 1e6),
+            short((self.build_s * 1e6).round() / 1e6),
+            self.accel,
+        );
+        out += "\n";
+        out += &self.object_table();
+        out
+    }
+
+    fn object_table(&self) -> String {
+        let column = |name: &str| (name.to_string(), Align::Left);
+        let mut table = Table::new(vec![column("object"), column("material"), column("body")]);
+        for o in self.objects.iter().take(LISTED) {
+            let material = o.material.clone().unwrap_or_else(|| "-".into());
+            table.row(vec![o.name.clone(), material, o.body.clone()]);
+        }
+        let mut out = table.text();
+        if self.objects.len() > LISTED {
+            out +=
+                &format!("  and {} more; --json lists all\n", grouped((self.objects.len() - LISTED) as u64));
+        }
+        out
+    }
+}
+
+/// Every object of the scene, in the order in which it was written.
+fn objects(scene: &Scene) -> Vec<ObjectLine> {
+    let line = |node: &Node| match node {
+        Node::Object { name, material, node, .. } => {
+            Some(ObjectLine { name: name.clone(), material: material.clone(), body: body(scene, *node) })
+        }
+        _ => None,
+    };
+    scene.nodes.iter().filter_map(line).collect()
+}
+
+/// What kind of body a node is, seen through its placements. The scene has been compiled: it has no cycle.
+fn body(scene: &Scene, mut id: NodeId) -> String {
+    loop {
+        id = match scene.node(id) {
+            Node::Transform { child, .. } => *child,
+            Node::Solid { kind, .. } => return kind.name.to_string(),
+            Node::Mesh { mesh, .. } => {
+                return format!("mesh of {}", counted(mesh.faces.len() as u64, "triangle", "triangles"));
+            }
+            Node::Csg { op, args } => {
+                return format!("{} of {}", operation(*op), grouped(args.len() as u64));
+            }
+            Node::Group { members } => return format!("group of {}", grouped(members.len() as u64)),
+            Node::Object { name, .. } => return format!("object '{name}'"),
+        }
+    }
+}
+
+fn operation(op: Op) -> &'static str {
+    match op {
+        Op::Union => "union",
+        Op::Intersection => "intersection",
+        Op::Difference => "difference",
+    }
+}

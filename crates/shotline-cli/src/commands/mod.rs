@@ -1,0 +1,7 @@
+//! One verb a file. Each declares its flags and answers the exit code.
+
+pub mod cast;
+pub mod check;
+pub mod info;
+pub mod render;
+pub mod shoot;

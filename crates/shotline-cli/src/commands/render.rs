@@ -1,0 +1,156 @@
+//! `shotline render`: a picture.
+
+use std::path::PathBuf;
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Args, ValueEnum};
+use shotline::query::batch::Run;
+
+use shotline_render::{Backdrop, LOOKS, Lighting, Look, RenderError, Settings, encode_png};
+
+use crate::args::{Build, Model, Threads};
+use crate::failure::Failure;
+use crate::progress::{self, Quiet};
+use crate::{input, interrupt, output};
+
+/// Make a picture
+///
+/// The camera and the lights are those of the scene; a scene without a camera is framed, one without lights
+/// is lit. The same picture comes out for every accelerator and number of threads.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub struct Command {
+    #[command(flatten)]
+    model: Model,
+    /// The picture, as PNG
+    #[arg(short, long, value_name = "FILE.png")]
+    output: PathBuf,
+    /// Pixels across and down
+    #[arg(long, value_name = "WxH", default_value = "800x600", value_parser = parse_size)]
+    size: (u32, u32),
+    /// What the picture shows
+    #[arg(long, default_value = LOOKS[0].name, value_parser = look_names())]
+    look: &'static Look,
+    /// Samples a pixel; more make smoother edges
+    #[arg(long, value_name = "N", default_value_t = Settings::default().samples)]
+    samples: u32,
+    /// How light falls in the look `lit`
+    #[arg(long, value_enum, default_value_t = LightingChoice::Sharp)]
+    lighting: LightingChoice,
+    /// What is behind everything: studio, white, black, transparent or a colour #RRGGBB; otherwise the look
+    /// decides
+    #[arg(long, value_name = "COLOUR", value_parser = parse_backdrop)]
+    background: Option<Backdrop>,
+    #[command(flatten)]
+    build: Build,
+    #[command(flatten)]
+    threads: Threads,
+    #[command(flatten)]
+    quiet: Quiet,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  shotline render engine.json -o engine.png
+  shotline render bunny.ply -o bunny.png --size 1600x1200 --look thickness --background white
+  shotline render engine.json -o soft.png --lighting soft --samples 64";
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum LightingChoice {
+    /// Sharp shadows, no noise
+    Sharp,
+    /// Lamps and sky have a size: soft shadows. Wants 32 samples or more
+    Soft,
+}
+
+impl From<LightingChoice> for Lighting {
+    fn from(choice: LightingChoice) -> Lighting {
+        match choice {
+            LightingChoice::Sharp => Lighting::Sharp,
+            LightingChoice::Soft => Lighting::Soft,
+        }
+    }
+}
+
+fn look_names() -> impl TypedValueParser<Value = &'static Look> {
+    PossibleValuesParser::new(LOOKS.iter().map(|look| look.name))
+        .try_map(|name| shotline_render::look(&name).ok_or("no such look"))
+}
+
+impl Command {
+    /// Runs the command.
+    pub fn run(&self) -> Result<u8, Failure> {
+        interrupt::catch();
+        output::expect_writable(&self.output)?;
+        let document = input::load(&self.model)?;
+        let world = input::compile(&document, &self.build)?;
+        interrupt::listening(|cancel| {
+            let (width, height) = self.size;
+            let settings = Settings {
+                width,
+                height,
+                samples: self.samples,
+                look: self.look,
+                backdrop: self.background,
+                lighting: self.lighting.into(),
+            };
+            let rays = u64::from(width) * u64::from(height) * u64::from(self.samples);
+            let bar = progress::bar(rays, "rendering", self.quiet);
+            let run = Run {
+                threads: self.threads.threads,
+                progress: Some(&|rays| bar.inc(rays)),
+                cancel: Some(cancel),
+            };
+            let picture = shotline_render::render(&world, &document.scene, &settings, run);
+            bar.finish_and_clear();
+            let png = encode_png(&picture.map_err(|e| self.failure(e))?);
+            output::write(&self.output, &png)
+        })?;
+        Ok(0)
+    }
+
+    fn failure(&self, error: RenderError) -> Failure {
+        match error {
+            RenderError::Cancelled => Failure::Interrupted,
+            error => Failure::of_file(&self.model.path, error),
+        }
+    }
+}
+
+fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let parse = || {
+        let (width, height) = text.split_once(['x', 'X'])?;
+        Some((width.parse().ok()?, height.parse().ok()?))
+    };
+    parse().ok_or_else(|| "expected the width and the height in pixels, as in 800x600".into())
+}
+
+fn parse_backdrop(text: &str) -> Result<Backdrop, String> {
+    let hex = |digits: &str| {
+        let part = |i| digits.get(i..i + 2).and_then(|pair| u8::from_str_radix(pair, 16).ok());
+        let color = [part(0)?, part(2)?, part(4)?];
+        (digits.len() == 6).then(|| Backdrop::plain(color.map(|byte| f64::from(byte) / 255.0)))
+    };
+    match text {
+        "studio" => Some(Backdrop::STUDIO),
+        "white" => Some(Backdrop::WHITE),
+        "black" => Some(Backdrop::BLACK),
+        "transparent" => Some(Backdrop::Transparent),
+        _ => text.strip_prefix('#').and_then(hex),
+    }
+    .ok_or_else(|| "expected studio, white, black, transparent or a colour such as #336699".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_and_colours_are_read() {
+        assert_eq!(parse_size("64x48"), Ok((64, 48)));
+        assert!(parse_size("64").is_err() && parse_size("-1x4").is_err());
+        assert_eq!(parse_backdrop("#ff0000"), Ok(Backdrop::plain([1.0, 0.0, 0.0])));
+        assert!(parse_backdrop("#ff00").is_err() && parse_backdrop("#ff00000").is_err());
+        assert!(parse_backdrop("#é0000").is_err());
+    }
+}

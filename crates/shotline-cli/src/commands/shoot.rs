@@ -1,0 +1,83 @@
+//! `shotline shoot`: one ray, reported in full.
+
+use clap::Args;
+use shotline::math::Vec3;
+use shotline::ray::Ray;
+
+use crate::args::{Build, Model, SpanOfT};
+use crate::failure::Failure;
+use crate::number::parse_vector;
+use crate::shot::Shot;
+use crate::{input, output};
+
+/// Shoot one ray and report every crossing
+///
+/// One line a crossing: t, distance from the origin, place, whether the ray goes in or out, object, surface,
+/// material, path through the scene graph, normal, obliquity (the angle between ray and normal) and the
+/// thickness passed so far: the length of the ray inside objects. Below are the lengths by material and the
+/// overlaps of objects of equal priority.
+///
+/// t counts lengths of the direction. With --to it is 1 at that point; the ray goes on behind it unless
+/// --t-max 1 is given.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub struct Command {
+    #[command(flatten)]
+    model: Model,
+    /// Where the ray begins
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
+    from: Vec3,
+    #[command(flatten)]
+    aim: Aim,
+    #[command(flatten)]
+    span: SpanOfT,
+    #[command(flatten)]
+    build: Build,
+    /// Print one JSON document instead; what is infinite or does not exist is null there
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Args, Debug)]
+#[group(required = true, multiple = false)]
+struct Aim {
+    /// A point that the ray passes, at t = 1
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
+    to: Option<Vec3>,
+    /// The direction of the ray, of any length
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
+    dir: Option<Vec3>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  shotline shoot part.json --from -10,0,0 --to 0,0,0
+  shotline shoot bunny.ply --from 0,0.1,-1 --dir 0,0,1 --json";
+
+impl Command {
+    /// Runs the command.
+    pub fn run(&self) -> Result<u8, Failure> {
+        let ray = self.ray()?;
+        let span = self.span.span()?;
+        let document = input::load(&self.model)?;
+        let world = input::compile(&document, &self.build)?;
+        let shot = Shot::new(&world, ray, span, document.scene.units.clone());
+        if self.json {
+            output::print(&format!("{:#}\n", shot.to_json()))?;
+        } else {
+            output::print(&shot.to_text())?;
+        }
+        Ok(0)
+    }
+
+    fn ray(&self) -> Result<Ray, Failure> {
+        let direction = match (self.aim.dir, self.aim.to) {
+            (Some(dir), _) => dir,
+            (None, Some(to)) => to - self.from,
+            (None, None) => Vec3::ZERO, // the group of arguments demands one of them
+        };
+        let help = "--dir must not be zero, and --to must differ from --from";
+        Ray::new(self.from, direction)
+            .map_err(|e| Failure::new(format!("the ray is not valid: {e}\nhelp: {help}")))
+    }
+}

@@ -1,0 +1,138 @@
+//! Numbers as people read and write them.
+
+use serde_json::Value;
+use shotline::math::Vec3;
+
+/// Nine significant digits without trailing zeros: enough to tell values apart, short enough for a table.
+pub fn short(x: f64) -> String {
+    significant(x, 9)
+}
+
+/// So many significant digits without trailing zeros.
+fn significant(x: f64, digits: usize) -> String {
+    if !x.is_finite() || x == 0.0 {
+        return (x + 0.0).to_string(); // -0 reads as 0
+    }
+    let last = digits - 1;
+    let scientific = format!("{x:.last$e}");
+    let (mantissa, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
+    match exponent.parse::<i32>() {
+        Ok(exponent) if (-4..digits as i32).contains(&exponent) => {
+            let decimals = (last as i32 - exponent) as usize;
+            trimmed(&format!("{x:.decimals$}")).to_string()
+        }
+        _ => format!("{}e{exponent}", trimmed(mantissa)),
+    }
+}
+
+fn trimmed(digits: &str) -> &str {
+    if digits.contains('.') { digits.trim_end_matches('0').trim_end_matches('.') } else { digits }
+}
+
+/// A point or vector in parentheses.
+pub fn short_vector(v: Vec3) -> String {
+    format!("({}, {}, {})", short(v.x), short(v.y), short(v.z))
+}
+
+/// A unit vector in parentheses: six digits tell a direction.
+pub fn short_normal(v: Vec3) -> String {
+    let digits = |x: f64| significant((x * 1e6).round() / 1e6, 6);
+    format!("({}, {}, {})", digits(v.x), digits(v.y), digits(v.z))
+}
+
+/// A count with its thousands apart.
+pub fn grouped(n: u64) -> String {
+    let digits = n.to_string();
+    let mut out = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            out.push(',');
+        }
+        out.push(digit);
+    }
+    out
+}
+
+/// A count and its noun: `1 edge`, `2 edges`.
+pub fn counted(n: u64, one: &str, many: &str) -> String {
+    format!("{} {}", grouped(n), if n == 1 { one } else { many })
+}
+
+/// Bytes in the unit that suits them.
+pub fn bytes(n: usize) -> String {
+    let units = ["B", "KiB", "MiB", "GiB", "TiB"];
+    let (mut x, mut unit) = (n as f64, 0);
+    while x >= 1024.0 && unit + 1 < units.len() {
+        (x, unit) = (x / 1024.0, unit + 1);
+    }
+    if unit == 0 { format!("{n} B") } else { format!("{x:.1} {}", units[unit]) }
+}
+
+/// A number in JSON; `null` where it is infinite or NaN, which JSON cannot say.
+pub fn json(x: f64) -> Value {
+    serde_json::Number::from_f64(x).map_or(Value::Null, Value::Number)
+}
+
+/// Three numbers in JSON.
+pub fn json_vector(v: Vec3) -> Value {
+    Value::Array(vec![json(v.x), json(v.y), json(v.z)])
+}
+
+/// Reads `X,Y,Z`.
+///
+/// # Errors
+/// A text that says what is wrong.
+pub fn parse_vector(text: &str) -> Result<Vec3, String> {
+    let parts: Vec<&str> = text.split(',').collect();
+    let [x, y, z] = parts[..] else {
+        return Err(format!("expected three numbers X,Y,Z without spaces, not {}", parts.len()));
+    };
+    Ok(Vec3::new(parse_finite(x)?, parse_finite(y)?, parse_finite(z)?))
+}
+
+fn parse_finite(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(x) if x.is_finite() => Ok(x),
+        Ok(_) => Err(format!("'{text}' is not finite")),
+        Err(_) => Err(format!("'{text}' is not a number")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn short_numbers_keep_nine_digits() {
+        for (x, text) in [
+            (0.0, "0"),
+            (-0.0, "0"),
+            (1.0, "1"),
+            (-2.5, "-2.5"),
+            (1.0 / 3.0, "0.333333333"),
+            (123456789.25, "123456789"),
+            (1e-7, "1e-7"),
+            (999999999.7, "1e9"),
+            (6.02214076e23, "6.02214076e23"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(short(x), text);
+        }
+    }
+
+    #[test]
+    fn vectors_are_read() {
+        assert_eq!(parse_vector("-1,0,2.5e-3"), Ok(Vec3::new(-1.0, 0.0, 2.5e-3)));
+        assert!(parse_vector("1,2").unwrap_err().contains("not 2"));
+        assert!(parse_vector("1,x,2").unwrap_err().contains("'x'"));
+        assert!(parse_vector("1,nan,2").unwrap_err().contains("not finite"));
+    }
+
+    #[test]
+    fn counts_are_grouped() {
+        assert_eq!(grouped(0), "0");
+        assert_eq!(grouped(1234567), "1,234,567");
+        assert_eq!(counted(1, "edge", "edges"), "1 edge");
+        assert_eq!(bytes(1536), "1.5 KiB");
+    }
+}

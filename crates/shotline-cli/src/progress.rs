@@ -1,0 +1,30 @@
+//! The progress bar on stderr.
+
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// Whether progress may be shown.
+#[derive(clap::Args, Debug, Clone, Copy)]
+pub struct Quiet {
+    /// No progress bar and no remarks; errors are still shown
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
+/// A bar over so many steps, drawn on stderr if that is a terminal.
+pub fn bar(steps: u64, what: &'static str, quiet: Quiet) -> ProgressBar {
+    let target = if quiet.quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+    let style = ProgressStyle::with_template("{msg} {wide_bar} {human_pos}/{human_len} {per_sec} {eta}")
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
+    let bar = ProgressBar::with_draw_target(Some(steps), target).with_style(style).with_message(what);
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
+
+/// Says something on stderr that is no error.
+pub fn remark(text: &str, quiet: Quiet) {
+    if !quiet.quiet {
+        eprintln!("note: {text}");
+    }
+}

@@ -1,0 +1,118 @@
+//! The rays of a batch, and what to do with rows that are none.
+
+use clap::ValueEnum;
+use shotline::math::Vec3;
+use shotline::ray::{InvalidRay, Ray};
+
+/// What to do with a row that is not a ray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum OnInvalid {
+    /// End with an error that names the first such row
+    Error,
+    /// Count it and answer a miss
+    Miss,
+}
+
+/// Rays, and the rows in which they stand.
+#[derive(Debug)]
+pub struct Rays {
+    /// Those that can be cast, in order.
+    pub valid: Vec<Ray>,
+    /// How many rows there are.
+    pub rows: usize,
+    /// The row of each valid ray; `None` if every row is valid, so that it is its own number.
+    rows_of_valid: Option<Vec<usize>>,
+}
+
+/// A row that is not a ray.
+#[derive(Debug, PartialEq)]
+pub struct BadRow {
+    /// Which.
+    pub row: usize,
+    /// What stands there.
+    pub numbers: [f64; 6],
+    /// Why it is not a ray.
+    pub why: InvalidRay,
+}
+
+impl Rays {
+    /// Checks rows of origin and direction.
+    ///
+    /// # Errors
+    /// The first row that is not a ray, unless such rows are misses.
+    pub fn new(rows: &[[f64; 6]], on_invalid: OnInvalid) -> Result<Rays, BadRow> {
+        let mut valid = Vec::with_capacity(rows.len());
+        let mut rows_of_valid = None;
+        for (row, &numbers) in rows.iter().enumerate() {
+            let [ox, oy, oz, dx, dy, dz] = numbers;
+            match Ray::new(Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz)) {
+                Ok(ray) => {
+                    valid.push(ray);
+                    rows_of_valid.iter_mut().for_each(|list: &mut Vec<usize>| list.push(row));
+                }
+                Err(why) if on_invalid == OnInvalid::Error => return Err(BadRow { row, numbers, why }),
+                Err(_) => {
+                    rows_of_valid.get_or_insert_with(|| (0..row).collect());
+                }
+            }
+        }
+        Ok(Rays { valid, rows: rows.len(), rows_of_valid })
+    }
+
+    /// How many rows are not rays.
+    pub fn invalid(&self) -> usize {
+        self.rows - self.valid.len()
+    }
+
+    /// The row of a valid ray.
+    pub fn row(&self, valid: usize) -> usize {
+        self.rows_of_valid.as_ref().and_then(|rows| rows.get(valid).copied()).unwrap_or(valid)
+    }
+
+    /// From a value a valid ray to a value a row.
+    pub fn by_row<T: Clone>(&self, values: Vec<T>, miss: T) -> Vec<T> {
+        let Some(rows) = &self.rows_of_valid else { return values };
+        let mut out = vec![miss; self.rows];
+        for (&row, value) in rows.iter().zip(values) {
+            out[row] = value;
+        }
+        out
+    }
+
+    /// From splits between valid rays to splits between rows.
+    pub fn splits_by_row(&self, splits: Vec<i64>) -> Vec<i64> {
+        let Some(rows) = &self.rows_of_valid else { return splits };
+        let mut out = vec![0; self.rows + 1];
+        for (&row, pair) in rows.iter().zip(splits.windows(2)) {
+            out[row + 1] = pair[1] - pair[0];
+        }
+        for i in 1..out.len() {
+            out[i] += out[i - 1];
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: [f64; 6] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0];
+    const ZERO: [f64; 6] = [0.0; 6];
+
+    #[test]
+    fn the_first_bad_row_is_named() {
+        let bad = Rays::new(&[GOOD, GOOD, ZERO, ZERO], OnInvalid::Error).unwrap_err();
+        assert_eq!((bad.row, bad.why), (2, InvalidRay::ZeroDirection));
+    }
+
+    #[test]
+    fn answers_go_back_to_their_rows() {
+        let rays = Rays::new(&[ZERO, GOOD, ZERO, GOOD], OnInvalid::Miss).unwrap();
+        assert_eq!((rays.valid.len(), rays.invalid(), rays.row(1)), (2, 2, 3));
+        assert_eq!(rays.by_row(vec![5, 6], -1), [-1, 5, -1, 6]);
+        assert_eq!(rays.splits_by_row(vec![0, 3, 4]), [0, 0, 3, 3, 4]);
+        let all = Rays::new(&[GOOD, GOOD], OnInvalid::Miss).unwrap();
+        assert_eq!((all.row(1), all.by_row(vec![5, 6], -1)), (1, vec![5, 6]));
+    }
+}

@@ -1,0 +1,131 @@
+//! The report of one ray: what it crosses and how much of each material it passes.
+
+mod json;
+mod text;
+
+use shotline::compile::World;
+use shotline::math::Vec3;
+use shotline::query::{Caster, Hit, HitKind, Overlaps, QueryError, Segment};
+use shotline::ray::{Ray, Span};
+
+use crate::overlap::{self, Overlap};
+
+/// One ray, fully reported. Lengths are in world units.
+#[derive(Debug)]
+pub struct Shot {
+    ray: Ray,
+    span: Span,
+    units: Option<String>,
+    crossings: Vec<Row>,
+    totals: Vec<Total>,
+    overlaps: Vec<Overlap>,
+    /// Why there is no thickness, if there is none.
+    refusal: Option<QueryError>,
+}
+
+/// One crossing.
+#[derive(Debug)]
+struct Row {
+    hit: Hit,
+    /// From the origin of the ray.
+    distance: f64,
+    /// `None` at infinity.
+    point: Option<Vec3>,
+    object: String,
+    material: Option<String>,
+    surface: Option<String>,
+    path: String,
+    /// The angle between the ray and the normal in degrees, from 0 (head on) to 90 (grazing).
+    obliquity: Option<f64>,
+    /// The length of the ray inside objects up to here.
+    thickness: Option<f64>,
+}
+
+/// The length of the ray inside one material.
+#[derive(Debug)]
+struct Total {
+    material: Option<String>,
+    length: f64,
+    segments: usize,
+}
+
+impl Shot {
+    /// Casts the ray.
+    pub fn new(world: &World, ray: Ray, span: Span, units: Option<String>) -> Shot {
+        let mut caster = Caster::new(world);
+        let (mut hits, mut segments) = (Vec::new(), Vec::new());
+        caster.crossings(&ray, span, &mut hits);
+        let refusal = caster.segments(&ray, span, Overlaps::Priority, &mut segments).err();
+        let step = length(ray.direction());
+        let thickness =
+            |t: f64| refusal.is_none().then(|| segments.iter().map(|s| length_before(s, t, step)).sum());
+        let crossings = hits.iter().map(|hit| row(world, &ray, *hit, thickness(hit.t))).collect();
+        let overlaps = overlap::on_ray(&mut caster, &ray, span);
+        Shot { ray, span, units, crossings, totals: totals(world, &segments), overlaps, refusal }
+    }
+}
+
+fn row(world: &World, ray: &Ray, hit: Hit, thickness: Option<f64>) -> Row {
+    let material = world.object_material(hit.object);
+    Row {
+        hit,
+        distance: hit.t * length(ray.direction()),
+        point: hit.t.is_finite().then(|| ray.at(hit.t)),
+        object: name(world.object_names(), hit.object),
+        material: material.map(|m| name(world.material_names(), m)),
+        surface: hit.surface.map(|s| world.surface_name(s)),
+        path: world.path_name(hit.path),
+        obliquity: (hit.kind == HitKind::Surface).then(|| obliquity(ray.direction(), hit.normal)),
+        thickness,
+    }
+}
+
+fn name(names: &[String], number: u32) -> String {
+    names.get(number as usize).cloned().unwrap_or_else(|| format!("#{number}"))
+}
+
+fn length_before(segment: &Segment, t: f64, step: f64) -> f64 {
+    if t >= segment.t_out { segment.length } else { (t - segment.t_in).max(0.0) * step }
+}
+
+/// The length of a vector, also where its squares overflow or vanish.
+fn length(v: Vec3) -> f64 {
+    let scale = v.abs().max_element();
+    if (1e-100..1e100).contains(&scale) || scale == 0.0 { v.length() } else { (v / scale).length() * scale }
+}
+
+fn obliquity(direction: Vec3, normal: Vec3) -> f64 {
+    let d = direction / length(direction);
+    // The arc tangent keeps its digits at both ends, which the arc cosine does not.
+    d.cross(normal).length().atan2(d.dot(normal).abs()).to_degrees()
+}
+
+/// The lengths by material, in the order of the scene; what has no material comes last.
+fn totals(world: &World, segments: &[Segment]) -> Vec<Total> {
+    let mut materials: Vec<Option<u32>> = segments.iter().map(|s| s.material).collect();
+    materials.sort_by_key(|m| m.unwrap_or(u32::MAX));
+    materials.dedup();
+    let total = |material: Option<u32>| {
+        let own = || segments.iter().filter(|s| s.material == material);
+        Total {
+            material: material.map(|m| name(world.material_names(), m)),
+            length: own().map(|s| s.length).sum(),
+            segments: own().count(),
+        }
+    };
+    materials.into_iter().map(total).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn angles_and_lengths_survive_extreme_directions() {
+        assert_eq!(length(Vec3::new(3.0, 4.0, 0.0)), 5.0);
+        assert!((length(Vec3::new(3e200, 4e200, 0.0)) / 5e200 - 1.0).abs() < 1e-15);
+        assert!((length(Vec3::new(3e-200, 0.0, 4e-200)) / 5e-200 - 1.0).abs() < 1e-15);
+        assert_eq!(obliquity(Vec3::X * 1e300, Vec3::NEG_X), 0.0);
+        assert!((obliquity(Vec3::ONE * 1e-300, Vec3::X) - 54.735610317245346).abs() < 1e-12);
+    }
+}

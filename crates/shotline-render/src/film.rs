@@ -1,0 +1,166 @@
+//! Exposing a picture: tiles over a pool of threads.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+use shotline::compile::World;
+use shotline::math::Vec3;
+use shotline::query::batch::Run;
+
+use crate::camera::View;
+use crate::color::Rgb;
+use crate::error::RenderError;
+use crate::look::{Look, Shader};
+use crate::render::Settings;
+use crate::sampling;
+use crate::sight::Eye;
+
+/// The side of a tile in pixels: neighbouring rays meet the same things.
+const TILE: u32 = 32;
+
+/// What one pixel has seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// What the look makes of it, mostly a linear colour, already multiplied by `alpha`.
+    pub color: Rgb,
+    /// The part of the backdrop that is covered.
+    pub alpha: f64,
+}
+
+impl Sample {
+    /// The backdrop alone.
+    pub const NOTHING: Sample = Sample { color: Vec3::ZERO, alpha: 0.0 };
+
+    /// Something that covers the backdrop.
+    pub fn opaque(color: Rgb) -> Sample {
+        Sample { color, alpha: 1.0 }
+    }
+}
+
+/// An exposed film: the mean of each pixel's samples, row by row from the top.
+#[derive(Clone, Debug)]
+pub struct Exposure {
+    pub width: u32,
+    pub height: u32,
+    pub samples: Vec<Sample>,
+}
+
+/// Exposes a picture. Each pixel is worked out by itself, in the same order of samples, so the threads and
+/// the tiles leave no trace in it.
+pub fn expose(
+    world: &World,
+    view: &View,
+    look: &Look,
+    shader: &dyn Shader,
+    settings: &Settings,
+    run: Run,
+) -> Result<Exposure, RenderError> {
+    let &Settings { width, height, samples, .. } = settings;
+    let tiles = tiles(width, height);
+    let failed = AtomicUsize::new(usize::MAX);
+    let one = |eye: &mut Eye, (number, tile): (usize, &Tile)| {
+        if run.cancel.is_some_and(|c| c.load(Ordering::Relaxed)) {
+            return Err(RenderError::Cancelled);
+        }
+        // Tiles behind the first failure are not wanted; the ones before it decide which error is told.
+        if failed.load(Ordering::Relaxed) < number {
+            return Err(RenderError::Cancelled);
+        }
+        let done = tile.expose(view, look, shader, samples, eye);
+        match (&done, run.progress) {
+            (Err(_), _) => _ = failed.fetch_min(number, Ordering::Relaxed),
+            (Ok(pixels), Some(progress)) => progress(pixels.len() as u64 * u64::from(samples)),
+            (Ok(_), None) => {}
+        }
+        done
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(run.threads).build();
+    let pool = pool.map_err(|e| RenderError::Threads { threads: run.threads, why: e.to_string() })?;
+    let done: Vec<_> =
+        pool.install(|| tiles.par_iter().enumerate().map_init(|| Eye::new(world), one).collect());
+    let mut exposure = Exposure { width, height, samples: vec![Sample::NOTHING; area(width, height)] };
+    for (tile, pixels) in tiles.iter().zip(done) {
+        tile.paste(&pixels?, &mut exposure);
+    }
+    Ok(exposure)
+}
+
+fn area(width: u32, height: u32) -> usize {
+    width as usize * height as usize
+}
+
+/// A rectangle of pixels.
+struct Tile {
+    left: u32,
+    top: u32,
+    width: u32,
+    height: u32,
+}
+
+/// All tiles, row by row.
+fn tiles(width: u32, height: u32) -> Vec<Tile> {
+    let starts = |length: u32| (0..length).step_by(TILE as usize);
+    starts(height)
+        .flat_map(|top| starts(width).map(move |left| (left, top)))
+        .map(|(left, top)| Tile { left, top, width: TILE.min(width - left), height: TILE.min(height - top) })
+        .collect()
+}
+
+impl Tile {
+    fn expose(
+        &self,
+        view: &View,
+        look: &Look,
+        shader: &dyn Shader,
+        count: u32,
+        eye: &mut Eye,
+    ) -> Result<Vec<Sample>, RenderError> {
+        let mut pixels = Vec::with_capacity(area(self.width, self.height));
+        for row in self.top..self.top + self.height {
+            for column in self.left..self.left + self.width {
+                let mut sum = Sample::NOTHING;
+                for chance in sampling::samples(column, row, count) {
+                    let [x, y] = chance.place;
+                    let ray = view.ray(f64::from(column) + x, f64::from(row) + y)?;
+                    let seen = shader.sample(eye, &ray, &chance);
+                    let seen = seen.map_err(|error| RenderError::Query { look: look.name, error })?;
+                    sum.color += seen.color;
+                    sum.alpha += seen.alpha;
+                }
+                let share = 1.0 / f64::from(count);
+                pixels.push(Sample { color: sum.color * share, alpha: sum.alpha * share });
+            }
+        }
+        Ok(pixels)
+    }
+
+    fn paste(&self, pixels: &[Sample], exposure: &mut Exposure) {
+        for (i, row) in pixels.chunks_exact(self.width as usize).enumerate() {
+            let start = area(exposure.width, self.top + i as u32) + self.left as usize;
+            exposure.samples[start..start + row.len()].copy_from_slice(row);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_cover_each_pixel_once() {
+        let (width, height) = (2 * TILE + 5, TILE + 1);
+        let mut exposure = Exposure { width, height, samples: vec![Sample::NOTHING; area(width, height)] };
+        for tile in tiles(width, height) {
+            let pixel = |i: usize| {
+                let (column, row) = (tile.left + i as u32 % tile.width, tile.top + i as u32 / tile.width);
+                Sample::opaque(Vec3::new(f64::from(column), f64::from(row), 0.0))
+            };
+            let pixels: Vec<_> = (0..area(tile.width, tile.height)).map(pixel).collect();
+            tile.paste(&pixels, &mut exposure);
+        }
+        for (i, s) in exposure.samples.iter().enumerate() {
+            let (column, row) = (i as u32 % width, i as u32 / width);
+            assert_eq!(s.color, Vec3::new(f64::from(column), f64::from(row), 0.0));
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! Pointing a camera at a scene that has none.
+
+use shotline::aabb::Aabb;
+use shotline::compile::{Options, World, compile};
+use shotline::math::Vec3;
+use shotline::scene::{Camera, Lens, Scene};
+
+/// Where the eye is, seen from the scene: in front, to the right and above, with z up.
+const FROM: Vec3 = Vec3::new(0.45, -0.8, 0.5);
+/// The vertical angle of view in degrees: narrow enough to keep shapes true.
+const FOV: f64 = 30.0;
+/// The part of the picture, from its middle to its edge, that the bounds may fill.
+const FILL: f64 = 0.92;
+
+/// The box around what a picture of the scene is of: the world's bounds, or, where something is without
+/// end, the bounds of the objects that have one. `None` if there is nothing of finite size.
+pub fn subject(world: &World, scene: &Scene) -> Option<Aabb> {
+    let whole = world.bounds();
+    if whole.is_finite() && !whole.is_empty() {
+        return Some(whole);
+    }
+    // An object's bounds are known once it is compiled; each root is, in a world of its own.
+    let finite = scene.objects.iter().filter_map(|&object| {
+        let alone = Scene { objects: vec![object], camera: None, lights: Vec::new(), ..scene.clone() };
+        let bounds = compile(&alone, Options::default()).ok()?.bounds();
+        (bounds.is_finite() && !bounds.is_empty()).then_some(bounds)
+    });
+    finite.reduce(|a, b| a.union(&b))
+}
+
+/// A three-quarter view from above, z up, that holds all of a box with a small margin. The ratio is
+/// the picture's width over its height. `None` if the box is empty, infinite or a point.
+pub fn frame(bounds: &Aabb, ratio: f64) -> Option<Camera> {
+    if !bounds.is_finite() || bounds.is_empty() || bounds.size() == Vec3::ZERO {
+        return None;
+    }
+    let centre = bounds.centre();
+    let forward = -FROM.normalize();
+    let right = forward.cross(Vec3::Z).normalize();
+    let up = right.cross(forward);
+    let slope = (FOV / 2.0).to_radians().tan() * FILL;
+    let reach = |axis: Vec3, slope: f64| reach(bounds, centre, axis, forward, slope);
+    let (across, across_back) = reach(right, slope * ratio);
+    let (along, along_back) = reach(up, slope);
+    let back = across_back.max(along_back);
+    let target = centre + right * across + up * along;
+    Some(Camera { eye: target - forward * back, target, up: Vec3::Z, lens: Lens::Pinhole { fov: FOV } })
+}
+
+/// How far along an axis the eye must go, and how far back, to see all corners between the two sides of the
+/// picture that face each other along that axis.
+///
+/// A corner at `x` along the axis and `z` into the picture is seen from `e` along the axis and `D` back if
+/// `x - slope z <= e + slope D` and `-x - slope z <= -e + slope D`: two bounds, both met with equality at once.
+fn reach(bounds: &Aabb, centre: Vec3, axis: Vec3, forward: Vec3, slope: f64) -> (f64, f64) {
+    let (mut high, mut low) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+    for corner in corners(bounds) {
+        let (x, z) = ((corner - centre).dot(axis), (corner - centre).dot(forward));
+        high = high.max(x - slope * z);
+        low = low.max(-x - slope * z);
+    }
+    ((high - low) / 2.0, (high + low) / 2.0 / slope)
+}
+
+fn corners(b: &Aabb) -> impl Iterator<Item = Vec3> + use<> {
+    let ends = [b.min, b.max];
+    (0..8).map(move |i| Vec3::new(ends[i & 1].x, ends[i >> 1 & 1].y, ends[i >> 2].z))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::View;
+
+    /// Where a point appears: from -1 to 1 across and along the picture.
+    fn appears(view: &View, eye: Vec3, ratio: f64, p: Vec3) -> [f64; 2] {
+        let half = (FOV / 2.0).to_radians().tan();
+        let depth = (p - eye).dot(view.forward());
+        assert!(depth > 0.0);
+        [(p - eye).dot(view.right()) / depth / half / ratio, (p - eye).dot(view.up()) / depth / half]
+    }
+
+    #[test]
+    fn the_whole_box_is_in_the_picture_and_fills_it() {
+        let boxes = [
+            Aabb::new(Vec3::ZERO, Vec3::ONE),
+            Aabb::new(Vec3::new(1e6, 1e6, 1e6), Vec3::new(1e6 + 40.0, 1e6 + 1.0, 1e6 + 0.5)),
+            Aabb::new(Vec3::new(-1.0, -1.0, 0.0), Vec3::new(1.0, 1.0, 90.0)),
+            Aabb::new(Vec3::splat(-1e-9), Vec3::splat(1e-9)),
+        ];
+        for bounds in boxes {
+            for (width, height) in [(800, 600), (300, 900), (64, 64)] {
+                let ratio = f64::from(width) / f64::from(height);
+                let camera = frame(&bounds, ratio).unwrap();
+                let view = View::new(&camera, width, height).unwrap();
+                let seen: Vec<_> = corners(&bounds).map(|p| appears(&view, camera.eye, ratio, p)).collect();
+                let furthest = seen.iter().flatten().fold(0.0f64, |a, x| a.max(x.abs()));
+                assert!((furthest - FILL).abs() < 1e-6, "{furthest}");
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_to_see_gives_no_camera() {
+        for bounds in [Aabb::EMPTY, Aabb::EVERYTHING, Aabb::new(Vec3::ONE, Vec3::ONE)] {
+            assert_eq!(frame(&bounds, 1.0), None);
+        }
+    }
+}

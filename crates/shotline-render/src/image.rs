@@ -1,0 +1,81 @@
+//! A finished picture.
+
+use crate::backdrop::Backdrop;
+use crate::color;
+use crate::film::Exposure;
+
+/// A finished picture: linear light, row by row from the upper left corner.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    width: u32,
+    height: u32,
+    transparent: bool,
+    pixels: Vec<[f32; 4]>,
+}
+
+impl Image {
+    /// Lays the backdrop under what the film has seen.
+    pub(crate) fn compose(exposure: &Exposure, backdrop: Backdrop) -> Image {
+        let Exposure { width, height, ref samples } = *exposure;
+        let over = |(i, s): (usize, &crate::film::Sample)| {
+            let row = i / width as usize;
+            let height = 1.0 - (row as f64 + 0.5) / f64::from(height);
+            let [r, g, b, a] = match backdrop.color(height) {
+                Some(behind) => {
+                    let c = s.color + behind * (1.0 - s.alpha);
+                    [c.x, c.y, c.z, 1.0]
+                }
+                None if s.alpha > 0.0 => {
+                    let c = s.color / s.alpha;
+                    [c.x, c.y, c.z, s.alpha]
+                }
+                None => [0.0; 4],
+            };
+            [r as f32, g as f32, b as f32, a as f32]
+        };
+        let pixels = samples.iter().enumerate().map(over).collect();
+        Image { width, height, transparent: backdrop == Backdrop::Transparent, pixels }
+    }
+
+    /// Pixels in a row, at least one.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Rows, at least one.
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// Bytes a pixel in [`Image::to_bytes`]: 3, or 4 with a transparent backdrop.
+    pub fn channels(&self) -> usize {
+        if self.transparent { 4 } else { 3 }
+    }
+
+    /// Linear red, green, blue, not multiplied by the alpha that follows them; row by row from the top.
+    /// Colours are not cut off above 1. Without a transparent backdrop alpha is 1.
+    pub fn pixels(&self) -> &[[f32; 4]] {
+        &self.pixels
+    }
+
+    /// The pixel in a column and a row, counted from the upper left corner from 0.
+    ///
+    /// # Panics
+    /// If it is outside the picture.
+    pub fn pixel(&self, column: u32, row: u32) -> [f32; 4] {
+        assert!(column < self.width && row < self.height, "pixel {column}, {row} is outside the picture");
+        self.pixels[row as usize * self.width as usize + column as usize]
+    }
+
+    /// Eight-bit sRGB, row by row from the top: red, green, blue and, with a transparent backdrop, alpha.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let byte = |x: f64| (x * 255.0).round() as u8;
+        let channels = self.channels();
+        let mut out = Vec::with_capacity(self.pixels.len() * channels);
+        for &[r, g, b, a] in &self.pixels {
+            let [r, g, b] = [r, g, b].map(|x| byte(color::encode(f64::from(x))));
+            out.extend_from_slice(&[r, g, b, byte(f64::from(a).clamp(0.0, 1.0))][..channels]);
+        }
+        out
+    }
+}

@@ -1,0 +1,82 @@
+//! What a ray sees: the first surface, and whether anything is between it and a light.
+
+use shotline::compile::World;
+use shotline::math::{HALF_ULP, Vec3};
+use shotline::query::{Caster, Hit, HitKind, Overlaps, QueryError, Segment};
+use shotline::ray::{Ray, Span};
+
+/// One thread's caster, with memory for its lists.
+pub struct Eye<'w> {
+    caster: Caster<'w>,
+    hits: Vec<Hit>,
+    segments: Vec<Segment>,
+}
+
+/// A place on a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// The crossing.
+    pub hit: Hit,
+    /// The unit normal on the side from which it is seen. Surfaces without an inside have two sides, and a
+    /// solid may be seen from within: both are shaded like any other.
+    pub normal: Vec3,
+    /// A point beside the surface from which other rays can start, see [`leave`].
+    pub start: Vec3,
+    /// Whether the ray came from inside something.
+    within: bool,
+}
+
+impl<'w> Eye<'w> {
+    pub fn new(world: &'w World) -> Eye<'w> {
+        Eye { caster: Caster::new(world), hits: Vec::new(), segments: Vec::new() }
+    }
+
+    /// The first surface a ray meets.
+    pub fn surface(&mut self, ray: &Ray) -> Option<Place> {
+        let (hit, within) = self.first(ray, Span::FORWARD)?;
+        let normal = if hit.normal.dot(ray.direction()) > 0.0 { -hit.normal } else { hit.normal };
+        Some(Place { hit, normal, start: leave(ray, &hit, normal), within })
+    }
+
+    /// Whether something lies between a place and what is `reach` lengths of `toward` away from it.
+    pub fn blocked(&mut self, place: &Place, toward: Vec3, reach: f64) -> bool {
+        let (Ok(ray), Ok(span)) = (Ray::new(place.start, toward), Span::new(0.0, reach)) else {
+            return false;
+        };
+        // From within an object every ray begins with a crossing, but only a surface stops light.
+        if place.within { self.first(&ray, span).is_some() } else { self.caster.any(&ray, span) }
+    }
+
+    /// The stretches of a ray inside objects; where objects overlap, the one of higher priority owns it.
+    pub fn segments(&mut self, ray: &Ray) -> Result<&[Segment], QueryError> {
+        self.segments.clear();
+        self.caster.segments(ray, Span::FORWARD, Overlaps::Priority, &mut self.segments)?;
+        Ok(&self.segments)
+    }
+
+    /// The first crossing with a surface, and whether the ray starts inside something.
+    fn first(&mut self, ray: &Ray, span: Span) -> Option<(Hit, bool)> {
+        let closest = self.caster.closest(ray, span)?;
+        if closest.kind == HitKind::Surface {
+            return Some((closest, false));
+        }
+        self.hits.clear();
+        self.caster.crossings(ray, span, &mut self.hits);
+        self.hits.iter().find(|h| h.kind == HitKind::Surface).map(|h| (*h, true))
+    }
+}
+
+/// Where rays start that leave a surface: beside it, on the side of the normal.
+///
+/// `o + t d` misses the surface by what `t` may be wrong (`t_err` lengths of `d`) and by the rounding of the
+/// product and the sum. Both are known, so the way to go is known: a few times their sum, far below anything
+/// visible, and right for a screw and for a planet alike. A fixed distance would be wrong for one of them:
+/// shadows on lit faces where it is too small, light through thin sheets where it is too large. The step is
+/// along the normal, not along the new ray, which may run so flat that no step along it would leave.
+fn leave(ray: &Ray, hit: &Hit, normal: Vec3) -> Vec3 {
+    // As in the core: what agrees within 8 times its bounds may be one.
+    const MARGIN: f64 = 8.0;
+    let step = ray.direction().length();
+    let rounding = 4.0 * HALF_ULP * (ray.origin().length() + hit.t.abs() * step);
+    ray.at(hit.t) + normal * (MARGIN * (hit.t_err * step + rounding))
+}

@@ -1,0 +1,176 @@
+//! Small pictures whose pixels are known.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use shotline::compile::{Options, World, compile};
+use shotline::math::Vec3;
+use shotline::query::batch::Run;
+use shotline::scene::{Camera, Lens, Light, LightSource, Material, Scene};
+use shotline::solid::Value;
+use shotline_render::{Backdrop, RenderError, Settings, look, render};
+
+/// A sphere of radius 1 at the origin, seen along y from 10 away in a parallel picture of height 4.
+fn sphere(mu: Option<f64>) -> Scene {
+    let mut scene = Scene::default();
+    let node = scene.add_solid("sphere", &[Value::Number(1.0)]).unwrap();
+    scene.materials.push(("grey".into(), Material { color: Some([0.5; 3]), mu, ..Material::default() }));
+    scene.add_object("ball", Some("grey"), node);
+    scene.camera = Some(Camera {
+        eye: Vec3::new(0.0, -10.0, 0.0),
+        target: Vec3::ZERO,
+        up: Vec3::Z,
+        lens: Lens::Orthographic { height: 4.0 },
+    });
+    scene
+}
+
+fn world(scene: &Scene) -> World {
+    compile(scene, Options::default()).unwrap()
+}
+
+fn settings(name: &str) -> Settings {
+    Settings { width: 80, height: 80, samples: 1, look: look(name).unwrap(), ..Settings::default() }
+}
+
+fn light(source: LightSource) -> Light {
+    Light { source, color: None, intensity: None }
+}
+
+#[test]
+fn a_sphere_is_brightest_where_it_faces_the_light() {
+    let mut scene = sphere(None);
+    scene.lights = vec![light(LightSource::Directional(Vec3::new(1.0, 0.0, -1.0)))];
+    let image = render(&world(&scene), &scene, &settings("lit"), Run::default()).unwrap();
+    let red = |column, row| image.pixel(column, row)[0];
+    // Light from the upper left: that side shines, the other is black.
+    assert!(red(30, 30) > red(40, 40));
+    assert!(red(40, 30) > 0.0);
+    assert_eq!(red(50, 50), 0.0);
+    // Lambert: the linear colour of sRGB 0.5 times the cosine, at the pixel's middle.
+    let (x, z) = ((30.5 - 40.0) / 20.0, (40.0 - 30.5) / 20.0);
+    let cosine = (z - x) / 2f64.sqrt();
+    assert!((f64::from(red(30, 30)) - 0.214_041_14 * cosine).abs() < 1e-6);
+}
+
+#[test]
+fn a_sphere_throws_its_shadow() {
+    let mut scene = sphere(None);
+    let wall = scene.add_solid("halfspace", &[Value::Vector([0.0, -1.0, 0.0]), Value::Number(-2.0)]).unwrap();
+    scene.add_object("wall", None, wall);
+    // From beside the camera: the shadow falls to the right of the sphere, upon the wall y = 2.
+    scene.lights = vec![light(LightSource::Point(Vec3::new(-6.0, -6.0, 0.0)))];
+    let image = render(&world(&scene), &scene, &settings("lit"), Run::default()).unwrap();
+    assert_eq!(image.pixel(78, 40)[0], 0.0);
+    assert!(image.pixel(2, 40)[0] > 0.1);
+    assert!(image.pixel(78, 2)[0] > 0.1);
+}
+
+#[test]
+fn thickness_is_the_share_that_comes_through() {
+    let scene = sphere(Some(0.7));
+    let image = render(&world(&scene), &scene, &settings("thickness"), Run::default()).unwrap();
+    for (column, row) in [(40, 40), (30, 45), (55, 52), (0, 0)] {
+        let at = |pixel: u32| (f64::from(pixel) + 0.5 - 40.0) / 20.0;
+        let distance = at(column).hypot(at(row));
+        let chord = 2.0 * (1.0 - distance * distance).max(0.0).sqrt();
+        let through = f64::from(image.pixel(column, row)[0]);
+        assert!((through - (-0.7 * chord).exp()).abs() < 1e-6, "{through} at {column}, {row}");
+    }
+}
+
+#[test]
+fn normals_are_written_as_they_are() {
+    let scene = sphere(None);
+    let image = render(&world(&scene), &scene, &settings("normal"), Run::default()).unwrap();
+    let bytes = image.to_bytes();
+    let at = (40 * 80 + 50) * 3;
+    let (x, z) = (10.5 / 20.0, -0.5 / 20.0);
+    let y = -f64::sqrt(1.0 - x * x - z * z);
+    let want = [x, y, z].map(|n| ((n * 0.5 + 0.5) * 255.0).round() as u8);
+    assert_eq!(bytes[at..at + 3], want);
+}
+
+#[test]
+fn depth_is_brightest_in_front() {
+    let scene = sphere(None);
+    let image = render(&world(&scene), &scene, &settings("depth"), Run::default()).unwrap();
+    assert!(image.pixel(40, 40)[0] > 0.99);
+    assert!(image.pixel(55, 40)[0] < image.pixel(50, 40)[0]);
+    assert_eq!(image.pixel(1, 1), [0.0, 0.0, 0.0, 1.0]);
+}
+
+#[test]
+fn threads_leave_no_trace() {
+    for name in ["lit", "depth", "thickness"] {
+        let mut scene = sphere(None);
+        scene.camera = None;
+        let world = world(&scene);
+        let settings = Settings { width: 101, height: 67, samples: 5, ..settings(name) };
+        let run = |threads| render(&world, &scene, &settings, Run { threads, ..Run::default() }).unwrap();
+        assert_eq!(run(1), run(4));
+    }
+}
+
+#[test]
+fn scenes_without_camera_and_lights_are_framed_and_lit() {
+    let mut scene = sphere(None);
+    let ground =
+        scene.add_solid("halfspace", &[Value::Vector([0.0, 0.0, 1.0]), Value::Number(-1.0)]).unwrap();
+    scene.camera = None;
+    let clear = Settings { backdrop: Some(Backdrop::Transparent), ..settings("lit") };
+    let image = render(&world(&scene), &scene, &clear, Run::default()).unwrap();
+    let covered = image.pixels().iter().filter(|p| p[3] > 0.0).count();
+    assert!(covered > 80 * 80 / 4, "{covered}");
+    assert_eq!(image.pixel(40, 40)[3], 1.0);
+    assert_eq!((image.pixel(0, 0), image.channels()), ([0.0; 4], 4));
+    // A ground without end does not make the sphere small.
+    scene.add_object("ground", None, ground);
+    let normals = render(&world(&scene), &scene, &settings("normal"), Run::default()).unwrap();
+    let up = normals.pixel(0, 79);
+    let sphere = normals.pixels().iter().filter(|p| **p != up).count();
+    assert!(sphere > 80 * 80 / 4, "{sphere}");
+}
+
+#[test]
+fn within_an_object_light_still_arrives() {
+    let mut scene = sphere(None);
+    let room = Value::Vector([-20.0; 3]);
+    let room = scene.add_solid("box", &[room, Value::Vector([20.0; 3])]).unwrap();
+    scene.add_object("room", None, room);
+    scene.lights = vec![light(LightSource::Directional(Vec3::Y))];
+    // The light comes from outside and stops at the room's wall; a lamp inside reaches the sphere.
+    let dark = render(&world(&scene), &scene, &settings("lit"), Run::default()).unwrap();
+    assert_eq!(dark.pixel(40, 40)[0], 0.0);
+    scene.lights = vec![light(LightSource::Point(Vec3::new(0.0, -9.0, 1.0)))];
+    let image = render(&world(&scene), &scene, &settings("lit"), Run::default()).unwrap();
+    assert!(image.pixel(40, 40)[0] > 0.1);
+}
+
+#[test]
+fn progress_counts_every_ray_and_cancelling_ends_it() {
+    let scene = sphere(None);
+    let world = world(&scene);
+    let done = AtomicU64::new(0);
+    let progress = |n| _ = done.fetch_add(n, Ordering::Relaxed);
+    let stop = AtomicBool::new(false);
+    let run = Run { threads: 2, progress: Some(&progress), cancel: Some(&stop) };
+    let settings = Settings { samples: 3, ..settings("lit") };
+    render(&world, &scene, &settings, run).unwrap();
+    assert_eq!(done.load(Ordering::Relaxed), 80 * 80 * 3);
+    stop.store(true, Ordering::Relaxed);
+    assert_eq!(render(&world, &scene, &settings, run), Err(RenderError::Cancelled));
+}
+
+#[test]
+fn impossible_settings_are_refused() {
+    let scene = sphere(None);
+    let world = world(&scene);
+    let refused = |s: Settings| render(&world, &scene, &s, Run::default()).unwrap_err();
+    let wide = Settings { width: 0, ..settings("lit") };
+    assert_eq!(refused(wide), RenderError::Size { width: 0, height: 80 });
+    assert_eq!(refused(Settings { samples: 0, ..settings("lit") }), RenderError::Samples(0));
+    let empty = Scene::default();
+    let nothing = compile(&empty, Options::default()).unwrap();
+    let error = render(&nothing, &empty, &settings("lit"), Run::default()).unwrap_err();
+    assert_eq!(error, RenderError::NothingToFrame);
+}

@@ -1,0 +1,271 @@
+//! A mesh that answers rays.
+
+use std::sync::Arc;
+
+use super::probe::{Probe, Size, Triangle};
+use super::winding::{FirstEntry, first_entry, order, to_crossings, total};
+use super::{MeshError, Topology, TriangleMesh};
+use crate::aabb::Aabb;
+use crate::accel::{self, Accelerator, Work};
+use crate::crossing::Crossing;
+use crate::math::Vec3;
+use crate::ray::{Line, Span};
+use crate::solid::{Solid, Wanted};
+
+/// A mesh prepared for rays. As a [`Solid`] it means something only if it is closed; its inside is where the
+/// winding number is not zero. The surface, closed or not, is asked by [`MeshSolid::hits`],
+/// [`MeshSolid::nearest`] and [`MeshSolid::any`].
+#[derive(Debug)]
+pub struct MeshSolid {
+    mesh: Arc<TriangleMesh>,
+    topology: Topology,
+    bounds: Aabb,
+    size: Size,
+    /// Scaled; an accelerator's items are places in this list.
+    triangles: Vec<Triangle>,
+    scaled_bounds: Aabb,
+    accelerator: Arc<dyn Accelerator>,
+}
+
+impl MeshSolid {
+    /// Checks a mesh and builds an accelerator over it, by name (see [`accel::NAMES`]).
+    ///
+    /// # Errors
+    /// [`MeshError`] for what is not a mesh at all. An open mesh is none of these: see [`Topology`].
+    pub fn new(mesh: Arc<TriangleMesh>, accel: &str) -> Result<MeshSolid, MeshError> {
+        let topology = Topology::of(&mesh)?;
+        let size = Size::of(&mesh.vertices);
+        let corners = |face: &[u32; 3]| face.map(|v| mesh.vertices[v as usize]);
+        let triangles: Vec<Triangle> = (0..)
+            .zip(&mesh.faces)
+            .map(|(face, indices)| Triangle { corners: corners(indices).map(|v| size.scale(v)), face })
+            .filter(|t| {
+                let [a, b, c] = t.corners;
+                a != b && b != c && c != a
+            })
+            .collect();
+        let boxes: Vec<Aabb> = triangles.iter().map(Triangle::bounds).collect();
+        let accelerator = accel::build(accel, &boxes)
+            .ok_or_else(|| MeshError::UnknownAccelerator { name: accel.to_string() })?;
+        Ok(MeshSolid {
+            bounds: Aabb::around(mesh.faces.iter().flat_map(corners)),
+            scaled_bounds: boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(b)),
+            mesh,
+            topology,
+            size,
+            triangles,
+            accelerator,
+        })
+    }
+
+    /// What is right and wrong with the mesh.
+    pub fn topology(&self) -> &Topology {
+        &self.topology
+    }
+
+    /// Whether the mesh is closed, and so a solid.
+    pub fn is_closed(&self) -> bool {
+        self.topology.is_closed()
+    }
+
+    /// Appends every hit of the surface in the span, by `t` and then by triangle, entering where the line
+    /// sees the front. A ray through a shared edge or vertex hits one of the triangles there.
+    pub fn hits(&self, line: &Line, span: Span, out: &mut Vec<Crossing>, work: &mut Work) {
+        if let Some(probe) = Probe::new(line, &self.size) {
+            self.hits_between(&probe, span.t_min(), span.t_max(), out, work);
+        }
+    }
+
+    /// The first of the [`MeshSolid::hits`].
+    pub fn nearest(&self, line: &Line, span: Span, work: &mut Work) -> Option<Crossing> {
+        let probe = Probe::new(line, &self.size)?;
+        let mut nearest: Option<Crossing> = None;
+        self.walk(&probe, span.t_min(), span.t_max(), work, |hit| {
+            if nearest.is_none_or(|best| order(&hit, &best).is_lt()) {
+                nearest = Some(hit);
+            }
+            nearest.map_or(hit.t, |best| best.t)
+        });
+        nearest
+    }
+
+    /// Whether there are [`MeshSolid::hits`].
+    pub fn any(&self, line: &Line, span: Span, work: &mut Work) -> bool {
+        let Some(probe) = Probe::new(line, &self.size) else { return false };
+        let mut any = false;
+        self.walk(&probe, span.t_min(), span.t_max(), work, |_| {
+            any = true;
+            f64::NEG_INFINITY
+        });
+        any
+    }
+
+    /// Visits hits between two `t`, perhaps twice, nearest first as far as the accelerator can tell.
+    /// `visit` answers the `t` behind which no hit is wanted any more.
+    fn walk(
+        &self,
+        probe: &Probe,
+        from: f64,
+        to: f64,
+        work: &mut Work,
+        mut visit: impl FnMut(Crossing) -> f64,
+    ) {
+        let mut limit = to;
+        let mut scaled_limit = probe.scaled(to);
+        self.accelerator.walk(&probe.boxes(from, to), work, &mut |items, work| {
+            work.solids += items.len() as u64;
+            for &item in items {
+                if let Some(hit) = probe.hit(&self.triangles[item as usize])
+                    && from <= hit.t
+                    && hit.t <= limit
+                {
+                    limit = visit(hit);
+                    scaled_limit = probe.scaled(limit);
+                }
+            }
+            scaled_limit
+        });
+    }
+
+    /// Appends all hits between two `t`, in order, each once.
+    fn hits_between(&self, probe: &Probe, from: f64, to: f64, out: &mut Vec<Crossing>, work: &mut Work) {
+        let start = out.len();
+        self.walk(probe, from, to, work, |hit| {
+            insert(out, start, hit);
+            to
+        });
+    }
+
+    /// Appends the hits that decide the first entry behind `from`, where the line is outside: those up to
+    /// the end of its event, or all if there is none.
+    fn hits_to_first_entry(
+        &self,
+        probe: &Probe,
+        mut from: f64,
+        to: f64,
+        out: &mut Vec<Crossing>,
+        work: &mut Work,
+    ) {
+        let start = out.len();
+        let end = |hits: &[Crossing]| first_entry(hits).map_or(to, |e| to.min(probe.event_end(e.reach)));
+        let mut wanted = to;
+        loop {
+            let mut lowest = wanted;
+            self.walk(probe, from, wanted, work, |hit| {
+                insert(out, start, hit);
+                lowest = lowest.min(end(&out[start..]));
+                lowest
+            });
+            // Hits are complete up to the lowest limit. That is too early if the hits that set it turned out
+            // to be an event without effect, a flap: go on from there.
+            wanted = end(&out[start..]);
+            if wanted <= lowest {
+                break;
+            }
+            from = lowest;
+        }
+        if let Some(FirstEntry { hits, .. }) = first_entry(&out[start..]) {
+            out.truncate(start + hits);
+        }
+    }
+
+    /// The corners of a triangle of the mesh, scaled.
+    fn corners(&self, primitive: u32) -> [Vec3; 3] {
+        self.mesh.corners(primitive).map(|v| self.size.scale(v))
+    }
+}
+
+/// Inserts a hit where it belongs among the sorted ones from `start` on, unless it is there.
+fn insert(out: &mut Vec<Crossing>, start: usize, hit: Crossing) {
+    if let Err(place) = out[start..].binary_search_by(|other| order(other, &hit)) {
+        out.insert(start + place, hit);
+    }
+}
+
+impl Solid for MeshSolid {
+    fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    fn crossings(&self, line: &Line, out: &mut Vec<Crossing>) {
+        let Some(probe) = Probe::new(line, &self.size) else { return };
+        let start = out.len();
+        self.hits_between(&probe, f64::NEG_INFINITY, f64::INFINITY, out, &mut Work::default());
+        to_crossings(out, start, 0);
+    }
+
+    fn crossings_within(
+        &self,
+        line: &Line,
+        span: Span,
+        wanted: Wanted,
+        out: &mut Vec<Crossing>,
+        work: &mut Work,
+    ) {
+        let Some(probe) = Probe::new(line, &self.size) else { return };
+        let start = out.len();
+        // Hits just outside of the span may be one event with hits in it.
+        let from = span.t_min() - 16.0 * probe.worst_err(span.t_min());
+        let to = probe.event_end(span.t_max());
+        let Some((enter, _)) = probe.boxes(from, to).enter_exit(&self.scaled_bounds) else { return };
+        if enter <= probe.scaled(from) {
+            // Perhaps inside: all hits ahead say how often, for behind the last of them it is outside.
+            self.hits_between(&probe, from, f64::INFINITY, out, work);
+            let before = -total(&out[start..]);
+            to_crossings(out, start, before);
+        } else {
+            match wanted {
+                Wanted::All => self.hits_between(&probe, from, to, out, work),
+                Wanted::First => self.hits_to_first_entry(&probe, from, to, out, work),
+            }
+            to_crossings(out, start, 0);
+        }
+    }
+
+    /// The height above the triangle's plane.
+    fn implicit(&self, p: Vec3, surface: u32, primitive: u32) -> f64 {
+        let [a, ..] = self.corners(primitive);
+        self.normal(p, surface, primitive).dot(self.size.scale(p) - a)
+    }
+
+    /// The triangle's normal, turned over in a mesh that is wound inward.
+    fn normal(&self, _p: Vec3, _surface: u32, primitive: u32) -> Vec3 {
+        let [a, b, c] = self.corners(primitive);
+        let normal = (b - a).cross(c - a);
+        if self.topology.signed_volume.is_sign_negative() { -normal } else { normal }
+    }
+
+    /// By the winding number: what the hits on one side of the point add up to.
+    fn contains(&self, p: Vec3) -> bool {
+        if !self.bounds.contains(p) {
+            return false;
+        }
+        let Some(probe) = Probe::new(&Line::exact(p, Vec3::Z), &self.size) else { return false };
+        let mut hits = Vec::new();
+        self.hits_between(&probe, 0.0, f64::INFINITY, &mut hits, &mut Work::default());
+        total(&hits) != 0
+    }
+
+    fn surfaces(&self) -> &'static [&'static str] {
+        &["mesh"]
+    }
+
+    fn barycentric(&self, p: Vec3, primitive: u32) -> Option<[f64; 2]> {
+        let [a, b, c] = self.corners(primitive);
+        let (ab, ac, ap) = (b - a, c - a, self.size.scale(p) - a);
+        // Seen along the axis on which the normal is longest, so that the areas are the greatest.
+        let normal = ab.cross(ac);
+        let n = normal.abs();
+        let k = if n.z >= n.x && n.z >= n.y { 2 } else { usize::from(n.y >= n.x) };
+        let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+        let area = |u: Vec3, v: Vec3| (u[i] * v[j] - u[j] * v[i]) / normal[k];
+        Some([area(ap, ac), area(ab, ap)])
+    }
+
+    fn memory(&self) -> usize {
+        size_of_val(self.mesh.vertices.as_slice())
+            + size_of_val(self.mesh.faces.as_slice())
+            + size_of_val(self.triangles.as_slice())
+            + self.accelerator.memory()
+    }
+}

@@ -1,0 +1,275 @@
+//! Holds the order of the house: who may import whom, and a few rules for files.
+//!
+//! Within a module the file `mod.rs` is the face of its folder: it names its files, and they may use what it
+//! defines. Between files beside each other (a folder counts as one) imports must not run in a circle.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+#[path = "layering/source.rs"]
+mod source;
+
+use source::{Crate, Module, rust_files, tokens};
+
+/// The modules of the core, lowest first, each with all that it imports. An arrow that nothing needs any more
+/// is an error too: take it out.
+const ARROWS: &[(&str, &[&str])] = &[
+    ("math", &[]),
+    ("roots", &["math"]),
+    ("ray", &["math"]),
+    ("aabb", &["math", "ray"]),
+    ("crossing", &[]),
+    ("accel", &["math", "aabb"]),
+    ("solid", &["math", "roots", "ray", "aabb", "crossing", "accel"]),
+    ("csg", &["ray", "aabb", "crossing"]),
+    ("scene", &["math", "solid", "csg"]),
+    ("compile", &["math", "aabb", "accel", "solid", "csg", "scene"]),
+    ("query", &["math", "ray", "aabb", "crossing", "accel", "solid", "csg", "compile"]),
+    ("testkit", &["math", "ray", "aabb", "crossing", "accel", "solid", "scene"]),
+];
+
+/// Our crates, lowest first: what each depends on, and what its tests and examples use besides.
+const CRATES: &[(&str, &[&str], &[&str])] = &[
+    ("shotline", &[], &[]),
+    ("shotline-io", &["shotline"], &[]),
+    ("shotline-render", &["shotline"], &["shotline-io"]),
+    ("shotline-cli", &["shotline", "shotline-io", "shotline-render"], &[]),
+];
+
+/// Where `unsafe` may stand.
+const UNSAFE: &[&str] = &[];
+
+const MAX_LINES: usize = 500;
+
+const SHAPELESS: &[&str] = &["utils", "util", "misc", "common", "helpers"];
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap().to_path_buf()
+}
+
+fn shown(path: &Path) -> String {
+    path.strip_prefix(root()).unwrap_or(path).display().to_string()
+}
+
+#[track_caller]
+fn assert_none(problems: &[String]) {
+    assert!(problems.is_empty(), "\n  {}\n", problems.join("\n  "));
+}
+
+/// The folders of `crates`.
+fn crates() -> Vec<PathBuf> {
+    let entries = fs::read_dir(root().join("crates")).unwrap().map(|e| e.unwrap().path());
+    let mut found: Vec<PathBuf> = entries.filter(|path| path.join("Cargo.toml").exists()).collect();
+    found.sort();
+    found
+}
+
+fn core() -> Crate {
+    Crate::read(&root().join("crates/shotline/src"))
+}
+
+/// Everything in the repository but what is built or hidden.
+fn repository(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        let hidden = name.starts_with('.') && name != ".ci";
+        if hidden || matches!(name.as_str(), "target" | "out" | "__pycache__") || path.is_symlink() {
+            continue;
+        }
+        found.push(path.clone());
+        if path.is_dir() {
+            repository(&path, found);
+        }
+    }
+    found.sort();
+}
+
+#[test]
+fn the_core_imports_downwards() {
+    let core = core();
+    let allowed: BTreeMap<&str, &[&str]> = ARROWS.iter().copied().collect();
+    let mut problems = Vec::new();
+    for (i, (module, targets)) in ARROWS.iter().enumerate() {
+        for target in *targets {
+            if !ARROWS[..i].iter().any(|(below, _)| below == target) {
+                problems.push(format!("the table lets {module} import {target}, which is not below it"));
+            }
+        }
+    }
+    let mut used = BTreeSet::new();
+    for file in &core.files {
+        let Some(from) = file.module.first() else { continue };
+        let Some(targets) = allowed.get(from.as_str()) else {
+            problems.push(format!("{}: the module {from} is not in the table", shown(&file.path)));
+            continue;
+        };
+        for import in &file.imports {
+            let Some(to) = import.target.first().filter(|to| *to != from) else { continue };
+            used.insert((from.clone(), to.clone()));
+            if allowed.contains_key(to.as_str()) && !targets.contains(&to.as_str()) {
+                problems.push(format!("{}:{}: {from} may not import {to}", shown(&file.path), import.line));
+            }
+        }
+    }
+    for (from, targets) in ARROWS {
+        for to in *targets {
+            if !used.contains(&(from.to_string(), to.to_string())) {
+                problems.push(format!("{from} no longer imports {to}: take the arrow out of the table"));
+            }
+        }
+    }
+    assert_none(&problems);
+}
+
+#[test]
+fn files_do_not_import_in_a_circle() {
+    let core = core();
+    // From a file or folder to those beside it, with the place of the first import.
+    let mut arrows: BTreeMap<Module, BTreeMap<Module, String>> = BTreeMap::new();
+    for file in &core.files {
+        for import in &file.imports {
+            let to = core.home(&import.target);
+            let shared = file.module.iter().zip(&to).take_while(|(a, b)| a == b).count();
+            if shared == file.module.len() || shared == to.len() {
+                continue; // between a folder's face and its files
+            }
+            let place = format!("{}:{}", shown(&file.path), import.line);
+            let from = file.module[..=shared].to_vec();
+            arrows.entry(from).or_default().entry(to[..=shared].to_vec()).or_insert(place);
+        }
+    }
+    if let Some(circle) = arrows.keys().find_map(|start| circle(&arrows, start)) {
+        let line = |(from, to): &(Module, Module)| {
+            format!("{}: {} imports {}", arrows[from][to], from.join("::"), to.join("::"))
+        };
+        assert_none(&circle.iter().map(line).collect::<Vec<_>>());
+    }
+}
+
+/// The arrows of a shortest way from a module back to itself.
+fn circle(
+    arrows: &BTreeMap<Module, BTreeMap<Module, String>>,
+    start: &Module,
+) -> Option<Vec<(Module, Module)>> {
+    let mut reached_from: BTreeMap<Module, Module> = BTreeMap::new();
+    let mut queue = std::collections::VecDeque::from([start.clone()]);
+    while let Some(from) = queue.pop_front() {
+        for to in arrows.get(&from).into_iter().flat_map(BTreeMap::keys) {
+            if reached_from.contains_key(to) {
+                continue;
+            }
+            reached_from.insert(to.clone(), from.clone());
+            if to == start {
+                let mut way = vec![(from.clone(), to.clone())];
+                while way[0].0 != *start {
+                    let here = way[0].0.clone();
+                    way.insert(0, (reached_from[&here].clone(), here));
+                }
+                return Some(way);
+            }
+            queue.push_back(to.clone());
+        }
+    }
+    None
+}
+
+#[test]
+fn crates_depend_downwards() {
+    let mut problems = Vec::new();
+    for folder in crates() {
+        let manifest = folder.join("Cargo.toml");
+        let name = folder.file_name().unwrap().to_str().unwrap();
+        let Some((_, depends, tests)) = CRATES.iter().find(|(known, ..)| *known == name) else {
+            problems.push(format!("{}: the crate {name} is not in the table", shown(&manifest)));
+            continue;
+        };
+        let mut section = String::new();
+        for (i, line) in fs::read_to_string(&manifest).unwrap().lines().enumerate() {
+            if line.starts_with('[') {
+                section = line.to_string();
+            }
+            let key: String = line.chars().take_while(|c| c.is_alphanumeric() || "-_".contains(*c)).collect();
+            let is_ours = CRATES.iter().any(|(ours, ..)| *ours == key);
+            let is_allowed = depends.contains(&key.as_str())
+                || section.contains("dev-dependencies") && (tests.contains(&key.as_str()) || key == name);
+            if section.contains("dependencies") && is_ours && !is_allowed {
+                problems.push(format!("{}:{}: {name} may not depend on {key}", shown(&manifest), i + 1));
+            }
+        }
+    }
+    assert_none(&problems);
+}
+
+#[test]
+fn files_are_short() {
+    let mut files: Vec<PathBuf> =
+        crates().iter().flat_map(|folder| rust_files(&folder.join("src"))).collect();
+    let mut all = Vec::new();
+    repository(&root(), &mut all);
+    let python = root().join("python");
+    let is_source = |path: &PathBuf| path.extension().is_some_and(|e| e == "rs" || e == "py" || e == "pyi");
+    files.extend(all.into_iter().filter(|path| path.starts_with(&python) && is_source(path)));
+    let long = files.iter().filter_map(|path| {
+        let lines = fs::read_to_string(path).unwrap().lines().count();
+        (lines > MAX_LINES).then(|| format!("{}:{lines}: over {MAX_LINES} lines: split it", shown(path)))
+    });
+    assert_none(&long.collect::<Vec<_>>());
+}
+
+#[test]
+fn names_say_something() {
+    let mut all = Vec::new();
+    repository(&root(), &mut all);
+    let shapeless = all.iter().filter(|path| {
+        let stem = path.file_stem().unwrap().to_string_lossy().to_lowercase();
+        SHAPELESS.contains(&stem.as_str())
+    });
+    let problem = |path: &PathBuf| format!("{}: name it after what it holds", shown(path));
+    assert_none(&shapeless.map(problem).collect::<Vec<_>>());
+}
+
+#[test]
+fn unsafe_stays_where_it_is_allowed() {
+    let mut all = Vec::new();
+    repository(&root(), &mut all);
+    let mut problems = Vec::new();
+    for path in all.iter().filter(|path| path.extension().is_some_and(|e| e == "rs")) {
+        if UNSAFE.contains(&shown(path).as_str()) {
+            continue;
+        }
+        for token in tokens(&fs::read_to_string(path).unwrap()) {
+            if token.text == "unsafe" {
+                problems.push(format!("{}:{}: unsafe is not allowed here", shown(path), token.line));
+            }
+        }
+    }
+    assert_none(&problems);
+}
+
+#[test]
+fn no_file_names_a_path_of_a_machine() {
+    // In pieces, so that this file does not name one.
+    let roots = ["work", "root", "home"].map(|name| format!("/{name}/"));
+    let mut all = Vec::new();
+    repository(&root(), &mut all);
+    let mut problems = Vec::new();
+    for path in all.iter().filter(|path| path.is_file()) {
+        let Ok(text) = fs::read_to_string(path) else { continue };
+        if text.contains('\0') {
+            continue;
+        }
+        for (i, line) in text.lines().enumerate() {
+            for machine in &roots {
+                let begins = line.match_indices(machine.as_str()).any(|(at, _)| {
+                    !line[..at].ends_with(|c: char| c.is_alphanumeric() || "._-~)}".contains(c))
+                });
+                if begins {
+                    problems.push(format!("{}:{}: an absolute path, {machine}...", shown(path), i + 1));
+                }
+            }
+        }
+    }
+    assert_none(&problems);
+}

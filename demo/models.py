@@ -1,0 +1,73 @@
+"""The scenes around large meshes, as the dictionaries that scene files hold."""
+
+import json
+import shutil
+
+import mesh
+
+BLUE = {"color": [0.44, 0.64, 0.84], "mu": 4, "specular": 0.3, "shininess": 50}
+CORAL = {"color": [0.93, 0.57, 0.49], "mu": 4, "specular": 0.3, "shininess": 50}
+GROUND = {"color": [0.95, 0.94, 0.92]}
+LAMPS = [
+    {"point": [-5, -6, 9], "color": [1, 0.97, 0.92], "intensity": 0.75},
+    {"ambient": True, "color": [0.93, 0.96, 1], "intensity": 0.42},
+]
+
+
+class Model:
+    """A mesh scene in two files: with the ground under it, for a picture, and alone, to be measured."""
+
+    def __init__(self, name, node, floor, camera, material, looks):
+        self.name, self.node, self.floor, self.camera = name, node, floor, camera
+        self.material, self.looks = material, looks
+
+    def write(self, folder):
+        """Writes both files and answers their paths."""
+        thing = {"name": self.name, "material": "thing", "node": self.node}
+        ground = {"name": "ground", "material": "ground",
+                  "node": {"kind": "halfspace", "normal": [0, 0, 1], "offset": self.floor}}
+        paths = []
+        for suffix, objects in [("", [thing, ground]), ("-alone", [thing])]:
+            scene = {"shotline": 1, "objects": objects, "camera": self.camera, "lights": LAMPS,
+                     "materials": {"thing": self.material, "ground": GROUND}}
+            path = folder / f"{self.name}{suffix}.json"
+            path.write_text(json.dumps(scene, indent=1))
+            paths.append(path)
+        return paths
+
+
+def models(data, folder):
+    """The models: real meshes where there is a folder with them, else one that is made here."""
+    if (data / "armadillo.ply").exists() and (data / "bunny.ply").exists():
+        for name in ["bunny.ply", "armadillo.ply"]:
+            shutil.copyfile(data / name, folder / name)
+        return [bunny(), armadillo()]
+    mesh.write_ply(folder / "knot.ply", *mesh.knot())
+    return [knot()]
+
+
+def bunny():
+    """Open at the bottom: a surface, no solid. Its y is up."""
+    node = {"kind": "mesh", "file": "bunny.ply", "rotate": [90, 0, 0]}
+    camera = {"eye": [-0.12, -0.5, 0.28], "target": [-0.017, 0, 0.105], "up": [0, 0, 1], "fov": 26}
+    return Model("bunny", node, 0.033, camera, BLUE, ["lit", "normal"])
+
+
+def armadillo():
+    """Less a torus that runs in and out of its belly. Its y is up."""
+    node = {"op": "difference", "rotate": [90, 0, 0], "args": [
+        {"kind": "mesh", "file": "armadillo.ply"},
+        {"kind": "torus", "R": 0.1, "r": 0.035, "translate": [-0.01, 0.0, 0.06]},
+    ]}
+    camera = {"eye": [0.7, -2.2, 0.5], "target": [0, 0, -0.09], "up": [0, 0, 1], "fov": 30}
+    return Model("armadillo", node, -0.572, camera, CORAL, ["lit", "thickness"])
+
+
+def knot():
+    """Less a torus along which it winds."""
+    node = {"op": "difference", "args": [
+        {"kind": "mesh", "file": "knot.ply"},
+        {"kind": "torus", "R": 1.45, "r": 0.16},
+    ]}
+    camera = {"eye": [-1.2, -5, 4.6], "target": [0, 0, -0.05], "up": [0, 0, 1], "fov": 32}
+    return Model("knot", node, -0.73, camera, CORAL, ["lit", "normal", "thickness"])

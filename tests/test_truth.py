@@ -1,0 +1,85 @@
+"""Certified crossing lists (testdata/truth): every count right, every list alternating, every t near."""
+
+import json
+
+import numpy as np
+import pytest
+
+from command import ROOT, cast, object_scene
+
+TRUTH = ROOT / "testdata/truth"
+FAMILIES = ["torus", "quadric", "box", "affine", "csg", "coincident", "mesh"]
+# Rays with one of these bits have no one right count: see testdata/truth/README.md.
+GUARDED = 1 | 2 | 4 | 8 | 16
+# The largest error of t, in units of what half an ulp in every input could do.
+MAX_ERROR = 64
+
+
+def load(path):
+    with np.load(path, allow_pickle=False) as arrays:
+        return {name: arrays[name] for name in arrays.files}
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_family(tmp_path, family):
+    truth = load(TRUTH / f"{family}.npz")
+    scenes = json.loads((TRUTH / f"{family}.json").read_text())["scenes"]
+    problems = []
+    for scene in scenes:
+        rows = np.nonzero(truth["scene"] == scene["id"])[0]
+        document = object_scene(scene["root"], defs=scene.get("defs", {}))
+        write_meshes(tmp_path, [scene["root"], *document["defs"].values()])
+        rays = np.hstack([truth["origin"][rows], truth["direction"][rows]])
+        arrays = cast(tmp_path, document, rays, "crossings")
+        for row, begin, end in zip(rows, arrays["ray_splits"], arrays["ray_splits"][1:]):
+            t, entering = arrays["t"][begin:end], arrays["entering"][begin:end]
+            for problem in faults(truth, row, t, entering):
+                problems.append(f"ray {row} of scene {scene['id']} ({scene['name']}): {problem}")
+    assert not problems, "\n".join([f"{len(problems)} faults", *problems[:20]])
+
+
+def faults(truth, row, t, entering):
+    """What is wrong with the crossing list of a ray."""
+    if len(t) % 2:
+        yield f"{len(t)} crossings, an odd number"
+    # An interval without end is closed at infinity here and left open in the truth.
+    finite = np.isfinite(t)
+    if not finite[:-1].all():
+        yield "a crossing that is not finite before the last"
+    t, entering = t[finite], entering[finite]
+    if (t < 0).any() or (np.diff(t) < 0).any() or (entering != (np.arange(len(t)) % 2 == 0)).any():
+        yield "not ascending from 0 and alternating from an entry"
+    if truth["guard"][row] & GUARDED:
+        return
+    part = slice(truth["offsets"][row], truth["offsets"][row + 1])
+    exact = truth["t"][part]
+    if len(t) != len(exact):
+        yield f"{len(t)} crossings instead of {len(exact)}"
+        return
+    unit = np.maximum(truth["sens"][part], np.abs(exact)) * 2.0**-53
+    error = np.abs((t - exact) - truth["t_lo"][part])
+    if (error > MAX_ERROR * unit).any():
+        yield f"off by {(error / unit).max():.3g} units"
+
+
+def write_meshes(folder, nodes):
+    """Gives every mesh of a scene a file."""
+    for node in nodes:
+        write_meshes(folder, node.get("args", []))
+        if node.get("kind") == "mesh":
+            name = node.pop("model")
+            node.pop("n_faces")
+            node["file"] = f"{name}.ply"
+            models = load(TRUTH / "mesh_models.npz")
+            write_ply(folder / node["file"], models[f"{name}_vertices"], models[f"{name}_faces"])
+
+
+def write_ply(path, vertices, faces):
+    triangles = np.zeros(len(faces), dtype=[("count", "u1"), ("corners", "<i4", 3)])
+    triangles["count"], triangles["corners"] = 3, faces
+    header = (
+        "ply\nformat binary_little_endian 1.0\n"
+        f"element vertex {len(vertices)}\nproperty double x\nproperty double y\nproperty double z\n"
+        f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    path.write_bytes(header.encode() + vertices.astype("<f8").tobytes() + triangles.tobytes())
