@@ -100,6 +100,18 @@ fn is_of_type(value: &Value, name: &str) -> bool {
 }
 
 #[test]
+fn the_documentation_knows_every_kind_and_its_example_is_read() {
+    let page = std::fs::read_to_string(repository().join("docs/scene-format.md")).unwrap();
+    let example = page.split("```jsonc\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    parse_scene(example, None).unwrap_or_else(|e| panic!("{e}"));
+    for kind in shotline::solid::KINDS {
+        let row = page.lines().find(|line| line.starts_with(&format!("| `{}` |", kind.name)));
+        let row = row.unwrap_or_else(|| panic!("docs/scene-format.md lacks the kind {}", kind.name));
+        assert!(kind.params.iter().all(|p| row.contains(&format!("`{}`", p.name))), "{row}");
+    }
+}
+
+#[test]
 fn the_example_scenes_are_valid() {
     let schema = Schema::published();
     for entry in std::fs::read_dir(repository().join("scenes")).into_iter().flatten() {

@@ -8,18 +8,6 @@ use super::tree::{Content, Member, Tree, ValueId};
 use crate::fault::{Fault, Faults};
 use crate::suggest;
 
-/// What a key takes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Shape {
-    Number,
-    Numbers(usize),
-    Integer,
-    Boolean,
-    Text,
-    /// Something with keys of its own.
-    Other,
-}
-
 /// A tree being read.
 pub(super) struct Values<'r, 't> {
     pub(super) tree: &'r Tree<'t>,
