@@ -75,7 +75,9 @@ impl Document {
     pub fn explain(&self, errors: &[SceneError]) -> ReadError {
         let mut faults = Faults::default();
         for error in errors {
-            let fault = match error.node.and_then(|node| self.place_of(node, error.param)) {
+            // Finding a place costs reading its node, which is done only for errors that are listed.
+            let node = error.node.filter(|_| !faults.is_full());
+            let fault = match node.and_then(|node| self.place_of(node, error.param)) {
                 Some(place) => Fault::text(place, &error.message),
                 None => Fault::file(&error.message),
             };

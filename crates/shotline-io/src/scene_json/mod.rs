@@ -90,8 +90,7 @@ fn document(text: &str, meshes: MeshFiles, faults: &mut Faults) -> Option<Parts>
     let materials = get("materials").map(|at| looks::read_materials(&mut values, at)).unwrap_or_default();
     let camera = get("camera").and_then(|at| looks::read_camera(&mut values, at));
     let lights = get("lights").map(|at| looks::read_lights(&mut values, at)).unwrap_or_default();
-    let mut graph = Graph::new(values, meshes);
-    graph.scene.materials = materials;
+    let mut graph = Graph::new(values, meshes, materials);
     graph.read(get("defs"), get("objects"));
     let Graph { mut scene, spans, meshes, .. } = graph;
     (scene.units, scene.camera, scene.lights) = (units, camera, lights);
