@@ -1,4 +1,66 @@
 //! shotline finds where rays cross solids: **every** crossing, in order, entering or exiting.
+//!
+//! Solids are exact (quadrics, the torus, closed meshes) and combined by union, intersection and difference;
+//! a graph of affine transforms places them and shares parts. Lists are even, alternate, leave nothing where
+//! solids only touch, carry a bound on the error of every `t`, and are the same bits whatever accelerator,
+//! batch or number of threads found them. `ARCHITECTURE.md` states the contract in full.
+//!
+//! # A tour
+//!
+//! Describe a scene, compile it, cast:
+//!
+//! ```
+//! use shotline::compile::{Options, compile};
+//! use shotline::math::{Affine, Vec3};
+//! use shotline::query::{Caster, Overlaps};
+//! use shotline::ray::{Ray, Span};
+//! use shotline::scene::{Op, Scene};
+//! use shotline::solid::Value::{Number, Vector};
+//!
+//! // A plate with a bore right through it: the caps of the bore lie in the faces of the plate.
+//! let mut scene = Scene::default();
+//! let plate = scene.add_solid("box", &[Vector([-2.0, -2.0, 0.0]), Vector([2.0, 2.0, 1.0])]).unwrap();
+//! let bore = scene.add_solid("cylinder", &[Number(0.5), Number(0.0), Number(1.0)]).unwrap();
+//! let bored = scene.add_csg(Op::Difference, vec![plate, bore]);
+//! scene.add_object("plate", None, bored);
+//!
+//! let world = compile(&scene, Options::default()).unwrap();
+//! let mut caster = Caster::new(&world);
+//!
+//! // Along the bore there is nothing, not even a film at its ends.
+//! let down = Ray::new(Vec3::new(0.1, 0.2, 5.0), -Vec3::Z).unwrap();
+//! assert!(!caster.any(&down, Span::FORWARD));
+//!
+//! // Across it: into the plate, out into the bore, in again, out. `t` counts lengths of the direction.
+//! let across = Ray::new(Vec3::new(-4.0, 0.0, 0.5), Vec3::X * 2.0).unwrap();
+//! let mut hits = Vec::new();
+//! caster.crossings(&across, Span::FORWARD, &mut hits);
+//! let list: Vec<_> = hits.iter().map(|h| (h.t, h.entering)).collect();
+//! assert_eq!(list, [(1.0, true), (1.75, false), (2.25, true), (3.0, false)]);
+//! assert_eq!(world.surface_name(hits[1].surface.unwrap()), "cylinder#1.side");
+//! // Normals point out of the result: here into the bore.
+//! assert_eq!(hits[1].normal, Vec3::X);
+//!
+//! // The stretches inside, with their lengths in world units.
+//! let mut segments = Vec::new();
+//! caster.segments(&across, Span::FORWARD, Overlaps::Error, &mut segments).unwrap();
+//! assert_eq!(segments.iter().map(|s| s.length).collect::<Vec<_>>(), [1.5, 1.5]);
+//! ```
+//!
+//! # What is where
+//!
+//! - [`scene`] describes, [`compile`] checks and builds, [`query`] casts; [`query::batch`] casts arrays of rays
+//!   over all cores.
+//! - [`solid`] has the solids, [`accel`] the accelerators: one file and one line to add one.
+//! - [`csg`] has Roth's table and the programs and the sweep that replace it for many operands.
+//! - [`math`] and [`roots`] have planes as row vectors, affine maps and polynomial roots.
+//!
+//! # What is not promised
+//!
+//! - Whether a ray within its own rounding of a tangent, an edge, a rim or an apex touches or crosses. What is
+//!   promised is that the list is even and alternates either way.
+//! - What a ray that lies in a face sees of that face.
+//! - Crossings at distances at which f64 cannot tell the solid from a point.
 #![deny(missing_docs)]
 
 pub mod aabb;
