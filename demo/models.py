@@ -70,4 +70,4 @@ def knot():
         {"kind": "torus", "R": 1, "r": 0.2, "translate": [0, 0, 0.6]},
     ]}
     camera = {"eye": [-1.2, -5, 4.6], "target": [0, 0, -0.05], "up": [0, 0, 1], "fov": 32}
-    return Model("knot", node, -0.73, camera, CORAL | {"mu": 1.6}, ["lit", "normal", "thickness"])
+    return Model("knot", node, -0.73, camera, CORAL | {"mu": 2.4}, ["lit", "normal", "thickness"])

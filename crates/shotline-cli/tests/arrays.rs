@@ -1,13 +1,13 @@
 //! What `shotline cast` writes: the names, types, shapes and values of its arrays.
 
-mod common;
+mod place;
 
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use common::{DRILLED, Place};
+use place::{DRILLED, Place};
 
 /// Through the hole's walls, along the hole, not a ray, past everything, from inside the ball.
 const RAYS: &[[f64; 6]] = &[

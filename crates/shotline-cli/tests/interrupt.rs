@@ -1,13 +1,13 @@
 //! Ctrl-C ends long work cleanly.
 #![cfg(unix)]
 
-mod common;
+mod place;
 
 use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
-use common::Place;
+use place::Place;
 
 #[test]
 fn ctrl_c_leaves_nothing_behind() {
