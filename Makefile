@@ -9,11 +9,11 @@ SHOTLINE := $(abspath $(or $(CARGO_TARGET_DIR),target))/release/shotline
 VENV := .venv
 export SHOTLINE
 
-.PHONY: help build demo test truth clean
+.PHONY: help build demo test truth bench pictures clean
 .NOTPARALLEL:
 
 help: ## this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-6s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 build: ## the program, optimised
 	$(CARGO) build --release
@@ -37,6 +37,15 @@ else
 truth:
 	@echo "truth: skipped, there is no $(SHARED)/truth; make test scores the selection in testdata/truth"
 endif
+
+bench: build $(VENV)/ready ## rays a second: combinations, and meshes beside Embree where it is at hand
+	$(VENV)/bin/python bench/run.py --bin $(SHOTLINE)
+
+pictures: build ## the pictures of the documentation again (minutes)
+	for scene in section tori instances quadrics; do \
+		$(SHOTLINE) render scenes/$$scene.json -o docs/pictures/$$scene.png --size 720x540 --samples 48 --lighting soft || exit 1; \
+	done
+	$(SHOTLINE) render scenes/section.json -o docs/pictures/section-thickness.png --size 720x540 --samples 16 --look thickness
 
 clean: ## remove everything that was made
 	$(CARGO) clean
