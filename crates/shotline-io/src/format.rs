@@ -35,10 +35,12 @@ pub(crate) enum Content {
     /// One mesh.
     Mesh {
         read: fn(&[u8]) -> Result<MeshFile, Fault>,
-        /// The bytes of a file, and what was lost on the way.
-        write: fn(&TriangleMesh) -> Result<(Vec<u8>, Option<String>), WriteError>,
+        write: fn(&TriangleMesh) -> Result<Written, WriteError>,
     },
 }
+
+/// The bytes of a file, and what was lost on the way.
+pub(crate) type Written = (Vec<u8>, Option<String>);
 
 /// A mesh as read.
 #[derive(Clone, Debug, Default, PartialEq)]

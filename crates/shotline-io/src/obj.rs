@@ -12,7 +12,7 @@ use shotline::solid::mesh::TriangleMesh;
 use crate::bytes::{Cursor, Word, words};
 use crate::error::WriteError;
 use crate::fault::Fault;
-use crate::format::{Content, Format, MeshFile};
+use crate::format::{Content, Format, MeshFile, Written};
 use crate::polygon::{Corner, Polygons};
 
 pub(crate) const FORMAT: Format = Format {
@@ -107,7 +107,7 @@ fn read_corner(word: &Word, vertices: usize) -> Result<Corner, Fault> {
 }
 
 /// Numbers in their shortest form that reads back the same: nothing is lost.
-fn write(mesh: &TriangleMesh) -> Result<(Vec<u8>, Option<String>), WriteError> {
+fn write(mesh: &TriangleMesh) -> Result<Written, WriteError> {
     let mut out = String::new();
     for v in &mesh.vertices {
         // Writing to a string cannot fail.

@@ -12,7 +12,7 @@ use shotline::solid::mesh::TriangleMesh;
 use crate::bytes::{Cursor, Word, words};
 use crate::error::WriteError;
 use crate::fault::Fault;
-use crate::format::{Content, Format, MeshFile};
+use crate::format::{Content, Format, MeshFile, Written};
 
 pub(crate) const FORMAT: Format = Format {
     name: "STL",
@@ -157,7 +157,7 @@ impl Welder {
 }
 
 /// Binary where float32 holds every coordinate, as nearly all programs expect; otherwise text, which loses nothing.
-fn write(mesh: &TriangleMesh) -> Result<(Vec<u8>, Option<String>), WriteError> {
+fn write(mesh: &TriangleMesh) -> Result<Written, WriteError> {
     let single = |x: f64| f64::from(x as f32).to_bits() == x.to_bits();
     if mesh.vertices.iter().all(|v| v.to_array().into_iter().all(single)) {
         Ok((write_binary(mesh)?, None))

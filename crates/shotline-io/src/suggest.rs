@@ -18,7 +18,7 @@ pub(crate) fn nearest<'n>(written: &str, known: impl IntoIterator<Item = &'n str
 }
 
 /// "did you mean 'x'?", or failing that the list of what there is.
-pub(crate) fn hint<'n>(written: &str, known: &[&'n str]) -> String {
+pub(crate) fn hint(written: &str, known: &[&str]) -> String {
     match nearest(written, known.iter().copied()) {
         Some(name) => format!("did you mean '{name}'?"),
         None if known.is_empty() => "there are none".into(),

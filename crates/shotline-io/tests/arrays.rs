@@ -49,7 +49,7 @@ fn columns_are_written_as_numpy_reads_them() {
             head.contains(&format!("'descr': {descr}, 'fortran_order': False, 'shape': {shape}")),
             "{head}"
         );
-        assert!(head.ends_with('\n') && (bytes.len() - size) % 64 == 0);
+        assert!(head.ends_with('\n') && (bytes.len() - size).is_multiple_of(64));
     }
     assert_eq!(entry(&path, "object")[128..], [255, 255, 255, 255, 7, 0, 0, 0]);
     assert_eq!(entry(&path, "kind")[128..], [0, 254]);

@@ -97,7 +97,7 @@ pub(super) struct Header {
 
 pub(super) fn read(bytes: &[u8]) -> Result<Header, Fault> {
     let mut cursor = Cursor::new(bytes, 0);
-    if !cursor.line().is_some_and(|(_, line)| line.trim_ascii_end() == b"ply") {
+    if cursor.line().is_none_or(|(_, line)| line.trim_ascii_end() != b"ply") {
         return Err(Fault::byte(0, "a PLY file begins with the line 'ply'"));
     }
     let mut encoding = None;

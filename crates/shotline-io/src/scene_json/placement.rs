@@ -21,9 +21,7 @@ pub(super) fn read(values: &mut Values, node: ValueId) -> Option<LocalTransform>
         let rows = numbers.try_into().ok()?;
         return Some(LocalTransform::Matrix(Affine::from_row_major(rows)));
     }
-    if scale.or(rotate).or(translate).is_none() {
-        return None;
-    }
+    scale.or(rotate).or(translate)?;
     Some(LocalTransform::Steps {
         scale: scale.and_then(|at| read_scale(values, at)),
         rotate: rotate.and_then(|at| read_rotation(values, at)),

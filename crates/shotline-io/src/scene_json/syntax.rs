@@ -226,8 +226,8 @@ impl<'t> Parser<'t, '_> {
             self.at += blank;
             if rest.starts_with("//") {
                 self.at += rest.find('\n').unwrap_or(rest.len());
-            } else if rest.starts_with("/*") {
-                match rest[2..].find("*/") {
+            } else if let Some(comment) = rest.strip_prefix("/*") {
+                match comment.find("*/") {
                     Some(end) => self.at += end + 4,
                     None => return Err(Fault::text(self.at..self.at + 2, "this comment has no end")),
                 }
