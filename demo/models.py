@@ -5,11 +5,11 @@ import shutil
 
 import mesh
 
-BLUE = {"color": [0.44, 0.64, 0.84], "mu": 4, "specular": 0.3, "shininess": 50}
-CORAL = {"color": [0.93, 0.57, 0.49], "mu": 4, "specular": 0.3, "shininess": 50}
+BLUE = {"color": [0.44, 0.64, 0.84], "specular": 0.3, "shininess": 50}
+CORAL = {"color": [0.93, 0.57, 0.49], "specular": 0.3, "shininess": 50}
 GROUND = {"color": [0.95, 0.94, 0.92]}
 LAMPS = [
-    {"point": [-5, -6, 9], "color": [1, 0.97, 0.92], "intensity": 0.75},
+    {"point": [-5, -10, 8], "color": [1, 0.97, 0.92], "intensity": 0.75},
     {"ambient": True, "color": [0.93, 0.96, 1], "intensity": 0.42},
 ]
 
@@ -54,20 +54,20 @@ def bunny():
 
 
 def armadillo():
-    """Less a torus that runs in and out of its belly. Its y is up."""
+    """Less a torus about its belly, which leaves a groove like a belt. Its y is up."""
     node = {"op": "difference", "rotate": [90, 0, 0], "args": [
         {"kind": "mesh", "file": "armadillo.ply"},
-        {"kind": "torus", "R": 0.1, "r": 0.035, "translate": [-0.01, 0.0, 0.06]},
+        {"kind": "torus", "R": 0.135, "r": 0.045, "translate": [-0.005, -0.02, -0.075], "rotate": [78, 8, 0]},
     ]}
-    camera = {"eye": [0.7, -2.2, 0.5], "target": [0, 0, -0.09], "up": [0, 0, 1], "fov": 30}
-    return Model("armadillo", node, -0.572, camera, CORAL, ["lit", "thickness"])
+    camera = {"eye": [0.62, -2.15, 0.62], "target": [0, 0, -0.085], "up": [0, 0, 1], "fov": 30}
+    return Model("armadillo", node, -0.572, camera, CORAL | {"mu": 8}, ["lit", "thickness"])
 
 
 def knot():
-    """Less a torus along which it winds."""
+    """Less a torus that lies on it and leaves grooves in its upper turns."""
     node = {"op": "difference", "args": [
         {"kind": "mesh", "file": "knot.ply"},
-        {"kind": "torus", "R": 1.45, "r": 0.16},
+        {"kind": "torus", "R": 1, "r": 0.2, "translate": [0, 0, 0.6]},
     ]}
     camera = {"eye": [-1.2, -5, 4.6], "target": [0, 0, -0.05], "up": [0, 0, 1], "fov": 32}
-    return Model("knot", node, -0.73, camera, CORAL, ["lit", "normal", "thickness"])
+    return Model("knot", node, -0.73, camera, CORAL | {"mu": 2.4}, ["lit", "normal", "thickness"])
