@@ -6,7 +6,7 @@ usage: run.py [--bin target/release/shotline] [--work DIR] [--only mesh|csg] [--
 mesh  closest, any and crossings on the bunny and the dragon of ../shared/data, with the rays of
       ../shared/peers/rays.py, on 1 and 2 threads, beside Embree (../shared/peers/embree) in the same run;
       left out, with a message, where these folders are absent. Needs numpy and embreex.
-csg   a box minus 10, 1,000, 100,000 spheres that take away the same share: rays/s for closest and
+csg   a box minus 10 to 100,000 spheres that take away the same share: rays/s for closest and
       crossings, build time, memory.
 
 Rates are rays per second of the cast itself (`cast --stats`), the median of the repeats.
@@ -89,7 +89,7 @@ def combinations(binary, work, repeats):
     rays = os.path.join(work, "block-rays.npy")
     np.save(rays, np.hstack([origins, rng.uniform(-1, 1, (n, 3)) - origins]))
     print(f"{'spheres':>8} {'closest/s':>11} {'crossings/s':>12} {'us closest':>11} {'us crossings':>13} {'crossings a ray':>16} {'build s':>8} {'MB':>7}")
-    for count in (10, 1_000, 100_000):
+    for count in (10, 1_000, 10_000, 100_000):
         scene = os.path.join(work, f"block-{count}.json")
         with open(scene, "w") as f:
             json.dump(block(count), f)

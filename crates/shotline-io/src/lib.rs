@@ -35,3 +35,8 @@ pub use registry::{FORMATS, load, parse_scene, read_mesh};
 pub use save::save;
 pub use scene_json::{scene_schema, write_scene};
 pub use whole::{Output, write_whole};
+
+/// The README's Rust example is compiled.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;
