@@ -8,7 +8,6 @@ use shotline::scene::{Node, NodeId, Scene};
 
 use crate::error::ReadError;
 use crate::fault::{Fault, Faults};
-use crate::scene_json;
 
 /// A scene with its source.
 #[derive(Clone, Debug)]
@@ -27,11 +26,26 @@ pub struct Source {
     path: Option<PathBuf>,
     text: String,
     spans: Vec<Range<usize>>,
+    find_param: Option<FindParam>,
 }
 
+/// Finds a parameter in the text of a node, for formats whose nodes have any.
+pub(crate) type FindParam = fn(node: &str, param: &str) -> Option<Range<usize>>;
+
 impl Source {
-    pub(crate) fn new(path: Option<&Path>, text: String, spans: Vec<Range<usize>>) -> Source {
-        Source { path: path.map(Into::into), text, spans }
+    /// A file whose nodes cannot be found in it.
+    pub(crate) fn opaque(path: &Path) -> Source {
+        Source { path: Some(path.into()), ..Source::default() }
+    }
+
+    /// A text, with the bytes of each node.
+    pub(crate) fn text_of(
+        path: Option<&Path>,
+        text: String,
+        spans: Vec<Range<usize>>,
+        find: FindParam,
+    ) -> Source {
+        Source { path: path.map(Into::into), text, spans, find_param: Some(find) }
     }
 
     /// The file.
@@ -51,7 +65,7 @@ impl Source {
     }
 
     fn find_param(&self, node: &Range<usize>, param: &str) -> Option<Range<usize>> {
-        let inner = scene_json::find_param(self.text.get(node.clone())?, param)?;
+        let inner = self.find_param?(self.text.get(node.clone())?, param)?;
         Some(node.start + inner.start..node.start + inner.end)
     }
 }
@@ -61,7 +75,9 @@ impl Document {
     pub fn explain(&self, errors: &[SceneError]) -> ReadError {
         let mut faults = Faults::default();
         for error in errors {
-            let fault = match error.node.and_then(|node| self.place_of(node, error.param)) {
+            // Finding a place costs reading its node, which is done only for errors that are listed.
+            let node = error.node.filter(|_| !faults.is_full());
+            let fault = match node.and_then(|node| self.place_of(node, error.param)) {
                 Some(place) => Fault::text(place, &error.message),
                 None => Fault::file(&error.message),
             };

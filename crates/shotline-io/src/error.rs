@@ -79,6 +79,16 @@ impl ReadError {
     pub(crate) fn io(path: &Path, error: &io::Error) -> ReadError {
         ReadError::new(Some(path), &[], Fault::file(format!("cannot be read: {error}")).into())
     }
+
+    /// The first problem on one line, for a file that another file names.
+    pub(crate) fn brief(&self, file: &str) -> String {
+        let Some(first) = self.problems.first() else { return file.to_string() };
+        match &first.place {
+            Place::Text { line, column, .. } => format!("{file}:{line}:{column}: {}", first.message),
+            Place::Byte(offset) => format!("{file}: byte {offset}: {}", first.message),
+            Place::File => format!("{file} {}", first.message),
+        }
+    }
 }
 
 /// The starts of the lines of a text.

@@ -52,11 +52,16 @@ impl Faults {
     const MOST: usize = 100;
 
     pub(crate) fn push(&mut self, fault: Fault) {
-        if self.listed.len() < Faults::MOST {
-            self.listed.push(fault);
-        } else {
+        if self.is_full() {
             self.unlisted += 1;
+        } else {
+            self.listed.push(fault);
         }
+    }
+
+    /// Whether further faults are only counted.
+    pub(crate) fn is_full(&self) -> bool {
+        self.listed.len() >= Faults::MOST
     }
 
     pub(crate) fn is_empty(&self) -> bool {

@@ -3,6 +3,12 @@
 //! [`load`] reads a scene or a mesh, [`save`] writes one. A [`Document`] keeps where everything stood, so that
 //! what [`shotline::compile`] finds wrong is shown in the file. Every reader takes any bytes at all: what is
 //! wrong with them is a [`ReadError`] that says where, and memory stays in proportion to the file.
+//!
+//! ```
+//! let text = r#"{ "shotline": 1, "objects": [{ "node": { "kind": "sphere", "raduis": 2 } }] }"#;
+//! let error = shotline_io::parse_scene(text, None).unwrap_err();
+//! assert!(error.to_string().ends_with("help: did you mean 'radius'?"));
+//! ```
 #![deny(missing_docs)]
 
 pub mod arrays;
@@ -10,10 +16,12 @@ mod bytes;
 mod document;
 mod error;
 mod fault;
+mod files;
 mod format;
 mod obj;
 mod ply;
 mod polygon;
+mod registry;
 mod save;
 mod scene_json;
 mod stl;
@@ -22,7 +30,8 @@ mod whole;
 
 pub use document::{Document, Source};
 pub use error::{Place, Problem, ReadError, Snippet, WriteError};
-pub use format::{FORMATS, Format, load, read_mesh};
+pub use format::Format;
+pub use registry::{FORMATS, load, parse_scene, read_mesh};
 pub use save::save;
-pub use scene_json::{parse_scene, scene_schema, write_scene};
+pub use scene_json::{scene_schema, write_scene};
 pub use whole::{Output, write_whole};

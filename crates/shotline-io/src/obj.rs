@@ -12,7 +12,7 @@ use shotline::solid::mesh::TriangleMesh;
 use crate::bytes::{Cursor, Word, words};
 use crate::error::WriteError;
 use crate::fault::Fault;
-use crate::format::{Content, Format, MeshFile, Written};
+use crate::format::{Content, Encoded, Format, MeshFile};
 use crate::polygon::{Corner, Polygons};
 
 pub(crate) const FORMAT: Format = Format {
@@ -107,7 +107,7 @@ fn read_corner(word: &Word, vertices: usize) -> Result<Corner, Fault> {
 }
 
 /// Numbers in their shortest form that reads back the same: nothing is lost.
-fn write(mesh: &TriangleMesh) -> Result<Written, WriteError> {
+fn write(mesh: &TriangleMesh) -> Result<Encoded, WriteError> {
     let mut out = String::new();
     for v in &mesh.vertices {
         // Writing to a string cannot fail.
@@ -116,5 +116,5 @@ fn write(mesh: &TriangleMesh) -> Result<Written, WriteError> {
     for [a, b, c] in &mesh.faces {
         let _ = writeln!(out, "f {} {} {}", u64::from(*a) + 1, u64::from(*b) + 1, u64::from(*c) + 1);
     }
-    Ok((out.into_bytes(), None))
+    Ok(out.into_bytes().into())
 }

@@ -10,10 +10,10 @@ use shotline::scene::{Node, NodeId, Scene};
 use shotline::solid::mesh::TriangleMesh;
 
 use crate::error::WriteError;
-use crate::format::{self, Content};
-use crate::ply;
+use crate::format::{Content, Encoded};
 use crate::scene_json::write_scene;
 use crate::whole::write_whole;
+use crate::{ply, registry};
 
 /// Writes a scene in the format that the file name ends in, and answers what a user may want to know: what was lost,
 /// and which other files were written. Files appear whole or not at all.
@@ -25,14 +25,16 @@ use crate::whole::write_whole;
 /// [`WriteError`] if the format cannot hold the scene or the system refuses.
 pub fn save(path: impl AsRef<Path>, scene: &Scene) -> Result<Vec<String>, WriteError> {
     let path = path.as_ref();
-    let format = format::by_extension(path);
-    let format = format
-        .ok_or_else(|| WriteError::UnknownFormat { path: path.into(), known: format::known_extensions() })?;
+    let format = registry::by_extension(path);
+    let format = format.ok_or_else(|| WriteError::UnknownFormat {
+        path: path.into(),
+        known: registry::known_extensions(),
+    })?;
     match format.content {
         Content::Scene { .. } => save_scene(path, scene),
         Content::Mesh { write, .. } => {
             let (mesh, mut notes) = gather(scene, format.name)?;
-            let (bytes, note) = write(&mesh)?;
+            let Encoded { bytes, note } = write(&mesh)?;
             write_whole(path, |out| out.write_all(&bytes))?;
             notes.extend(note);
             Ok(notes)
@@ -60,7 +62,7 @@ fn save_scene(path: &Path, scene: &Scene) -> Result<Vec<String>, WriteError> {
     }
     let text = write_scene(&scene)?;
     for (name, mesh) in &extra {
-        let (bytes, _) = ply::write(mesh)?;
+        let Encoded { bytes, .. } = ply::write(mesh)?;
         write_whole(&folder.join(name), |out| out.write_all(&bytes))?;
     }
     write_whole(path, |out| out.write_all(text.as_bytes()))?;
@@ -69,7 +71,7 @@ fn save_scene(path: &Path, scene: &Scene) -> Result<Vec<String>, WriteError> {
 
 /// Whether a file holds just this mesh.
 fn is_file_of(path: &Path, mesh: &TriangleMesh) -> bool {
-    format::read_mesh_file(path).is_ok_and(|found| found.mesh == *mesh)
+    registry::read_mesh_file(path).is_ok_and(|found| found.mesh == *mesh)
 }
 
 /// Placements of parts that are written out, at most: sharing can make more of them than any file holds.

@@ -12,7 +12,7 @@ use shotline::solid::mesh::TriangleMesh;
 use crate::bytes::{Cursor, Word, words};
 use crate::error::WriteError;
 use crate::fault::Fault;
-use crate::format::{Content, Format, MeshFile, Written};
+use crate::format::{Content, Encoded, Format, MeshFile};
 
 pub(crate) const FORMAT: Format = Format {
     name: "STL",
@@ -157,13 +157,13 @@ impl Welder {
 }
 
 /// Binary where float32 holds every coordinate, as nearly all programs expect; otherwise text, which loses nothing.
-fn write(mesh: &TriangleMesh) -> Result<Written, WriteError> {
+fn write(mesh: &TriangleMesh) -> Result<Encoded, WriteError> {
     let single = |x: f64| f64::from(x as f32).to_bits() == x.to_bits();
     if mesh.vertices.iter().all(|v| v.to_array().into_iter().all(single)) {
-        Ok((write_binary(mesh)?, None))
+        Ok(write_binary(mesh)?.into())
     } else {
         let note = "written as text, because binary STL holds float32 only and would move vertices";
-        Ok((write_text(mesh), Some(note.into())))
+        Ok(Encoded { bytes: write_text(mesh), note: Some(note.into()) })
     }
 }
 

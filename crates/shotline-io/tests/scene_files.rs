@@ -274,3 +274,18 @@ fn mesh_files_lie_below_the_scene() {
         assert!(load_with_mesh(&folder, "link.ply").unwrap_err().contains("outside"));
     }
 }
+
+#[test]
+fn long_chains_and_many_mistakes_take_no_time() {
+    let chain: String = (0..30_000).map(|i| format!("\"p{i}\": {{\"ref\": \"p{}\"}}, ", i + 1)).collect();
+    let file = |last: &str| format!("{{\"shotline\": 1, \"defs\": {{{chain}\"p30000\": {last}}}}}");
+    assert_eq!(read(&file(BALL)).scene.nodes.len(), 1);
+    assert!(refused(&file("{\"ref\": \"p7\"}")).contains("only refer to one another"));
+    let unknown = refused(&file("{\"ref\": \"x\"}"));
+    assert_eq!(unknown.matches("there is no 'x'").count(), 1);
+    let wrong = "{\"node\": {\"ref\": \"y\", \"scale\": 1}},".repeat(30_000);
+    let shown = refused(&format!(
+        "{{\"shotline\": 1, \"defs\": {{{chain}\"p30000\": {BALL}}}, \"objects\": [{wrong}]}}"
+    ));
+    assert!(shown.ends_with("and 29900 more"));
+}

@@ -49,6 +49,13 @@ impl Schema {
             "$ref" => self.accepts(self.0.pointer(&operand.as_str().unwrap()[1..]).unwrap(), value),
             "type" => is_of_type(value, operand.as_str().unwrap()),
             "const" => value == operand,
+            "enum" => each(operand).any(|known| known == value),
+            "if" => {
+                let branch = if self.accepts(operand, value) { "then" } else { "else" };
+                schema.get(branch).is_none_or(|s| self.accepts(s, value))
+            }
+            "then" | "else" => true,
+            "allOf" => each(operand).all(|s| self.accepts(s, value)),
             "anyOf" => count(operand) > 0,
             "oneOf" => count(operand) == 1,
             "not" => !self.accepts(operand, value),
@@ -89,6 +96,18 @@ fn is_of_type(value: &Value, name: &str) -> bool {
         "number" => value.is_number(),
         "integer" => value.as_f64().is_some_and(|x| x.fract() == 0.0),
         _ => panic!("unknown type '{name}'"),
+    }
+}
+
+#[test]
+fn the_documentation_knows_every_kind_and_its_example_is_read() {
+    let page = std::fs::read_to_string(repository().join("docs/scene-format.md")).unwrap();
+    let example = page.split("```jsonc\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    parse_scene(example, None).unwrap_or_else(|e| panic!("{e}"));
+    for kind in shotline::solid::KINDS {
+        let row = page.lines().find(|line| line.starts_with(&format!("| `{}` |", kind.name)));
+        let row = row.unwrap_or_else(|| panic!("docs/scene-format.md lacks the kind {}", kind.name));
+        assert!(kind.params.iter().all(|p| row.contains(&format!("`{}`", p.name))), "{row}");
     }
 }
 

@@ -8,7 +8,7 @@ use shotline::ray::{InvalidRay, Ray};
 use super::npy::{self, Header};
 use crate::error::ReadError;
 use crate::fault::Fault;
-use crate::format::read_regular;
+use crate::files::read_regular;
 
 /// A row that is no ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -27,7 +27,7 @@ pub struct InvalidRow {
 /// [`ReadError`] for any other file.
 pub fn read_rays(path: impl AsRef<Path>) -> Result<Vec<[f64; 6]>, ReadError> {
     let path = path.as_ref();
-    let bytes = read_regular(path)?;
+    let bytes = read_regular(path, u64::MAX)?;
     rows(&bytes).map_err(|fault| ReadError::new(Some(path), &bytes, fault.into()))
 }
 

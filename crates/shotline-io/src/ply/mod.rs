@@ -14,7 +14,7 @@ use self::rows::{AsciiRows, BinaryRows, Rows};
 use crate::bytes::Cursor;
 use crate::error::WriteError;
 use crate::fault::Fault;
-use crate::format::{Content, Format, MeshFile, Written};
+use crate::format::{Content, Encoded, Format, MeshFile};
 use crate::polygon::{Corner, Polygons};
 
 pub(crate) const FORMAT: Format = Format {
@@ -138,7 +138,7 @@ fn skip(element: &Element, rows: &mut impl Rows) -> Result<(), Fault> {
 }
 
 /// Binary, in float64: nothing is lost.
-pub(crate) fn write(mesh: &TriangleMesh) -> Result<Written, WriteError> {
+pub(crate) fn write(mesh: &TriangleMesh) -> Result<Encoded, WriteError> {
     let head = format!(
         "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n\
          element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
@@ -154,5 +154,5 @@ pub(crate) fn write(mesh: &TriangleMesh) -> Result<Written, WriteError> {
         out.push(3);
         out.extend(face.iter().flat_map(|i| i.to_le_bytes()));
     }
-    Ok((out, None))
+    Ok(out.into())
 }

@@ -1,7 +1,19 @@
 //! The keys of a scene file with their documentation, declared once: the reader takes them from here, and so do
 //! the schema and the suggestions for mistyped ones.
 
-use super::values::Shape::{self, Boolean, Integer, Number, Numbers, Text};
+use self::Shape::{Boolean, Integer, Number, Numbers, Text};
+
+/// What a key takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Shape {
+    Number,
+    Numbers(usize),
+    Integer,
+    Boolean,
+    Text,
+    /// Something with keys of its own.
+    Other,
+}
 
 /// A key.
 pub(super) struct Key {

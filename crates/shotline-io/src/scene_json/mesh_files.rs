@@ -6,11 +6,12 @@ use std::sync::Arc;
 
 use shotline::solid::mesh::TriangleMesh;
 
-use crate::format;
+use crate::format::ReadMesh;
 
 /// The meshes of one scene.
 pub(super) struct MeshFiles {
     folder: Option<PathBuf>,
+    reader: ReadMesh,
     read: HashMap<PathBuf, Result<Arc<TriangleMesh>, Refusal>>,
     /// What a user may want to know about the files.
     pub(super) notes: Vec<String>,
@@ -29,8 +30,8 @@ fn refuse<T>(why: impl Into<String>, help: impl Into<String>) -> Result<T, Refus
 
 impl MeshFiles {
     /// Files below a folder, or none at all.
-    pub(super) fn below(folder: Option<&Path>) -> MeshFiles {
-        MeshFiles { folder: folder.map(Into::into), read: HashMap::new(), notes: Vec::new() }
+    pub(super) fn below(folder: Option<&Path>, reader: ReadMesh) -> MeshFiles {
+        MeshFiles { folder: folder.map(Into::into), reader, read: HashMap::new(), notes: Vec::new() }
     }
 
     /// The mesh of a file named as in the scene.
@@ -39,7 +40,7 @@ impl MeshFiles {
         if let Some(known) = self.read.get(&path) {
             return known.clone();
         }
-        let mesh = match format::read_mesh_file(&path) {
+        let mesh = match (self.reader)(&path) {
             Ok(found) => {
                 self.notes.extend(found.note().map(|note| format!("{file}: {note}")));
                 Ok(Arc::new(found.mesh))

@@ -25,7 +25,7 @@ pub use self::write::write_scene;
 use crate::document::{Document, Source};
 use crate::error::ReadError;
 use crate::fault::{Fault, Faults};
-use crate::format::{Content, Format};
+use crate::format::{Content, Format, ReadMesh};
 
 pub(crate) const FORMAT: Format = Format {
     name: "scene",
@@ -41,7 +41,7 @@ pub(crate) const FORMAT: Format = Format {
 pub(crate) const MAX_BYTES: u64 = 256 << 20;
 
 /// Reads the bytes of a scene file.
-fn read(path: &Path, bytes: Vec<u8>) -> Result<Document, ReadError> {
+fn read(path: &Path, bytes: Vec<u8>, read_mesh: ReadMesh) -> Result<Document, ReadError> {
     let text = match String::from_utf8(bytes) {
         Ok(text) => text,
         Err(error) => {
@@ -53,23 +53,21 @@ fn read(path: &Path, bytes: Vec<u8>) -> Result<Document, ReadError> {
     };
     // `Path::parent` of a bare file name is the empty path, which cannot be opened.
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    parse(text, Some(path), Some(folder))
+    parse(text, Some(path), Some(folder), read_mesh)
 }
 
-/// Reads the text of a scene. Mesh files are looked for in the folder; without one, none can be named.
-///
-/// # Errors
-/// [`ReadError`] with everything that is wrong.
-pub fn parse_scene(text: impl Into<String>, folder: Option<&Path>) -> Result<Document, ReadError> {
-    parse(text.into(), None, folder)
-}
-
-fn parse(text: String, path: Option<&Path>, folder: Option<&Path>) -> Result<Document, ReadError> {
+/// Reads the text of a scene; mesh files are looked for in the folder, if there is one.
+pub(crate) fn parse(
+    text: String,
+    path: Option<&Path>,
+    folder: Option<&Path>,
+    read_mesh: ReadMesh,
+) -> Result<Document, ReadError> {
     let mut faults = Faults::default();
-    let document = document(&text, folder, &mut faults);
+    let document = document(&text, MeshFiles::below(folder, read_mesh), &mut faults);
     match document {
         Some((scene, spans, notes)) if faults.is_empty() => {
-            Ok(Document { scene, notes, source: Source::new(path, text, spans) })
+            Ok(Document { scene, notes, source: Source::text_of(path, text, spans, find_param) })
         }
         _ => Err(ReadError::new(path, text.as_bytes(), faults)),
     }
@@ -77,7 +75,7 @@ fn parse(text: String, path: Option<&Path>, folder: Option<&Path>) -> Result<Doc
 
 type Parts = (shotline::scene::Scene, Vec<std::ops::Range<usize>>, Vec<String>);
 
-fn document(text: &str, folder: Option<&Path>, faults: &mut Faults) -> Option<Parts> {
+fn document(text: &str, meshes: MeshFiles, faults: &mut Faults) -> Option<Parts> {
     if text.len() as u64 > MAX_BYTES {
         faults.push(Fault::file(format!("is larger than {} MiB", MAX_BYTES >> 20)));
         return None;
@@ -92,8 +90,7 @@ fn document(text: &str, folder: Option<&Path>, faults: &mut Faults) -> Option<Pa
     let materials = get("materials").map(|at| looks::read_materials(&mut values, at)).unwrap_or_default();
     let camera = get("camera").and_then(|at| looks::read_camera(&mut values, at));
     let lights = get("lights").map(|at| looks::read_lights(&mut values, at)).unwrap_or_default();
-    let mut graph = Graph::new(values, MeshFiles::below(folder));
-    graph.scene.materials = materials;
+    let mut graph = Graph::new(values, meshes, materials);
     graph.read(get("defs"), get("objects"));
     let Graph { mut scene, spans, meshes, .. } = graph;
     (scene.units, scene.camera, scene.lights) = (units, camera, lights);
@@ -117,7 +114,7 @@ fn check_version(values: &mut Values, root: ValueId) {
 
 /// The bytes of a node's parameter, found by reading the node's text once more: errors are rare, and keeping
 /// every parameter's place would cost more memory than the scene.
-pub(crate) fn find_param(node: &str, param: &str) -> Option<std::ops::Range<usize>> {
+fn find_param(node: &str, param: &str) -> Option<std::ops::Range<usize>> {
     let mut ignored = Faults::default();
     let (tree, root) = syntax::parse(node, &mut ignored)?;
     tree.get(root, param).map(|at| tree.range(at))

@@ -4,10 +4,10 @@
 //! forward references and cycles (which the compiler reports) need nothing more. Work is kept in a list, so a
 //! deep nest needs no deep stack.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
-use shotline::scene::{Node, NodeId, Op, Scene};
+use shotline::scene::{Material, Node, NodeId, Op, Scene};
 use shotline::solid::{self, ParamType, Params, Value};
 
 use super::keys::{MESH, MESH_FILE, OBJECT, OPS, PLACEMENT, names};
@@ -25,6 +25,7 @@ pub(super) struct Graph<'r, 't> {
     pub(super) spans: Vec<Range<usize>>,
     pub(super) meshes: MeshFiles,
     defs: HashMap<&'r str, NodeId>,
+    materials: HashSet<String>,
     unnamed: usize,
 }
 
@@ -58,11 +59,24 @@ const FORMS: [(&str, Form); 4] =
     [("kind", Form::Leaf), ("op", Form::Combination), ("ref", Form::Ref), ("node", Form::Object)];
 
 impl<'r, 't> Graph<'r, 't> {
-    pub(super) fn new(values: Values<'r, 't>, meshes: MeshFiles) -> Graph<'r, 't> {
-        Graph { values, scene: Scene::default(), spans: Vec::new(), meshes, defs: HashMap::new(), unnamed: 0 }
+    /// Nothing but materials yet.
+    pub(super) fn new(
+        values: Values<'r, 't>,
+        meshes: MeshFiles,
+        materials: Vec<(String, Material)>,
+    ) -> Graph<'r, 't> {
+        Graph {
+            values,
+            materials: materials.iter().map(|(name, _)| name.clone()).collect(),
+            scene: Scene { materials, ..Scene::default() },
+            spans: Vec::new(),
+            meshes,
+            defs: HashMap::new(),
+            unnamed: 0,
+        }
     }
 
-    /// Reads the parts and the objects. The materials must be in the scene already.
+    /// Reads the parts and the objects.
     pub(super) fn read(&mut self, defs: Option<ValueId>, objects: Option<ValueId>) {
         let mut todo = Vec::new();
         if let Some(members) = defs.and_then(|at| self.values.object(at, "\"defs\"")) {
@@ -105,17 +119,27 @@ impl<'r, 't> Graph<'r, 't> {
         }
     }
 
-    /// The node at the end of a chain of parts that only name one another.
+    /// The node at the end of a chain of parts that only name one another, for all of them.
     fn follow(&mut self, first: ValueId, by_name: &HashMap<&str, ValueId>) -> NodeId {
-        let mut at = first;
-        for _ in 0..=by_name.len() {
-            match self.ref_name(at).and_then(|name| by_name.get(name)) {
-                Some(next) if self.is_bare_ref(*next) => at = *next,
-                _ => return self.reference(at),
+        let (mut at, mut passed) = (first, Vec::new());
+        let id = loop {
+            let next = self.ref_name(at).and_then(|name| Some((name, *by_name.get(name)?)));
+            let Some((name, next)) = next.filter(|(_, next)| self.is_bare_ref(*next)) else {
+                break self.reference(at);
+            };
+            if let Some(id) = self.defs.get(name) {
+                break *id;
             }
-        }
-        self.values.fault(first, "these parts only refer to one another", "give one of them a shape");
-        self.reserve(first)
+            if passed.len() == by_name.len() {
+                let help = "give one of them a shape";
+                self.values.fault(first, "these parts only refer to one another", help);
+                break self.reserve(first);
+            }
+            passed.push(name);
+            at = next;
+        };
+        self.defs.extend(passed.into_iter().map(|name| (name, id)));
+        id
     }
 
     fn reserve(&mut self, value: ValueId) -> NodeId {
@@ -157,8 +181,8 @@ impl<'r, 't> Graph<'r, 't> {
         if let Some(id) = self.defs.get(name.as_ref()) {
             return *id;
         }
-        let names: Vec<_> = self.defs.keys().copied().collect();
-        self.values.fault(at, format!("there is no '{name}' in \"defs\""), suggest::hint(name, &names));
+        let help = self.values.hint(name, self.defs.keys().copied());
+        self.values.fault(at, format!("there is no '{name}' in \"defs\""), help);
         self.reserve(value)
     }
 
@@ -232,8 +256,8 @@ impl<'r, 't> Graph<'r, 't> {
             return self.mesh(value);
         }
         let Some(kind) = solid::kind(name) else {
-            let known: Vec<_> = solid::KINDS.iter().map(|k| k.name).chain([MESH]).collect();
-            self.values.fault(at, format!("there is no kind '{name}'"), suggest::hint(name, &known));
+            let help = self.values.hint(name, solid::KINDS.iter().map(|k| k.name).chain([MESH]));
+            self.values.fault(at, format!("there is no kind '{name}'"), help);
             return None;
         };
         let params: Vec<_> = kind.params.iter().map(|p| p.name).collect();
@@ -290,12 +314,8 @@ impl<'r, 't> Graph<'r, 't> {
             "difference" => Some(Op::Difference),
             "group" => None,
             _ => {
-                let known: Vec<_> = OPS.iter().map(|(name, _)| *name).collect();
-                self.values.fault(
-                    op_at,
-                    format!("there is no operation '{name}'"),
-                    suggest::hint(name, &known),
-                );
+                let help = self.values.hint(name, OPS.iter().map(|(name, _)| *name));
+                self.values.fault(op_at, format!("there is no operation '{name}'"), help);
                 // The args may hold mistakes of their own.
                 Some(Op::Union)
             }
@@ -338,9 +358,8 @@ impl<'r, 't> Graph<'r, 't> {
 
     fn material(&mut self, at: ValueId) -> Option<String> {
         let name = self.values.text(at, "\"material\"")?;
-        let known: Vec<&str> = self.scene.materials.iter().map(|(name, _)| name.as_str()).collect();
-        if !known.contains(&name.as_ref()) {
-            let help = suggest::hint(name, &known);
+        if !self.materials.contains(name.as_ref()) {
+            let help = self.values.hint(name, self.scene.materials.iter().map(|(name, _)| name.as_str()));
             self.values.fault(at, format!("there is no '{name}' in \"materials\""), help);
         }
         Some(name.to_string())

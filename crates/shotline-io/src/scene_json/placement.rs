@@ -21,6 +21,7 @@ pub(super) fn read(values: &mut Values, node: ValueId) -> Option<LocalTransform>
         let rows = numbers.try_into().ok()?;
         return Some(LocalTransform::Matrix(Affine::from_row_major(rows)));
     }
+    // Without any step there is no placement.
     scale.or(rotate).or(translate)?;
     Some(LocalTransform::Steps {
         scale: scale.and_then(|at| read_scale(values, at)),

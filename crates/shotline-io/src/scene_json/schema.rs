@@ -3,21 +3,22 @@
 use serde_json::{Map, Value, json};
 use shotline::solid::{self, ParamType};
 
-use super::keys::{CAMERA, Key, LIGHT, MATERIAL, MESH, MESH_FILE, OBJECT, OPS, PLACEMENT, ROTATION, TOP};
-use super::values::Shape;
+use super::keys::{
+    CAMERA, Key, LIGHT, MATERIAL, MESH, MESH_FILE, OBJECT, OPS, PLACEMENT, ROTATION, Shape, TOP, names,
+};
 
 /// The schema as text, as published in `docs/scene.schema.json`.
 pub fn scene_schema() -> String {
     let mut definitions = Map::new();
+    definitions.extend(PLACEMENT.iter().map(|key| (key.name.to_string(), placement(key))));
     definitions.insert("shape".into(), shape());
     definitions.insert("object".into(), object());
-    let member =
-        json!({ "anyOf": [reference("shape"), closed(vec![OBJECT, PLACEMENT], &["node"], override_node())] });
+    let object = placed(OBJECT, &["node"], shape_in_node(), "An object in a group or among the parts.");
+    let member = json!({ "if": { "required": ["node"] }, "then": object, "else": reference("shape") });
     definitions.insert("member".into(), member);
-    definitions.insert("material".into(), closed(vec![MATERIAL], &[], Map::new()));
+    definitions.insert("material".into(), closed(MATERIAL, &[], Map::new()));
     definitions.insert("light".into(), light());
-    let (known, refs) = top();
-    let mut schema = closed(known, &["shotline"], refs);
+    let mut schema = closed(TOP, &["shotline"], top());
     schema["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");
     schema["title"] = json!("shotline scene");
     schema["description"] = json!("Comments and trailing commas are allowed. See docs/scene-format.md.");
@@ -25,11 +26,11 @@ pub fn scene_schema() -> String {
     format!("{schema:#}\n")
 }
 
-fn top() -> (Vec<&'static [Key]>, Map<String, Value>) {
+fn top() -> Map<String, Value> {
     let named = |what: &str| json!({ "type": "object", "additionalProperties": reference(what) });
-    let mut camera = closed(vec![CAMERA], &["eye", "target"], Map::new());
+    let mut camera = closed(CAMERA, &["eye", "target"], Map::new());
     camera["not"] = json!({ "required": ["fov", "height"] });
-    let reusable = json!({ "anyOf": [reference("object"), closed(vec![], &["ref"], part_name())] });
+    let reusable = json!({ "anyOf": [reference("object"), closed(&[], &["ref"], part_name())] });
     let refs = [
         ("shotline", json!({ "const": 1 })),
         ("defs", named("member")),
@@ -38,14 +39,14 @@ fn top() -> (Vec<&'static [Key]>, Map<String, Value>) {
         ("camera", camera),
         ("lights", json!({ "type": "array", "items": reference("light") })),
     ];
-    (vec![TOP], refs.map(|(key, value)| (key.to_string(), value)).into_iter().collect())
+    refs.map(|(key, value)| (key.to_string(), value)).into_iter().collect()
 }
 
 fn object() -> Value {
-    closed(vec![OBJECT], &["node"], override_node())
+    closed(OBJECT, &["node"], shape_in_node())
 }
 
-fn override_node() -> Map<String, Value> {
+fn shape_in_node() -> Map<String, Value> {
     [("node".to_string(), reference("shape"))].into_iter().collect()
 }
 
@@ -56,20 +57,34 @@ fn part_name() -> Map<String, Value> {
 }
 
 fn light() -> Value {
-    let mut light = closed(vec![LIGHT], &[], Map::new());
+    let mut light = closed(LIGHT, &[], Map::new());
     light["oneOf"] =
         json!([{ "required": ["point"] }, { "required": ["direction"] }, { "required": ["ambient"] }]);
     light["properties"]["ambient"]["const"] = json!(true);
     light
 }
 
-/// Leaves of every kind, operations and references.
+/// Leaves of every kind, operations and references. Each form is looked at only if its key says so: with `oneOf` a
+/// validator would try every operation at every level of a nest, which takes ages.
 fn shape() -> Value {
-    let mut forms: Vec<Value> = solid::KINDS.iter().map(|kind| leaf(kind)).collect();
-    forms.push(mesh());
-    forms.extend(OPS.iter().map(|(op, about)| operation(op, about)));
-    forms.push(placed(&[], &["ref"], part_name(), "A part of defs."));
-    json!({ "oneOf": forms })
+    let leaves = solid::KINDS.iter().map(|kind| when("kind", json!({ "const": kind.name }), leaf(kind)));
+    let mut forms: Vec<Value> = leaves.collect();
+    forms.push(when("kind", json!({ "const": MESH }), mesh()));
+    forms.extend(OPS.iter().map(|(op, about)| when("op", json!({ "const": op }), operation(op, about))));
+    forms.push(when("ref", json!({}), placed(&[], &["ref"], part_name(), "A part of defs.")));
+    let kinds: Vec<_> = solid::KINDS.iter().map(|k| k.name).chain([MESH]).collect();
+    let ops: Vec<_> = OPS.iter().map(|(op, _)| *op).collect();
+    json!({
+        "type": "object",
+        "properties": { "kind": { "enum": kinds }, "op": { "enum": ops } },
+        "oneOf": [{ "required": ["kind"] }, { "required": ["op"] }, { "required": ["ref"] }],
+        "allOf": forms,
+    })
+}
+
+/// The schema of an object that has a certain key.
+fn when(key: &str, value: Value, then: Value) -> Value {
+    json!({ "if": { "required": [key], "properties": { key: value } }, "then": then })
 }
 
 fn leaf(kind: &solid::Kind) -> Value {
@@ -99,32 +114,38 @@ fn operation(op: &str, about: &str) -> Value {
 }
 
 /// An object that may also carry a placement: a matrix or steps.
-fn placed(keys: &'static [Key], required: &[&str], own: Map<String, Value>, about: &str) -> Value {
-    let mut schema = closed(vec![keys, PLACEMENT], required, own);
+fn placed(keys: &[Key], required: &[&str], own: Map<String, Value>, about: &str) -> Value {
+    let mut schema = closed(keys, required, own);
+    for key in names(PLACEMENT) {
+        schema["properties"][key] = reference(key);
+    }
+    let steps = ["scale", "rotate", "translate"].map(|step| json!({ "required": [step] }));
+    schema["dependentSchemas"] = json!({ "transform": { "not": { "anyOf": steps } } });
     schema["description"] = json!(about);
     schema
 }
 
+/// The schema of a key of a placement.
+fn placement(key: &Key) -> Value {
+    let mut schema = match key.name {
+        "scale" => json!({ "anyOf": [bare(Shape::Number), bare(Shape::Numbers(3))] }),
+        "rotate" => {
+            let about = closed(ROTATION, &["axis", "degrees"], Map::new());
+            json!({ "anyOf": [bare(Shape::Numbers(3)), about] })
+        }
+        _ => bare(key.shape),
+    };
+    schema["description"] = json!(key.about);
+    schema
+}
+
 /// An object with these keys and no others; `own` adds keys and replaces the schemas of some.
-fn closed(keys: Vec<&'static [Key]>, required: &[&str], own: Map<String, Value>) -> Value {
-    let mut properties = Map::new();
-    let mut steps_or_matrix = false;
-    for key in keys.into_iter().flatten() {
-        let mut schema = match key.name {
-            "scale" => json!({ "anyOf": [bare(Shape::Number), bare(Shape::Numbers(3))] }),
-            "rotate" => {
-                json!({ "anyOf": [bare(Shape::Numbers(3)), closed(vec![ROTATION], &["axis", "degrees"], Map::new())] })
-            }
-            _ => bare(key.shape),
-        };
-        schema["description"] = json!(key.about);
-        steps_or_matrix |= key.name == "transform";
-        properties.insert(key.name.into(), schema);
-    }
+fn closed(keys: &[Key], required: &[&str], own: Map<String, Value>) -> Value {
+    let known = keys.iter().map(|key| (key.name.to_string(), described(key.shape, key.about)));
+    let mut properties: Map<String, Value> = known.collect();
     for (key, mut schema) in own {
-        if let Some(about) = properties.get(&key).and_then(|known| known.get("description"))
-            && schema.get("description").is_none()
-        {
+        let about = properties.get(&key).and_then(|known| known.get("description"));
+        if let Some(about) = about.filter(|_| schema.get("description").is_none()) {
             schema["description"] = about.clone();
         }
         properties.insert(key, schema);
@@ -132,11 +153,6 @@ fn closed(keys: Vec<&'static [Key]>, required: &[&str], own: Map<String, Value>)
     let mut schema = json!({ "type": "object", "properties": properties, "additionalProperties": false });
     if !required.is_empty() {
         schema["required"] = json!(required);
-    }
-    if steps_or_matrix {
-        schema["dependentSchemas"] = json!({ "transform": { "not": { "anyOf": [
-            { "required": ["scale"] }, { "required": ["rotate"] }, { "required": ["translate"] },
-        ] } } });
     }
     schema
 }

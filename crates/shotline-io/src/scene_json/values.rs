@@ -8,18 +8,6 @@ use super::tree::{Content, Member, Tree, ValueId};
 use crate::fault::{Fault, Faults};
 use crate::suggest;
 
-/// What a key takes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Shape {
-    Number,
-    Numbers(usize),
-    Integer,
-    Boolean,
-    Text,
-    /// Something with keys of its own.
-    Other,
-}
-
 /// A tree being read.
 pub(super) struct Values<'r, 't> {
     pub(super) tree: &'r Tree<'t>,
@@ -29,6 +17,14 @@ pub(super) struct Values<'r, 't> {
 impl<'r, 't> Values<'r, 't> {
     pub(super) fn fault(&mut self, at: ValueId, message: impl Into<String>, help: impl Into<String>) {
         self.faults.push(Fault::text(self.tree.range(at), message).help(help));
+    }
+
+    /// What may have been meant. Neither a thousand mistakes nor a million names make this slow.
+    pub(super) fn hint<'n>(&self, written: &str, known: impl Iterator<Item = &'n str>) -> String {
+        if self.faults.is_full() {
+            return String::new();
+        }
+        suggest::hint(written, &known.take(10_000).collect::<Vec<_>>())
     }
 
     /// Reports a value of the wrong type.
@@ -153,21 +149,23 @@ impl<'r, 't> Values<'r, 't> {
                 continue;
             }
             let message = format!("{what} has no key '{key}'");
-            let fault = Fault::text(member.key_range.clone(), message).help(help_with_key(key, known));
-            self.faults.push(fault);
+            let help = help_with_key(key, known).unwrap_or_else(|| self.hint(key, known.iter().copied()));
+            self.faults.push(Fault::text(member.key_range.clone(), message).help(help));
+            if self.faults.is_full() {
+                continue;
+            }
             meant.extend(suggest::nearest(key, known.iter().copied()));
         }
         meant
     }
 }
 
-fn help_with_key(key: &str, known: &[&str]) -> String {
+/// Help with keys that other programs have or that stand in the wrong place.
+fn help_with_key(key: &str, known: &[&str]) -> Option<String> {
     let place = matches!(key, "center" | "centre" | "position" | "pos" | "origin" | "location");
     if place && known.contains(&"translate") {
-        return "solids are placed with \"translate\": [x, y, z]".into();
+        return Some("solids are placed with \"translate\": [x, y, z]".into());
     }
-    if names(PLACEMENT).any(|placement| placement == key) {
-        return "place the shape in \"node\" instead".into();
-    }
-    suggest::hint(key, known)
+    let placement = names(PLACEMENT).any(|placement| placement == key);
+    placement.then(|| "place the shape in \"node\" instead".into())
 }

@@ -27,10 +27,9 @@ pub(super) fn build(
         world: World::empty(scene),
         targets: HashMap::new(),
         objects: HashMap::new(),
-        errors: Vec::new(),
     };
-    builder.run();
-    if builder.errors.is_empty() { Ok(builder.finish()) } else { Err(builder.errors) }
+    builder.run().map_err(|error| vec![error])?;
+    Ok(builder.finish())
 }
 
 struct Builder<'s> {
@@ -41,7 +40,6 @@ struct Builder<'s> {
     /// Shared bodies and groups that are compiled already.
     targets: HashMap<NodeId, Target>,
     objects: HashMap<NodeId, u32>,
-    errors: Vec<SceneError>,
 }
 
 /// A node on the way down from a level's root.
@@ -53,26 +51,21 @@ struct Visit {
 }
 
 impl<'s> Builder<'s> {
-    fn run(&mut self) {
+    fn run(&mut self) -> Result<(), SceneError> {
         let (graph, scene) = (self.graph, self.bodies.scene);
         self.number_objects();
         // Children come before parents, so what a level places is there already.
         for &id in graph.postorder.iter().filter(|&&id| graph.is_shared(id)) {
             let node = scene.node(id);
             let target = match node {
-                Node::Group { members } => self.level(members, true).map(Target::Level),
-                _ if is_body(node) => self.body(id, &Chain::IDENTITY),
+                Node::Group { members } => Target::Level(self.level(members, true)?),
+                _ if is_body(node) => self.body(id, &Chain::IDENTITY)?,
                 _ => continue,
             };
-            match target {
-                Ok(target) => drop(self.targets.insert(id, target)),
-                Err(error) => self.errors.push(error),
-            }
+            self.targets.insert(id, target);
         }
-        match self.level(&scene.objects, false) {
-            Ok(root) => self.world.root = root,
-            Err(error) => self.errors.push(error),
-        }
+        self.world.root = self.level(&scene.objects, false)?;
+        Ok(())
     }
 
     /// Objects in the order of the file: roots first come first, then those found inside.

@@ -46,3 +46,6 @@ pub fn compile(scene: &Scene, options: Options) -> Result<World, Vec<SceneError>
     let parts = parts::Parts::build(scene, &graph, options.accel)?;
     level::build(scene, &graph, parts, options.accel)
 }
+
+#[cfg(test)]
+mod tests;

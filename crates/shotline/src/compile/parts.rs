@@ -44,8 +44,12 @@ impl Parts {
                 Ok(part) => out.parts[id.0 as usize] = part,
                 Err(error) => errors.push(error),
             }
-            below[id.0 as usize] = gather(node, id, &below, out.parts[id.0 as usize].as_ref());
-            check(scene, &out, id, &below[id.0 as usize], &mut errors);
+            let found = gather(node, id, &below, out.parts[id.0 as usize].as_ref());
+            let before = errors.len();
+            check(scene, &out, id, &found, &mut errors);
+            // What is reported here is not reported again of every combination above.
+            let reported = errors.len() > before && matches!(node, Node::Csg { .. });
+            below[id.0 as usize] = if reported { Below::default() } else { found };
         }
         if errors.is_empty() { Ok(out) } else { Err(errors) }
     }

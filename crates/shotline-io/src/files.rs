@@ -1,0 +1,29 @@
+//! Input files.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+use crate::error::ReadError;
+use crate::fault::Fault;
+
+/// The bytes of a regular file of limited size: a pipe or a device could keep the reader waiting for ever.
+pub(crate) fn read_regular(path: &Path, most: u64) -> Result<Vec<u8>, ReadError> {
+    let io = |e: io::Error| ReadError::io(path, &e);
+    let refuse = |why: &str| Err(ReadError::new(Some(path), &[], Fault::file(why).into()));
+    if !std::fs::metadata(path).map_err(io)?.is_file() {
+        return refuse("is not a regular file");
+    }
+    let mut file = File::open(path).map_err(io)?;
+    // Asked again of what was opened, in case it was exchanged in between.
+    let metadata = file.metadata().map_err(io)?;
+    if !metadata.is_file() {
+        return refuse("is not a regular file");
+    }
+    if metadata.len() > most {
+        return refuse(&format!("is larger than {} MiB", most >> 20));
+    }
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes).map_err(io)?;
+    Ok(bytes)
+}

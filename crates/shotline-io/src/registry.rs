@@ -1,0 +1,106 @@
+//! The registry of file formats. Adding one is a file and a line here.
+
+use std::path::Path;
+
+use shotline::scene::{Node, Scene};
+use shotline::solid::mesh::TriangleMesh;
+
+use crate::document::{Document, Source};
+use crate::error::ReadError;
+use crate::fault::Fault;
+use crate::files::read_regular;
+use crate::format::{Content, Format, MeshFile};
+use crate::{obj, ply, scene_json, stl};
+
+/// Every format, in the order in which contents are tried.
+pub static FORMATS: &[&Format] = &[&scene_json::FORMAT, &ply::FORMAT, &stl::FORMAT, &obj::FORMAT];
+
+/// The format of a file name ending.
+pub(crate) fn by_extension(path: &Path) -> Option<&'static Format> {
+    let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+    FORMATS.iter().copied().find(|f| f.extensions.contains(&extension.as_str()))
+}
+
+/// The endings of all formats, for messages.
+pub(crate) fn known_extensions() -> String {
+    let all = FORMATS.iter().flat_map(|f| f.extensions);
+    all.map(|e| format!(".{e}")).collect::<Vec<_>>().join(", ")
+}
+
+fn of_file(path: &Path, bytes: &[u8]) -> Result<&'static Format, ReadError> {
+    let found = by_extension(path).or_else(|| FORMATS.iter().copied().find(|f| (f.detect)(bytes)));
+    found.ok_or_else(|| {
+        let fault = Fault::file("is of no known format").help(format!("known are {}", known_extensions()));
+        ReadError::new(Some(path), &[], fault.into())
+    })
+}
+
+/// Reads a scene, or a mesh as a scene of one object named after the file.
+///
+/// # Errors
+/// [`ReadError`] with everything that is wrong.
+pub fn load(path: impl AsRef<Path>) -> Result<Document, ReadError> {
+    let path = path.as_ref();
+    let bytes = read_regular(path, most_bytes(path))?;
+    of_file(path, &bytes)?.read(path, bytes)
+}
+
+impl Format {
+    /// Reads bytes in this format as [`load`] does. The path need not exist: it names the object of a mesh, appears
+    /// in messages, and the files that a scene names are looked for in its folder.
+    ///
+    /// # Errors
+    /// [`ReadError`] with everything that is wrong.
+    pub fn read(&self, path: &Path, bytes: Vec<u8>) -> Result<Document, ReadError> {
+        match self.content {
+            Content::Scene { read } => read(path, bytes, read_mesh_file),
+            Content::Mesh { read, .. } => {
+                let found = read(&bytes).map_err(|f| ReadError::new(Some(path), &bytes, f.into()))?;
+                Ok(mesh_document(path, found))
+            }
+        }
+    }
+}
+
+/// Reads a mesh.
+///
+/// # Errors
+/// [`ReadError`] if it cannot be read, or is a scene.
+pub fn read_mesh(path: impl AsRef<Path>) -> Result<TriangleMesh, ReadError> {
+    read_mesh_file(path.as_ref()).map(|found| found.mesh)
+}
+
+pub(crate) fn read_mesh_file(path: &Path) -> Result<MeshFile, ReadError> {
+    let bytes = read_regular(path, most_bytes(path))?;
+    let error = |fault: Fault| ReadError::new(Some(path), &bytes, fault.into());
+    match of_file(path, &bytes)?.content {
+        Content::Mesh { read, .. } => read(&bytes).map_err(error),
+        Content::Scene { .. } => Err(error(Fault::file("is a scene, not a mesh"))),
+    }
+}
+
+fn mesh_document(path: &Path, found: MeshFile) -> Document {
+    let stem = path.file_stem().map_or("mesh".into(), |s| s.to_string_lossy());
+    let file = path.file_name().map(|f| f.to_string_lossy().into_owned());
+    let notes = found.note().map(|note| format!("{}: {note}", path.display())).into_iter().collect();
+    let mut scene = Scene::default();
+    let node = scene.add(Node::Mesh { mesh: found.mesh.into(), file });
+    scene.add_object(&stem, None, node);
+    Document { scene, notes, source: Source::opaque(path) }
+}
+
+/// How large a file may be, as far as its name tells.
+fn most_bytes(path: &Path) -> u64 {
+    match by_extension(path).map(|f| &f.content) {
+        Some(Content::Scene { .. }) => scene_json::MAX_BYTES,
+        _ => u64::MAX,
+    }
+}
+
+/// Reads the text of a scene. Mesh files are looked for in the folder; without one, none can be named.
+///
+/// # Errors
+/// [`ReadError`] with everything that is wrong.
+pub fn parse_scene(text: impl Into<String>, folder: Option<&Path>) -> Result<Document, ReadError> {
+    scene_json::parse(text.into(), None, folder, read_mesh_file)
+}
