@@ -1,7 +1,7 @@
 //! Scene to World: everything that is checked and worked out once.
 //!
-//! The graph is checked ([`graph`]), leaf solids are built and placed in bodies ([`body`]), bodies and shared
-//! groups are placed in levels ([`level`]). A part with several parents is compiled once and placed many
+//! The graph is checked (`graph`), leaf solids are built and placed in bodies (`body`), bodies and shared
+//! groups are placed in levels (`level`). A part with several parents is compiled once and placed many
 //! times; nothing here recurses, so depth is limited by memory only.
 
 mod body;
