@@ -6,7 +6,7 @@ use super::batch::{self, Run};
 use super::{Caster, Hit, HitKind, Overlaps};
 use crate::accel;
 use crate::compile::{Options, World, compile};
-use crate::math::Vec3;
+use crate::math::{Affine, Vec3};
 use crate::ray::{Ray, Span};
 use crate::scene::{Node, Op, Scene};
 use crate::solid::Value;
@@ -183,6 +183,35 @@ fn powers_of_two_scale_every_t_exactly() {
     }
 }
 
+/// The same model and ray a million times smaller or larger: the same bits.
+#[test]
+fn the_size_of_the_world_is_no_matter() {
+    let mut random = Random::new(10);
+    for _ in 0..20 {
+        let scene = random_scene(&mut random);
+        let rays = rays(&mut random, 30);
+        for factor in [2f64.powi(-20), 2f64.powi(20)] {
+            let mut scaled = scene.clone();
+            for i in 0..scaled.objects.len() {
+                let object = scaled.objects[i].0 as usize;
+                let Node::Object { node: inner, .. } = scaled.nodes[object] else { panic!("an object") };
+                let outer = scaled.add_transform(Affine::scaling(Vec3::splat(factor)), inner);
+                if let Node::Object { node, .. } = &mut scaled.nodes[object] {
+                    *node = outer;
+                }
+            }
+            let (small, large) = (world(&scene, "bvh"), world(&scaled, "bvh"));
+            for ray in &rays {
+                let there = Ray::new(ray.origin() * factor, ray.direction() * factor).expect("a ray");
+                let ts = |hits: Vec<Hit>| hits.iter().map(|h| h.t.to_bits()).collect::<Vec<_>>();
+                let (a, b) =
+                    (crossings(&small, ray, Span::FORWARD), crossings(&large, &there, Span::FORWARD));
+                assert_eq!(ts(a), ts(b), "{ray:?} by {factor}");
+            }
+        }
+    }
+}
+
 /// Two boxes side by side as objects, with the right one's priority and how far it reaches into the left.
 fn two_boxes(priority: i32, into: f64) -> World {
     let mut scene = Scene::default();
@@ -231,7 +260,7 @@ fn instances_are_compiled_once_and_named() {
         let step = 10f64.powi(level);
         let members = (0..10)
             .map(|i| {
-                let move_by = crate::math::Affine::translation(Vec3::X * (step * f64::from(i)));
+                let move_by = Affine::translation(Vec3::X * (step * f64::from(i)));
                 scene.add_transform(move_by, part)
             })
             .collect();
@@ -261,7 +290,7 @@ fn a_box_of_many_holes_costs_what_the_ray_meets() {
     let mut args = vec![block];
     for _ in 0..10_000 {
         let p = random.point(-1.0, 1.0);
-        args.push(scene.add_transform(crate::math::Affine::translation(p), hole));
+        args.push(scene.add_transform(Affine::translation(p), hole));
     }
     let node = scene.add_csg(Op::Difference, args);
     scene.add_object("sponge", None, node);
