@@ -2,6 +2,7 @@
 
 pub mod batch;
 mod caster;
+mod heap;
 mod segments;
 mod stream;
 mod walk;

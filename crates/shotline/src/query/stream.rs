@@ -4,9 +4,7 @@
 //! boundary is given out while a pending box could still begin at or before it. So the cost of a ray grows
 //! with what it meets, and whoever wants only the first boundary stops there.
 
-use std::cmp::Ordering;
-use std::collections::BinaryHeap;
-
+use super::heap::{Heap, Rank};
 use crate::aabb::BoxRay;
 use crate::accel::{Offer, Pending, Work};
 use crate::compile::{Leaf, SolidBody};
@@ -15,48 +13,22 @@ use crate::csg::{Boundary, Event, Sweep};
 use crate::ray::{Line, Span};
 use crate::solid::Wanted;
 
-/// What the heap holds; ordered so that the nearest is popped first, and boxes before crossings.
+/// What the heap holds.
 #[derive(Clone, Copy, Debug)]
 enum Entry {
-    Part { t: f64, part: u64 },
-    Leaf { t: f64, leaf: u32 },
-    Event(Event),
+    /// A part of the accelerator.
+    Part(u64),
+    /// A leaf, at the bound of its own box.
+    Leaf(u32),
+    /// An event, by its place among this ray's: entries are moved often and should be small.
+    Event(u32),
 }
-
-impl Entry {
-    fn key(&self) -> f64 {
-        match self {
-            Entry::Part { t, .. } | Entry::Leaf { t, .. } => *t,
-            Entry::Event(event) => event.low,
-        }
-    }
-}
-
-impl Ord for Entry {
-    fn cmp(&self, other: &Entry) -> Ordering {
-        let is_box = |e: &Entry| !matches!(e, Entry::Event(_));
-        other.key().total_cmp(&self.key()).then(is_box(self).cmp(&is_box(other)))
-    }
-}
-
-impl PartialOrd for Entry {
-    fn partial_cmp(&self, other: &Entry) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Entry {
-    fn eq(&self, other: &Entry) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Entry {}
 
 /// The memory of one stream; reused from body to body and ray to ray.
 #[derive(Debug, Default)]
 pub(super) struct StreamScratch {
-    heap: BinaryHeap<Entry>,
+    heap: Heap<Entry>,
+    events: Vec<Event>,
     sweep: Sweep,
     offers: Vec<Pending>,
     crossings: Vec<Crossing>,
@@ -87,6 +59,7 @@ impl<'a> Stream<'a> {
         work: &'a mut Work,
     ) -> Stream<'a> {
         scratch.heap.clear();
+        scratch.events.clear();
         scratch.ray_number += 1;
         if scratch.tags.len() < body.leaves.len() {
             scratch.tags.resize(body.leaves.len(), 0);
@@ -114,26 +87,28 @@ impl<'a> Stream<'a> {
             if self.finished {
                 return None;
             }
-            let next = self.scratch.heap.peek().map_or(f64::INFINITY, Entry::key);
-            if next > self.ray.span().t_max() || self.scratch.heap.is_empty() {
+            let Some(next) = self.scratch.heap.nearest().filter(|&t| t <= self.ray.span().t_max()) else {
                 self.scratch.sweep.finish(program);
                 self.finished = true;
                 continue;
-            }
+            };
             self.scratch.sweep.advance(program, next);
             // What was settled comes first: perhaps nothing further is wanted.
             if let Some(boundary) = self.scratch.sweep.pop() {
                 return Some(boundary);
             }
             match self.scratch.heap.pop() {
-                Some(Entry::Part { part, .. }) => {
+                Some((_, Entry::Part(part))) => {
                     if let Some(accel) = &self.body.accel {
                         accel.open(part, &self.ray, &mut self.scratch.offers, self.work);
                     }
                     self.take_offers();
                 }
-                Some(Entry::Leaf { t, leaf }) => self.intersect(leaf, t),
-                Some(Entry::Event(event)) => self.scratch.sweep.offer(program, event),
+                Some((t, Entry::Leaf(leaf))) => self.intersect(leaf, t),
+                Some((_, Entry::Event(event))) => {
+                    let event = self.scratch.events[event as usize];
+                    self.scratch.sweep.offer(program, event);
+                }
                 None => {}
             }
         }
@@ -143,8 +118,8 @@ impl<'a> Stream<'a> {
     fn take_offers(&mut self) {
         let scratch = &mut *self.scratch;
         for offer in scratch.offers.drain(..) {
-            let entry = match offer.what {
-                Offer::Part(part) => Entry::Part { t: offer.t, part },
+            let (t, entry) = match offer.what {
+                Offer::Part(part) => (offer.t, Entry::Part(part)),
                 Offer::Item(leaf) => {
                     let tag = &mut scratch.tags[leaf as usize];
                     if *tag == scratch.ray_number {
@@ -154,13 +129,13 @@ impl<'a> Stream<'a> {
                     *tag = scratch.ray_number;
                     self.work.boxes += 1;
                     match self.ray.enter_exit(&self.body.leaves[leaf as usize].bounds) {
-                        Some((t, _)) => Entry::Leaf { t, leaf },
+                        Some((t, _)) => (t, Entry::Leaf(leaf)),
                         None => continue,
                     }
                 }
             };
             self.work.heap_pushes += 1;
-            scratch.heap.push(entry);
+            scratch.heap.push(t, Rank::Box, entry);
         }
     }
 
@@ -177,7 +152,9 @@ impl<'a> Stream<'a> {
             match Event::new(leaf, crossing, enter) {
                 Some(event) => {
                     if crossing.t < f64::INFINITY {
-                        scratch.heap.push(Entry::Event(event));
+                        let place = Entry::Event(scratch.events.len() as u32);
+                        scratch.heap.push(event.low, Rank::Crossing, place);
+                        scratch.events.push(event);
                         self.work.heap_pushes += 1;
                     }
                 }

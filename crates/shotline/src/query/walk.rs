@@ -1,8 +1,6 @@
 //! The walk through levels: which bodies a ray can meet, nearest box first.
 
-use std::cmp::Ordering;
-use std::collections::BinaryHeap;
-
+use super::heap::{Heap, Rank};
 use crate::aabb::BoxRay;
 use crate::accel::{Offer, Pending, Work};
 use crate::compile::{Level, Placed, Target, World};
@@ -21,32 +19,12 @@ struct Visit<'w> {
     first_path: u64,
 }
 
+/// What a visit has still to offer.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
-    t: f64,
     visit: u32,
     what: Offer,
 }
-
-impl Ord for Entry {
-    fn cmp(&self, other: &Entry) -> Ordering {
-        other.t.total_cmp(&self.t)
-    }
-}
-
-impl PartialOrd for Entry {
-    fn partial_cmp(&self, other: &Entry) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Entry {
-    fn eq(&self, other: &Entry) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Entry {}
 
 /// A placed body that the ray may meet.
 #[derive(Clone, Copy, Debug)]
@@ -64,7 +42,7 @@ pub(super) struct Meeting<'w> {
 #[derive(Debug, Default)]
 pub(super) struct Walk<'w> {
     visits: Vec<Visit<'w>>,
-    heap: BinaryHeap<Entry>,
+    heap: Heap<Entry>,
     offers: Vec<Pending>,
 }
 
@@ -79,8 +57,8 @@ impl<'w> Walk<'w> {
 
     /// The next body whose box begins at or before `limit`.
     pub(super) fn next(&mut self, world: &'w World, limit: f64, work: &mut Work) -> Option<Meeting<'w>> {
-        while let Some(entry) = self.heap.pop() {
-            if entry.t > limit {
+        while let Some((t, entry)) = self.heap.pop() {
+            if t > limit {
                 return None;
             }
             let visit = self.visits[entry.visit as usize];
@@ -146,7 +124,7 @@ impl<'w> Walk<'w> {
                 }
             };
             work.heap_pushes += 1;
-            self.heap.push(Entry { t, visit, what: offer.what });
+            self.heap.push(t, Rank::Box, Entry { visit, what: offer.what });
         }
     }
 }
