@@ -176,21 +176,22 @@ impl Command {
     }
 
     fn failure(&self, error: BatchError, rays: &Rays) -> Failure {
-        match error {
-            BatchError::Cancelled => Failure::Interrupted,
+        let (place, error) = match error {
+            BatchError::Cancelled => return Failure::Interrupted,
+            BatchError::World(error) => (String::new(), error),
             BatchError::Query { row, error } => {
-                let help = match error {
-                    QueryError::NotASolid { .. } => {
-                        "close the mesh (`shotline check` lists its defects) or ask for crossings"
-                    }
-                    QueryError::Overlap { .. } => {
-                        "give one of them a higher \"priority\", or choose --overlaps priority or all"
-                    }
-                };
-                let (model, file) = (self.model.path.display(), self.rays.display());
-                Failure::new(format!("{model}: row {} of {file}: {error}\nhelp: {help}", rays.row(row)))
+                (format!("row {} of {}: ", rays.row(row), self.rays.display()), error)
             }
-        }
+        };
+        let help = match error {
+            QueryError::NotASolid { .. } => {
+                "close the mesh (`shotline check` lists its defects) or ask for crossings"
+            }
+            QueryError::Overlap { .. } => {
+                "give one of them a higher \"priority\", or choose --overlaps priority or all"
+            }
+        };
+        Failure::new(format!("{}: {place}{error}\nhelp: {help}", self.model.path.display()))
     }
 
     fn remarks(&self, rays: &Rays, overlaps: u64) {

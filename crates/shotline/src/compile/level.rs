@@ -185,6 +185,7 @@ impl<'s> Builder<'s> {
             memory_bytes: 0,
         };
         world.stats.memory_bytes = world.memory();
+        world.surface = world.find_surface();
         world
     }
 }
@@ -199,6 +200,7 @@ impl World {
             object_names: Vec::new(),
             material_names: scene.materials.iter().map(|(name, _)| name.clone()).collect(),
             names: Names::default(),
+            surface: None,
             stats: Stats::default(),
         }
     }

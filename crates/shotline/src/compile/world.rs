@@ -35,6 +35,8 @@ pub struct World {
     pub(super) object_names: Vec<String>,
     pub(super) material_names: Vec<String>,
     pub(super) names: Names,
+    /// An object with a body that is not a solid, and that body.
+    pub(super) surface: Option<(u32, u32)>,
     pub(super) stats: Stats,
 }
 
@@ -184,6 +186,37 @@ impl World {
         let Some(name) = names.get(within as usize) else { return String::new() };
         let leaf = number.map_or(kind.to_owned(), |n| format!("{kind}#{n}"));
         if *name == kind { leaf } else { format!("{leaf}.{name}") }
+    }
+
+    /// An object that has no inside, with its mesh, if there is one: such worlds have no segments.
+    pub(crate) fn surface(&self) -> Option<(u32, &SurfaceBody)> {
+        let (object, body) = self.surface?;
+        match self.body(body) {
+            Body::Surface(surface) => Some((object, surface)),
+            Body::Solid(_) => None,
+        }
+    }
+
+    /// Looks through the levels for [`World::surface`], each once.
+    pub(super) fn find_surface(&self) -> Option<(u32, u32)> {
+        let mut seen = vec![false; self.levels.len()];
+        let mut ways = vec![(self.root, 0)];
+        while let Some((level, object)) = ways.pop() {
+            if std::mem::replace(&mut seen[level as usize], true) {
+                continue;
+            }
+            for placed in &self.level(level).placements {
+                let object = placed.object.unwrap_or(object);
+                match placed.target {
+                    Target::Level(next) => ways.push((next, object)),
+                    Target::Body(body) if matches!(self.body(body), Body::Surface(_)) => {
+                        return Some((object, body));
+                    }
+                    Target::Body(_) => {}
+                }
+            }
+        }
+        None
     }
 
     pub(crate) fn root(&self) -> &Level {

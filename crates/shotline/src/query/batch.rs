@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
+use super::caster::all_solid;
 use super::{Caster, Hit, Overlaps, QueryError, Segment};
 use crate::compile::World;
 use crate::ray::{Ray, Span};
@@ -25,6 +26,9 @@ pub enum BatchError {
     /// It was cancelled.
     #[error("cancelled")]
     Cancelled,
+    /// No ray has an answer: found before any work starts.
+    #[error(transparent)]
+    World(QueryError),
     /// A ray has no answer.
     #[error("ray {row}: {error}")]
     Query {
@@ -259,7 +263,7 @@ impl CrossingRows {
 /// The stretches of each ray inside objects.
 ///
 /// # Errors
-/// [`BatchError`]: the first ray, by row, that has no answer.
+/// [`BatchError`]: a mesh that is not closed, or else the first ray, by row, that has no answer.
 pub fn segments(
     world: &World,
     rays: &[Ray],
@@ -267,6 +271,7 @@ pub fn segments(
     overlaps: Overlaps,
     run: Run,
 ) -> Result<SegmentRows, BatchError> {
+    all_solid(world).map_err(BatchError::World)?;
     #[derive(Default)]
     struct Part {
         counts: Vec<usize>,

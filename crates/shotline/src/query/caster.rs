@@ -5,7 +5,7 @@ use super::stream::{Stream, StreamScratch};
 use super::walk::{Meeting, Walk};
 use super::{Hit, Overlaps, QueryError, Segment};
 use crate::accel::Work;
-use crate::compile::{Body, SolidBody, SurfaceBody, World};
+use crate::compile::{Body, SolidBody, World};
 use crate::crossing::{Crossing, NO_PRIMITIVE};
 use crate::csg::{Boundary, HitKind, ProgramState};
 use crate::math::Vec3;
@@ -131,15 +131,10 @@ impl<'w> Caster<'w> {
         overlaps: Overlaps,
         out: &mut Vec<Segment>,
     ) -> Result<u64, QueryError> {
-        let world = self.world;
+        all_solid(self.world)?;
         let mut open: Option<Interval> = None;
         let mut intervals = Vec::new();
-        let mut surface = None;
         self.fold(ray, span, Wanted::All, &mut |meeting, boundary| {
-            if let Body::Surface(body) = world.body(meeting.body) {
-                surface = Some(not_a_solid(world, meeting.object, body));
-                return Go::Stop;
-            }
             let end = (boundary.crossing.t, boundary.crossing.t_err);
             // The boundaries of a body come one after the other, in pairs.
             match open.take() {
@@ -148,10 +143,7 @@ impl<'w> Caster<'w> {
             }
             Go::UpTo(f64::INFINITY)
         });
-        match surface {
-            Some(error) => Err(error),
-            None => resolve(world, ray, intervals, overlaps, out),
-        }
+        resolve(self.world, ray, intervals, overlaps, out)
     }
 
     /// Appends the objects whose interior holds a point, ascending. No promise within rounding of a surface.
@@ -159,17 +151,15 @@ impl<'w> Caster<'w> {
     /// # Errors
     /// [`QueryError`] for meshes that are not closed.
     pub fn contains(&mut self, p: Vec3, out: &mut Vec<u32>) -> Result<(), QueryError> {
+        all_solid(self.world)?;
         let start = out.len();
         let here = Span::new(0.0, 0.0).unwrap_or(Span::FORWARD);
         self.walk.begin(self.world, Line::exact(p, Vec3::X), here, &mut self.work);
         while let Some(meeting) = self.walk.next(self.world, 0.0, &mut self.work) {
-            match self.world.body(meeting.body) {
-                Body::Surface(body) => return Err(not_a_solid(self.world, meeting.object, body)),
-                Body::Solid(body) => {
-                    if holds(body, meeting.line.o, &mut self.state) {
-                        out.push(meeting.object);
-                    }
-                }
+            if let Body::Solid(body) = self.world.body(meeting.body)
+                && holds(body, meeting.line.o, &mut self.state)
+            {
+                out.push(meeting.object);
             }
         }
         out[start..].sort_unstable();
@@ -283,9 +273,16 @@ fn holds(body: &SolidBody, p: Vec3, state: &mut ProgramState) -> bool {
     inside
 }
 
-fn not_a_solid(world: &World, object: u32, body: &SurfaceBody) -> QueryError {
-    QueryError::NotASolid {
-        object: world.object_names()[object as usize].clone(),
-        why: body.mesh.topology().why_open(),
+/// Refuses worlds in which an object has no inside.
+///
+/// # Errors
+/// [`QueryError::NotASolid`].
+pub(super) fn all_solid(world: &World) -> Result<(), QueryError> {
+    match world.surface() {
+        None => Ok(()),
+        Some((object, body)) => Err(QueryError::NotASolid {
+            object: world.object_names()[object as usize].clone(),
+            why: body.mesh.topology().why_open(),
+        }),
     }
 }

@@ -1,6 +1,7 @@
 //! Whole worlds: every query agrees with every other, with membership, and with every accelerator.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use super::batch::{self, Run};
 use super::{Caster, Hit, HitKind, Overlaps};
@@ -10,6 +11,7 @@ use crate::math::{Affine, Vec3};
 use crate::ray::{Ray, Span};
 use crate::scene::{Node, Op, Scene};
 use crate::solid::Value;
+use crate::solid::mesh::TriangleMesh;
 use crate::testkit::random::Random;
 use crate::testkit::scene::random_scene;
 
@@ -301,4 +303,29 @@ fn a_box_of_many_holes_costs_what_the_ray_meets() {
     }
     let work = caster.work();
     assert!(work.solids < 53 * 40, "{work:?}");
+}
+
+/// Whatever the ray meets: a world with a surface in it has no segments.
+#[test]
+fn surfaces_have_hits_but_no_inside() {
+    let mut scene = Scene::default();
+    let vertices = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
+    let sheet = TriangleMesh { vertices, faces: vec![[0, 1, 2]] };
+    let sheet = scene.add(Node::Mesh { mesh: Arc::new(sheet), file: None });
+    let group = scene.add(Node::Group { members: vec![sheet, sheet] });
+    let ball = scene.add_solid("sphere", &[Value::Number(0.1)]).expect("sphere");
+    scene.add_object("ball", None, ball);
+    scene.add_object("sheet", None, group);
+    let world = world(&scene, "bvh");
+    let mut caster = Caster::new(&world);
+    let down = |x: f64| Ray::new(Vec3::new(x, 0.2, 1.0), -Vec3::Z).expect("a ray");
+    assert_eq!(caster.count(&down(0.3), Span::FORWARD), 2);
+    for ray in [down(0.3), down(50.0)] {
+        let answer = caster.segments(&ray, Span::FORWARD, Overlaps::All, &mut Vec::new());
+        let text = answer.expect_err("no inside").to_string();
+        assert!(text.contains("'sheet'") && text.contains("3 open edges"), "{text}");
+        let rows = batch::segments(&world, &[ray], Span::FORWARD, Overlaps::All, Run::default());
+        assert!(matches!(rows, Err(batch::BatchError::World(_))));
+    }
+    assert!(caster.contains(Vec3::ZERO, &mut Vec::new()).is_err());
 }
