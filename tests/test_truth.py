@@ -1,4 +1,5 @@
-"""Certified crossing lists (testdata/truth): every count right, every list alternating, every t near."""
+"""Certified crossing lists (testdata/truth): every count right, every list alternating, every t near its own bound
+and near what rounding of the inputs can do."""
 
 import json
 
@@ -12,7 +13,7 @@ FAMILIES = ["torus", "quadric", "box", "affine", "csg", "coincident", "mesh"]
 # Rays with one of these bits have no one right count: see testdata/truth/README.md.
 GUARDED = 1 | 2 | 4 | 8 | 16
 # The largest error of t, in units of what half an ulp in every input could do.
-MAX_ERROR = 64
+MAX_ERROR = 8
 
 
 def load(path):
@@ -32,13 +33,13 @@ def test_family(tmp_path, family):
         rays = np.hstack([truth["origin"][rows], truth["direction"][rows]])
         arrays = cast(tmp_path, document, rays, "crossings")
         for row, begin, end in zip(rows, arrays["ray_splits"], arrays["ray_splits"][1:]):
-            t, entering = arrays["t"][begin:end], arrays["entering"][begin:end]
-            for problem in faults(truth, row, t, entering):
+            t, entering, bound = (arrays[name][begin:end] for name in ("t", "entering", "t_err"))
+            for problem in faults(truth, row, t, entering, bound):
                 problems.append(f"ray {row} of scene {scene['id']} ({scene['name']}): {problem}")
     assert not problems, "\n".join([f"{len(problems)} faults", *problems[:20]])
 
 
-def faults(truth, row, t, entering):
+def faults(truth, row, t, entering, bound):
     """What is wrong with the crossing list of a ray."""
     if len(t) % 2:
         yield f"{len(t)} crossings, an odd number"
@@ -46,7 +47,7 @@ def faults(truth, row, t, entering):
     finite = np.isfinite(t)
     if not finite[:-1].all():
         yield "a crossing that is not finite before the last"
-    t, entering = t[finite], entering[finite]
+    t, entering, bound = t[finite], entering[finite], bound[finite]
     if (t < 0).any() or (np.diff(t) < 0).any() or (entering != (np.arange(len(t)) % 2 == 0)).any():
         yield "not ascending from 0 and alternating from an entry"
     if truth["guard"][row] & GUARDED:
@@ -60,6 +61,8 @@ def faults(truth, row, t, entering):
     error = np.abs((t - exact) - truth["t_lo"][part])
     if (error > MAX_ERROR * unit).any():
         yield f"off by {(error / unit).max():.3g} units"
+    if (error > bound).any():
+        yield f"off by {error[error > bound]}, more than the bounds {bound[error > bound]}"
 
 
 def write_meshes(folder, nodes):
