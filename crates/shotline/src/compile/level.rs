@@ -99,9 +99,7 @@ impl<'s> Builder<'s> {
     fn level(&mut self, members: &[NodeId], indexed: bool) -> Result<u32, SceneError> {
         let mut level = Level::default();
         let mut stack = Vec::new();
-        let identity =
-            Visit { node: NodeId(0), chain: Chain::IDENTITY, object: None, name: NameId::default() };
-        self.push_members(&mut stack, members, &identity, None, indexed);
+        self.push_members(&mut stack, members, None, indexed);
         while let Some(visit) = stack.pop() {
             let scene = self.bodies.scene;
             match scene.node(visit.node) {
@@ -114,7 +112,7 @@ impl<'s> Builder<'s> {
                     stack.push(Visit { node: *node, object, ..visit });
                 }
                 Node::Group { members } if !self.graph.is_shared(visit.node) => {
-                    self.push_members(&mut stack, members, &visit, Some(visit.name), true);
+                    self.push_members(&mut stack, members, Some(&visit), true);
                 }
                 _ => self.place(&mut level, visit)?,
             }
@@ -126,18 +124,21 @@ impl<'s> Builder<'s> {
         Ok((self.world.levels.len() - 1) as u32)
     }
 
+    /// Members to visit: those of the level itself, or of a group that dissolves into it.
     fn push_members(
         &mut self,
         stack: &mut Vec<Visit>,
         members: &[NodeId],
-        above: &Visit,
-        parent: Option<NameId>,
+        group: Option<&Visit>,
         indexed: bool,
     ) {
         let start = stack.len();
+        let chain = group.map_or(Chain::IDENTITY, |g| g.chain);
+        let object = group.and_then(|g| g.object);
         for (i, &node) in members.iter().enumerate() {
+            let parent = group.map(|g| g.name);
             let name = self.world.names.add(parent, self.labels.of(node), indexed.then_some(i));
-            stack.push(Visit { node, chain: above.chain, object: above.object, name });
+            stack.push(Visit { node, chain, object, name });
         }
         stack[start..].reverse();
     }

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use crate::scene::{Node, NodeId, Scene};
 
 /// A name: an index into [`Names`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct NameId(u32);
 
 const NO_INDEX: u32 = u32::MAX;

@@ -133,7 +133,7 @@ impl Sweep {
         self.settle_start(program, true);
         if self.inside {
             self.inside = false;
-            self.emit_end_of_span(HitKind::End, self.span.t_max());
+            self.emit_span_end(HitKind::End, self.span.t_max());
         }
     }
 
@@ -152,7 +152,7 @@ impl Sweep {
         let inside = self.state.value(program);
         if inside && alone {
             self.inside = true;
-            self.emit_end_of_span(HitKind::Start, self.span.t_min());
+            self.emit_span_end(HitKind::Start, self.span.t_min());
         }
         inside && !alone
     }
@@ -170,7 +170,7 @@ impl Sweep {
             let t = witness.crossing.t;
             if inside && (began_inside || t < t_min) {
                 self.inside = true;
-                self.emit_end_of_span(HitKind::Start, t_min);
+                self.emit_span_end(HitKind::Start, t_min);
             } else if t <= t_max {
                 self.inside = inside;
                 self.out.push_back(Boundary { kind: HitKind::Surface, entering: inside, ..witness });
@@ -195,7 +195,8 @@ impl Sweep {
         Boundary { kind: HitKind::Surface, entering, leaf: best.leaf, crossing: best.crossing }
     }
 
-    fn emit_end_of_span(&mut self, kind: HitKind, t: f64) {
+    /// A boundary where the span begins or ends inside.
+    fn emit_span_end(&mut self, kind: HitKind, t: f64) {
         let entering = kind == HitKind::Start;
         self.out.push_back(Boundary {
             kind,
