@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
 """Measure shotline, side by side with Embree where its harness is at hand.
 
-usage: run.py [--bin target/release/shotline] [--work DIR] [--only mesh|csg] [--repeats K]
+usage: run.py [--bin target/release/shotline] [--work DIR] [--only mesh|csg|solid] [--repeats K]
 
 mesh  closest, any and crossings on the bunny and the dragon of ../shared/data, with the rays of
       ../shared/peers/rays.py, on 1 and 2 threads, beside Embree (../shared/peers/embree) in the same run;
       left out, with a message, where these folders are absent. Needs numpy and embreex.
 csg   a box minus 10 to 100,000 spheres that take away the same share: rays/s for closest and
       crossings, build time, memory.
+
+solid one solid alone, random rays of which most meet it: nanoseconds a ray, from array to array.
 
 Rates are rays per second of the cast itself (`cast --stats`), the median of the repeats.
 """
@@ -102,18 +104,49 @@ def combinations(binary, work, repeats):
               f"{met:16.2f} {every['build_s']:8.3f} {every['memory_bytes'] / 1e6:7.1f}", flush=True)
 
 
+SOLIDS = [
+    {"kind": "box", "min": [-1, -1, -1], "max": [1, 1, 1]},
+    {"kind": "sphere", "radius": 1},
+    {"kind": "cylinder", "radius": 1, "z0": -1, "z1": 1},
+    {"kind": "cone", "r0": 1, "r1": 0, "z0": -1, "z1": 1},
+    {"kind": "hyperboloid", "a": 0.6, "c": 0.8, "z0": -1, "z1": 1},
+    {"kind": "torus", "R": 1, "r": 0.05},
+    {"kind": "torus", "R": 1, "r": 0.4},
+    {"kind": "torus", "R": 0.5, "r": 0.7},
+]
+
+
+def solids(binary, work, repeats):
+    rays = os.path.join(work, "solid-rays.npy")
+    rng = np.random.default_rng(2)
+    n = 500_000
+    origins = rng.normal(size=(n, 3))
+    origins *= 4 / np.linalg.norm(origins, axis=1, keepdims=True)
+    np.save(rays, np.hstack([origins, rng.uniform(-0.8, 0.8, (n, 3)) - origins]))
+    print(f"{'solid':28} {'ns closest':>11} {'ns crossings':>13} {'crossings a ray':>16}")
+    for node in SOLIDS:
+        scene, out = os.path.join(work, "solid.json"), os.path.join(work, "out.npz")
+        with open(scene, "w") as f:
+            json.dump({"shotline": 1, "objects": [{"node": node}]}, f)
+        closest = cast(binary, scene, rays, "closest", 1, repeats, out)
+        every = cast(binary, scene, rays, "crossings", 1, repeats, out)
+        with np.load(out) as z:
+            met = len(z["t"]) / n
+        name = f"torus {node['R']} {node['r']}" if node["kind"] == "torus" else node["kind"]
+        print(f"{name:28} {1e9 / closest['rays_per_s']:11.0f} {1e9 / every['rays_per_s']:13.0f} {met:16.2f}", flush=True)
+
+
 def main():
     ap = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     ap.add_argument("--bin", default=os.path.join(ROOT, "target", "release", "shotline"))
     ap.add_argument("--work", default=os.path.join(tempfile.gettempdir(), "shotline-bench"))
-    ap.add_argument("--only", choices=("mesh", "csg"))
+    ap.add_argument("--only", choices=("mesh", "csg", "solid"))
     ap.add_argument("--repeats", type=int, default=3)
     a = ap.parse_args()
     os.makedirs(a.work, exist_ok=True)
-    if a.only != "csg":
-        meshes(a.bin, a.work, a.repeats)
-    if a.only != "mesh":
-        combinations(a.bin, a.work, a.repeats)
+    for name, measure in (("mesh", meshes), ("csg", combinations), ("solid", solids)):
+        if a.only in (None, name):
+            measure(a.bin, a.work, a.repeats)
 
 
 if __name__ == "__main__":
