@@ -16,6 +16,7 @@ pub struct Dd {
 }
 
 /// `a + b` without error.
+#[inline(always)]
 pub fn two_sum(a: f64, b: f64) -> Dd {
     let hi = a + b;
     let t = hi - a;
@@ -23,18 +24,21 @@ pub fn two_sum(a: f64, b: f64) -> Dd {
 }
 
 /// `a + b` without error, given `|a| >= |b|`.
+#[inline(always)]
 fn quick_two_sum(a: f64, b: f64) -> Dd {
     let hi = a + b;
     Dd { hi, lo: b - (hi - a) }
 }
 
 /// `a * b` without error (barring underflow of the low part).
+#[inline(always)]
 pub fn two_prod(a: f64, b: f64) -> Dd {
     let hi = a * b;
     Dd { hi, lo: a.mul_add(b, -hi) }
 }
 
 /// `a * b - c * d` within 1.5 ulp (Kahan; Jeannerod, Louvet, Muller 2013).
+#[inline(always)]
 pub fn difference_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
     let cd = c * d;
     let error = c.mul_add(-d, cd);
@@ -49,6 +53,7 @@ impl Dd {
     pub const ONE: Dd = Dd { hi: 1.0, lo: 0.0 };
 
     /// The square root; zero for arguments that are not positive.
+    #[inline(always)]
     pub fn sqrt(self) -> Dd {
         if self.hi <= 0.0 {
             return Dd::ZERO;
@@ -59,6 +64,7 @@ impl Dd {
     }
 
     /// The quotient `1 / self`.
+    #[inline(always)]
     pub fn recip(self) -> Dd {
         let first = 1.0 / self.hi;
         let rest = Dd::from(1.0) - self * first;
@@ -67,6 +73,7 @@ impl Dd {
 }
 
 impl From<f64> for Dd {
+    #[inline(always)]
     fn from(hi: f64) -> Dd {
         Dd { hi, lo: 0.0 }
     }
@@ -74,6 +81,7 @@ impl From<f64> for Dd {
 
 impl Neg for Dd {
     type Output = Dd;
+    #[inline(always)]
     fn neg(self) -> Dd {
         Dd { hi: -self.hi, lo: -self.lo }
     }
@@ -81,6 +89,7 @@ impl Neg for Dd {
 
 impl Add for Dd {
     type Output = Dd;
+    #[inline(always)]
     fn add(self, other: Dd) -> Dd {
         let high = two_sum(self.hi, other.hi);
         let low = two_sum(self.lo, other.lo);
@@ -91,6 +100,7 @@ impl Add for Dd {
 
 impl Sub for Dd {
     type Output = Dd;
+    #[inline(always)]
     fn sub(self, other: Dd) -> Dd {
         self + -other
     }
@@ -98,6 +108,7 @@ impl Sub for Dd {
 
 impl Mul for Dd {
     type Output = Dd;
+    #[inline(always)]
     fn mul(self, other: Dd) -> Dd {
         let p = two_prod(self.hi, other.hi);
         quick_two_sum(p.hi, p.lo + (self.hi * other.lo + self.lo * other.hi))
@@ -106,6 +117,7 @@ impl Mul for Dd {
 
 impl Mul<f64> for Dd {
     type Output = Dd;
+    #[inline(always)]
     fn mul(self, other: f64) -> Dd {
         let p = two_prod(self.hi, other);
         quick_two_sum(p.hi, p.lo + self.lo * other)

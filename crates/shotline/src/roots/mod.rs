@@ -109,7 +109,7 @@ pub fn quartic(c: [f64; 5]) -> Roots {
 
 /// The roots of a cubic strictly between `lo` and `hi`. Newton stops at a step of `tolerance`, in units of
 /// `x`, or of an ulp: converging quadratically, simple roots come out far better than the tolerance.
-#[inline]
+#[inline(always)]
 pub fn cubic_between(c: [f64; 4], lo: f64, hi: f64, tolerance: f64) -> Roots {
     let c = unit_sized(c);
     let extrema = quadratic([c[1], 2.0 * c[2], 3.0 * c[3]]).within(lo, hi);
@@ -124,7 +124,7 @@ pub fn quartic_between(c: [f64; 5], lo: f64, hi: f64, tolerance: f64) -> Roots {
 }
 
 /// The roots of a polynomial that is monotone between neighbours in `lo, knots.., hi`.
-#[inline]
+#[inline(always)]
 fn sign_changes<const N: usize>(c: &[f64; N], knots: &[f64], lo: f64, hi: f64, tolerance: f64) -> Roots {
     let mut out = Roots::default();
     let sign = |x: f64| {
@@ -146,8 +146,8 @@ fn sign_changes<const N: usize>(c: &[f64; N], knots: &[f64], lo: f64, hi: f64, t
 }
 
 /// Value and slope by Horner's rule.
-#[inline]
-fn horner<const N: usize>(c: &[f64; N], x: f64) -> (f64, f64) {
+#[inline(always)]
+pub fn horner<const N: usize>(c: &[f64; N], x: f64) -> (f64, f64) {
     let (mut value, mut slope) = (c[N - 1], 0.0);
     for &coefficient in c[..N - 1].iter().rev() {
         slope = slope * x + value;
@@ -158,7 +158,7 @@ fn horner<const N: usize>(c: &[f64; N], x: f64) -> (f64, f64) {
 
 /// The coefficients over a power of two near the largest, so that products neither overflow nor, for
 /// ordinary polynomials, underflow. Left alone if they are of ordinary size; NaN if one of them is not finite.
-#[inline]
+#[inline(always)]
 fn unit_sized<const N: usize>(c: [f64; N]) -> [f64; N] {
     const ORDINARY: std::ops::Range<f64> = 1e-30..1e30;
     let largest = c.iter().fold(0.0, |m: f64, x| m.max(x.abs()));

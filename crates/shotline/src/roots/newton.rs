@@ -1,7 +1,7 @@
 //! Newton's method that never leaves a bracket.
 
 /// An interval in which a continuous function changes its sign once.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Piece {
     /// The lower end.
     pub lo: f64,
@@ -17,7 +17,7 @@ const NEWTON_STEPS: usize = 40;
 /// The zero in a piece. Newton's steps where they stay in the bracket, else bisection; stops at a step of
 /// `tolerance` or of an ulp. `value_and_slope` is only asked about points of the piece, and may give both times
 /// any positive factor.
-#[inline]
+#[inline(always)]
 pub fn bracketed_newton(
     piece: Piece,
     start: f64,

@@ -22,6 +22,7 @@ pub(super) struct Approach {
 
 impl Approach {
     /// Moves the origin of a line next to the centre of a solid whose size has the given exponent.
+    #[inline(always)]
     pub fn new(line: &Line, size_exponent: i32) -> Approach {
         let direction_exponent = exponent(line.d.abs().max_element());
         let u = PowerOfTwo::new(-direction_exponent).of(line.d);
@@ -43,29 +44,38 @@ impl Approach {
     }
 
     /// The line's own parameter, rounded once.
+    #[inline(always)]
     pub fn t(&self, tau: Dd) -> f64 {
         self.t_unit.times((self.shift + tau).hi)
     }
 
     /// The magnitude of `shift + tau`: what an ulp of `t` is relative to, in units of `tau`.
+    #[inline(always)]
     pub fn reach(&self, tau: f64) -> f64 {
         (self.shift.hi + tau).abs()
     }
 
     /// A length of `tau` as one of `t`.
+    #[inline(always)]
     pub fn t_length(&self, tau: f64) -> f64 {
         self.t_unit.times(tau)
     }
 }
 
 /// Double-double coordinates rounded to double.
+#[inline(always)]
 pub(super) fn rounded(p: &[Dd; 3]) -> Vec3 {
     Vec3::new(p[0].hi, p[1].hi, p[2].hi)
 }
 
 /// The `e` for which `x` lies from `2^(e-1)` to `2^e`.
+#[inline(always)]
 pub(super) fn exponent(x: f64) -> i32 {
-    libm::frexp(x).1
+    // The exponent field says it, but for zero, subnormal numbers and what is not finite.
+    match (x.to_bits() >> 52) as i32 & 0x7ff {
+        0 | 0x7ff => libm::frexp(x).1,
+        field => field - 1022,
+    }
 }
 
 /// A power of two as two factors, so that it may itself be out of range.
@@ -74,6 +84,7 @@ pub(super) struct PowerOfTwo(f64, f64);
 
 impl PowerOfTwo {
     /// `2^exponent`.
+    #[inline(always)]
     pub fn new(exponent: i32) -> PowerOfTwo {
         let power = |e: i32| f64::from_bits(((1023 + e.clamp(-1022, 1023)) as u64) << 52);
         let half = exponent / 2;
@@ -81,11 +92,13 @@ impl PowerOfTwo {
     }
 
     /// The product with a number.
+    #[inline(always)]
     pub fn times(self, x: f64) -> f64 {
         x * self.0 * self.1
     }
 
     /// The product with a vector.
+    #[inline(always)]
     pub fn of(self, v: Vec3) -> Vec3 {
         v * self.0 * self.1
     }

@@ -26,10 +26,12 @@ pub(super) struct Place {
 }
 
 impl<'a> Distance<'a> {
+    #[inline(always)]
     pub fn new(line: &'a Approach, major: f64, minor: f64) -> Distance<'a> {
         Distance { line, p: rounded(&line.p), major, minor, minor_squared: two_prod(minor, minor) }
     }
 
+    #[inline(always)]
     pub fn at(&self, tau: f64) -> Place {
         let q = self.p + self.line.u * tau;
         // Never zero, so that it can divide: next to the axis x / rho and y / rho come out as zero.
@@ -38,11 +40,13 @@ impl<'a> Distance<'a> {
     }
 
     /// `f` in double arithmetic.
+    #[inline(always)]
     pub fn value(&self, at: &Place) -> f64 {
         at.e * at.e + at.q.z * at.q.z - self.minor * self.minor
     }
 
     /// A bound on the error of `value`: the errors of `rho - R` and `z` times their weight, and of the sums.
+    #[inline(always)]
     pub fn value_error(&self, at: &Place) -> f64 {
         let unit = 16.0 * HALF_ULP;
         let u = self.line.u.abs() * at.tau.abs() + self.p.abs();
@@ -52,6 +56,7 @@ impl<'a> Distance<'a> {
     }
 
     /// `f` with twice the digits: every intermediate is a double and what rounding took from it.
+    #[inline(always)]
     pub fn wide_value(&self, tau: Dd) -> f64 {
         let [x, y, z] = std::array::from_fn(|i| {
             let (p, u) = (self.line.p[i], self.line.u[i]);
@@ -70,11 +75,13 @@ impl<'a> Distance<'a> {
     }
 
     /// A bound on the error of `wide_value`: the same sum with the roundings of double-double, with room.
+    #[inline(always)]
     pub fn wide_error(&self, at: &Place) -> f64 {
         self.value_error(at) * (16.0 * HALF_ULP)
     }
 
     /// `f` with the right sign: in double-double arithmetic where double is not sure of it.
+    #[inline(always)]
     pub fn signed_value(&self, tau: f64) -> f64 {
         let at = self.at(tau);
         let value = self.value(&at);
@@ -82,25 +89,19 @@ impl<'a> Distance<'a> {
     }
 
     /// `f'`.
+    #[inline(always)]
     pub fn slope(&self, at: &Place) -> f64 {
-        self.slope_times_rho(at) / at.rho
-    }
-
-    /// `f` and `f'` times `rho`: of the same sign, with the same quotient, and without a division.
-    pub fn value_and_slope_times_rho(&self, at: &Place) -> (f64, f64) {
-        (self.value(at) * at.rho, self.slope_times_rho(at))
-    }
-
-    fn slope_times_rho(&self, at: &Place) -> f64 {
-        2.0 * (at.e * self.across(at) + at.rho * (at.q.z * self.line.u.z))
+        2.0 * (at.e * (self.across(at) / at.rho) + at.q.z * self.line.u.z)
     }
 
     /// `rho' rho`.
+    #[inline(always)]
     fn across(&self, at: &Place) -> f64 {
         at.q.x * self.line.u.x + at.q.y * self.line.u.y
     }
 
     /// A bound on the rounding of `slope`.
+    #[inline(always)]
     pub fn slope_error(&self, at: &Place) -> f64 {
         let size = self.p.abs().element_sum() + at.tau.abs() + self.major;
         32.0 * HALF_ULP * size * (1.0 + at.e.abs() / at.rho)
@@ -108,11 +109,13 @@ impl<'a> Distance<'a> {
 
     /// A bound on the second derivatives of the torus function in space, in any direction, as far around as
     /// half the distance to the axis.
+    #[inline(always)]
     pub fn bend(&self, at: &Place) -> f64 {
         2.0 + 4.0 * (at.e.abs() / at.rho + 0.5)
     }
 
     /// What moving the point by up to `by`, in each component, can do to `f`.
+    #[inline(always)]
     pub fn shaken(&self, at: &Place, by: Vec3) -> f64 {
         let outward = at.e.abs() / at.rho;
         let q = at.q.abs();
@@ -122,6 +125,7 @@ impl<'a> Distance<'a> {
 }
 
 /// `a^2 + b^2` with an error of the order of the square of an ulp.
+#[inline(always)]
 fn sum_of_squares(a: Dd, b: Dd) -> Dd {
     let (a2, b2) = (two_prod(a.hi, a.hi), two_prod(b.hi, b.hi));
     let sum = two_sum(a2.hi, b2.hi);

@@ -5,16 +5,17 @@
 //!    coefficients: an error there enters the distance from the surface only squared.
 //! 3. The sign of the torus function at the critical points decides (`distance`), in double-double where
 //!    double is not sure. So the list alternates and is even whatever rounding does.
-//! 4. Bracketed Newton finds each crossing, and a residual in double-double corrects it.
+//! 4. Newton's steps on the quartic come near each crossing, and a residual in double-double corrects it.
 
 use super::approach::{Approach, PowerOfTwo, exponent, rounded};
 use super::distance::Distance;
 use crate::crossing::Crossing;
 use crate::math::{Dd, HALF_ULP, Vec3};
 use crate::ray::Line;
-use crate::roots::{Piece, Roots, bracketed_newton, cubic_between};
+use crate::roots::{Piece, Roots, bracketed_newton, cubic_between, horner};
 
 /// Appends the crossings of a whole line with the torus of radii `major` and `minor`.
+#[multiversion::multiversion(targets("x86_64+avx+fma"))]
 pub(super) fn crossings(major: f64, minor: f64, line: &Line, out: &mut Vec<Crossing>) {
     let size_exponent = exponent(major + minor);
     let unit = PowerOfTwo::new(-size_exponent);
@@ -23,13 +24,16 @@ pub(super) fn crossings(major: f64, minor: f64, line: &Line, out: &mut Vec<Cross
     let Some((lo, hi)) = chord(&approach, major, minor) else {
         return;
     };
-    let knots = critical_points(&approach, major, minor, lo, hi);
-    let search = Search { line, approach: &approach, distance: Distance::new(&approach, major, minor), unit };
+    let quartic = quartic(&approach, major, minor);
+    let knots = critical_points(quartic, lo, hi);
+    let search =
+        Search { line, approach: &approach, distance: Distance::new(&approach, major, minor), unit, quartic };
     search.run(lo, hi, &knots, out);
 }
 
 /// The part of the line within the sphere and the slab around the torus, both slightly enlarged, so that its
 /// ends are outside of the torus.
+#[inline(always)]
 fn chord(line: &Approach, major: f64, minor: f64) -> Option<(f64, f64)> {
     const MARGIN: f64 = 1e-9;
     let p = rounded(&line.p);
@@ -50,113 +54,167 @@ fn chord(line: &Approach, major: f64, minor: f64) -> Option<(f64, f64)> {
     (half.is_finite() && lo < hi).then_some((lo, hi))
 }
 
-/// The zeros of the derivative of the quartic `(|q|^2 + R^2 - r^2)^2 - 4 R^2 rho^2` at `q = p + tau u`.
-fn critical_points(line: &Approach, major: f64, minor: f64, lo: f64, hi: f64) -> Roots {
+/// A quarter of the quartic `(|q|^2 + R^2 - r^2)^2 - 4 R^2 rho^2` at `q = p + tau u`, from the constant upwards.
+#[inline(always)]
+fn quartic(line: &Approach, major: f64, minor: f64) -> [f64; 5] {
     let (p, u, uu) = (rounded(&line.p), line.u, line.uu);
     let pu = p.dot(u);
     let k = p.length_squared() + (major - minor) * (major + minor);
-    let twice_major2 = 2.0 * major * major;
-    let quarter_derivative = [
-        pu * k - twice_major2 * (p.x * u.x + p.y * u.y),
-        uu * k + 2.0 * pu * pu - twice_major2 * (u.x * u.x + u.y * u.y),
-        3.0 * uu * pu,
-        uu * uu,
-    ];
-    cubic_between(quarter_derivative, lo, hi, 1e-6 * (hi - lo))
+    let major2 = major * major;
+    [
+        0.25 * k * k - major2 * (p.x * p.x + p.y * p.y),
+        pu * k - 2.0 * major2 * (p.x * u.x + p.y * u.y),
+        0.5 * uu * k + pu * pu - major2 * (u.x * u.x + u.y * u.y),
+        uu * pu,
+        0.25 * uu * uu,
+    ]
+}
+
+/// The zeros of the derivative of a quartic.
+#[inline(always)]
+fn critical_points([_, a, b, c, d]: [f64; 5], lo: f64, hi: f64) -> Roots {
+    cubic_between([a, 2.0 * b, 3.0 * c, 4.0 * d], lo, hi, 1e-6 * (hi - lo))
 }
 
 struct Search<'a> {
     line: &'a Line,
     approach: &'a Approach,
     distance: Distance<'a>,
+    quartic: [f64; 5],
     /// Takes lengths of the solid's frame to units of its size.
     unit: PowerOfTwo,
 }
 
 impl Search<'_> {
+    /// The crossings between two places outside of the torus. A step of Newton's is a long chain of operations
+    /// that wait for each other: taken for all crossings side by side, the chains overlap.
+    #[inline(always)]
     fn run(&self, lo: f64, hi: f64, knots: &[f64], out: &mut Vec<Crossing>) {
-        let height = |tau: f64| self.distance.signed_value(tau);
-        let (mut from, mut inside) = ((lo, height(lo)), false);
-        for &to in knots {
-            let to = (to, height(to));
+        let (mut passages, count) = self.passages(lo, hi, knots);
+        let passages = &mut passages[..count];
+        self.approximate(passages);
+        let mut roots = [Root::default(); 4];
+        for (root, passage) in roots.iter_mut().zip(&*passages) {
+            *root = self.corrected(Dd::from(passage.tau), passage.piece);
+        }
+        for (root, passage) in roots.iter_mut().zip(&*passages) {
+            if !root.settled {
+                self.settle(root, passage.piece);
+            }
+            out.push(self.crossing(root, passage.piece));
+        }
+    }
+
+    /// Where the line passes the surface: between knots on different sides of it.
+    #[inline(always)]
+    fn passages(&self, lo: f64, hi: f64, knots: &[f64]) -> ([Passage; 4], usize) {
+        let height = |tau: f64| (tau, self.distance.signed_value(tau));
+        let (mut passages, mut count) = ([Passage::default(); 4], 0);
+        let (mut from, mut inside) = (height(lo), false);
+        for &knot in knots {
+            let to = height(knot);
             // A knot on the surface touches it, from whichever side: nothing changes.
             if to.1 != 0.0 && (to.1 < 0.0) != inside {
-                out.push(if inside { self.crossing(from, to, true) } else { self.crossing(to, from, false) });
+                passages[count] = if inside { Passage::out(from, to) } else { Passage::into(from, to) };
+                count += 1;
                 inside = !inside;
             }
             from = to;
         }
         if inside {
-            out.push(self.crossing(from, (hi, height(hi)), true));
+            passages[count] = Passage::out(from, height(hi));
+            count += 1;
+        }
+        (passages, count)
+    }
+
+    /// Brings each passage near its crossing by Newton's steps on the quartic: three that nothing guards do
+    /// nearly always.
+    #[inline(always)]
+    fn approximate(&self, passages: &mut [Passage]) {
+        for _ in 0..3 {
+            for Passage { piece, tau, step, .. } in &mut *passages {
+                let (value, slope) = horner(&self.quartic, *tau);
+                *step = value / slope;
+                *tau = (*tau - *step).max(piece.lo).min(piece.hi);
+            }
+        }
+        for passage in passages {
+            if passage.step.is_nan() || passage.step.abs() > passage.tolerance {
+                passage.tau = self.bracketed(passage);
+            }
         }
     }
 
-    /// The one crossing between two knots, given with the values of `f`: the inner is in the tube.
-    fn crossing(&self, inner: (f64, f64), outer: (f64, f64), leaving: bool) -> Crossing {
-        let piece = Piece { lo: inner.0.min(outer.0), hi: inner.0.max(outer.0), rising: leaving };
-        // From its low point in the tube f rises much like a parabola.
-        let share = (inner.1 / (inner.1 - outer.1)).sqrt();
-        let way = (outer.0 - inner.0) * if share < 1.0 { share } else { 0.5 };
-        // Next to a touching f is but noise in double, and only the correction can see the crossing.
-        let tolerance = f64::max(1e-5 * way.abs(), 1e-15 / way.abs());
-        let f = &self.distance;
-        let tau =
-            bracketed_newton(piece, inner.0 + way, tolerance, |tau| f.value_and_slope_times_rho(&f.at(tau)));
-        self.corrected(piece, tau)
+    #[cold]
+    fn bracketed(&self, passage: &Passage) -> f64 {
+        bracketed_newton(passage.piece, passage.start, passage.tolerance, |tau| horner(&self.quartic, tau))
     }
 
-    /// The crossing of a piece, from a first approximation, by Newton's steps with the residual in
-    /// double-double, until what is left cannot be seen in `t`.
-    fn corrected(&self, piece: Piece, approximation: f64) -> Crossing {
+    /// One step of Newton's from an approximation of the crossing of a piece, with the residual in double-double.
+    #[inline(always)]
+    fn corrected(&self, tau: Dd, piece: Piece) -> Root {
         let f = &self.distance;
-        let mut tau = Dd::from(approximation);
-        let mut root = Root::unknown(approximation);
-        // Mostly one step; next to a touching there may be many, of which the first only halve the way.
+        let at = f.at(tau.hi);
+        let value = f.wide_value(tau);
+        let slope = f.slope(&at);
+        let step = -value / slope;
+        let next = tau + Dd::from(step);
+        if !(piece.lo <= next.hi && next.hi <= piece.hi) {
+            let end = if (value < 0.0) == piece.rising { piece.hi } else { piece.lo };
+            return Root::unknown(0.5 * tau.hi + 0.5 * end);
+        }
+        let bend = f.bend(&at) * self.approach.uu;
+        let slope_error = f.slope_error(&at) + bend * step.abs();
+        let residual = slope_error * step.abs() + f.wide_error(&at);
+        let visible = 1e-3 * HALF_ULP * self.approach.reach(next.hi);
+        let settled = residual <= visible * slope.abs() || step.abs() <= HALF_ULP * visible;
+        Root { tau: next, slope: slope.abs() - slope_error, residual, bend, settled }
+    }
+
+    /// Further steps, until what is left cannot be seen in `t`. Next to a touching there may be many, of which
+    /// the first only halve the way.
+    #[cold]
+    fn settle(&self, root: &mut Root, piece: Piece) {
         for _ in 0..60 {
-            let at = f.at(tau.hi);
-            let value = f.wide_value(tau);
-            let slope = f.slope(&at);
-            let step = -value / slope;
-            let next = tau + Dd::from(step);
-            if !(piece.lo <= next.hi && next.hi <= piece.hi) {
-                let end = if (value < 0.0) == piece.rising { piece.hi } else { piece.lo };
-                tau = Dd::from(0.5 * tau.hi + 0.5 * end);
-                root = Root::unknown(tau.hi);
-                continue;
-            }
-            tau = next;
-            let bend = f.bend(&at) * self.approach.uu;
-            let slope_error = f.slope_error(&at) + bend * step.abs();
-            let residual = slope_error * step.abs() + f.wide_error(&at);
-            root = Root { tau: tau.hi, slope: slope.abs() - slope_error, residual, bend };
-            let visible = 1e-3 * HALF_ULP * self.approach.reach(tau.hi);
-            if residual <= visible * slope.abs() || step.abs() <= HALF_ULP * visible {
+            *root = self.corrected(root.tau, piece);
+            if root.settled {
                 break;
             }
         }
-        let t = self.approach.t(tau);
-        let spread = self.approach.t_length(self.spread(&root, t, piece));
+    }
+
+    #[inline(always)]
+    fn crossing(&self, root: &Root, piece: Piece) -> Crossing {
+        let t = self.approach.t(root.tau);
+        let spread = self.approach.t_length(self.spread(root, t, piece));
         Crossing::new(t, spread + HALF_ULP * t.abs() + f64::MIN_POSITIVE, !piece.rising, 0)
     }
 
     /// How far the exact crossing of the exact line can be from the root, if it crosses here at all: where `f`
     /// can be off by the residual and by the line's own bounds.
+    #[inline(always)]
     fn spread(&self, root: &Root, t: f64, piece: Piece) -> f64 {
-        let doubt = root.residual + self.shaken(root.tau, t);
+        let doubt = root.residual + self.shaken(root.tau.hi, t);
         let linear = doubt / root.slope;
         // How much the slope can change over that way, relatively.
         let turn = root.bend * linear / root.slope;
         if root.slope > 0.0 && turn <= 0.125 {
             return linear * (1.0 + 2.0 * turn);
         }
-        // Next to a touching: as far as it takes until f is sure of its sign on both sides.
+        self.spread_at_touching(root.tau.hi, t, piece)
+    }
+
+    /// As far as it takes until `f` is sure of its sign on both sides.
+    #[cold]
+    fn spread_at_touching(&self, tau: f64, t: f64, piece: Piece) -> f64 {
         let decided = |tau: f64| {
             let sure = f64::abs(self.distance.wide_value(Dd::from(tau)));
             sure > self.distance.wide_error(&self.distance.at(tau)) + self.shaken(tau, t)
         };
         let mut way = f64::EPSILON * (piece.hi - piece.lo);
         for _ in 0..60 {
-            if decided(root.tau - way) && decided(root.tau + way) {
+            if decided(tau - way) && decided(tau + way) {
                 break;
             }
             way *= 2.0;
@@ -165,6 +223,7 @@ impl Search<'_> {
     }
 
     /// What the line's own bounds can do to `f`.
+    #[inline(always)]
     fn shaken(&self, tau: f64, t: f64) -> f64 {
         let by = self.line.point_err(t);
         if by == Vec3::ZERO {
@@ -174,20 +233,61 @@ impl Search<'_> {
     }
 }
 
-/// What is known of the torus function at a computed crossing.
-struct Root {
+/// A piece of the line with one crossing, on the way to it.
+#[derive(Clone, Copy, Default)]
+struct Passage {
+    piece: Piece,
+    start: f64,
+    /// Near the crossing once the last `step` is not longer than the `tolerance`.
     tau: f64,
+    step: f64,
+    tolerance: f64,
+}
+
+impl Passage {
+    /// Between a knot outside of the tube and one inside, given with the values of `f`.
+    #[inline(always)]
+    fn into(outer: (f64, f64), inner: (f64, f64)) -> Passage {
+        Passage::between(inner, outer, false)
+    }
+
+    /// Between a knot inside of the tube and one outside.
+    #[inline(always)]
+    fn out(inner: (f64, f64), outer: (f64, f64)) -> Passage {
+        Passage::between(inner, outer, true)
+    }
+
+    #[inline(always)]
+    fn between(inner: (f64, f64), outer: (f64, f64), rising: bool) -> Passage {
+        // From its low point in the tube f rises much like a parabola.
+        let share = (inner.1 / (inner.1 - outer.1)).sqrt();
+        let way = (outer.0 - inner.0) * if share < 1.0 { share } else { 0.5 };
+        let start = inner.0 + way;
+        // Next to a touching the quartic is but noise, and only the correction can see the crossing.
+        let tolerance = f64::max(1e-5 * way.abs(), 1e-15 / way.abs());
+        let piece = Piece { lo: inner.0.min(outer.0), hi: inner.0.max(outer.0), rising };
+        Passage { piece, start, tau: start, step: f64::NAN, tolerance }
+    }
+}
+
+/// What is known of the torus function at a computed crossing.
+#[derive(Clone, Copy, Default)]
+struct Root {
+    tau: Dd,
     /// A lower bound of `|f'|`.
     slope: f64,
     /// A bound on `|f|`.
     residual: f64,
     /// A bound on `|f''|` nearby.
     bend: f64,
+    /// Whether what is left of the error cannot be seen in `t`.
+    settled: bool,
 }
 
 impl Root {
     /// A place of which nothing is known yet.
+    #[inline(always)]
     fn unknown(tau: f64) -> Root {
-        Root { tau, slope: 0.0, residual: f64::INFINITY, bend: 0.0 }
+        Root { tau: Dd::from(tau), slope: 0.0, residual: f64::INFINITY, bend: 0.0, settled: false }
     }
 }

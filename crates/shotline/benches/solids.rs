@@ -1,0 +1,67 @@
+//! What one line costs each solid, in its own frame: random lines that meet its bounding sphere.
+//!
+//!     cargo bench -p shotline --features testkit
+
+use std::hint::black_box;
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use shotline::math::Vec3;
+use shotline::ray::Line;
+use shotline::solid::{self, Params, Solid, Value};
+use shotline::testkit::random::Random;
+
+/// Kinds with parameters of ordinary proportions.
+const SOLIDS: &[(&str, &str, &[Value])] = &[
+    ("box", "box", &[Value::Vector([-1.0, -0.8, -0.6]), Value::Vector([1.0, 0.8, 0.6])]),
+    ("sphere", "sphere", &[Value::Number(1.0)]),
+    ("cylinder", "cylinder", &[Value::Number(1.0), Value::Number(-1.0), Value::Number(1.0)]),
+    ("cone", "cone", &[Value::Number(1.0), Value::Number(0.2), Value::Number(-1.0), Value::Number(1.0)]),
+    ("torus, thin", "torus", &[Value::Number(1.0), Value::Number(0.05)]),
+    ("torus", "torus", &[Value::Number(1.0), Value::Number(0.4)]),
+    ("torus, spindle", "torus", &[Value::Number(0.5), Value::Number(0.7)]),
+];
+const LINES: usize = 1024;
+
+fn solids(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("a line that meets");
+    group.throughput(Throughput::Elements(LINES as u64));
+    for (name, kind, values) in SOLIDS {
+        let kind = solid::kind(kind).expect("a kind of the registry");
+        let solid = (kind.build)(&Params::of(kind, values)).expect("good parameters");
+        let lines = lines_that_meet(&*solid);
+        let mut list = Vec::new();
+        group.bench_function(*name, |b| {
+            b.iter(|| {
+                for line in &lines {
+                    list.clear();
+                    solid.crossings(black_box(line), &mut list);
+                    black_box(&list);
+                }
+            });
+        });
+    }
+    group.finish();
+}
+
+/// Lines with at least two crossings, between points of a sphere three times the size.
+fn lines_that_meet(solid: &dyn Solid) -> Vec<Line> {
+    let mut random = Random::new(1);
+    let (centre, radius) = solid.bounds().bounding_sphere();
+    let mut point = || -> Vec3 { centre + random.direction() * (3.0 * radius) };
+    let mut list = Vec::new();
+    let lines = std::iter::from_fn(|| {
+        let (a, b) = (point(), point());
+        Some(Line::exact(a, b - a))
+    });
+    lines
+        .filter(|line| {
+            list.clear();
+            solid.crossings(line, &mut list);
+            !list.is_empty()
+        })
+        .take(LINES)
+        .collect()
+}
+
+criterion_group!(benches, solids);
+criterion_main!(benches);
