@@ -4,12 +4,14 @@ CARGO ?= cargo
 PYTHON ?= python3
 # Beside this folder there may be one with more data; nothing here needs it.
 SHARED ?= ../shared
+# Rays of each family of a long soak.
+RAYS ?= 100000000
 
 SHOTLINE := $(abspath $(or $(CARGO_TARGET_DIR),target))/release/shotline
 VENV := .venv
 export SHOTLINE
 
-.PHONY: help build demo test truth bench pictures clean
+.PHONY: help build demo test truth soak bench pictures clean
 .NOTPARALLEL:
 
 help: ## this list
@@ -37,6 +39,9 @@ else
 truth:
 	@echo "truth: skipped, there is no $(SHARED)/truth; make test scores the selection in testdata/truth"
 endif
+
+soak: ## RAYS=100000000 rays of each family against slow checks that share nothing with the solvers (an hour)
+	SHOTLINE_SOAK=$(RAYS) $(CARGO) test --release -p shotline --features testkit --test soak -- --nocapture --test-threads 1
 
 bench: build $(VENV)/ready ## rays a second: combinations, and meshes beside Embree where it is at hand
 	$(VENV)/bin/python bench/run.py --bin $(SHOTLINE)

@@ -1,0 +1,106 @@
+//! Random and aimed rays by the million, each list held to a slow check that shares nothing with the solver.
+//!
+//! A short run is one of the tests; `make soak` makes it long: `SHOTLINE_SOAK` is the number of rays of each
+//! family, `SHOTLINE_SOAK_SEED` another sequence of them. Any number of rays gives the same ones first, whatever
+//! the number of threads.
+
+#[path = "soak/exact.rs"]
+mod exact;
+#[path = "soak/mesh.rs"]
+mod mesh;
+#[path = "soak/torus.rs"]
+mod torus;
+
+use std::ops::AddAssign;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use shotline::testkit::random::Random;
+
+/// Rays of one family; threads take batches of them.
+const BATCH: u64 = 10_000;
+
+/// What came of some rays.
+#[derive(Clone, Debug, Default)]
+pub struct Tally {
+    /// Rays tried.
+    pub rays: u64,
+    /// Crossings of all lists.
+    pub crossings: u64,
+    /// Rays so near a touching that only exact arithmetic could tell what they meet, and did.
+    pub exact: u64,
+    /// Rays that run in a face and have another list from the far end, as they may.
+    pub undecidable: u64,
+    /// The first of the wrong lists, in words, and how many there are.
+    pub first_failure: Option<String>,
+    /// Wrong lists.
+    pub failures: u64,
+}
+
+impl Tally {
+    fn fail(&mut self, what: String) {
+        self.failures += 1;
+        self.first_failure.get_or_insert(what);
+    }
+}
+
+impl AddAssign for Tally {
+    fn add_assign(&mut self, other: Tally) {
+        self.rays += other.rays;
+        self.crossings += other.crossings;
+        self.exact += other.exact;
+        self.undecidable += other.undecidable;
+        self.failures += other.failures;
+        self.first_failure = self.first_failure.take().or(other.first_failure);
+    }
+}
+
+fn setting(name: &str, default: u64) -> u64 {
+    match std::env::var(name) {
+        Err(_) => default,
+        Ok(text) => text.parse().unwrap_or_else(|_| panic!("{name} is '{text}', but must be a whole number")),
+    }
+}
+
+/// Runs all rays of a family, on all cores, and reports.
+fn soak(family: &str, default: u64, run: impl Fn(&mut Random, u64, &mut Tally) + Sync) {
+    let (rays, seed) = (setting("SHOTLINE_SOAK", default), setting("SHOTLINE_SOAK_SEED", 1));
+    let next = AtomicU64::new(0);
+    let work = || {
+        let mut tally = Tally::default();
+        loop {
+            let begin = BATCH * next.fetch_add(1, Ordering::Relaxed);
+            if begin >= rays {
+                return tally;
+            }
+            let mut random = Random::new(seed ^ (begin / BATCH).wrapping_mul(0x2545_f491_4f6c_dd1d));
+            run(&mut random, BATCH.min(rays - begin), &mut tally);
+            if (begin / BATCH) % 1000 == 999 {
+                println!("{family}: {begin} rays begun, {} failures in this thread", tally.failures);
+            }
+        }
+    };
+    let mut tally = Tally::default();
+    std::thread::scope(|scope| {
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let threads: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
+        for thread in threads {
+            tally += thread.join().expect("no thread panics");
+        }
+    });
+    let Tally { rays, crossings, exact, undecidable, failures, first_failure } = tally;
+    println!(
+        "{family}: {rays} rays, {crossings} crossings, {exact} decided exactly, {undecidable} in a face, {failures} failures"
+    );
+    assert_eq!(failures, 0, "{family}: the first failure: {}", first_failure.unwrap_or_default());
+}
+
+#[test]
+fn tori() {
+    soak("tori", 30_000, torus::run);
+}
+
+#[test]
+fn mesh_edges_and_vertices() {
+    let meshes = mesh::Meshes::new();
+    soak("mesh edges and vertices", 30_000, |random, rays, tally| meshes.run(random, rays, tally));
+}
