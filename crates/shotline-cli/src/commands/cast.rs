@@ -1,11 +1,13 @@
 //! `shotline cast`: many rays, arrays in and arrays out.
 
 use std::path::PathBuf;
+use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use serde_json::json;
+use shotline::accel::Work;
 use shotline::compile::World;
 use shotline::query::batch::{self, BatchError, Run};
 use shotline::query::{Overlaps, QueryError};
@@ -111,6 +113,12 @@ impl From<OverlapPolicy> for Overlaps {
     }
 }
 
+/// What was met on the way.
+struct Counts {
+    overlaps: u64,
+    repaired: u64,
+}
+
 /// Seconds spent.
 struct Times {
     load: f64,
@@ -131,16 +139,19 @@ impl Command {
         let begin = Instant::now();
         let world = input::compile(&document, &self.build)?;
         let build = begin.elapsed().as_secs_f64();
+        let work = Mutex::new(Work::default());
         let (overlaps, cast) = interrupt::listening(|cancel| {
             let begin = Instant::now();
-            let (columns, overlaps) = self.cast(&world, &rays, span, cancel)?;
+            let (columns, overlaps) = self.cast(&world, &rays, span, cancel, &work)?;
             let cast = begin.elapsed().as_secs_f64();
             columns.with_names(&world).write(&self.output)?;
             Ok((overlaps, cast))
         })?;
-        self.remarks(&rays, overlaps);
+        let repaired = work.lock().map_or(0, |work| work.repaired);
+        self.remarks(&rays, overlaps, repaired);
         if self.stats {
-            output::print(&self.stats(&world, &rays, overlaps, &Times { load, build, cast }))?;
+            let counts = Counts { overlaps, repaired };
+            output::print(&self.stats(&world, &rays, counts, &Times { load, build, cast }))?;
         }
         Ok(0)
     }
@@ -152,10 +163,16 @@ impl Command {
         rays: &Rays,
         span: Span,
         cancel: &AtomicBool,
+        work: &Mutex<Work>,
     ) -> Result<(Columns, u64), Failure> {
         let bar = progress::bar(rays.valid.len() as u64, "casting", self.quiet);
         let progress = |rays| bar.inc(rays);
-        let run = Run { threads: self.threads.threads, progress: Some(&progress), cancel: Some(cancel) };
+        let run = Run {
+            threads: self.threads.threads,
+            progress: Some(&progress),
+            cancel: Some(cancel),
+            work: Some(work),
+        };
         let valid = &rays.valid;
         let answer = match self.query {
             Query::Closest => {
@@ -194,7 +211,7 @@ impl Command {
         Failure::new(format!("{}: {place}{error}\nhelp: {help}", self.model.path.display()))
     }
 
-    fn remarks(&self, rays: &Rays, overlaps: u64) {
+    fn remarks(&self, rays: &Rays, overlaps: u64, repaired: u64) {
         if rays.invalid() > 0 {
             let rows = counted(rays.invalid() as u64, "row is no ray", "rows are no rays");
             progress::remark(&format!("{rows} and counted as a miss"), self.quiet);
@@ -203,9 +220,16 @@ impl Command {
             let met = counted(overlaps, "overlap", "overlaps");
             progress::remark(&format!("{met} of objects of equal priority"), self.quiet);
         }
+        if repaired > 0 {
+            let lists = counted(repaired, "list of crossings was", "lists of crossings were");
+            progress::remark(
+                &format!("{lists} broken by rounding and repaired; please report it"),
+                self.quiet,
+            );
+        }
     }
 
-    fn stats(&self, world: &World, rays: &Rays, overlaps: u64, times: &Times) -> String {
+    fn stats(&self, world: &World, rays: &Rays, counts: Counts, times: &Times) -> String {
         let query = self.query.to_possible_value().map(|v| v.get_name().to_string());
         let line = json!({
             "rays": rays.rows,
@@ -217,10 +241,9 @@ impl Command {
             "cast_s": times.cast,
             "rays_per_s": rays.rows as f64 / times.cast.max(1e-9),
             "memory_bytes": world.stats().memory_bytes,
-            // Lists alternate by construction: there is nothing that could need repair.
-            "repaired": 0,
+            "repaired": counts.repaired,
             "invalid": rays.invalid(),
-            "overlaps": overlaps,
+            "overlaps": counts.overlaps,
         });
         format!("{line}\n")
     }

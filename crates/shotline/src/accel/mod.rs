@@ -24,6 +24,20 @@ pub struct Work {
     pub tags_saved: u64,
     /// Entries pushed on a heap.
     pub heap_pushes: u64,
+    /// Lists that rounding had broken and that were repaired by membership. None should ever be.
+    pub repaired: u64,
+}
+
+impl std::ops::AddAssign for Work {
+    fn add_assign(&mut self, other: Work) {
+        self.boxes += other.boxes;
+        self.cells += other.cells;
+        self.planes += other.planes;
+        self.solids += other.solids;
+        self.tags_saved += other.tags_saved;
+        self.heap_pushes += other.heap_pushes;
+        self.repaired += other.repaired;
+    }
 }
 
 /// What a structure has still to offer to one ray, beginning not before `t`.

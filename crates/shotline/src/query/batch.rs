@@ -1,11 +1,13 @@
 //! Batches over all cores: arrays in, arrays out; the same bits for any split and number of threads.
 
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
 use super::caster::all_solid;
 use super::{Caster, Hit, Overlaps, QueryError, Segment};
+use crate::accel::Work;
 use crate::compile::World;
 use crate::ray::{Ray, Span};
 
@@ -18,6 +20,8 @@ pub struct Run<'a> {
     pub progress: Option<&'a (dyn Fn(u64) + Sync)>,
     /// Set to end the batch early.
     pub cancel: Option<&'a AtomicBool>,
+    /// Where the work done is added up.
+    pub work: Option<&'a Mutex<Work>>,
 }
 
 /// Why a batch has no answer.
@@ -125,6 +129,10 @@ fn over_chunks<T: Default + Send>(
         for (i, ray) in chunk.iter().enumerate() {
             let row = index * CHUNK + i;
             job(caster, ray, &mut result).map_err(|error| BatchError::Query { row, error })?;
+        }
+        let done = caster.take_work();
+        if let Some(mut work) = run.work.and_then(|work| work.lock().ok()) {
+            *work += done;
         }
         if let Some(progress) = run.progress {
             progress(chunk.len() as u64);

@@ -66,9 +66,9 @@ impl<'w> Caster<'w> {
         self.world
     }
 
-    /// Work counted since the caster was made.
-    pub fn work(&self) -> Work {
-        self.work
+    /// Work counted since the caster was made, or since this was asked last.
+    pub fn take_work(&mut self) -> Work {
+        std::mem::take(&mut self.work)
     }
 
     /// The first crossing in the span. Of several at the same `t`, that of the lowest path.

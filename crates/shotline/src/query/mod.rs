@@ -3,6 +3,7 @@
 pub mod batch;
 mod caster;
 mod heap;
+mod repair;
 mod segments;
 mod stream;
 mod walk;

@@ -5,6 +5,7 @@
 //! with what it meets, and whoever wants only the first boundary stops there.
 
 use super::heap::{Heap, Rank};
+use super::repair::repair;
 use crate::aabb::BoxRay;
 use crate::accel::{Offer, Pending, Work};
 use crate::compile::{Leaf, SolidBody};
@@ -148,6 +149,7 @@ impl<'a> Stream<'a> {
         let line = self.line.in_frame(local_from_body);
         let wanted = if self.body.leaves.len() == 1 { self.wanted } else { Wanted::All };
         solid.crossings_within(&line, self.ray.span(), wanted, &mut scratch.crossings, self.work);
+        self.work.repaired += u64::from(repair(&**solid, &line, &mut scratch.crossings));
         for &crossing in &scratch.crossings {
             match Event::new(leaf, crossing, enter) {
                 Some(event) => {

@@ -174,34 +174,58 @@ fn powers_of_two_scale_every_t_exactly() {
     for _ in 0..20 {
         let world = world(&random_scene(&mut random), "bvh");
         for ray in rays(&mut random, 30) {
-            let longer = Ray::new(ray.origin(), ray.direction() * 8.0).expect("a ray");
             let a = crossings(&world, &ray, Span::FORWARD);
-            let b = crossings(&world, &longer, Span::FORWARD);
-            assert_eq!(a.len(), b.len());
-            for (x, y) in a.iter().zip(&b) {
-                assert_eq!(x.t, y.t * 8.0, "{ray:?}");
+            for factor in [8.0, 2f64.powi(-300), 2f64.powi(300)] {
+                let longer = Ray::new(ray.origin(), ray.direction() * factor).expect("a ray");
+                let b = crossings(&world, &longer, Span::FORWARD);
+                assert_eq!(a.len(), b.len());
+                for (x, y) in a.iter().zip(&b) {
+                    assert_eq!(x.t, y.t * factor, "{ray:?}");
+                }
             }
         }
     }
 }
 
-/// The same model and ray a million times smaller or larger: the same bits.
+/// A model put in another frame: every object under one more transform.
+fn moved(scene: &Scene, by: &Affine) -> Scene {
+    let mut moved = scene.clone();
+    for i in 0..moved.objects.len() {
+        let object = moved.objects[i].0 as usize;
+        let Node::Object { node: inner, .. } = moved.nodes[object] else { panic!("an object") };
+        let outer = moved.add_transform(*by, inner);
+        if let Node::Object { node, .. } = &mut moved.nodes[object] {
+            *node = outer;
+        }
+    }
+    moved
+}
+
+/// A million sizes away there are as many crossings.
+#[test]
+fn far_from_the_origin_the_counts_are_the_same() {
+    let mut random = Random::new(12);
+    for _ in 0..30 {
+        let scene = random_scene(&mut random);
+        let away = random.direction() * 4e6;
+        let (near, far) = (world(&scene, "bvh"), world(&moved(&scene, &Affine::translation(away)), "bvh"));
+        for ray in rays(&mut random, 30) {
+            let there = Ray::new(ray.origin() + away, ray.direction()).expect("a ray");
+            let (a, b) = (crossings(&near, &ray, Span::FORWARD), crossings(&far, &there, Span::FORWARD));
+            assert_eq!(a.len(), b.len(), "{ray:?} moved by {away}\n{a:?}\n{b:?}");
+        }
+    }
+}
+
+/// The same model and ray smaller or larger by powers of two: the same bits.
 #[test]
 fn the_size_of_the_world_is_no_matter() {
     let mut random = Random::new(10);
     for _ in 0..20 {
         let scene = random_scene(&mut random);
         let rays = rays(&mut random, 30);
-        for factor in [2f64.powi(-20), 2f64.powi(20)] {
-            let mut scaled = scene.clone();
-            for i in 0..scaled.objects.len() {
-                let object = scaled.objects[i].0 as usize;
-                let Node::Object { node: inner, .. } = scaled.nodes[object] else { panic!("an object") };
-                let outer = scaled.add_transform(Affine::scaling(Vec3::splat(factor)), inner);
-                if let Node::Object { node, .. } = &mut scaled.nodes[object] {
-                    *node = outer;
-                }
-            }
+        for factor in [-300, -20, 20, 300].map(|k| 2f64.powi(k)) {
+            let scaled = moved(&scene, &Affine::scaling(Vec3::splat(factor)));
             let (small, large) = (world(&scene, "bvh"), world(&scaled, "bvh"));
             for ray in &rays {
                 let there = Ray::new(ray.origin() * factor, ray.direction() * factor).expect("a ray");
@@ -301,7 +325,7 @@ fn a_box_of_many_holes_costs_what_the_ray_meets() {
     for ray in rays(&mut random, 50) {
         caster.closest(&ray, Span::FORWARD);
     }
-    let work = caster.work();
+    let work = caster.take_work();
     assert!(work.solids < 53 * 40, "{work:?}");
 }
 

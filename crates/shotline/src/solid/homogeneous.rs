@@ -121,6 +121,6 @@ mod tests {
         let quadric = build("quadric", &[&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0]]);
         let textbook =
             [[1.0, 2.0, 2.5, 3.5], [2.0, 2.0, 3.0, 4.0], [2.5, 3.0, 3.0, 4.5], [3.5, 4.0, 4.5, 10.0]];
-        assert_eq!(quadric.map(|r| r.map(|x| x * 8.0)), textbook);
+        assert_eq!(quadric.map(|r| r.map(|x| x * 4.0)), textbook);
     }
 }

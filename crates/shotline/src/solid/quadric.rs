@@ -29,11 +29,11 @@ pub(super) static KIND: Kind = Kind {
     ],
 };
 
-/// All coefficients over one power of two, about the origin: wherever the quadric lies, that is where its
-/// coefficients are exact.
+/// All coefficients over one power of four, about the origin: wherever the quadric lies, that is where its
+/// coefficients are exact. Of four, so that the same quadric twice as large has the same proportions.
 fn form(coeffs: [f64; 10]) -> Form {
-    let unit = power_of_two(coeffs.iter().fold(0.0, |m: f64, x| m.max(x.abs())));
-    let [a, b, c, d, e, f, g, h, i, j] = coeffs.map(|x| x / unit);
+    let root = power_of_two(coeffs.iter().fold(0.0, |m: f64, x| m.max(x.abs())).sqrt());
+    let [a, b, c, d, e, f, g, h, i, j] = coeffs.map(|x| x / root / root);
     let shrink = proportions(Vec3::new(a, b, c));
     let half = |x: f64, y: f64, z: f64| (Vec3::new(x, y, z) * 0.5).to_array().map(Dd::from);
     let per = 1.0 / shrink;

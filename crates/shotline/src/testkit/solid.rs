@@ -7,7 +7,7 @@ use crate::aabb::Aabb;
 use crate::crossing::{Crossing, is_alternating};
 use crate::math::{Affine, HALF_ULP, Placement, Vec3, two_sum};
 use crate::ray::Line;
-use crate::solid::{Kind, Params, Solid};
+use crate::solid::{Kind, Params, Solid, Value};
 
 /// Lines of each family for each example.
 const LINES: usize = 40;
@@ -56,7 +56,9 @@ const RULES: &[fn(&Case)] = &[
     the_far_end_sees_the_mirrored_list,
     sliding_the_origin_shifts_the_list,
     rigid_motions_change_nothing,
-    powers_of_two_scale_exactly,
+    directions_scale_exactly,
+    extreme_directions_scale_exactly,
+    sizes_scale_exactly,
 ];
 
 fn lists_alternate(case: &Case) {
@@ -170,25 +172,78 @@ fn sliding_the_origin_shifts_the_list(case: &Case) {
     }
 }
 
+/// Also a million sizes away, where counts must still be right: sizes of the thinnest side.
 fn rigid_motions_change_nothing(case: &Case) {
     let turn = Affine::rotation_xyz(Vec3::new(20.0, -35.0, 130.0));
     let (_, size) = extent(&case.solid.bounds());
-    let motion = Affine::translation(size * 3.0).then_after(&turn);
-    let Ok(Placement { parent_from_local, local_from_parent }) = Placement::new(&motion) else {
-        panic!("a rigid motion has an inverse");
-    };
-    let there_and_back = case.line.in_frame(&parent_from_local).in_frame(&local_from_parent);
-    case.agree(&cast(case.solid, &there_and_back), "rigid motions change nothing");
+    for away in [size * 3.0, Vec3::splat(1e6 * size.min_element())] {
+        let motion = Affine::translation(away).then_after(&turn);
+        let Ok(Placement { parent_from_local, local_from_parent }) = Placement::new(&motion) else {
+            panic!("a rigid motion has an inverse");
+        };
+        let there_and_back = case.line.in_frame(&parent_from_local).in_frame(&local_from_parent);
+        case.agree(&cast(case.solid, &there_and_back), "rigid motions change nothing");
+    }
 }
 
-fn powers_of_two_scale_exactly(case: &Case) {
-    for k in [-300, -41, 1, 100] {
-        let factor = 2f64.powi(k);
-        let scaled = cast(case.solid, &Line::exact(case.line.o, case.line.d * factor));
-        let back: Vec<Crossing> =
-            scaled.into_iter().map(|c| Crossing { t: c.t * factor, t_err: c.t_err * factor, ..c }).collect();
-        case.hold(back == case.list, "powers of two scale exactly", format!("2^{k}: {back:?}"));
+fn directions_scale_exactly(case: &Case) {
+    for k in [-300, -41, 1, 100, 300] {
+        case.hold_scaled(&case.line, k);
     }
+}
+
+/// Directions with subnormal components, and so long that their squares overflow; of few digits, which neither
+/// loses.
+fn extreme_directions_scale_exactly(case: &Case) {
+    let short = |v: Vec3| v.as_vec3().as_dvec3();
+    let line = Line::exact(case.line.o, short(case.line.d));
+    let exactly = |k: i32| (0..3).all(|i| scaled(scaled(line.d[i], k), -k) == line.d[i]);
+    for k in [-1015, 960] {
+        if line.d != Vec3::ZERO && exactly(k) {
+            case.hold_scaled(&line, k);
+        }
+    }
+}
+
+/// The same solid and line many times as large or small.
+fn sizes_scale_exactly(case: &Case) {
+    for k in [-300, -20, 7, 300] {
+        let Ok(solid) = (case.kind.build)(&grown(case.params, k)) else {
+            panic!("{} refuses its own example times 2^{k}", case.kind.name);
+        };
+        let list = cast(&*solid, &Line::exact(scaled_vector(case.line.o, k), scaled_vector(case.line.d, k)));
+        let same = list.iter().map(|c| c.t).eq(case.list.iter().map(|c| c.t));
+        case.hold(same, "sizes scale exactly", format!("2^{k}: {list:?}"));
+    }
+}
+
+/// The parameters of the same solid, so many powers of two as large. All are lengths but for normals, which stay,
+/// and the coefficients of a quadric, which grow by what their powers of coordinates lack.
+fn grown(params: &Params, k: i32) -> Params {
+    let entry = |&(name, value): &(&'static str, Value)| {
+        let grown = match value {
+            _ if name == "normal" => value,
+            Value::Number(x) => Value::Number(scaled(x, k)),
+            Value::Vector(v) => Value::Vector(v.map(|x| scaled(x, k))),
+            Value::Ten(c) => Value::Ten(std::array::from_fn(|i| match i {
+                0..6 => c[i],
+                6..9 => scaled(c[i], k),
+                _ => scaled(c[i], 2 * k),
+            })),
+        };
+        (name, grown)
+    };
+    Params { entries: params.entries.iter().map(entry).collect() }
+}
+
+fn scaled_vector(v: Vec3, k: i32) -> Vec3 {
+    Vec3::from(v.to_array().map(|x| scaled(x, k)))
+}
+
+/// A number times a power of two.
+fn scaled(x: f64, k: i32) -> f64 {
+    let half = k / 2;
+    x * 2f64.powi(half) * 2f64.powi(k - half)
 }
 
 impl Case<'_> {
@@ -199,6 +254,29 @@ impl Case<'_> {
             holds,
             "{}: {rule}: {detail}\n  {:?}\n  {:?}\n  {:?}",
             self.kind.name, self.params, self.line, self.list
+        );
+    }
+
+    /// Requires a line's list to scale exactly with its direction.
+    ///
+    /// # Panics
+    /// Where it does not.
+    fn hold_scaled(&self, line: &Line, k: i32) {
+        let longer = Line::exact(line.o, scaled_vector(line.d, k));
+        let (there, here) = (cast(self.solid, &longer), cast(self.solid, line));
+        let same = |(a, b): (&Crossing, &Crossing)| {
+            let (t, t_err) = (scaled(b.t, -k), scaled(b.t_err, -k));
+            // Bounds have room for underflow.
+            a.t == t
+                && a.entering == b.entering
+                && (a.t_err - t_err).abs() <= 1e-3 * t_err + 4.0 * f64::MIN_POSITIVE
+        };
+        let holds = there.len() == here.len() && there.iter().zip(&here).all(same);
+        let overflows = here.iter().any(|c| scaled(c.t, -k).is_infinite());
+        self.hold(
+            holds || overflows,
+            "directions scale exactly",
+            format!("2^{k}: {line:?} {there:?} for {here:?}"),
         );
     }
 
