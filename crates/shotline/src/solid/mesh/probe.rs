@@ -45,6 +45,11 @@ impl Size {
         v * power_of_two(-self.exponent)
     }
 
+    /// A point before scaling.
+    pub(super) fn unscale(&self, v: Vec3) -> Vec3 {
+        v * power_of_two(self.exponent)
+    }
+
     /// A volume before scaling.
     pub(super) fn volume(&self, scaled: f64) -> f64 {
         libm::ldexp(scaled, 3 * self.exponent)

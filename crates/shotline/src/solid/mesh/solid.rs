@@ -17,14 +17,14 @@ use crate::solid::{Solid, Wanted};
 /// [`MeshSolid::nearest`] and [`MeshSolid::any`].
 #[derive(Debug)]
 pub struct MeshSolid {
-    mesh: Arc<TriangleMesh>,
-    topology: Topology,
+    pub(super) mesh: Arc<TriangleMesh>,
+    pub(super) topology: Topology,
     bounds: Aabb,
-    size: Size,
+    pub(super) size: Size,
     /// Scaled; an accelerator's items are places in this list.
-    triangles: Vec<Triangle>,
+    pub(super) triangles: Vec<Triangle>,
     scaled_bounds: Aabb,
-    accelerator: Arc<dyn Accelerator>,
+    pub(super) accelerator: Arc<dyn Accelerator>,
 }
 
 impl MeshSolid {
