@@ -1,7 +1,7 @@
 //! Triangle meshes: closed ones are solids, others surfaces.
 //!
 //! [`TriangleMesh`] is plain data, [`Topology`] says what is right and wrong with it, [`MeshSolid`] answers
-//! rays and, asked for it, what takes longer to find out (`shells`, `intersections`). A line meets a triangle by signs that are decided exactly (`side`, `probe`), so that neighbours
+//! rays and, asked for it, what takes longer to find out (`turned`, `intersections`). A line meets a triangle by signs that are decided exactly (`side`, `probe`), so that neighbours
 //! always agree about the edge they share; `winding` turns hits into crossings.
 
 mod found;
@@ -11,9 +11,14 @@ mod shells;
 mod side;
 mod solid;
 mod topology;
+mod turned;
 mod welded;
 mod winding;
 
+#[cfg(test)]
+mod bounds_tests;
+#[cfg(test)]
+mod exact_tests;
 #[cfg(test)]
 mod shapes;
 #[cfg(test)]

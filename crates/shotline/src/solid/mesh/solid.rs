@@ -14,7 +14,8 @@ use crate::solid::{Solid, Wanted};
 
 /// A mesh prepared for rays. As a [`Solid`] it means something only if it is closed; its inside is where the
 /// winding number is not zero. The surface, closed or not, is asked by [`MeshSolid::hits`],
-/// [`MeshSolid::nearest`] and [`MeshSolid::any`].
+/// [`MeshSolid::nearest`] and [`MeshSolid::any`]. Lines whose origin is farther than 1e150 sizes of the mesh
+/// away meet nothing.
 #[derive(Debug)]
 pub struct MeshSolid {
     pub(super) mesh: Arc<TriangleMesh>,
