@@ -206,7 +206,7 @@ impl Probe {
 
     /// What doubt about a point of the line does to `t` in the plane of a triangle.
     ///
-    /// For a line that is off by `e` at `t` meets the plane with normal `n` where `t` is less by
+    /// A line that is off by `e` at `t` meets the plane with normal `n` where `t` is less by
     /// `n.e / n.(d + d_err)`. It is told for the triangle hit: where the line passes an edge at no more than
     /// its doubt, and the face behind the edge is steeper, the `t` there may be off by more.
     fn bound(&self, triangle: &Triangle, t: f64, doubt: Vec3, steps: Vec3) -> f64 {
