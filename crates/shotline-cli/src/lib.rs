@@ -5,6 +5,7 @@ mod args;
 mod columns;
 mod commands;
 mod failure;
+mod findings;
 mod input;
 mod interrupt;
 mod number;
@@ -13,6 +14,7 @@ mod overlap;
 mod progress;
 mod rays;
 mod shot;
+mod survey;
 mod table;
 
 use std::ffi::OsString;

@@ -1,15 +1,24 @@
 //! Triangle meshes: closed ones are solids, others surfaces.
 //!
 //! [`TriangleMesh`] is plain data, [`Topology`] says what is right and wrong with it, [`MeshSolid`] answers
-//! rays. A line meets a triangle by signs that are decided exactly (`side`, `probe`), so that neighbours
+//! rays and, asked for it, what takes longer to find out (`turned`, `intersections`). A line meets a triangle by signs that are decided exactly (`side`, `probe`), so that neighbours
 //! always agree about the edge they share; `winding` turns hits into crossings.
 
+mod found;
+mod intersections;
 mod probe;
+mod shells;
 mod side;
 mod solid;
 mod topology;
+mod turned;
+mod welded;
 mod winding;
 
+#[cfg(test)]
+mod bounds_tests;
+#[cfg(test)]
+mod exact_tests;
 #[cfg(test)]
 mod shapes;
 #[cfg(test)]
@@ -17,8 +26,9 @@ mod tests;
 
 use crate::math::Vec3;
 
+pub use found::{Edge, Found, Intersection};
 pub use solid::MeshSolid;
-pub use topology::{OpenEdge, Topology};
+pub use topology::Topology;
 
 /// Vertices and triangles, counter-clockwise seen from outside.
 #[derive(Clone, Debug, Default, PartialEq)]

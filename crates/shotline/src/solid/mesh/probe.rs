@@ -20,9 +20,14 @@ use crate::ray::{Line, Span};
 /// do for the products, and half an ulp of such an origin is far more than the mesh.
 const FARTHEST: f64 = 1e150;
 
-/// Seen along a face more steeply than this, the bound of `t` grows no more. There the ray runs along the
-/// face, any `t` on it is as good as any other, and a bound as long as the face would make one event of
-/// everything near it.
+/// A bound is told as it is while it is less than this part of the stretch of the line that runs past the
+/// triangle. So what makes one event with a hit is never much of the face, and no thin sheet behind it is lost.
+const RESOLVED: f64 = 1.0 / 65536.0;
+
+/// Where a bound is neither that small nor one of a slope less than this, the line runs along the face as near
+/// to it as its own doubt: whether and where it passes through is anyone's choice. The list is right for a
+/// mesh moved by no more than the doubt; a bound as long as the face would make one event of everything near
+/// it, so it is that of this slope.
 const STEEPEST: f64 = 1024.0;
 
 /// The power of two that brings a mesh to size 1.
@@ -43,6 +48,11 @@ impl Size {
     /// A vertex after scaling.
     pub(super) fn scale(&self, v: Vec3) -> Vec3 {
         v * power_of_two(-self.exponent)
+    }
+
+    /// A point before scaling.
+    pub(super) fn unscale(&self, v: Vec3) -> Vec3 {
+        v * power_of_two(self.exponent)
     }
 
     /// A volume before scaling.
@@ -87,6 +97,8 @@ pub(super) struct Probe {
     slope: [f64; 2],
     /// How far from its place shearing can move a vertex, each axis.
     shift: f64,
+    /// The greatest coordinate of the mesh.
+    reach: f64,
     /// The line for box tests, and what these tests say of the whole line.
     box_line: Line,
     whole: BoxRay,
@@ -116,6 +128,7 @@ impl Probe {
             across,
             slope: across.map(|axis| line.d[axis] / line.d[along]),
             shift,
+            reach: size.reach,
             box_line,
             whole: BoxRay::new(&box_line, span(f64::NEG_INFINITY, f64::INFINITY)),
             exponent: exponents.0 - exponents.1,
@@ -135,7 +148,8 @@ impl Probe {
     /// The bound of [`Crossing::t_err`] for hits near `t`.
     pub(super) fn worst_err(&self, t: f64) -> f64 {
         let t = self.scaled(t);
-        libm::ldexp(rounding(t) + self.steepest(t), self.exponent)
+        let resolved = RESOLVED * 2.0 * self.reach / self.line.d[self.along].abs();
+        libm::ldexp(rounding(t) + self.steepest(t).max(resolved), self.exponent)
     }
 
     /// How far behind an event that reaches to `t` a hit may lie and still be a part of it.
@@ -179,8 +193,7 @@ impl Probe {
             // The exact ray may pass through the neighbour instead.
             doubt += Vec3::splat(2.0 * self.shift);
         }
-        // In this order f64::min drops NaN.
-        let err = rounding(t) + doubt.dot(plane.steps).min(self.steepest(t));
+        let err = rounding(t) + self.bound(triangle, t, doubt, plane.steps);
         Some(Crossing {
             t: libm::ldexp(t + 0.0, self.exponent),
             t_err: libm::ldexp(err, self.exponent),
@@ -189,6 +202,20 @@ impl Probe {
             surface: 0,
             primitive: triangle.face,
         })
+    }
+
+    /// What doubt about a point of the line does to `t` in the plane of a triangle.
+    ///
+    /// A line that is off by `e` at `t` meets the plane with normal `n` where `t` is less by
+    /// `n.e / n.(d + d_err)`. It is told for the triangle hit: where the line passes an edge at no more than
+    /// its doubt, and the face behind the edge is steeper, the `t` there may be off by more.
+    fn bound(&self, triangle: &Triangle, t: f64, doubt: Vec3, steps: Vec3) -> f64 {
+        let bound = doubt.dot(steps) / (1.0 - self.line.d_err.dot(steps)).max(0.0);
+        let depth = triangle.corners.map(|v| v[self.along]);
+        let deep = depth[0].max(depth[1]).max(depth[2]) - depth[0].min(depth[1]).min(depth[2]);
+        let stretch = deep / self.line.d[self.along].abs();
+        // NaN is not resolved, and f64::min drops it.
+        if bound <= RESOLVED * stretch { bound } else { bound.min(self.steepest(t)) }
     }
 
     /// Where the line is nearest to the edge that looks longest.

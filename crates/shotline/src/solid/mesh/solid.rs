@@ -14,17 +14,18 @@ use crate::solid::{Solid, Wanted};
 
 /// A mesh prepared for rays. As a [`Solid`] it means something only if it is closed; its inside is where the
 /// winding number is not zero. The surface, closed or not, is asked by [`MeshSolid::hits`],
-/// [`MeshSolid::nearest`] and [`MeshSolid::any`].
+/// [`MeshSolid::nearest`] and [`MeshSolid::any`]. Lines whose origin is farther than 1e150 sizes of the mesh
+/// away meet nothing.
 #[derive(Debug)]
 pub struct MeshSolid {
-    mesh: Arc<TriangleMesh>,
-    topology: Topology,
+    pub(super) mesh: Arc<TriangleMesh>,
+    pub(super) topology: Topology,
     bounds: Aabb,
-    size: Size,
+    pub(super) size: Size,
     /// Scaled; an accelerator's items are places in this list.
-    triangles: Vec<Triangle>,
+    pub(super) triangles: Vec<Triangle>,
     scaled_bounds: Aabb,
-    accelerator: Arc<dyn Accelerator>,
+    pub(super) accelerator: Arc<dyn Accelerator>,
 }
 
 impl MeshSolid {

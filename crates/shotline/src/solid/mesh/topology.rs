@@ -1,21 +1,12 @@
 //! What is right and wrong with a mesh.
 
-use std::collections::HashMap;
+use std::collections::HashSet;
 
 use super::probe::Size;
-use super::{MeshError, TriangleMesh};
+use super::shells::Shells;
+use super::welded::{Face, has_three_places, places, signed_volume, welded};
+use super::{Edge, Found, MeshError, TriangleMesh};
 use crate::math::{Vec3, difference_of_products};
-
-/// An edge along which not as many faces run one way as the other.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OpenEdge {
-    /// Its vertices; of vertices in one place, the first.
-    pub vertices: [u32; 2],
-    /// Where it begins.
-    pub from: Vec3,
-    /// Where it ends.
-    pub to: Vec3,
-}
 
 /// A report on a mesh. Vertices in exactly the same place count as one everywhere, so that the separate
 /// triangles of an STL file are seen as the surface they make.
@@ -23,27 +14,25 @@ pub struct OpenEdge {
 pub struct Topology {
     /// Vertices given.
     pub vertices: usize,
-    /// Vertices in the place of an earlier one.
-    pub repeated_vertices: usize,
+    /// Vertices in the place of an earlier one, and that one.
+    pub repeated_vertices: Found<[u32; 2]>,
     /// Faces given.
     pub faces: usize,
     /// Faces two corners of which are in one place. They are left out of everything else, and nothing is
     /// open for want of them: their two other edges are one edge, run through both ways.
-    pub degenerate_faces: usize,
+    pub degenerate_faces: Found<u32>,
     /// Faces without area, whose three corners lie on a line.
-    pub zero_area_faces: usize,
-    /// Faces with the corners of an earlier face, in whatever order.
-    pub duplicate_faces: usize,
+    pub zero_area_faces: Found<u32>,
+    /// Faces with the corners of an earlier face, in whatever order, and that one.
+    pub duplicate_faces: Found<[u32; 2]>,
     /// Edges along which not as many faces run one way as the other.
-    pub open_edges: usize,
-    /// The first of them.
-    pub first_open_edge: Option<OpenEdge>,
+    pub open_edges: Found<Edge>,
     /// Edges of more than two faces.
-    pub crowded_edges: usize,
+    pub crowded_edges: Found<Edge>,
     /// Edges of two faces that run along it the same way: one of the two is the wrong way round.
-    pub inconsistent_edges: usize,
-    /// Parts that have no vertex in common.
-    pub shells: usize,
+    pub inconsistent_edges: Found<Edge>,
+    /// Parts that have no vertex in common, and the first face of the second of them.
+    pub shells: Found<u32>,
     /// The volume enclosed, by the winding number; negative where faces are wound inward.
     pub signed_volume: f64,
     /// Vertices less edges plus faces: 2 for each shell that is like a sphere, 0 for each like a torus.
@@ -58,48 +47,45 @@ impl Topology {
     pub fn of(mesh: &TriangleMesh) -> Result<Topology, MeshError> {
         check(mesh)?;
         let places = places(&mesh.vertices);
-        let at = |v: u32| mesh.vertices[v as usize];
-        let faces: Vec<[u32; 3]> = (mesh.faces.iter())
-            .map(|face| face.map(|v| places[v as usize]))
-            .filter(|[a, b, c]| a != b && b != c && c != a)
-            .collect();
+        let faces = welded(mesh, &places);
         if faces.is_empty() {
             return Err(MeshError::Empty);
         }
         let size = Size::of(&mesh.vertices);
-        let scaled = |v: u32| size.scale(at(v));
-        let mut shells = Shells::new(mesh.vertices.len());
-        for [a, b, c] in &faces {
-            shells.join(*a, *b);
-            shells.join(*b, *c);
-        }
+        let scaled = |v: u32| size.scale(mesh.vertices[v as usize]);
+        let is_degenerate = |face: &[u32; 3]| !has_three_places(&face.map(|v| places[v as usize]));
         let mut report = Topology {
             vertices: mesh.vertices.len(),
-            repeated_vertices: (0..).zip(&places).filter(|(v, place)| v != *place).count(),
+            repeated_vertices: (0..).zip(&places).filter(|(v, p)| v != *p).map(|(v, p)| [v, *p]).collect(),
             faces: mesh.faces.len(),
-            degenerate_faces: mesh.faces.len() - faces.len(),
-            zero_area_faces: faces.iter().filter(|face| is_flat(face.map(scaled))).count(),
+            degenerate_faces: (0..).zip(&mesh.faces).filter(|f| is_degenerate(f.1)).map(|f| f.0).collect(),
+            zero_area_faces: faces
+                .iter()
+                .filter(|f| is_flat(f.corners.map(scaled)))
+                .map(|f| f.number)
+                .collect(),
             duplicate_faces: duplicates(&faces),
             signed_volume: size.volume(signed_volume(&faces, scaled)),
             ..Topology::default()
         };
-        let edges = report.count_edges(&faces, at);
-        let (used, roots) = shells.count(&faces);
-        report.shells = roots;
-        report.euler_characteristic = used as i64 - edges as i64 + faces.len() as i64;
+        let edges = report.count_edges(&faces, &mesh.vertices);
+        let mut shells = Shells::of(mesh.vertices.len(), &faces);
+        let vertices = faces.iter().flat_map(|f| f.corners).collect::<HashSet<u32>>().len();
+        report.shells = shells.count(&faces);
+        report.euler_characteristic = vertices as i64 - edges as i64 + faces.len() as i64;
         Ok(report)
     }
 
     /// What keeps the mesh from being closed, in words; empty if it is closed.
     pub fn why_open(&self) -> String {
-        match &self.first_open_edge {
+        match &self.open_edges.first {
             None => String::new(),
             Some(edge) => {
                 let [a, b] = edge.vertices;
                 let place = |v: Vec3| format!("({}, {}, {})", v.x, v.y, v.z);
                 format!(
                     "{} open edges, the first between vertices {a} at {} and {b} at {}",
-                    self.open_edges,
+                    self.open_edges.count,
                     place(edge.from),
                     place(edge.to),
                 )
@@ -109,33 +95,35 @@ impl Topology {
 
     /// Whether along every edge as many faces run one way as the other. Such a mesh has an inside.
     pub fn is_closed(&self) -> bool {
-        self.open_edges == 0
+        self.open_edges.count == 0
     }
 
     /// Fills in what is counted by edges and answers how many there are.
-    fn count_edges(&mut self, faces: &[[u32; 3]], at: impl Fn(u32) -> Vec3) -> usize {
-        // Each edge with its lower vertex first, and whether the face runs along it that way.
-        let mut edges: Vec<([u32; 2], bool)> = Vec::with_capacity(3 * faces.len());
-        for [a, b, c] in faces {
+    fn count_edges(&mut self, faces: &[Face], vertices: &[Vec3]) -> usize {
+        // Each edge with its lower vertex first, the face, and whether that runs along it this way.
+        let mut edges: Vec<([u32; 2], u32, bool)> = Vec::with_capacity(3 * faces.len());
+        for Face { number, corners: [a, b, c] } in faces {
             for (from, to) in [(*a, *b), (*b, *c), (*c, *a)] {
-                edges.push(([from.min(to), from.max(to)], from < to));
+                edges.push(([from.min(to), from.max(to)], *number, from < to));
             }
         }
         edges.sort_unstable();
         let mut count = 0;
         for uses in edges.chunk_by(|a, b| a.0 == b.0) {
             count += 1;
-            let forward = uses.iter().filter(|(_, forward)| *forward).count();
-            let vertices = uses[0].0;
+            let forward = uses.iter().filter(|(_, _, forward)| *forward).count();
+            let vertices_of = uses[0].0;
+            let [from, to] = vertices_of.map(|v| vertices[v as usize]);
+            let edge = Edge { vertices: vertices_of, from, to, faces: [uses[0].1, uses[uses.len() - 1].1] };
             if 2 * forward != uses.len() {
-                self.open_edges += 1;
-                self.first_open_edge.get_or_insert_with(|| {
-                    let [from, to] = vertices.map(&at);
-                    OpenEdge { vertices, from, to }
-                });
+                self.open_edges.add(edge);
             }
-            self.crowded_edges += usize::from(uses.len() > 2);
-            self.inconsistent_edges += usize::from(uses.len() == 2 && forward != 1);
+            if uses.len() > 2 {
+                self.crowded_edges.add(edge);
+            }
+            if uses.len() == 2 && forward != 1 {
+                self.inconsistent_edges.add(edge);
+            }
         }
         count
     }
@@ -157,14 +145,6 @@ fn check(mesh: &TriangleMesh) -> Result<(), MeshError> {
     Ok(())
 }
 
-/// For each vertex the first one in exactly the same place.
-fn places(vertices: &[Vec3]) -> Vec<u32> {
-    let mut first = HashMap::with_capacity(vertices.len());
-    // Adding zero makes one of both zeros.
-    let key = |v: &Vec3| v.to_array().map(|x| (x + 0.0).to_bits());
-    (0..).zip(vertices).map(|(i, v)| *first.entry(key(v)).or_insert(i)).collect()
-}
-
 /// Whether three points lie on a line, as far as correctly rounded differences can tell.
 fn is_flat([a, b, c]: [Vec3; 3]) -> bool {
     let (u, v) = (b - a, c - a);
@@ -172,53 +152,15 @@ fn is_flat([a, b, c]: [Vec3; 3]) -> bool {
     area(0, 1) == 0.0 && area(1, 2) == 0.0 && area(2, 0) == 0.0
 }
 
-/// How many faces have the corners of an earlier one.
-fn duplicates(faces: &[[u32; 3]]) -> usize {
-    let mut corners = faces.to_vec();
-    corners.iter_mut().for_each(|face| face.sort_unstable());
+/// Faces that have the corners of an earlier one, and the first that has them.
+fn duplicates(faces: &[Face]) -> Found<[u32; 2]> {
+    let mut corners: Vec<([u32; 3], u32)> = faces.iter().map(|f| (f.corners, f.number)).collect();
+    corners.iter_mut().for_each(|(face, _)| face.sort_unstable());
     corners.sort_unstable();
-    corners.windows(2).filter(|pair| pair[0] == pair[1]).count()
-}
-
-/// The sum of the tetrahedra between the faces and one of the vertices.
-fn signed_volume(faces: &[[u32; 3]], at: impl Fn(u32) -> Vec3) -> f64 {
-    let tip = at(faces[0][0]);
-    let tetrahedron = |[a, b, c]: [Vec3; 3]| (a - tip).dot((b - tip).cross(c - tip));
-    faces.iter().map(|face| tetrahedron(face.map(&at))).sum::<f64>() / 6.0
-}
-
-/// Which vertices hang together: a forest of parents, with paths halved on the way.
-struct Shells {
-    parents: Vec<u32>,
-}
-
-impl Shells {
-    fn new(vertices: usize) -> Shells {
-        Shells { parents: (0..).take(vertices).collect() }
-    }
-
-    fn root(&mut self, mut v: u32) -> u32 {
-        while self.parents[v as usize] != v {
-            let grandparent = self.parents[self.parents[v as usize] as usize];
-            self.parents[v as usize] = grandparent;
-            v = grandparent;
-        }
-        v
-    }
-
-    fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.parents[a.max(b) as usize] = a.min(b);
-    }
-
-    /// The vertices of faces, and the parts they make.
-    fn count(&self, faces: &[[u32; 3]]) -> (usize, usize) {
-        let mut used = vec![false; self.parents.len()];
-        faces.iter().flatten().for_each(|&v| used[v as usize] = true);
-        let vertices = used.iter().filter(|u| **u).count();
-        let roots = (0..).zip(&self.parents).filter(|(v, parent)| v == *parent && used[*v as usize]).count();
-        (vertices, roots)
-    }
+    let alike = corners.chunk_by(|a, b| a.0 == b.0);
+    let mut found: Vec<[u32; 2]> = alike.flat_map(|f| f[1..].iter().map(|later| [later.1, f[0].1])).collect();
+    found.sort_unstable();
+    found.into_iter().collect()
 }
 
 #[cfg(test)]
@@ -234,28 +176,28 @@ mod tests {
     fn sound_meshes_are_closed() {
         let ball = report(&ball(3));
         assert!(ball.is_closed() && (4.0..4.19).contains(&ball.signed_volume), "{ball:?}");
-        assert_eq!((ball.euler_characteristic, ball.shells, ball.crowded_edges), (2, 1, 0));
+        assert_eq!((ball.euler_characteristic, ball.shells.count, ball.crowded_edges.count), (2, 1, 0));
         let ring = report(&ring(9, 5));
         assert!(ring.is_closed());
-        assert_eq!((ring.euler_characteristic, ring.shells, ring.first_open_edge), (0, 1, None));
+        assert_eq!((ring.euler_characteristic, ring.shells.count, ring.open_edges.first), (0, 1, None));
     }
 
     #[test]
     fn shells_that_share_no_vertex_are_told_apart() {
         let apart = report(&cubes(&[[0, 0, 0], [2, 0, 0], [3, 0, 0]]));
-        assert_eq!((apart.shells, apart.euler_characteristic, apart.signed_volume), (2, 4, 3.0));
+        assert_eq!((apart.shells.count, apart.euler_characteristic, apart.signed_volume), (2, 4, 3.0));
         // An edge of four faces is closed all the same.
         let corner = report(&cubes(&[[0, 0, 0], [1, 1, 0]]));
-        assert_eq!((corner.shells, corner.crowded_edges, corner.open_edges), (1, 1, 0));
+        assert_eq!((corner.shells.count, corner.crowded_edges.count, corner.open_edges.count), (1, 1, 0));
         assert_eq!(report(&ball(1).inside_out()).signed_volume, -report(&ball(1)).signed_volume);
     }
 
     #[test]
     fn an_open_sheet_has_its_rim_open() {
         let sheet = report(&sheet(3));
-        assert_eq!((sheet.open_edges, sheet.is_closed(), sheet.euler_characteristic), (12, false, 1));
+        assert_eq!((sheet.open_edges.count, sheet.is_closed(), sheet.euler_characteristic), (12, false, 1));
         let (from, to) = (Vec3::ZERO, Vec3::new(0.0, 1.0, 0.0));
-        assert_eq!(sheet.first_open_edge, Some(OpenEdge { vertices: [0, 1], from, to }));
+        assert_eq!(sheet.open_edges.first, Some(Edge { vertices: [0, 1], from, to, faces: [1, 1] }));
     }
 
     #[test]
@@ -263,7 +205,9 @@ mod tests {
         let mut mesh = ball(1);
         mesh.faces[7].swap(0, 1);
         let report = report(&mesh);
-        assert_eq!((report.inconsistent_edges, report.open_edges, report.duplicate_faces), (3, 3, 0));
+        let counts = (report.inconsistent_edges.count, report.open_edges.count, report.duplicate_faces.count);
+        assert_eq!(counts, (3, 3, 0));
+        assert!(report.inconsistent_edges.first.unwrap().faces.contains(&7));
     }
 
     #[test]
@@ -272,12 +216,14 @@ mod tests {
         let [a, b, c] = mesh.faces[0];
         mesh.faces.extend([[a, b, c], [c, b, a], [a, a, b], [c, c, c]]);
         let odd = report(&mesh);
-        assert_eq!((odd.duplicate_faces, odd.degenerate_faces), (2, 2));
-        assert_eq!((odd.open_edges, odd.crowded_edges), (0, 3));
+        assert_eq!(odd.duplicate_faces, Found { count: 2, first: Some([32, 0]) });
+        assert_eq!(odd.degenerate_faces, Found { count: 2, first: Some(34) });
+        assert_eq!((odd.open_edges.count, odd.crowded_edges.count), (0, 3));
+        assert_eq!(odd.crowded_edges.first.unwrap().faces, [0, 33]);
         let line = |x: f64| Vec3::new(x, 2.0 * x, -x);
         let vertices = vec![line(0.0), line(1.0), line(3.0)];
         let flat = report(&TriangleMesh { vertices, faces: vec![[0, 1, 2]] });
-        assert_eq!((flat.zero_area_faces, flat.open_edges), (1, 3));
+        assert_eq!((flat.zero_area_faces, flat.open_edges.count), (Found { count: 1, first: Some(0) }, 3));
     }
 
     #[test]
@@ -288,9 +234,9 @@ mod tests {
         mesh.vertices[zeros].z = -0.0;
         let (welded, separate) = (report(&ring(6, 4)), report(&mesh));
         assert!(separate.is_closed());
-        assert_eq!(separate.repeated_vertices, 3 * 48 - 24);
+        assert_eq!(separate.repeated_vertices, Found { count: 3 * 48 - 24, first: Some([3, 0]) });
         assert_eq!(separate.euler_characteristic, welded.euler_characteristic);
-        assert_eq!((separate.shells, separate.signed_volume), (1, welded.signed_volume));
+        assert_eq!((separate.shells.count, separate.signed_volume), (1, welded.signed_volume));
     }
 
     #[test]
@@ -300,7 +246,7 @@ mod tests {
             mesh.vertices.iter_mut().for_each(|v| *v *= size);
             let report = report(&mesh);
             assert!(report.signed_volume.is_sign_negative());
-            assert_eq!(report.zero_area_faces, 0);
+            assert_eq!(report.zero_area_faces.count, 0);
         }
     }
 

@@ -1,0 +1,167 @@
+//! What is found in one mesh.
+
+use std::sync::Arc;
+
+use shotline::math::Vec3;
+use shotline::solid::mesh::{Edge, Found, MeshSolid, Topology, TriangleMesh};
+
+use super::{Finding, Findings, Place, Severity};
+use crate::number::{counted, short, short_vector};
+
+/// The findings in one mesh on their way into the report.
+struct Examination<'a> {
+    name: &'a str,
+    mesh: &'a TriangleMesh,
+    report: &'a mut Findings,
+}
+
+impl Findings {
+    /// Examines a mesh.
+    pub fn examine_mesh(&mut self, name: &str, mesh: &Arc<TriangleMesh>, accel: &str) {
+        // What is no mesh at all, the scene's errors tell with the place where it is used.
+        let Ok(solid) = MeshSolid::new(mesh.clone(), accel) else {
+            return self.line(format!("{name}: not a mesh"));
+        };
+        self.line(summary(name, solid.topology()));
+        let mut examination = Examination { name, mesh, report: self };
+        examination.edges(solid.topology());
+        examination.faces(solid.topology());
+        examination.shells(&solid);
+        examination.intersections(&solid);
+    }
+}
+
+fn summary(name: &str, topology: &Topology) -> String {
+    let faces = counted(topology.faces as u64, "triangle", "triangles");
+    let vertices = counted(topology.vertices as u64, "vertex", "vertices");
+    let shells = counted(topology.shells.count as u64, "shell", "shells");
+    let volume = if topology.is_closed() {
+        format!("closed, volume {}", short(topology.signed_volume.abs()))
+    } else {
+        "not closed: a surface without an inside".into()
+    };
+    format!("{name}: {faces}, {vertices}, {shells}, {volume}")
+}
+
+impl Examination<'_> {
+    fn edges(&mut self, topology: &Topology) {
+        use Severity::{Fault, Remark};
+        self.edge(Fault, "open_edges", topology.open_edges, "open edge", "open edges");
+        let flipped = (
+            "edge of flipped faces, which run along it the same way",
+            "edges of flipped faces, which run along them the same way",
+        );
+        self.edge(Fault, "flipped_faces", topology.inconsistent_edges, flipped.0, flipped.1);
+        let crowded = ("edge of more than two faces", "edges of more than two faces");
+        self.edge(Remark, "crowded_edges", topology.crowded_edges, crowded.0, crowded.1);
+    }
+
+    fn edge(&mut self, severity: Severity, kind: &'static str, found: Found<Edge>, one: &str, many: &str) {
+        let Some(edge) = found.first else { return };
+        let [a, b] = edge.vertices;
+        let faces = match edge.faces {
+            [a, b] if a == b => format!("face {a}"),
+            [a, b] => format!("faces {a} and {b}"),
+        };
+        let (from, to) = (short_vector(edge.from), short_vector(edge.to));
+        let place = format!("the first between vertices {a} and {b}, from {from} to {to}, at {faces}");
+        let text = format!("{}, {place}", counted(found.count as u64, one, many));
+        let first = Place {
+            faces: edge.faces.into(),
+            vertices: vec![a, b],
+            point: Some(edge.from),
+            ..Place::default()
+        };
+        self.add(severity, kind, found.count, text, first);
+    }
+
+    fn faces(&mut self, topology: &Topology) {
+        let text = ("face with two corners in one place", "faces with two corners in one place");
+        self.face("degenerate_faces", topology.degenerate_faces, text.0, text.1);
+        self.face("zero_area_faces", topology.zero_area_faces, "face without area", "faces without area");
+        if let Some([face, twin]) = topology.duplicate_faces.first {
+            let count = topology.duplicate_faces.count;
+            let (faces, point) =
+                (counted(count as u64, "duplicate face", "duplicate faces"), self.corner(face));
+            let text = format!(
+                "{faces}, the first face {face}, with the corners of face {twin}, at {}",
+                short_vector(point)
+            );
+            let first = Place { faces: vec![face, twin], point: Some(point), ..Place::default() };
+            self.remark("duplicate_faces", count, text, first);
+        }
+        if let Some([vertex, earlier]) = topology.repeated_vertices.first {
+            let (count, point) = (topology.repeated_vertices.count, self.mesh.vertices[vertex as usize]);
+            let vertices =
+                counted(count as u64, "vertex in the place of another", "vertices in the place of others");
+            let text = format!(
+                "{vertices}, the first vertex {vertex}, in the place of vertex {earlier}, at {}",
+                short_vector(point)
+            );
+            let first = Place { vertices: vec![vertex, earlier], point: Some(point), ..Place::default() };
+            self.remark("repeated_vertices", count, text, first);
+        }
+    }
+
+    fn face(&mut self, kind: &'static str, found: Found<u32>, one: &str, many: &str) {
+        let Some(face) = found.first else { return };
+        let (faces, point) = (counted(found.count as u64, one, many), self.corner(face));
+        let text = format!("{faces}, the first face {face}, at {}", short_vector(point));
+        self.remark(
+            kind,
+            found.count,
+            text,
+            Place { faces: vec![face], point: Some(point), ..Place::default() },
+        );
+    }
+
+    fn shells(&mut self, solid: &MeshSolid) {
+        let topology = solid.topology();
+        if let Some(face) = topology.shells.first {
+            let (count, point) = (topology.shells.count, self.corner(face));
+            let text =
+                format!("{count} shells; the second begins with face {face}, at {}", short_vector(point));
+            self.remark(
+                "shells",
+                count,
+                text,
+                Place { faces: vec![face], point: Some(point), ..Place::default() },
+            );
+        }
+        if solid.is_closed() && topology.signed_volume < 0.0 {
+            let text = "the faces are wound inward; the inside is found all the same".to_string();
+            self.remark("inward_faces", topology.faces, text, Place::default());
+        }
+        let turned = (
+            "shell outside of all others, solid all the same, is wound the other way",
+            "shells outside of all others, solid all the same, are wound the other way",
+        );
+        self.face("turned_shells", solid.turned_shells(), turned.0, turned.1);
+    }
+
+    fn intersections(&mut self, solid: &MeshSolid) {
+        let found = solid.self_intersections();
+        let Some(first) = found.first else { return };
+        let [a, b] = first.faces;
+        let pairs = counted(found.count as u64, "pair of faces", "pairs of faces");
+        let text = format!(
+            "{pairs} passing through each other, the first faces {a} and {b}, at {}; the winding number decides what is inside",
+            short_vector(first.point)
+        );
+        let place = Place { faces: vec![a, b], point: Some(first.point), ..Place::default() };
+        self.remark("self_intersections", found.count, text, place);
+    }
+
+    /// A place of a face: its first corner.
+    fn corner(&self, face: u32) -> Vec3 {
+        self.mesh.corners(face)[0]
+    }
+
+    fn remark(&mut self, kind: &'static str, count: usize, text: String, first: Place) {
+        self.add(Severity::Remark, kind, count, text, first);
+    }
+
+    fn add(&mut self, severity: Severity, kind: &'static str, count: usize, text: String, first: Place) {
+        self.report.add(Finding { severity, subject: self.name.to_string(), kind, count, text, first });
+    }
+}

@@ -1,0 +1,56 @@
+//! How often something is found, and where first.
+
+use crate::math::Vec3;
+
+/// A count with the first place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found<P> {
+    /// How many there are.
+    pub count: usize,
+    /// Where the first is; `None` if there is none.
+    pub first: Option<P>,
+}
+
+impl<P> Default for Found<P> {
+    fn default() -> Found<P> {
+        Found { count: 0, first: None }
+    }
+}
+
+impl<P> Found<P> {
+    /// Counts one more; the first to come is the first.
+    pub(super) fn add(&mut self, place: P) {
+        self.count += 1;
+        self.first.get_or_insert(place);
+    }
+}
+
+impl<P> FromIterator<P> for Found<P> {
+    fn from_iter<I: IntoIterator<Item = P>>(places: I) -> Found<P> {
+        let mut found = Found::default();
+        places.into_iter().for_each(|place| found.add(place));
+        found
+    }
+}
+
+/// An edge, with faces that have it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Edge {
+    /// Its vertices; of vertices in one place, the first.
+    pub vertices: [u32; 2],
+    /// Where it begins.
+    pub from: Vec3,
+    /// Where it ends.
+    pub to: Vec3,
+    /// The first and the last face that have it; the same if there is only one.
+    pub faces: [u32; 2],
+}
+
+/// Two faces that pass through each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Intersection {
+    /// The two, the lower number first.
+    pub faces: [u32; 2],
+    /// A point where they do, as near as rounding allows.
+    pub point: Vec3,
+}

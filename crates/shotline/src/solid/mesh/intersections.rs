@@ -1,0 +1,244 @@
+//! Where a mesh passes through itself.
+//!
+//! Two triangles pass through each other where their insides have a point in common and they do not lie in
+//! one plane. What merely touches does not count, be it along a shared edge or corner to face, and nor do
+//! triangles in one plane, even if they overlap: nothing passes through there. All of it is decided by exact
+//! signs (J. R. Shewchuk 1997, "Adaptive precision floating-point arithmetic and fast robust geometric
+//! predicates"), so neither size nor place of a mesh matters.
+
+use rayon::prelude::*;
+use robust::{Coord3D, orient3d};
+
+use super::probe::Triangle;
+use super::{Found, Intersection, MeshSolid};
+use crate::aabb::BoxRay;
+use crate::accel::Work;
+use crate::math::{HALF_ULP, Vec3};
+use crate::ray::{Line, Span};
+
+impl MeshSolid {
+    /// Pairs of faces that pass through each other. By the rule of the winding number such a mesh has an
+    /// inside all the same.
+    pub fn self_intersections(&self) -> Found<Intersection> {
+        let items = 0..self.triangles.len() as u32;
+        items.into_par_iter().map(|item| self.intersections_of(item)).reduce(Found::default, both)
+    }
+
+    /// The pairs of an item with those that its edges come near to. The stretch that two triangles have in
+    /// common ends at edges, so each pair is found from one of the two at least.
+    fn intersections_of(&self, item: u32) -> Found<Intersection> {
+        let triangle = &self.triangles[item as usize];
+        let mut others = Vec::new();
+        for ray in edges(triangle) {
+            self.accelerator.walk(&ray, &mut Work::default(), &mut |near, _| {
+                others.extend(near.iter().filter(|&&other| self.comes_near(&ray, other)));
+                ray.span().t_max()
+            });
+        }
+        others.sort_unstable();
+        others.dedup();
+        let mut found = Found::default();
+        for other in others {
+            let second = &self.triangles[other as usize];
+            let Some(point) = common_point(triangle.corners, second.corners) else { continue };
+            // A pair that is found from both is counted by the lower.
+            if item < other || !edges(second).iter().any(|ray| self.comes_near(ray, item)) {
+                let (a, b) = (triangle.face, second.face);
+                found.add(Intersection { faces: [a.min(b), a.max(b)], point: self.size.unscale(point) });
+            }
+        }
+        found
+    }
+
+    fn comes_near(&self, edge: &BoxRay, item: u32) -> bool {
+        edge.enter_exit(&self.triangles[item as usize].bounds()).is_some()
+    }
+}
+
+/// Both counts, and of both places the one with the lower faces.
+fn both(a: Found<Intersection>, b: Found<Intersection>) -> Found<Intersection> {
+    let firsts = a.first.into_iter().chain(b.first);
+    Found { count: a.count + b.count, first: firsts.min_by_key(|place| place.faces) }
+}
+
+/// The edges as rays with a span from corner to corner, for tests against boxes.
+fn edges(triangle: &Triangle) -> [BoxRay; 3] {
+    let [a, b, c] = triangle.corners;
+    [(a, b), (b, c), (c, a)].map(|(from, to)| {
+        let d = to - from;
+        let line = Line { d_err: d.abs() * HALF_ULP, ..Line::exact(from, d) };
+        BoxRay::new(&line, Span::new(0.0, 1.0).unwrap_or(Span::FORWARD))
+    })
+}
+
+/// A point that the insides of two triangles have in common, `None` if there is none or they lie in one
+/// plane (P. Guigue and O. Devillers 2003, "Fast and robust triangle-triangle overlap test using orientation
+/// predicates", without its cases of touching).
+fn common_point(a: [Vec3; 3], b: [Vec3; 3]) -> Option<Vec3> {
+    let (mut a, heights_a) = with_lone_corner_first(a, b)?;
+    let (mut b, heights_b) = with_lone_corner_first(b, a)?;
+    // Both planes meet in a line, of which each triangle covers a stretch.
+    let ([i, j], [k, l]) = (ends(a, heights_a), ends(b, heights_b));
+    // Each lone corner on the positive side of the other triangle.
+    if heights_a[0] < 0.0 {
+        b.swap(1, 2);
+    }
+    if heights_b[0] < 0.0 {
+        a.swap(1, 2);
+    }
+    // Neither stretch ends before the other begins.
+    if orient(a[0], a[1], b[0], b[1]) >= 0.0 || orient(a[0], a[2], b[2], b[0]) >= 0.0 {
+        return None;
+    }
+    let mut stretch = [i, j, k, l];
+    stretch.sort_by(|p, q| (j - i).dot(*p).total_cmp(&(j - i).dot(*q)));
+    Some(0.5 * stretch[1] + 0.5 * stretch[2])
+}
+
+/// The corners in the same order round, first the one that has a side of the other's plane to itself; with
+/// their heights over that plane. `None` if the plane does not cut the triangle.
+fn with_lone_corner_first(corners: [Vec3; 3], other: [Vec3; 3]) -> Option<([Vec3; 3], [f64; 3])> {
+    let heights = corners.map(|p| height(p, other));
+    let splits = |k: usize| {
+        let [p, q, r] = [0, 1, 2].map(|i| heights[(k + i) % 3]);
+        let sides = (p < 0.0 && q >= 0.0 && r >= 0.0) || (p > 0.0 && q <= 0.0 && r <= 0.0);
+        sides && (q != 0.0 || r != 0.0)
+    };
+    let k = (0..3).find(|&k| splits(k))?;
+    Some(([0, 1, 2].map(|i| corners[(k + i) % 3]), [0, 1, 2].map(|i| heights[(k + i) % 3])))
+}
+
+/// A measure of the height of a point over a triangle's plane, with the right sign.
+fn height(p: Vec3, [a, b, c]: [Vec3; 3]) -> f64 {
+    // Neighbours share corners: no need to work out that these lie in the plane.
+    if p == a || p == b || p == c { 0.0 } else { orient(a, b, c, p) }
+}
+
+/// Where the two edges at the first corner pass through the plane over which the corners are so high: as
+/// near as rounding allows.
+fn ends([p, q, r]: [Vec3; 3], heights: [f64; 3]) -> [Vec3; 2] {
+    [(q, heights[1]), (r, heights[2])]
+        .map(|(end, height)| p + (end - p) * (heights[0] / (heights[0] - height)))
+}
+
+fn orient(a: Vec3, b: Vec3, c: Vec3, d: Vec3) -> f64 {
+    let [a, b, c, d] = [a, b, c, d].map(|v| Coord3D { x: v.x, y: v.y, z: v.z });
+    orient3d(a, b, c, d)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::math::Affine;
+    use crate::solid::mesh::TriangleMesh;
+    use crate::solid::mesh::shapes::{ball, cubes, ring};
+
+    fn intersections(mesh: TriangleMesh) -> Found<Intersection> {
+        let mesh = Arc::new(mesh);
+        let found = MeshSolid::new(mesh.clone(), "bvh").unwrap().self_intersections();
+        assert_eq!(MeshSolid::new(mesh, "brute").unwrap().self_intersections(), found);
+        found
+    }
+
+    #[test]
+    fn sound_meshes_do_not_pass_through_themselves() {
+        let folded = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [1, 1, 1], [0, 0, 2]];
+        for mesh in
+            [ball(3), ring(9, 5), ring(40, 30).unwelded(), cubes(&folded), cubes(&[[0, 0, 0], [1, 1, 0]])]
+        {
+            assert_eq!(intersections(mesh), Found::default());
+        }
+    }
+
+    #[test]
+    fn balls_that_overlap_pass_through_each_other_on_a_circle() {
+        for scale in [1.0, 1e-200, 1e200] {
+            let other = ball(3).moved(&Affine::translation(Vec3::new(1.0, 0.013, 0.007)));
+            let count = ball(3).faces.len() as u32;
+            let scaled = ball(3).with(&other).moved(&Affine::scaling(Vec3::splat(scale)));
+            let found = intersections(scaled);
+            assert!((40..120).contains(&found.count), "{found:?}");
+            let first = found.first.unwrap();
+            assert!(first.faces[0] < count && first.faces[1] >= count);
+            let p = first.point / scale;
+            assert!((p.x - 0.5).abs() < 0.05 && (p.y.hypot(p.z) - 0.866).abs() < 0.05, "{first:?}");
+        }
+    }
+
+    #[test]
+    fn faces_that_lie_in_each_other_do_not_pass_through() {
+        // Shells that abut, face on face and corner on face, and a cube twice.
+        let at = |x: f64, y: f64| cubes(&[[0, 0, 0]]).moved(&Affine::translation(Vec3::new(x, y, 0.25)));
+        for other in [at(1.0, 0.0), at(1.0, 0.5), cubes(&[[0, 0, 0]]), cubes(&[[0, 0, 0]]).inside_out()] {
+            assert_eq!(intersections(cubes(&[[0, 0, 0]]).with(&other)).count, 0);
+        }
+        // But pushed into each other they do.
+        assert!(intersections(cubes(&[[0, 0, 0]]).with(&at(0.5, 0.5))).count > 0);
+    }
+
+    /// The same by fractions: points that the triangle and each edge of the other have in common.
+    fn crosses(a: [[i64; 3]; 3], b: [[i64; 3]; 3]) -> bool {
+        type V = [i64; 3];
+        let minus = |p: V, q: V| -> V { std::array::from_fn(|i| p[i] - q[i]) };
+        let dot = |p: V, q: V| (0..3).map(|i| p[i] * q[i]).sum::<i64>();
+        let cross = |p: V, q: V| -> V {
+            std::array::from_fn(|i| p[(i + 1) % 3] * q[(i + 2) % 3] - p[(i + 2) % 3] * q[(i + 1) % 3])
+        };
+        let normal = |t: [V; 3]| cross(minus(t[1], t[0]), minus(t[2], t[0]));
+        // The stretch of the line of both planes that a triangle covers, as fractions along `along`.
+        let along = cross(normal(a), normal(b));
+        let stretch = |t: [V; 3], plane: [V; 3]| {
+            let height = |p: V| dot(normal(plane), minus(p, plane[0]));
+            let mut ends: Vec<(i64, i64)> = Vec::new();
+            for (p, q) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
+                let (hp, hq) = (height(p), height(q));
+                if hp * hq < 0 {
+                    let sign = (hp - hq).signum();
+                    ends.push(((dot(along, q) * hp - dot(along, p) * hq) * sign, (hp - hq) * sign));
+                }
+                if hp == 0 {
+                    ends.push((dot(along, p), 1));
+                }
+            }
+            let split = t.iter().any(|&p| height(p) > 0) && t.iter().any(|&p| height(p) < 0);
+            split.then_some(ends)
+        };
+        let less = |x: (i64, i64), y: (i64, i64)| {
+            i128::from(x.0) * i128::from(y.1) < i128::from(y.0) * i128::from(x.1)
+        };
+        let (Some(s), Some(t)) = (stretch(a, b), stretch(b, a)) else { return false };
+        let low =
+            |ends: &[(i64, i64)]| ends.iter().copied().reduce(|x, y| if less(x, y) { x } else { y }).unwrap();
+        let high =
+            |ends: &[(i64, i64)]| ends.iter().copied().reduce(|x, y| if less(x, y) { y } else { x }).unwrap();
+        less(low(&s), high(&t)) && less(low(&t), high(&s))
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(4000))]
+
+        #[test]
+        fn pairs_agree_with_fractions(
+            corners in prop::array::uniform6(prop::array::uniform3(-3..=3i64)), far in prop_oneof![Just(0i64), Just(1 << 40)],
+        ) {
+            let [p, q, r, u, v, w] = corners;
+            let (a, b) = ([p, q, r], [u, v, w]);
+            let real = |t: [[i64; 3]; 3]| t.map(|p| Vec3::from(p.map(|x| (x + far) as f64)));
+            let point = common_point(real(a), real(b));
+            prop_assert_eq!(point.is_some(), crosses(a, b));
+            prop_assert_eq!(common_point(real(b), real(a)).is_some(), point.is_some());
+            let inside = |p: Vec3| (p - Vec3::splat(far as f64)).abs().max_element() <= 3.0;
+            prop_assert!(point.is_none_or(inside), "{point:?}");
+            // As a mesh, by whatever accelerator.
+            let vertices = real(a).into_iter().chain(real(b)).collect();
+            let mesh = TriangleMesh { vertices, faces: vec![[0, 1, 2], [3, 4, 5]] };
+            if let Ok(solid) = MeshSolid::new(Arc::new(mesh), "bvh") {
+                prop_assert_eq!(solid.self_intersections().count, usize::from(point.is_some()));
+            }
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! The shells of a mesh: parts that have no vertex in common.
+
+use std::collections::HashSet;
+
+use super::Found;
+use super::welded::Face;
+
+/// Which vertices hang together: a forest of parents, with paths halved on the way.
+pub(super) struct Shells {
+    parents: Vec<u32>,
+}
+
+impl Shells {
+    /// The shells of faces among so many vertices.
+    pub(super) fn of(vertices: usize, faces: &[Face]) -> Shells {
+        let mut shells = Shells { parents: (0..).take(vertices).collect() };
+        for Face { corners: [a, b, c], .. } in faces {
+            shells.join(*a, *b);
+            shells.join(*b, *c);
+        }
+        shells
+    }
+
+    /// The vertex that stands for the shell of a vertex.
+    pub(super) fn root(&mut self, mut v: u32) -> u32 {
+        while self.parents[v as usize] != v {
+            let grandparent = self.parents[self.parents[v as usize] as usize];
+            self.parents[v as usize] = grandparent;
+            v = grandparent;
+        }
+        v
+    }
+
+    fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.parents[a.max(b) as usize] = a.min(b);
+    }
+
+    /// The parts that faces make.
+    pub(super) fn count(&mut self, faces: &[Face]) -> Found<u32> {
+        let (mut seen, mut found) = (HashSet::new(), Found::default());
+        for face in faces {
+            if seen.insert(self.root(face.corners[0])) {
+                found.count += 1;
+                found.first = found.first.or((found.count == 2).then_some(face.number));
+            }
+        }
+        found
+    }
+}

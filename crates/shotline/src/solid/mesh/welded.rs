@@ -1,0 +1,41 @@
+//! A mesh with its vertices welded: those in exactly the same place are one.
+
+use std::collections::HashMap;
+
+use super::TriangleMesh;
+use crate::math::Vec3;
+
+/// For each vertex the first one in exactly the same place.
+pub(super) fn places(vertices: &[Vec3]) -> Vec<u32> {
+    let mut first = HashMap::with_capacity(vertices.len());
+    // Adding zero makes one of both zeros.
+    let key = |v: &Vec3| v.to_array().map(|x| (x + 0.0).to_bits());
+    (0..).zip(vertices).map(|(i, v)| *first.entry(key(v)).or_insert(i)).collect()
+}
+
+/// A face of which each vertex is the first in its place.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Face {
+    pub(super) number: u32,
+    pub(super) corners: [u32; 3],
+}
+
+/// The faces with corners in three places.
+pub(super) fn welded(mesh: &TriangleMesh, places: &[u32]) -> Vec<Face> {
+    let face =
+        |(number, corners): (u32, &[u32; 3])| Face { number, corners: corners.map(|v| places[v as usize]) };
+    (0..).zip(&mesh.faces).map(face).filter(|f| has_three_places(&f.corners)).collect()
+}
+
+/// Whether no two corners are in one place.
+pub(super) fn has_three_places([a, b, c]: &[u32; 3]) -> bool {
+    a != b && b != c && c != a
+}
+
+/// The sum of the tetrahedra between the faces and one of the vertices.
+pub(super) fn signed_volume(faces: &[Face], at: impl Fn(u32) -> Vec3) -> f64 {
+    let Some(first) = faces.first() else { return 0.0 };
+    let tip = at(first.corners[0]);
+    let tetrahedron = |[a, b, c]: [Vec3; 3]| (a - tip).dot((b - tip).cross(c - tip));
+    faces.iter().map(|face| tetrahedron(face.corners.map(&at))).sum::<f64>() / 6.0
+}
