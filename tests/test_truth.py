@@ -14,6 +14,8 @@ FAMILIES = ["torus", "quadric", "box", "affine", "csg", "coincident", "mesh"]
 GUARDED = 1 | 2 | 4 | 8 | 16
 # The largest error of t, in units of what half an ulp in every input could do.
 MAX_ERROR = 8
+# The median of the bounds, in the same units.
+MEDIAN_BOUND = 8
 
 
 def load(path):
@@ -25,7 +27,7 @@ def load(path):
 def test_family(tmp_path, family):
     truth = load(TRUTH / f"{family}.npz")
     scenes = json.loads((TRUTH / f"{family}.json").read_text())["scenes"]
-    problems = []
+    problems, widths = [], []
     for scene in scenes:
         rows = np.nonzero(truth["scene"] == scene["id"])[0]
         document = object_scene(scene["root"], defs=scene.get("defs", {}))
@@ -34,9 +36,18 @@ def test_family(tmp_path, family):
         arrays = cast(tmp_path, document, rays, "crossings")
         for row, begin, end in zip(rows, arrays["ray_splits"], arrays["ray_splits"][1:]):
             t, entering, bound = (arrays[name][begin:end] for name in ("t", "entering", "t_err"))
-            for problem in faults(truth, row, t, entering, bound):
-                problems.append(f"ray {row} of scene {scene['id']} ({scene['name']}): {problem}")
+            found = list(faults(truth, row, t, entering, bound))
+            problems += [f"ray {row} of scene {scene['id']} ({scene['name']}): {problem}" for problem in found]
+            if not found and not truth["guard"][row] & GUARDED:
+                widths.extend((bound[np.isfinite(t)] / units(truth, row))[t[np.isfinite(t)] > 0])
     assert not problems, "\n".join([f"{len(problems)} faults", *problems[:20]])
+    assert np.median(widths) <= MEDIAN_BOUND
+
+
+def units(truth, row):
+    """What half an ulp in every input could do to each t of a ray."""
+    part = slice(truth["offsets"][row], truth["offsets"][row + 1])
+    return np.maximum(truth["sens"][part], np.abs(truth["t"][part])) * 2.0**-53
 
 
 def faults(truth, row, t, entering, bound):
@@ -57,7 +68,7 @@ def faults(truth, row, t, entering, bound):
     if len(t) != len(exact):
         yield f"{len(t)} crossings instead of {len(exact)}"
         return
-    unit = np.maximum(truth["sens"][part], np.abs(exact)) * 2.0**-53
+    unit = units(truth, row)
     error = np.abs((t - exact) - truth["t_lo"][part])
     if (error > MAX_ERROR * unit).any():
         yield f"off by {(error / unit).max():.3g} units"
