@@ -45,6 +45,15 @@ pub struct Exposure {
     pub samples: Vec<Sample>,
 }
 
+impl Exposure {
+    /// Paints a pixel, if it is in the picture.
+    pub fn set(&mut self, column: u32, row: u32, color: Rgb) {
+        if column < self.width && row < self.height {
+            self.samples[area(self.width, row) + column as usize] = Sample::opaque(color);
+        }
+    }
+}
+
 /// Exposes a picture. Each pixel is worked out by itself, in the same order of samples, so the threads and
 /// the tiles leave no trace in it.
 pub fn expose(

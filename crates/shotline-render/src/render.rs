@@ -1,5 +1,6 @@
 //! The one way in.
 
+use shotline::accel::{COUNTERS, Counter};
 use shotline::compile::World;
 use shotline::query::batch::Run;
 use shotline::scene::Scene;
@@ -28,6 +29,8 @@ pub struct Settings {
     pub backdrop: Option<Backdrop>,
     /// How light falls in the look `lit`.
     pub lighting: Lighting,
+    /// What the look `cost` counts.
+    pub counter: &'static Counter,
 }
 
 impl Default for Settings {
@@ -39,6 +42,7 @@ impl Default for Settings {
             look: LOOKS[0],
             backdrop: None,
             lighting: Lighting::Sharp,
+            counter: &COUNTERS[0],
         }
     }
 }
@@ -59,7 +63,8 @@ pub fn render(world: &World, scene: &Scene, settings: &Settings, run: Run) -> Re
     };
     let view = View::new(&camera, width, height)?;
     let backdrop = settings.backdrop.unwrap_or(look.backdrop);
-    let shader = (look.shader)(&Stage { world, scene, view: &view, backdrop, lighting: settings.lighting })?;
+    let &Settings { lighting, counter, .. } = settings;
+    let shader = (look.shader)(&Stage { world, scene, view: &view, backdrop, lighting, counter })?;
     let mut exposure = film::expose(world, &view, look, &*shader, settings, run)?;
     shader.develop(&mut exposure);
     Ok(Image::compose(&exposure, backdrop))

@@ -1,5 +1,6 @@
 //! What a ray sees: the first surface, and whether anything is between it and a light.
 
+use shotline::accel::Work;
 use shotline::compile::World;
 use shotline::math::{HALF_ULP, Vec3};
 use shotline::query::{Caster, Hit, HitKind, Overlaps, QueryError, Segment};
@@ -45,6 +46,13 @@ impl<'w> Eye<'w> {
         };
         // From within an object every ray begins with a crossing, but only a surface stops light.
         if place.within { self.first(&ray, span).is_some() } else { self.caster.any(&ray, span) }
+    }
+
+    /// The work it takes to find the closest crossing of a ray.
+    pub fn work(&mut self, ray: &Ray) -> Work {
+        self.caster.take_work();
+        self.caster.closest(ray, Span::FORWARD);
+        self.caster.take_work()
     }
 
     /// The stretches of a ray inside objects; where objects overlap, the one of higher priority owns it.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
+use shotline::accel::{COUNTERS, Counter};
 use shotline::query::batch::Run;
 
 use shotline_render::{Backdrop, LOOKS, Lighting, Look, RenderError, Settings, encode_png};
@@ -37,6 +38,9 @@ pub struct Command {
     /// How light falls in the look `lit`
     #[arg(long, value_enum, default_value_t = LightingChoice::Sharp)]
     lighting: LightingChoice,
+    /// What the look `cost` counts
+    #[arg(long, value_name = "NAME", default_value = COUNTERS[0].name, value_parser = counter_names())]
+    counter: &'static Counter,
     /// What is behind everything: studio, white, black, transparent or a colour #RRGGBB; otherwise the look
     /// decides
     #[arg(long, value_name = "COLOUR", value_parser = parse_backdrop)]
@@ -77,6 +81,11 @@ fn look_names() -> impl TypedValueParser<Value = &'static Look> {
         .try_map(|name| shotline_render::look(&name).ok_or("no such look"))
 }
 
+fn counter_names() -> impl TypedValueParser<Value = &'static Counter> {
+    PossibleValuesParser::new(COUNTERS.iter().map(|counter| counter.name))
+        .try_map(|name| COUNTERS.iter().find(|counter| counter.name == name).ok_or("no such counter"))
+}
+
 impl Command {
     /// Runs the command.
     pub fn run(&self) -> Result<u8, Failure> {
@@ -93,6 +102,7 @@ impl Command {
                 look: self.look,
                 backdrop: self.background,
                 lighting: self.lighting.into(),
+                counter: self.counter,
             };
             let rays = u64::from(width) * u64::from(height) * u64::from(self.samples);
             let bar = progress::bar(rays, "rendering", self.quiet);

@@ -2,6 +2,7 @@
 //!
 //! Adding a look is one file and one line in the registry at the end of this one.
 
+mod cost;
 mod depth;
 mod lit;
 mod normal;
@@ -9,6 +10,7 @@ mod thickness;
 
 use std::fmt;
 
+use shotline::accel::Counter;
 use shotline::compile::World;
 use shotline::query::QueryError;
 use shotline::ray::Ray;
@@ -47,6 +49,7 @@ pub(crate) struct Stage<'a> {
     pub view: &'a View,
     pub backdrop: Backdrop,
     pub lighting: Lighting,
+    pub counter: &'static Counter,
 }
 
 /// A look at work on one picture; shared by all threads.
@@ -66,7 +69,7 @@ macro_rules! registry {
     };
 }
 
-registry!(lit, normal, depth, thickness);
+registry!(lit, normal, depth, thickness, cost);
 
 /// The look of a name.
 pub fn look(name: &str) -> Option<&'static Look> {

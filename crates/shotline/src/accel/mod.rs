@@ -28,6 +28,27 @@ pub struct Work {
     pub repaired: u64,
 }
 
+/// One of the counts of [`Work`].
+#[derive(Clone, Copy, Debug)]
+pub struct Counter {
+    /// Its name on the command line.
+    pub name: &'static str,
+    /// What it counts, in a few words.
+    pub summary: &'static str,
+    /// Reads it.
+    pub of: fn(&Work) -> u64,
+}
+
+/// All counts.
+pub static COUNTERS: &[Counter] = &[
+    Counter { name: "boxes", summary: "boxes tested", of: |w| w.boxes },
+    Counter { name: "cells", summary: "cells visited", of: |w| w.cells },
+    Counter { name: "planes", summary: "splitting planes met", of: |w| w.planes },
+    Counter { name: "solids", summary: "solids and triangles intersected", of: |w| w.solids },
+    Counter { name: "tags", summary: "intersections saved by tags", of: |w| w.tags_saved },
+    Counter { name: "heap", summary: "entries pushed on heaps", of: |w| w.heap_pushes },
+];
+
 impl std::ops::AddAssign for Work {
     fn add_assign(&mut self, other: Work) {
         self.boxes += other.boxes;
