@@ -7,7 +7,7 @@ use clap::{Args, Parser, Subcommand};
 use shotline::compile::Options;
 use shotline::ray::Span;
 
-use crate::commands::{cast, check, info, render, shoot};
+use crate::commands::{cast, check, compare, info, render, shoot};
 use crate::failure::Failure;
 
 /// Every crossing of rays with exact solids
@@ -32,6 +32,7 @@ pub enum Command {
     Shoot(shoot::Command),
     Check(check::Command),
     Info(info::Command),
+    Compare(compare::Command),
 }
 
 impl Command {
@@ -43,6 +44,7 @@ impl Command {
             Command::Shoot(c) => c.run(),
             Command::Check(c) => c.run(),
             Command::Info(c) => c.run(),
+            Command::Compare(c) => c.run(),
         }
     }
 }

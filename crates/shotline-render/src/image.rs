@@ -3,6 +3,7 @@
 use crate::backdrop::Backdrop;
 use crate::color;
 use crate::film::Exposure;
+use crate::lettering;
 
 /// A finished picture: linear light, row by row from the upper left corner.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,6 +36,39 @@ impl Image {
         };
         let pixels = samples.iter().enumerate().map(over).collect();
         Image { width, height, transparent: backdrop == Backdrop::Transparent, pixels }
+    }
+
+    /// A contact sheet: pictures of one size in rows, each with a caption in its upper left corner. `None` without
+    /// pictures or with pictures of different sizes.
+    pub fn contact_sheet(pictures: &[(&str, Image)], columns: u32) -> Option<Image> {
+        let (_, first) = pictures.first()?;
+        let &Image { width, height, .. } = first;
+        if columns == 0 || pictures.iter().any(|(_, p)| (p.width, p.height) != (width, height)) {
+            return None;
+        }
+        let rows = (pictures.len() as u32).div_ceil(columns);
+        let black = [0.0, 0.0, 0.0, 1.0];
+        let mut sheet = Image {
+            width: width * columns,
+            height: height * rows,
+            transparent: false,
+            pixels: vec![black; (width * columns) as usize * (height * rows) as usize],
+        };
+        for (i, (caption, picture)) in (0..).zip(pictures) {
+            let (left, top) = (i % columns * width, i / columns * height);
+            for (row, line) in (0..).zip(picture.pixels.chunks_exact(width as usize)) {
+                let start = (top + row) as usize * sheet.width as usize + left as usize;
+                sheet.pixels[start..start + line.len()].copy_from_slice(line);
+            }
+            lettering::write(left + lettering::SIDE, top + lettering::SIDE, caption, |column, row, ink| {
+                if column < left + width && row < top + height {
+                    let ink = ink as f32;
+                    sheet.pixels[row as usize * sheet.width as usize + column as usize] =
+                        [ink, ink, ink, 1.0];
+                }
+            });
+        }
+        Some(sheet)
     }
 
     /// Pixels in a row, at least one.

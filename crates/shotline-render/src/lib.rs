@@ -28,4 +28,4 @@ pub use image::Image;
 pub use light::Lighting;
 pub use look::{LOOKS, Look, look};
 pub use png::encode_png;
-pub use render::{Settings, render};
+pub use render::{Settings, render, view};

@@ -55,19 +55,27 @@ impl Default for Settings {
 pub fn render(world: &World, scene: &Scene, settings: &Settings, run: Run) -> Result<Image, RenderError> {
     check(settings)?;
     let &Settings { width, height, look, .. } = settings;
-    let camera = match &scene.camera {
-        Some(camera) => camera.clone(),
-        None => framing::subject(world, scene)
-            .and_then(|bounds| framing::frame(&bounds, f64::from(width) / f64::from(height)))
-            .ok_or(RenderError::NothingToFrame)?,
-    };
-    let view = View::new(&camera, width, height)?;
+    let view = view(world, scene, width, height)?;
     let backdrop = settings.backdrop.unwrap_or(look.backdrop);
     let &Settings { lighting, counter, .. } = settings;
     let shader = (look.shader)(&Stage { world, scene, view: &view, backdrop, lighting, counter })?;
     let mut exposure = film::expose(world, &view, look, &*shader, settings, run)?;
     shader.develop(&mut exposure);
     Ok(Image::compose(&exposure, backdrop))
+}
+
+/// The view of a picture: of the scene's camera, or of one that frames everything.
+///
+/// # Errors
+/// [`RenderError`] for a camera that sees nothing, or for nothing to see.
+pub fn view(world: &World, scene: &Scene, width: u32, height: u32) -> Result<View, RenderError> {
+    let camera = match &scene.camera {
+        Some(camera) => camera.clone(),
+        None => framing::subject(world, scene)
+            .and_then(|bounds| framing::frame(&bounds, f64::from(width) / f64::from(height)))
+            .ok_or(RenderError::NothingToFrame)?,
+    };
+    Ok(View::new(&camera, width, height)?)
 }
 
 fn check(settings: &Settings) -> Result<(), RenderError> {

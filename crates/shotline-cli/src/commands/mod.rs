@@ -2,6 +2,7 @@
 
 pub mod cast;
 pub mod check;
+pub mod compare;
 pub mod info;
 pub mod render;
 pub mod shoot;

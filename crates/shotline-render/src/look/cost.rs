@@ -71,7 +71,9 @@ fn legend(exposure: &mut Exposure, text: &str) {
             exposure.set(margin + column, top + row, heat(share));
         }
     }
-    lettering::write(exposure, margin, top - height - margin / 2, text);
+    lettering::write(margin, top - height - margin / 2, text, |column, row, ink| {
+        exposure.set(column, row, Vec3::splat(ink));
+    });
 }
 
 #[cfg(test)]

@@ -47,6 +47,11 @@ pub static COUNTERS: &[Counter] = &[
     Counter { name: "solids", summary: "solids and triangles intersected", of: |w| w.solids },
     Counter { name: "tags", summary: "intersections saved by tags", of: |w| w.tags_saved },
     Counter { name: "heap", summary: "entries pushed on heaps", of: |w| w.heap_pushes },
+    Counter {
+        name: "all",
+        summary: "boxes, cells, planes and solids",
+        of: |w| w.boxes + w.cells + w.planes + w.solids,
+    },
 ];
 
 impl std::ops::AddAssign for Work {

@@ -170,20 +170,23 @@ pub fn closest(world: &World, rays: &[Ray], span: Span, run: Run) -> Result<Clos
         Ok(())
     })?;
     let mut out = ClosestRows::default();
-    for mut part in parts {
-        out.t.append(&mut part.t);
-        out.normal.append(&mut part.normal);
-        out.object.append(&mut part.object);
-        out.surface.append(&mut part.surface);
-        out.primitive.append(&mut part.primitive);
-        out.path.append(&mut part.path);
-        out.entering.append(&mut part.entering);
-        out.t_err.append(&mut part.t_err);
-    }
+    parts.into_iter().for_each(|part| out.append(part));
     Ok(out)
 }
 
 impl ClosestRows {
+    /// Appends the rows of further rays.
+    pub fn append(&mut self, mut rows: ClosestRows) {
+        self.t.append(&mut rows.t);
+        self.normal.append(&mut rows.normal);
+        self.object.append(&mut rows.object);
+        self.surface.append(&mut rows.surface);
+        self.primitive.append(&mut rows.primitive);
+        self.path.append(&mut rows.path);
+        self.entering.append(&mut rows.entering);
+        self.t_err.append(&mut rows.t_err);
+    }
+
     fn push(&mut self, hit: Option<Hit>) {
         self.t.push(hit.map_or(f64::INFINITY, |h| h.t));
         self.normal.push(hit.map_or([f64::NAN; 3], |h| h.normal.to_array()));

@@ -1,0 +1,181 @@
+//! `shotline compare`: every accelerator on the same rays.
+
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use shotline::accel::{COUNTERS, NAMES, Work};
+use shotline::compile::{self, Options, World};
+use shotline::query::batch::{self, ClosestRows, Run};
+use shotline::ray::{Ray, Span};
+use shotline_io::Document;
+use shotline_render::{Image, Settings, encode_png, look, render, view};
+
+use crate::args::Model;
+use crate::failure::Failure;
+use crate::number::{bytes, short};
+use crate::rays::OnInvalid;
+use crate::table::{Align, Table};
+use crate::{input, interrupt, output};
+
+/// Compare the accelerators
+///
+/// Builds the model once for every accelerator, casts the same rays on one thread and prints a table: build time,
+/// memory, time a ray for the closest crossing, how many times as long as the fastest, and what was counted a ray.
+/// The rays are those of a picture, or yours. Slow structures are given a few seconds and answer only the first of
+/// them. That all give the same answers is checked, bit for bit.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub struct Command {
+    #[command(flatten)]
+    model: Model,
+    /// Rays to compare on, as .npy; otherwise those of a picture
+    #[arg(long, value_name = "FILE.npy")]
+    rays: Option<PathBuf>,
+    /// A contact sheet of heat maps of the work a ray takes, as PNG
+    #[arg(short, long, value_name = "FILE.png")]
+    output: Option<PathBuf>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  shotline compare bunny.ply
+  shotline compare engine.json --rays rays.npy -o work.png";
+
+/// The size of the picture whose rays are cast and, on the sheet, of each heat map.
+const SIZE: (u32, u32) = (320, 240);
+/// Pictures beside each other on the sheet.
+const COLUMNS: u32 = 3;
+/// How long one structure may cast.
+const PATIENCE: Duration = Duration::from_secs(3);
+/// Rays between looks at the clock.
+const CHUNK: usize = 256;
+
+/// One structure.
+struct Entry {
+    name: &'static str,
+    world: World,
+    build_s: f64,
+    ns_a_ray: f64,
+    work: Work,
+    answers: ClosestRows,
+}
+
+impl Command {
+    /// Runs the command.
+    pub fn run(&self) -> Result<u8, Failure> {
+        interrupt::catch();
+        self.output.iter().try_for_each(|path| output::expect_writable(path))?;
+        let document = input::load(&self.model)?;
+        let rays = self.rays(&document)?;
+        let entries: Vec<Entry> =
+            NAMES.iter().map(|name| entry(name, &document, &rays)).collect::<Result<_, _>>()?;
+        for other in &entries[1..] {
+            agree(&entries[0], other)?;
+        }
+        output::print(&table(&entries).text())?;
+        if let Some(path) = &self.output {
+            output::write(path, &encode_png(&self.sheet(&document, &entries)?))?;
+        }
+        Ok(0)
+    }
+
+    fn rays(&self, document: &Document) -> Result<Vec<Ray>, Failure> {
+        if let Some(path) = &self.rays {
+            return input::rays(path, OnInvalid::Error).map(|rays| rays.valid);
+        }
+        let world = built(document, NAMES[NAMES.len() - 1])?;
+        let (width, height) = SIZE;
+        let view = view(&world, &document.scene, width, height).map_err(|e| self.failure(e))?;
+        // Scattered over the picture, so that the first of them are like all of them.
+        let pixels = width * height;
+        (0..pixels)
+            .map(|i| i * 7919 % pixels)
+            .map(|i| view.ray(f64::from(i % width) + 0.5, f64::from(i / width) + 0.5))
+            .collect::<Result<_, _>>()
+            .map_err(|e| self.failure(e))
+    }
+
+    fn sheet(&self, document: &Document, entries: &[Entry]) -> Result<Image, Failure> {
+        let look = look("cost").unwrap_or(Settings::default().look);
+        let counter = &COUNTERS[COUNTERS.len() - 1];
+        let (width, height) = SIZE;
+        let settings = Settings { width, height, samples: 1, look, counter, ..Settings::default() };
+        let picture = |entry: &Entry| {
+            let picture = render(&entry.world, &document.scene, &settings, Run::default());
+            picture.map(|picture| (entry.name, picture)).map_err(|e| self.failure(e))
+        };
+        let pictures: Vec<_> = entries.iter().map(picture).collect::<Result<_, _>>()?;
+        Image::contact_sheet(&pictures, COLUMNS).ok_or_else(|| Failure::new("there is nothing to draw"))
+    }
+
+    fn failure(&self, error: impl std::fmt::Display) -> Failure {
+        Failure::of_file(&self.model.path, error)
+    }
+}
+
+fn built(document: &Document, accel: &'static str) -> Result<World, Failure> {
+    compile::compile(&document.scene, Options { accel })
+        .map_err(|errors| Failure::new(document.explain(&errors).to_string()))
+}
+
+fn entry(name: &'static str, document: &Document, rays: &[Ray]) -> Result<Entry, Failure> {
+    let begin = Instant::now();
+    let world = built(document, name)?;
+    let build_s = begin.elapsed().as_secs_f64();
+    let work = Mutex::new(Work::default());
+    let run = Run { threads: 1, work: Some(&work), ..Run::default() };
+    let mut answers = ClosestRows::default();
+    let begin = Instant::now();
+    for chunk in rays.chunks(CHUNK) {
+        let rows = batch::closest(&world, chunk, Span::FORWARD, run);
+        answers.append(rows.map_err(|e| Failure::new(e.to_string()))?);
+        if begin.elapsed() > PATIENCE {
+            break;
+        }
+    }
+    let ns_a_ray = begin.elapsed().as_secs_f64() * 1e9 / answers.t.len().max(1) as f64;
+    let work = work.into_inner().unwrap_or_default();
+    Ok(Entry { name, world, build_s, ns_a_ray, work, answers })
+}
+
+/// Holds the answers that two structures both gave to each other.
+fn agree(a: &Entry, b: &Entry) -> Result<(), Failure> {
+    let bits = |rows: &ClosestRows, i: usize| (rows.t[i].to_bits(), rows.path[i], rows.primitive[i]);
+    let both = a.answers.t.len().min(b.answers.t.len());
+    match (0..both).find(|&i| bits(&a.answers, i) != bits(&b.answers, i)) {
+        None => Ok(()),
+        Some(ray) => Err(Failure::new(format!(
+            "'{}' and '{}' answer ray {ray} differently; please report it with the model",
+            a.name, b.name
+        ))),
+    }
+}
+
+fn table(entries: &[Entry]) -> Table {
+    let number = |name: &str| (name.to_owned(), Align::Right);
+    let mut columns = vec![("accelerator".to_owned(), Align::Left)];
+    columns.extend(["build, s", "memory", "rays", "ns a ray", "times"].map(number));
+    columns.extend(COUNTERS.iter().map(|counter| number(counter.name)));
+    let mut table = Table::new(columns);
+    let best = entries.iter().fold(f64::INFINITY, |m, e| m.min(e.ns_a_ray));
+    for entry in entries {
+        let rays = entry.answers.t.len();
+        let mut row = vec![
+            entry.name.to_owned(),
+            format!("{:.3}", entry.build_s),
+            bytes(entry.world.stats().memory_bytes),
+            rays.to_string(),
+            format!("{:.0}", entry.ns_a_ray),
+            format!("{:.1}", entry.ns_a_ray / best),
+        ];
+        row.extend(
+            COUNTERS
+                .iter()
+                .map(|c| short(((c.of)(&entry.work) as f64 / rays.max(1) as f64 * 10.0).round() / 10.0)),
+        );
+        table.row(row);
+    }
+    table
+}
