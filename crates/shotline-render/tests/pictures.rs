@@ -153,7 +153,7 @@ fn progress_counts_every_ray_and_cancelling_ends_it() {
     let done = AtomicU64::new(0);
     let progress = |n| _ = done.fetch_add(n, Ordering::Relaxed);
     let stop = AtomicBool::new(false);
-    let run = Run { threads: 2, progress: Some(&progress), cancel: Some(&stop) };
+    let run = Run { threads: 2, progress: Some(&progress), cancel: Some(&stop), ..Run::default() };
     let settings = Settings { samples: 3, ..settings("lit") };
     render(&world, &scene, &settings, run).unwrap();
     assert_eq!(done.load(Ordering::Relaxed), 80 * 80 * 3);

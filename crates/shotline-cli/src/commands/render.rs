@@ -100,6 +100,7 @@ impl Command {
                 threads: self.threads.threads,
                 progress: Some(&|rays| bar.inc(rays)),
                 cancel: Some(cancel),
+                ..Run::default()
             };
             let picture = shotline_render::render(&world, &document.scene, &settings, run);
             bar.finish_and_clear();

@@ -174,7 +174,7 @@ fn rigid_motions_change_nothing(case: &Case) {
     let turn = Affine::rotation_xyz(Vec3::new(20.0, -35.0, 130.0));
     let (_, size) = extent(&case.solid.bounds());
     let motion = Affine::translation(size * 3.0).then_after(&turn);
-    let Ok(Placement { parent_from_local, local_from_parent }) = Placement::new(&motion) else {
+    let Ok(Placement { parent_from_local, local_from_parent, .. }) = Placement::new(&motion) else {
         panic!("a rigid motion has an inverse");
     };
     let there_and_back = case.line.in_frame(&parent_from_local).in_frame(&local_from_parent);
