@@ -11,7 +11,7 @@ SHOTLINE := $(abspath $(or $(CARGO_TARGET_DIR),target))/release/shotline
 VENV := .venv
 export SHOTLINE
 
-.PHONY: help build demo test truth soak bench pictures clean
+.PHONY: help build demo test truth soak bench fuzz pictures clean
 .NOTPARALLEL:
 
 help: ## this list
@@ -45,6 +45,16 @@ soak: ## RAYS=100000000 rays of each family against slow checks that share nothi
 
 bench: build $(VENV)/ready ## rays a second: combinations, and meshes beside Embree where it is at hand
 	$(VENV)/bin/python bench/run.py --bin $(SHOTLINE)
+
+# Seconds for each target of `make fuzz`.
+FUZZ_SECONDS ?= 60
+FUZZ_TARGETS ?= scene ply obj stl npy cast csg
+
+fuzz: ## hostile input for every reader and random combinations, FUZZ_SECONDS=60 each (wants cargo-fuzz)
+	for target in $(FUZZ_TARGETS); do \
+		mkdir -p out/fuzz/$$target && RUSTC_BOOTSTRAP=1 $(CARGO) fuzz run --sanitizer none $$target out/fuzz/$$target fuzz/corpus/$$target \
+			-- -max_total_time=$(FUZZ_SECONDS) -timeout=5 -rss_limit_mb=2048 -dict=fuzz/json.dict || exit 1; \
+	done
 
 pictures: build ## the pictures of the documentation again (minutes)
 	for scene in section tori instances quadrics; do \

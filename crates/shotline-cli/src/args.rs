@@ -6,6 +6,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use shotline::compile::Options;
 use shotline::ray::Span;
+use shotline_io::Reach;
 
 use crate::commands::{cast, check, compare, info, render, shoot};
 use crate::failure::Failure;
@@ -55,6 +56,16 @@ pub struct Model {
     /// A scene file (JSON) or a mesh (PLY, STL, OBJ), which stands for a scene of one object
     #[arg(value_name = "SCENE_OR_MESH")]
     pub path: PathBuf,
+    /// Let the scene name mesh files outside of its own folder
+    #[arg(long)]
+    pub allow_outside: bool,
+}
+
+impl Model {
+    /// The files that the scene may name.
+    pub fn reach(&self) -> Reach {
+        if self.allow_outside { Reach::Anywhere } else { Reach::Folder }
+    }
 }
 
 /// How the world is built.

@@ -126,3 +126,103 @@ fn usage() {
         assert!(place.run(&[verb, "--help"]).ok().contains(&format!("shotline {verb} ")), "{verb}");
     }
 }
+
+#[test]
+fn t_range_with_nan_or_reversed() {
+    let place = Place::new().with("scene.json", DRILLED).with_rays("rays.npy", RAY);
+    for (t_min, t_max) in [("NaN", "1"), ("0", "NaN"), ("2", "1"), ("-inf", "1")] {
+        let range = ["--t-min", t_min, "--t-max", t_max];
+        let cast = ["cast", "scene.json", "--rays", "rays.npy", "--query", "any", "-o", "out.npz"];
+        place
+            .run(&[&cast[..], &range].concat())
+            .refused(&["is not an interval", "help: --t-min must be finite"]);
+        let shoot = ["shoot", "scene.json", "--from", "0,0,-9", "--dir", "0,0,1"];
+        place.run(&[&shoot[..], &range].concat()).refused(&["is not an interval"]);
+    }
+    assert_eq!(place.files(), ["rays.npy", "scene.json"]);
+}
+
+#[test]
+fn condition_of_transforms_is_told() {
+    let scene =
+        r#"{"shotline": 1, "objects": [{"node": {"kind": "sphere", "radius": 1, "scale": [1, 1, 1e-12]}}]}"#;
+    let place = Place::new().with("scene.json", scene);
+    assert!(place.run(&["info", "scene.json"]).ok().contains("condition       1e12"));
+    let json: serde_json::Value =
+        serde_json::from_str(&place.run(&["info", "scene.json", "--json"]).ok()).unwrap();
+    assert!((json["condition"].as_f64().unwrap() / 1e12 - 1.0).abs() < 1e-3);
+}
+
+#[test]
+fn mesh_files_outside_of_the_scenes_folder() {
+    let scene = |file: &str| {
+        format!(r#"{{"shotline": 1, "objects": [{{"node": {{"kind": "mesh", "file": "{file}"}}}}]}}"#)
+    };
+    let place = Place::new().with("cube.ply", cube_ply(12));
+    std::fs::create_dir(place.path("scenes")).unwrap();
+    let absolute = place.path("cube.ply").display().to_string();
+    let place =
+        place.with("scenes/up.json", scene("../cube.ply")).with("scenes/absolute.json", scene(&absolute));
+    for (file, why) in
+        [("scenes/up.json", "outside of the scene's folder"), ("scenes/absolute.json", "absolute")]
+    {
+        place.run(&["info", file]).refused(&[file, ":1:", why, "--allow-outside"]);
+        place.run(&["info", file, "--allow-outside"]).ok();
+    }
+}
+
+/// Neither a pipe, which nobody writes to, nor a device is waited for.
+#[cfg(unix)]
+#[test]
+fn pipes_and_devices() {
+    let place = Place::new().with("scene.json", DRILLED).with_rays("rays.npy", RAY);
+    let made = std::process::Command::new("mkfifo").arg(place.path("pipe.ply")).status();
+    assert!(made.is_ok_and(|status| status.success()));
+    let scene = r#"{"shotline": 1, "objects": [{"node": {"kind": "mesh", "file": "pipe.ply"}}]}"#;
+    let place = place.with("piped.json", scene);
+    let irregular = "is not a regular file";
+    place.run(&["info", "piped.json"]).refused(&["piped.json:1:", "pipe.ply", irregular]);
+    place.run(&["info", "pipe.ply"]).refused(&["pipe.ply", irregular, "help: write to a file"]);
+    place.run(&["info", "/dev/zero"]).refused(&["/dev/zero", irregular]);
+    let args = ["cast", "scene.json", "--rays", "/dev/zero", "--query", "any", "-o", "out.npz"];
+    place.run(&args).refused(&["/dev/zero", irregular]);
+}
+
+/// 10^12 balls in a row: a ray past them is answered, a ray along them is an error, not the end of the memory.
+#[test]
+fn more_crossings_than_there_is_room_for() {
+    let mut defs = vec![r#""p0": {"kind": "sphere", "radius": 0.25}"#.to_string()];
+    for level in 1..=12 {
+        let step = 10u64.pow(level - 1);
+        let place = |i: u64| format!(r#"{{"ref": "p{}", "translate": [{}, 0, 0]}}"#, level - 1, i * step);
+        let members: Vec<String> = (0..10).map(place).collect();
+        defs.push(format!(r#""p{level}": {{"op": "group", "args": [{}]}}"#, members.join(", ")));
+    }
+    let scene = |part: &str| {
+        format!(
+            r#"{{"shotline": 1, "defs": {{{}}}, "objects": [{{"node": {{"ref": "{part}"}}}}]}}"#,
+            defs.join(", ")
+        )
+    };
+    let along = [[-1.0, 0.0, 0.0, 1.0, 0.0, 0.0]];
+    let place = Place::new().with("long.json", scene("p12")).with("short.json", scene("p3"));
+    let place = place.with_rays("along.npy", &along);
+    place.run(&["shoot", "long.json", "--from", "-1,0,0", "--dir", "1,0,0"]).refused(&[
+        "long.json",
+        "the ray has more than 20000 crossings",
+        "help: report a part",
+    ]);
+    let cast = |model: &'static str, more: &[&'static str]| {
+        let fixed = ["cast", model, "--rays", "along.npy", "--query", "crossings", "-o", "out.npz"];
+        place.run(&[&fixed[..], more].concat())
+    };
+    cast("short.json", &["--max-crossings", "1999"]).refused(&[
+        "along.npy",
+        "the answer has more than 1999 rows",
+        "help: cast fewer rays at a time",
+        "--max-crossings",
+    ]);
+    assert!(!place.path("out.npz").exists());
+    cast("short.json", &["--max-crossings", "2000"]).ok();
+    cast("long.json", &["--t-max", "2.5"]).ok();
+}

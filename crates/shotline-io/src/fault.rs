@@ -39,6 +39,11 @@ impl Fault {
         self.help = Some(help.into());
         self
     }
+
+    /// The same, with some help in any case.
+    pub(crate) fn or_help(self, help: &str) -> Fault {
+        if self.help.is_some() { self } else { self.help(help) }
+    }
 }
 
 /// All faults of a file. A broken file of many megabytes can have millions; the first few tell enough.

@@ -10,20 +10,28 @@ use crate::fault::Fault;
 /// The bytes of a regular file of limited size: a pipe or a device could keep the reader waiting for ever.
 pub(crate) fn read_regular(path: &Path, most: u64) -> Result<Vec<u8>, ReadError> {
     let io = |e: io::Error| ReadError::io(path, &e);
-    let refuse = |why: &str| Err(ReadError::new(Some(path), &[], Fault::file(why).into()));
+    let refuse = |fault: Fault| Err(ReadError::new(Some(path), &[], fault.into()));
+    let irregular =
+        || Fault::file("is not a regular file").help("write to a file what a pipe or a device gives");
     if !std::fs::metadata(path).map_err(io)?.is_file() {
-        return refuse("is not a regular file");
+        return refuse(irregular());
     }
     let mut file = File::open(path).map_err(io)?;
     // Asked again of what was opened, in case it was exchanged in between.
     let metadata = file.metadata().map_err(io)?;
     if !metadata.is_file() {
-        return refuse("is not a regular file");
+        return refuse(irregular());
     }
     if metadata.len() > most {
-        return refuse(&format!("is larger than {} MiB", most >> 20));
+        return refuse(too_large(most));
     }
     let mut bytes = Vec::new();
     file.read_to_end(&mut bytes).map_err(io)?;
     Ok(bytes)
+}
+
+/// What is wrong with a file of more bytes than are read.
+pub(crate) fn too_large(most: u64) -> Fault {
+    let help = "put triangles into mesh files and repeated parts into \"defs\"";
+    Fault::file(format!("is larger than {} MiB", most >> 20)).help(help)
 }

@@ -24,7 +24,7 @@ pub struct Format {
 #[derive(Debug)]
 pub(crate) enum Content {
     /// Scenes.
-    Scene { read: fn(&Path, Vec<u8>, ReadMesh) -> Result<Document, ReadError> },
+    Scene { read: fn(&Path, Vec<u8>, MeshSource) -> Result<Document, ReadError> },
     /// One mesh.
     Mesh {
         read: fn(&[u8]) -> Result<MeshFile, Fault>,
@@ -32,8 +32,22 @@ pub(crate) enum Content {
     },
 }
 
-/// Reads the mesh files that a scene names, whatever their format.
-pub(crate) type ReadMesh = fn(&Path) -> Result<MeshFile, ReadError>;
+/// Where a scene may find the mesh files that it names.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Reach {
+    /// Below its own folder, links resolved: a scene from a stranger reads nothing else.
+    #[default]
+    Folder,
+    /// Anywhere.
+    Anywhere,
+}
+
+/// How the mesh files that a scene names are read, whatever their format.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MeshSource {
+    pub(crate) read: fn(&Path) -> Result<MeshFile, ReadError>,
+    pub(crate) reach: Reach,
+}
 
 /// A mesh as the bytes of a file.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -18,6 +18,8 @@ mod error;
 mod fault;
 mod files;
 mod format;
+#[cfg(feature = "testkit")]
+pub mod fuzz;
 mod obj;
 mod ply;
 mod polygon;
@@ -30,8 +32,8 @@ mod whole;
 
 pub use document::{Document, Source};
 pub use error::{Place, Problem, ReadError, Snippet, WriteError};
-pub use format::Format;
-pub use registry::{FORMATS, load, parse_scene, read_mesh};
+pub use format::{Format, Reach};
+pub use registry::{FORMATS, load, load_with, parse_scene, read_mesh};
 pub use save::save;
 pub use scene_json::{scene_schema, write_scene};
 pub use whole::{Output, write_whole};

@@ -59,9 +59,8 @@ fn read(bytes: &[u8]) -> Result<MeshFile, Fault> {
     let mut polygons = Polygons::new(vertices.len());
     for (i, face) in faces.into_iter().enumerate() {
         let added = polygons.add(&corners[face.corners]);
-        added.map_err(|why| {
-            Fault::text(face.line, format!("face {i} (counted from 0) {why} (counted from 0)"))
-        })?;
+        added
+            .map_err(|why| Fault::text(face.line, format!("face {i} {why}; here both are counted from 0")))?;
     }
     Ok(polygons.finish(vertices))
 }

@@ -7,9 +7,9 @@ use shotline::solid::mesh::TriangleMesh;
 
 use crate::document::{Document, Source};
 use crate::error::ReadError;
-use crate::fault::Fault;
+use crate::fault::{At, Fault};
 use crate::files::read_regular;
-use crate::format::{Content, Format, MeshFile};
+use crate::format::{Content, Format, MeshFile, MeshSource, Reach};
 use crate::{obj, ply, scene_json, stl};
 
 /// Every format, in the order in which contents are tried.
@@ -35,14 +35,23 @@ fn of_file(path: &Path, bytes: &[u8]) -> Result<&'static Format, ReadError> {
     })
 }
 
-/// Reads a scene, or a mesh as a scene of one object named after the file.
+/// Reads a scene, or a mesh as a scene of one object named after the file. A scene may name the mesh files below its
+/// own folder.
 ///
 /// # Errors
 /// [`ReadError`] with everything that is wrong.
 pub fn load(path: impl AsRef<Path>) -> Result<Document, ReadError> {
+    load_with(path, Reach::Folder)
+}
+
+/// Reads as [`load`] does; the scene may name the mesh files within a reach.
+///
+/// # Errors
+/// [`ReadError`] with everything that is wrong.
+pub fn load_with(path: impl AsRef<Path>, reach: Reach) -> Result<Document, ReadError> {
     let path = path.as_ref();
     let bytes = read_regular(path, most_bytes(path))?;
-    of_file(path, &bytes)?.read(path, bytes)
+    of_file(path, &bytes)?.read_with(path, bytes, reach)
 }
 
 impl Format {
@@ -52,10 +61,14 @@ impl Format {
     /// # Errors
     /// [`ReadError`] with everything that is wrong.
     pub fn read(&self, path: &Path, bytes: Vec<u8>) -> Result<Document, ReadError> {
+        self.read_with(path, bytes, Reach::Folder)
+    }
+
+    fn read_with(&self, path: &Path, bytes: Vec<u8>, reach: Reach) -> Result<Document, ReadError> {
         match self.content {
-            Content::Scene { read } => read(path, bytes, read_mesh_file),
+            Content::Scene { read } => read(path, bytes, MeshSource { read: read_mesh_file, reach }),
             Content::Mesh { read, .. } => {
-                let found = read(&bytes).map_err(|f| ReadError::new(Some(path), &bytes, f.into()))?;
+                let found = read(&bytes).map_err(|f| mesh_error(path, &bytes, f))?;
                 Ok(mesh_document(path, found))
             }
         }
@@ -72,11 +85,21 @@ pub fn read_mesh(path: impl AsRef<Path>) -> Result<TriangleMesh, ReadError> {
 
 pub(crate) fn read_mesh_file(path: &Path) -> Result<MeshFile, ReadError> {
     let bytes = read_regular(path, most_bytes(path))?;
-    let error = |fault: Fault| ReadError::new(Some(path), &bytes, fault.into());
     match of_file(path, &bytes)?.content {
-        Content::Mesh { read, .. } => read(&bytes).map_err(error),
-        Content::Scene { .. } => Err(error(Fault::file("is a scene, not a mesh"))),
+        Content::Mesh { read, .. } => read(&bytes).map_err(|f| mesh_error(path, &bytes, f)),
+        Content::Scene { .. } => {
+            let fault = Fault::file("is a scene, not a mesh").help("name a PLY, STL or OBJ file");
+            Err(mesh_error(path, &bytes, fault))
+        }
     }
+}
+
+fn mesh_error(path: &Path, bytes: &[u8], fault: Fault) -> ReadError {
+    let help = match fault.at {
+        At::Text(_) => "mend this line, or export the mesh again",
+        At::Byte(_) | At::File => "the file may be damaged: copy it or export the mesh again",
+    };
+    ReadError::new(Some(path), bytes, fault.or_help(help).into())
 }
 
 fn mesh_document(path: &Path, found: MeshFile) -> Document {
@@ -102,5 +125,6 @@ fn most_bytes(path: &Path) -> u64 {
 /// # Errors
 /// [`ReadError`] with everything that is wrong.
 pub fn parse_scene(text: impl Into<String>, folder: Option<&Path>) -> Result<Document, ReadError> {
-    scene_json::parse(text.into(), None, folder, read_mesh_file)
+    let meshes = MeshSource { read: read_mesh_file, reach: Reach::Folder };
+    scene_json::parse(text.into(), None, folder, meshes)
 }

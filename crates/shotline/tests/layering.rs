@@ -26,7 +26,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("scene", &["math", "solid", "csg"]),
     ("compile", &["math", "aabb", "accel", "solid", "csg", "scene"]),
     ("query", &["math", "ray", "aabb", "crossing", "accel", "solid", "csg", "compile"]),
-    ("testkit", &["math", "ray", "aabb", "crossing", "accel", "solid", "scene"]),
+    ("testkit", &["math", "ray", "aabb", "crossing", "accel", "solid", "scene", "compile", "query"]),
 ];
 
 /// Our crates, lowest first: what each depends on, and what its tests and examples use besides.

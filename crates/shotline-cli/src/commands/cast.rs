@@ -63,6 +63,10 @@ pub struct Command {
     on_invalid: OnInvalid,
     #[command(flatten)]
     span: SpanOfT,
+    /// End with an error if the answer has more rows than this; a million take about 200 MB while they are
+    /// gathered
+    #[arg(long, value_name = "N", default_value_t = Run::default().most_rows)]
+    max_crossings: u64,
     /// Print one line of JSON on stdout: sizes, times, memory
     #[arg(long)]
     stats: bool,
@@ -172,6 +176,7 @@ impl Command {
             progress: Some(&progress),
             cancel: Some(cancel),
             work: Some(work),
+            most_rows: self.max_crossings,
         };
         let valid = &rays.valid;
         let answer = match self.query {
@@ -195,6 +200,10 @@ impl Command {
     fn failure(&self, error: BatchError, rays: &Rays) -> Failure {
         let (place, error) = match error {
             BatchError::Cancelled => return Failure::Interrupted,
+            error @ BatchError::TooMany { .. } => {
+                let help = "cast fewer rays at a time, ask for closest or count, or raise --max-crossings";
+                return Failure::of_file(&self.rays, format!("{error}\nhelp: {help}"));
+            }
             BatchError::World(error) => (String::new(), error),
             BatchError::Query { row, error } => {
                 (format!("row {} of {}: ", rays.row(row), self.rays.display()), error)
@@ -206,6 +215,9 @@ impl Command {
             }
             QueryError::Overlap { .. } => {
                 "give one of them a higher \"priority\", or choose --overlaps priority or all"
+            }
+            QueryError::TooMany { .. } => {
+                "take a part of the ray with --t-min and --t-max, or ask for closest or count"
             }
         };
         Failure::new(format!("{}: {place}{error}\nhelp: {help}", self.model.path.display()))

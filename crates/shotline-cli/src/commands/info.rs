@@ -88,6 +88,7 @@ impl Report {
             "bounds": if self.bounds.is_empty() { Value::Null } else { bounds },
             "units": self.units,
             "memory_bytes": self.stats.memory_bytes,
+            "condition": number(self.stats.condition),
             "accel": self.accel,
             "load_s": number(self.load_s),
             "build_s": number(self.build_s),
@@ -114,6 +115,7 @@ impl Report {
              virtual leaves  {}\n\
              bounds          {bounds}\n\
              memory          {}\n\
+             condition       {} (how far the worst transform can magnify a rounding)\n\
              load            {} s\n\
              build           {} s with {}\n",
             grouped(stats.nodes as u64),
@@ -121,6 +123,7 @@ impl Report {
             grouped(stats.leaves as u64),
             grouped(stats.virtual_leaves),
             bytes(stats.memory_bytes),
+            short(stats.condition),
             short((self.load_s * 1e6).round() / 1e6),
             short((self.build_s * 1e6).round() / 1e6),
             self.accel,

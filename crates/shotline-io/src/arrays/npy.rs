@@ -32,8 +32,7 @@ pub(super) fn header(descr: &str, shape: &[usize]) -> Vec<u8> {
 
 pub(super) fn read_header(bytes: &[u8]) -> Result<Header, Fault> {
     if !bytes.starts_with(MAGIC) {
-        let fault = Fault::byte(0, "this is no .npy file");
-        return Err(fault.help("write the rays with numpy.save(PATH, array of shape (N, 6))"));
+        return Err(Fault::byte(0, "this is no .npy file"));
     }
     let cut = || Fault::byte(bytes.len(), "the file ends within its header");
     let version = *bytes.get(6).ok_or_else(cut)?;

@@ -20,6 +20,8 @@ pub struct InvalidRow {
     pub why: InvalidRay,
 }
 
+const HELP: &str = "write the rays with numpy.save(PATH, array of shape (N, 6))";
+
 /// Reads the rows of a file: an array of shape (N, 6), float64 or float32, in either byte and index order. The
 /// numbers may be anything; see [`rays_of`].
 ///
@@ -28,7 +30,7 @@ pub struct InvalidRow {
 pub fn read_rays(path: impl AsRef<Path>) -> Result<Vec<[f64; 6]>, ReadError> {
     let path = path.as_ref();
     let bytes = read_regular(path, u64::MAX)?;
-    rows(&bytes).map_err(|fault| ReadError::new(Some(path), &bytes, fault.into()))
+    rows(&bytes).map_err(|fault| ReadError::new(Some(path), &bytes, fault.or_help(HELP).into()))
 }
 
 /// Reads the rows from the bytes of a file; see [`read_rays`].
@@ -36,7 +38,7 @@ pub fn read_rays(path: impl AsRef<Path>) -> Result<Vec<[f64; 6]>, ReadError> {
 /// # Errors
 /// [`ReadError`] for anything else.
 pub fn parse_rays(bytes: &[u8]) -> Result<Vec<[f64; 6]>, ReadError> {
-    rows(bytes).map_err(|fault| ReadError::new(None, bytes, fault.into()))
+    rows(bytes).map_err(|fault| ReadError::new(None, bytes, fault.or_help(HELP).into()))
 }
 
 /// Rows as rays.

@@ -25,7 +25,8 @@ pub use self::write::write_scene;
 use crate::document::{Document, Source};
 use crate::error::ReadError;
 use crate::fault::{Fault, Faults};
-use crate::format::{Content, Format, ReadMesh};
+use crate::files::too_large;
+use crate::format::{Content, Format, MeshSource};
 
 pub(crate) const FORMAT: Format = Format {
     name: "scene",
@@ -41,7 +42,7 @@ pub(crate) const FORMAT: Format = Format {
 pub(crate) const MAX_BYTES: u64 = 256 << 20;
 
 /// Reads the bytes of a scene file.
-fn read(path: &Path, bytes: Vec<u8>, read_mesh: ReadMesh) -> Result<Document, ReadError> {
+fn read(path: &Path, bytes: Vec<u8>, meshes: MeshSource) -> Result<Document, ReadError> {
     let text = match String::from_utf8(bytes) {
         Ok(text) => text,
         Err(error) => {
@@ -53,7 +54,7 @@ fn read(path: &Path, bytes: Vec<u8>, read_mesh: ReadMesh) -> Result<Document, Re
     };
     // `Path::parent` of a bare file name is the empty path, which cannot be opened.
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    parse(text, Some(path), Some(folder), read_mesh)
+    parse(text, Some(path), Some(folder), meshes)
 }
 
 /// Reads the text of a scene; mesh files are looked for in the folder, if there is one.
@@ -61,10 +62,10 @@ pub(crate) fn parse(
     text: String,
     path: Option<&Path>,
     folder: Option<&Path>,
-    read_mesh: ReadMesh,
+    meshes: MeshSource,
 ) -> Result<Document, ReadError> {
     let mut faults = Faults::default();
-    let document = document(&text, MeshFiles::below(folder, read_mesh), &mut faults);
+    let document = document(&text, MeshFiles::of(folder, meshes), &mut faults);
     match document {
         Some((scene, spans, notes)) if faults.is_empty() => {
             Ok(Document { scene, notes, source: Source::text_of(path, text, spans, find_param) })
@@ -77,7 +78,7 @@ type Parts = (shotline::scene::Scene, Vec<std::ops::Range<usize>>, Vec<String>);
 
 fn document(text: &str, meshes: MeshFiles, faults: &mut Faults) -> Option<Parts> {
     if text.len() as u64 > MAX_BYTES {
-        faults.push(Fault::file(format!("is larger than {} MiB", MAX_BYTES >> 20)));
+        faults.push(too_large(MAX_BYTES));
         return None;
     }
     let (tree, root) = syntax::parse(text, faults)?;

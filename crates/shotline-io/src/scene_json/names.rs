@@ -1,9 +1,13 @@
 //! Which nodes are written in `defs`, and under which names: those that have a name there already, those with
-//! several parents, and a placed node that is placed again (a node of a file has one placement).
+//! several parents, a placed node that is placed again (a node of a file has one placement), and one in so many of a
+//! deep nest, which readers would refuse.
 
 use std::collections::{HashMap, HashSet};
 
 use shotline::scene::{Node, NodeId, Scene};
+
+/// Nodes written within one another before the next gets a name: each comes to three brackets at most.
+const NESTED: usize = 500;
 
 /// The names of a scene's shared nodes.
 pub(super) struct Names {
@@ -41,12 +45,16 @@ fn nameless(scene: &Scene, named: &HashMap<NodeId, String>) -> Vec<NodeId> {
             found.push(id);
         }
     };
-    let mut todo: Vec<NodeId> = scene.objects.iter().rev().copied().collect();
-    todo.extend(scene.defs.iter().rev().map(|(_, id)| *id));
-    while let Some(id) = todo.pop() {
+    let mut todo: Vec<(NodeId, usize)> = scene.objects.iter().rev().map(|id| (*id, 0)).collect();
+    todo.extend(scene.defs.iter().rev().map(|(_, id)| (*id, 0)));
+    while let Some((id, mut depth)) = todo.pop() {
         if !met.insert(id) {
             need(id, &mut found);
             continue;
+        }
+        if depth == NESTED {
+            need(id, &mut found);
+            depth = 0;
         }
         let node = scene.node(id);
         if let Node::Transform { child, .. } = node
@@ -54,7 +62,7 @@ fn nameless(scene: &Scene, named: &HashMap<NodeId, String>) -> Vec<NodeId> {
         {
             need(*child, &mut found);
         }
-        todo.extend(children(node).iter().rev());
+        todo.extend(children(node).iter().rev().map(|child| (*child, depth + 1)));
     }
     found
 }

@@ -6,7 +6,7 @@ use super::{SceneError, Stats};
 use crate::aabb::Aabb;
 use crate::accel;
 use crate::csg::{Op, Program, Tree, TreeNode};
-use crate::math::Chain;
+use crate::math::{Chain, Placement};
 use crate::scene::{Node, NodeId, Scene};
 use crate::solid::Solid;
 
@@ -34,7 +34,7 @@ impl BodyBuilder<'_> {
             && !mesh.is_closed()
         {
             let mesh = mesh.clone();
-            let placement = placed(node, chain)?;
+            let placement = self.placed(node, chain)?;
             self.count_surfaces(&*mesh);
             let bounds = mesh.bounds().transformed(&placement.parent_from_local);
             return Ok(Body::Surface(SurfaceBody {
@@ -87,7 +87,7 @@ impl BodyBuilder<'_> {
     }
 
     fn leaf(&mut self, node: NodeId, chain: &Chain) -> Result<Leaf, SceneError> {
-        let placement = placed(node, chain)?;
+        let placement = self.placed(node, chain)?;
         let (solid, kind): (std::sync::Arc<dyn Solid>, _) = match self.parts.get(node) {
             Some(Part::Solid { solid, kind }) => (solid.clone(), *kind),
             Some(Part::Mesh(mesh)) => (mesh.clone(), "mesh"),
@@ -99,6 +99,17 @@ impl BodyBuilder<'_> {
         Ok(Leaf { solid, kind, local_from_body: placement.local_from_parent, bounds, first_surface })
     }
 
+    /// The placement of a node under a chain; remembers how badly conditioned any has been.
+    pub fn placed(&mut self, node: NodeId, chain: &Chain) -> Result<Placement, SceneError> {
+        let placement = chain.placement();
+        let placement = placement.map_err(|e| {
+            let hint = "scale it less, or less unevenly, in the transforms above it";
+            SceneError::at(node, format!("all transforms above it together: {e}")).with_hint(hint)
+        })?;
+        self.stats.condition = self.stats.condition.max(placement.condition);
+        Ok(placement)
+    }
+
     fn count_surfaces(&mut self, solid: &dyn Solid) {
         self.surfaces += solid.surfaces().len() as u32;
         self.stats.leaves += 1;
@@ -108,10 +119,6 @@ impl BodyBuilder<'_> {
 fn enter_all(steps: &mut Vec<Step>, op: Op, args: &[NodeId], chain: &Chain) {
     steps.push(Step::Combine(op, args.len()));
     steps.extend(args.iter().rev().map(|&arg| Step::Enter(arg, *chain)));
-}
-
-fn placed(node: NodeId, chain: &Chain) -> Result<crate::math::Placement, SceneError> {
-    chain.placement().map_err(|e| SceneError::at(node, format!("all transforms above it together: {e}")))
 }
 
 fn finish(tree: &Tree, root: u32, mut leaves: Vec<Leaf>, first_surface: u32, accel: &str) -> SolidBody {

@@ -1,5 +1,7 @@
 //! The graph as a whole: that every number names a node, that there is no cycle, which parts are shared.
 
+use std::collections::HashMap;
+
 use super::SceneError;
 use crate::scene::{Node, NodeId, Scene};
 
@@ -26,8 +28,8 @@ pub(super) fn children(node: &Node) -> &[NodeId] {
 #[derive(Clone, Copy, PartialEq)]
 enum Mark {
     New,
-    /// On the way from a root to where the search is.
-    Open,
+    /// On the way from a root to where the search is, at this place.
+    Open(usize),
     Done,
 }
 
@@ -67,16 +69,21 @@ fn check_numbers(scene: &Scene) -> Result<(), Vec<SceneError>> {
     if errors.is_empty() { Ok(()) } else { Err(errors) }
 }
 
-/// Depth-first search with an explicit stack; every cycle found is an error that names its nodes.
+/// Cycles told of; a file can have millions.
+const CYCLES_TOLD: usize = 100;
+
+/// Depth-first search with an explicit stack; cycles found are errors that name their nodes.
 fn search(scene: &Scene) -> Result<Vec<NodeId>, Vec<SceneError>> {
     let mut marks = vec![Mark::New; scene.nodes.len()];
     let mut postorder = Vec::new();
     let mut errors = Vec::new();
+    // Of several names the first tells.
+    let names = scene.defs.iter().rev().map(|(name, id)| (*id, name.as_str())).collect();
     // A node and how many of its children have been looked at: the way from a root to here.
     let mut way: Vec<(NodeId, usize)> = Vec::new();
     for root in roots(scene) {
         if marks[root.0 as usize] == Mark::New {
-            marks[root.0 as usize] = Mark::Open;
+            marks[root.0 as usize] = Mark::Open(0);
             way.push((root, 0));
         }
         while let Some((node, next)) = way.last_mut() {
@@ -89,10 +96,15 @@ fn search(scene: &Scene) -> Result<Vec<NodeId>, Vec<SceneError>> {
             *next += 1;
             match marks[child.0 as usize] {
                 Mark::New => {
-                    marks[child.0 as usize] = Mark::Open;
+                    marks[child.0 as usize] = Mark::Open(way.len());
                     way.push((child, 0));
                 }
-                Mark::Open => errors.push(cycle_error(scene, &way, child)),
+                Mark::Open(place) => {
+                    errors.push(cycle_error(&names, &way[place..]));
+                    if errors.len() >= CYCLES_TOLD {
+                        return Err(errors);
+                    }
+                }
                 Mark::Done => {}
             }
         }
@@ -100,20 +112,24 @@ fn search(scene: &Scene) -> Result<Vec<NodeId>, Vec<SceneError>> {
     if errors.is_empty() { Ok(postorder) } else { Err(errors) }
 }
 
-fn cycle_error(scene: &Scene, way: &[(NodeId, usize)], back_to: NodeId) -> SceneError {
-    let start = way.iter().position(|(node, _)| *node == back_to).unwrap_or(0);
-    let cycle: Vec<NodeId> = way[start..].iter().map(|(node, _)| *node).collect();
-    let mut names: Vec<String> = cycle.iter().filter_map(|&node| def_name(scene, node)).collect();
-    if names.is_empty() {
-        names = cycle.iter().map(|node| format!("node {}", node.0)).collect();
-    }
-    names.push(names[0].clone());
-    SceneError::at(back_to, format!("a part contains itself: {}", names.join(" -> ")))
-        .with_hint("break the cycle: a shared part may not be used inside itself")
-}
+/// Names told of a cycle; of a longer one the first are.
+const NAMES_TOLD: usize = 12;
 
-fn def_name(scene: &Scene, node: NodeId) -> Option<String> {
-    scene.defs.iter().find(|(_, id)| *id == node).map(|(name, _)| format!("'{name}'"))
+/// A cycle by the names of its parts, or its node numbers where no part has a name.
+fn cycle_error(names: &HashMap<NodeId, &str>, cycle: &[(NodeId, usize)]) -> SceneError {
+    let back_to = cycle[0].0;
+    let named = || cycle.iter().filter_map(|(id, _)| names.get(id));
+    let (mut told, count): (Vec<String>, usize) = match named().count() {
+        0 => (cycle.iter().take(NAMES_TOLD).map(|(id, _)| format!("node {}", id.0)).collect(), cycle.len()),
+        count => (named().take(NAMES_TOLD).map(|name| format!("'{name}'")).collect(), count),
+    };
+    let first = told[0].clone();
+    if count > told.len() {
+        told.push(format!("{} more", count - told.len()));
+    }
+    told.push(first);
+    SceneError::at(back_to, format!("a part contains itself: {}", told.join(" -> ")))
+        .with_hint("break the cycle: a shared part may not be used inside itself")
 }
 
 /// A node is shared if it is placed by several parents, or by one that is shared.

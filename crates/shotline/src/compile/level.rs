@@ -147,12 +147,7 @@ impl<'s> Builder<'s> {
     /// meet rays through one matrix.
     fn place(&mut self, level: &mut Level, visit: Visit) -> Result<(), SceneError> {
         let (target, placement) = match self.targets.get(&visit.node) {
-            Some(&target) => {
-                let placement = visit.chain.placement().map_err(|e| {
-                    SceneError::at(visit.node, format!("all transforms above it together: {e}"))
-                })?;
-                (target, placement)
-            }
+            Some(&target) => (target, self.bodies.placed(visit.node, &visit.chain)?),
             None => (self.body(visit.node, &visit.chain)?, Placement::IDENTITY),
         };
         let first_path = level.path_count;
@@ -184,6 +179,7 @@ impl<'s> Builder<'s> {
             leaves: self.bodies.stats.leaves,
             virtual_leaves: root.leaf_count,
             memory_bytes: 0,
+            condition: self.bodies.stats.condition,
         };
         world.stats.memory_bytes = world.memory();
         world.surface = world.find_surface();

@@ -12,6 +12,9 @@ use crate::solid::mesh::MeshSolid;
 /// A combination of more leaves than this is refused before it is built.
 const MAX_LEAVES: u64 = 10_000_000;
 
+/// Nodes likewise, shared ones counted wherever they stand: a nest of groups can be large without a leaf.
+const MAX_NODES: u64 = 10 * MAX_LEAVES;
+
 /// A leaf of the graph, built.
 #[derive(Clone)]
 pub(super) enum Part {
@@ -28,8 +31,12 @@ pub(super) struct Parts {
 #[derive(Clone, Copy, Default)]
 struct Below {
     leaves: u64,
+    /// All nodes, itself among them.
+    nodes: u64,
     object: Option<NodeId>,
     open_mesh: Option<NodeId>,
+    /// Whether something is wrong with a combination in it, which is not told again of every one above.
+    told: bool,
 }
 
 impl Parts {
@@ -47,9 +54,8 @@ impl Parts {
             let found = gather(node, id, &below, out.parts[id.0 as usize].as_ref());
             let before = errors.len();
             check(scene, &out, id, &found, &mut errors);
-            // What is reported here is not reported again of every combination above.
-            let reported = errors.len() > before && matches!(node, Node::Csg { .. });
-            below[id.0 as usize] = if reported { Below::default() } else { found };
+            let told = errors.len() > before && matches!(node, Node::Csg { .. });
+            below[id.0 as usize] = if told { Below { told, ..Below::default() } } else { found };
         }
         if errors.is_empty() { Ok(out) } else { Err(errors) }
     }
@@ -80,17 +86,19 @@ fn build_leaf(node: &Node, id: NodeId, accel: &str) -> Result<Option<Part>, Scen
 }
 
 fn gather(node: &Node, id: NodeId, below: &[Below], part: Option<&Part>) -> Below {
-    let mut out = Below::default();
+    let mut out = Below { nodes: 1, ..Below::default() };
     for child in children(node) {
         let b = &below[child.0 as usize];
         out.leaves = out.leaves.saturating_add(b.leaves);
+        out.nodes = out.nodes.saturating_add(b.nodes);
+        out.told |= b.told;
         out.object = out.object.or(b.object);
         out.open_mesh = out.open_mesh.or(b.open_mesh);
     }
     match (node, part) {
         (Node::Object { .. }, _) => out.object = Some(id),
         (_, Some(Part::Mesh(mesh))) if !mesh.is_closed() => {
-            out = Below { leaves: 1, object: None, open_mesh: Some(id) };
+            out = Below { leaves: 1, open_mesh: Some(id), ..out };
         }
         (Node::Solid { .. } | Node::Mesh { .. }, _) => out.leaves = 1,
         _ => {}
@@ -135,8 +143,11 @@ fn check_combination(parts: &Parts, id: NodeId, below: &Below, errors: &mut Vec<
         let hint = "close the holes in the program that made it, or use it as an object of its own";
         errors.push(SceneError { param: Some("file"), ..SceneError::at(mesh, message).with_hint(hint) });
     }
-    if below.leaves > MAX_LEAVES {
-        let message = format!("a combination of {} leaves; at most {MAX_LEAVES} are accepted", below.leaves);
+    let too_many = [("leaves", below.leaves, MAX_LEAVES), ("nodes", below.nodes, MAX_NODES)];
+    if let Some((what, count, most)) =
+        too_many.into_iter().find(|(_, count, most)| count > most && !below.told)
+    {
+        let message = format!("a combination of {count} {what}; at most {most} are accepted");
         errors.push(
             SceneError::at(id, message)
                 .with_hint("outside of combinations, groups place shared parts without limit"),

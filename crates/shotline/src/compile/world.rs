@@ -11,7 +11,7 @@ use crate::solid::Solid;
 use crate::solid::mesh::MeshSolid;
 
 /// Sizes of a world.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stats {
     /// Nodes of the scene.
     pub nodes: usize,
@@ -23,6 +23,8 @@ pub struct Stats {
     pub virtual_leaves: u64,
     /// Bytes.
     pub memory_bytes: usize,
+    /// The largest condition number of a matrix through which rays are met; 0 if there is none.
+    pub condition: f64,
 }
 
 /// A scene compiled for casting: immutable and shared by all threads.

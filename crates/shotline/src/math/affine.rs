@@ -5,6 +5,7 @@
 //! when a scene is compiled, so it is worked out in double-double and rounded once: an entry of a stored
 //! inverse is wrong by at most half an ulp.
 
+use super::length::{power_of_two_near, unit};
 use super::{Dd, Vec3};
 
 /// Transforms with a condition number above this are refused: fewer than two digits of `t` would survive.
@@ -68,7 +69,7 @@ impl Affine {
     /// The rotation by degrees about an axis of any length (Rodrigues); counter-clockwise seen from its tip.
     pub fn rotation_about(axis: Vec3, degrees: f64) -> Affine {
         let (s, c) = sin_cos_degrees(degrees);
-        let a = axis.normalize();
+        let a = unit(axis);
         let v = 1.0 - c;
         Affine {
             rows: [
@@ -164,12 +165,17 @@ pub struct Placement {
     pub parent_from_local: Affine,
     /// `T^-1`.
     pub local_from_parent: Affine,
+    /// The condition number of `T`: how many times a relative error of a ray may grow.
+    pub condition: f64,
 }
 
 impl Placement {
     /// The placement that moves nothing.
-    pub const IDENTITY: Placement =
-        Placement { parent_from_local: Affine::IDENTITY, local_from_parent: Affine::IDENTITY };
+    pub const IDENTITY: Placement = Placement {
+        parent_from_local: Affine::IDENTITY,
+        local_from_parent: Affine::IDENTITY,
+        condition: 1.0,
+    };
 
     /// Inverts a transform.
     ///
@@ -216,7 +222,7 @@ impl Chain {
         if !local_from_parent.rows.iter().flatten().all(|x| x.is_finite()) {
             return Err(SingularTransform { condition });
         }
-        Ok(Placement { parent_from_local, local_from_parent })
+        Ok(Placement { parent_from_local, local_from_parent, condition })
     }
 }
 
@@ -267,11 +273,6 @@ fn inverse(m: &Wide) -> Wide {
         let moved = row[0] * m[0][3] + row[1] * m[1][3] + row[2] * m[2][3];
         [row[0], row[1], row[2], -moved]
     })
-}
-
-/// A power of two within a factor of two of a positive finite number (kept inside the normal range).
-fn power_of_two_near(x: f64) -> f64 {
-    libm::ldexp(1.0, (libm::frexp(x).1).clamp(-1000, 1000))
 }
 
 /// Sine and cosine of an angle in degrees; exact at multiples of 90. By `libm`, so that every machine gets

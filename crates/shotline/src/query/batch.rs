@@ -1,18 +1,18 @@
 //! Batches over all cores: arrays in, arrays out; the same bits for any split and number of threads.
 
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
 use super::caster::all_solid;
-use super::{Caster, Hit, Overlaps, QueryError, Segment};
+use super::{Caster, Hit, MAX_OF_A_RAY, Overlaps, QueryError, Segment};
 use crate::accel::Work;
 use crate::compile::World;
 use crate::ray::{Ray, Span};
 
 /// How to run a batch.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 pub struct Run<'a> {
     /// Threads; 0 for one a core.
     pub threads: usize,
@@ -22,6 +22,14 @@ pub struct Run<'a> {
     pub cancel: Option<&'a AtomicBool>,
     /// Where the work done is added up.
     pub work: Option<&'a Mutex<Work>>,
+    /// More rows than this, of crossings or segments, are an error, told before they fill the memory.
+    pub most_rows: u64,
+}
+
+impl Default for Run<'_> {
+    fn default() -> Self {
+        Run { threads: 0, progress: None, cancel: None, work: None, most_rows: 1_000_000_000 }
+    }
 }
 
 /// Why a batch has no answer.
@@ -33,6 +41,12 @@ pub enum BatchError {
     /// No ray has an answer: found before any work starts.
     #[error(transparent)]
     World(QueryError),
+    /// All answers together have too many rows.
+    #[error("the answer has more than {most} rows")]
+    TooMany {
+        /// How many there may be.
+        most: u64,
+    },
     /// A ray has no answer.
     #[error("ray {row}: {error}")]
     Query {
@@ -113,23 +127,36 @@ pub struct SegmentRows {
 /// Rays answered by one thread between looks at the cancel flag.
 const CHUNK: usize = 4096;
 
+/// Rows that a thread gathers before it counts them with those of the others.
+const ROWS: u64 = 4096;
+
 /// Runs a job over chunks of rays on a pool of its own and answers the results in order. Each result depends
-/// on its rays only, so the split and the number of threads cannot change it.
+/// on its rays only, so the split and the number of threads cannot change it. The job says how many rows it
+/// has added to a result that grows with the crossings.
 fn over_chunks<T: Default + Send>(
     world: &World,
     rays: &[Ray],
     run: Run,
-    job: impl Fn(&mut Caster, &Ray, &mut T) -> Result<(), QueryError> + Sync,
+    job: impl Fn(&mut Caster, &Ray, &mut T) -> Result<usize, QueryError> + Sync,
 ) -> Result<Vec<T>, BatchError> {
+    let all_rows = AtomicU64::new(0);
+    let count = |rows: u64| {
+        let too_many = all_rows.fetch_add(rows, Ordering::Relaxed) + rows > run.most_rows;
+        if too_many { Err(BatchError::TooMany { most: run.most_rows }) } else { Ok(()) }
+    };
     let one = |caster: &mut Caster, (index, chunk): (usize, &[Ray])| {
         if run.cancel.is_some_and(|c| c.load(Ordering::Relaxed)) {
             return Err(BatchError::Cancelled);
         }
-        let mut result = T::default();
+        let (mut result, mut rows) = (T::default(), 0);
         for (i, ray) in chunk.iter().enumerate() {
             let row = index * CHUNK + i;
-            job(caster, ray, &mut result).map_err(|error| BatchError::Query { row, error })?;
+            rows += job(caster, ray, &mut result).map_err(|error| BatchError::Query { row, error })? as u64;
+            if rows >= ROWS {
+                count(std::mem::take(&mut rows))?;
+            }
         }
+        count(rows)?;
         let done = caster.take_work();
         if let Some(mut work) = run.work.and_then(|work| work.lock().ok()) {
             *work += done;
@@ -167,7 +194,7 @@ fn or_minus_one(x: Option<u32>) -> i32 {
 pub fn closest(world: &World, rays: &[Ray], span: Span, run: Run) -> Result<ClosestRows, BatchError> {
     let parts = over_chunks(world, rays, run, |caster, ray, rows: &mut ClosestRows| {
         rows.push(caster.closest(ray, span));
-        Ok(())
+        Ok(0)
     })?;
     let mut out = ClosestRows::default();
     parts.into_iter().for_each(|part| out.append(part));
@@ -206,7 +233,7 @@ impl ClosestRows {
 pub fn any(world: &World, rays: &[Ray], span: Span, run: Run) -> Result<Vec<bool>, BatchError> {
     let parts = over_chunks(world, rays, run, |caster, ray, rows: &mut Vec<bool>| {
         rows.push(caster.any(ray, span));
-        Ok(())
+        Ok(0)
     })?;
     Ok(parts.concat())
 }
@@ -218,7 +245,7 @@ pub fn any(world: &World, rays: &[Ray], span: Span, run: Run) -> Result<Vec<bool
 pub fn count(world: &World, rays: &[Ray], span: Span, run: Run) -> Result<Vec<i64>, BatchError> {
     let parts = over_chunks(world, rays, run, |caster, ray, rows: &mut Vec<i64>| {
         rows.push(caster.count(ray, span) as i64);
-        Ok(())
+        Ok(0)
     })?;
     Ok(parts.concat())
 }
@@ -226,7 +253,7 @@ pub fn count(world: &World, rays: &[Ray], span: Span, run: Run) -> Result<Vec<i6
 /// Every crossing of each ray.
 ///
 /// # Errors
-/// [`BatchError::Cancelled`].
+/// [`BatchError`]: cancelled, or too many of one ray or of all.
 pub fn crossings(world: &World, rays: &[Ray], span: Span, run: Run) -> Result<CrossingRows, BatchError> {
     #[derive(Default)]
     struct Part {
@@ -235,9 +262,10 @@ pub fn crossings(world: &World, rays: &[Ray], span: Span, run: Run) -> Result<Cr
     }
     let parts = over_chunks(world, rays, run, |caster, ray, part: &mut Part| {
         let before = part.hits.len();
-        caster.crossings(ray, span, &mut part.hits);
-        part.counts.push(part.hits.len() - before);
-        Ok(())
+        caster.crossings_up_to(ray, span, MAX_OF_A_RAY, &mut part.hits)?;
+        let rows = part.hits.len() - before;
+        part.counts.push(rows);
+        Ok(rows)
     })?;
     let mut out = CrossingRows { ray_splits: vec![0], ..CrossingRows::default() };
     for part in parts {
@@ -292,8 +320,9 @@ pub fn segments(
     let parts = over_chunks(world, rays, run, |caster, ray, part: &mut Part| {
         let before = part.segments.len();
         part.overlaps += caster.segments(ray, span, overlaps, &mut part.segments)?;
-        part.counts.push(part.segments.len() - before);
-        Ok(())
+        let rows = part.segments.len() - before;
+        part.counts.push(rows);
+        Ok(rows)
     })?;
     let mut out = SegmentRows { ray_splits: vec![0], ..SegmentRows::default() };
     for part in parts {

@@ -3,12 +3,12 @@
 use super::segments::{Interval, resolve};
 use super::stream::{Stream, StreamScratch};
 use super::walk::{Meeting, Walk};
-use super::{Hit, Overlaps, QueryError, Segment};
+use super::{Hit, MAX_OF_A_RAY, Overlaps, QueryError, Segment};
 use crate::accel::Work;
 use crate::compile::{Body, SolidBody, World};
 use crate::crossing::{Crossing, NO_PRIMITIVE};
 use crate::csg::{Boundary, HitKind, ProgramState};
-use crate::math::Vec3;
+use crate::math::{Vec3, unit};
 use crate::ray::{Line, Ray, Span};
 use crate::solid::{Solid, Wanted};
 
@@ -108,22 +108,43 @@ impl<'w> Caster<'w> {
 
     /// Appends every crossing in the span, ascending in `t`; those of one path alternate from an entry.
     /// Crossings of different paths at the same `t` come in the order of the paths.
+    /// However many there are: shared parts can put 10^12 before one ray.
     pub fn crossings(&mut self, ray: &Ray, span: Span, out: &mut Vec<Hit>) {
+        // No memory holds so many that this is an error.
+        let _ = self.crossings_up_to(ray, span, usize::MAX, out);
+    }
+
+    /// As [`Caster::crossings`], unless there are more than `most`.
+    ///
+    /// # Errors
+    /// [`QueryError::TooMany`]; nothing is appended then.
+    pub fn crossings_up_to(
+        &mut self,
+        ray: &Ray,
+        span: Span,
+        most: usize,
+        out: &mut Vec<Hit>,
+    ) -> Result<(), QueryError> {
         let mut all: Vec<(Meeting<'w>, Boundary)> = Vec::new();
         self.fold(ray, span, Wanted::All, &mut |meeting, boundary| {
             all.push((*meeting, boundary));
-            Go::UpTo(f64::INFINITY)
+            if all.len() > most { Go::Stop } else { Go::UpTo(f64::INFINITY) }
         });
+        if all.len() > most {
+            return Err(QueryError::TooMany { most });
+        }
         // Stable: boundaries of one body keep their order.
         all.sort_by(|(m, a), (n, b)| a.crossing.t.total_cmp(&b.crossing.t).then(m.path.cmp(&n.path)));
         out.extend(all.iter().map(|(meeting, boundary)| self.hit(ray, meeting, boundary)));
+        Ok(())
     }
 
     /// Appends the stretches inside objects and answers how many overlaps of equal priority were met.
     /// Stretches of one object that overlap or touch are joined.
     ///
     /// # Errors
-    /// [`QueryError`] for meshes that are not closed and, with [`Overlaps::Error`], for overlaps.
+    /// [`QueryError`] for meshes that are not closed, for more than [`MAX_OF_A_RAY`] stretches and, with
+    /// [`Overlaps::Error`], for overlaps.
     pub fn segments(
         &mut self,
         ray: &Ray,
@@ -141,8 +162,11 @@ impl<'w> Caster<'w> {
                 None => open = Some(Interval { start: end, end, object: meeting.object, path: meeting.path }),
                 Some(started) => intervals.push(Interval { end, ..started }),
             }
-            Go::UpTo(f64::INFINITY)
+            if intervals.len() > MAX_OF_A_RAY { Go::Stop } else { Go::UpTo(f64::INFINITY) }
         });
+        if intervals.len() > MAX_OF_A_RAY {
+            return Err(QueryError::TooMany { most: MAX_OF_A_RAY });
+        }
         resolve(self.world, ray, intervals, overlaps, out)
     }
 
@@ -243,7 +267,7 @@ impl<'w> Caster<'w> {
         };
         let p = meeting.line.in_frame(local_from_body).at(crossing.t);
         let outward = solid.normal(p, crossing.surface, crossing.primitive);
-        let normal = self.walk.world_normal(meeting, local_from_body.covector(outward)).normalize();
+        let normal = unit(self.walk.world_normal(meeting, local_from_body.covector(outward)));
         hit.normal = if crossing.primitive == NO_PRIMITIVE {
             if subtracted { -normal } else { normal }
         } else if (normal.dot(ray.direction()) < 0.0) == entering {

@@ -67,6 +67,9 @@ pub enum Overlaps {
     All,
 }
 
+/// More crossings of one ray than a batch takes: while they are gathered they fill a few GB.
+pub const MAX_OF_A_RAY: usize = 1 << 24;
+
 /// Why a query has no answer.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum QueryError {
@@ -89,6 +92,12 @@ pub enum QueryError {
         t_in: f64,
         /// Where it ends.
         t_out: f64,
+    },
+    /// A ray meets more than the caller has room for.
+    #[error("the ray has more than {most} crossings")]
+    TooMany {
+        /// How many there may be.
+        most: usize,
     },
 }
 

@@ -3,6 +3,7 @@
 use super::{Overlaps, QueryError, Segment};
 use crate::compile::World;
 use crate::crossing::{Crossing, together};
+use crate::math::length;
 use crate::ray::Ray;
 
 /// A stretch inside one body; ends with `t` and its bound.
@@ -32,7 +33,7 @@ pub(super) fn resolve(
     let segment = |start: f64, end: f64, of: &Interval| Segment {
         t_in: start,
         t_out: end,
-        length: (end - start) * ray.direction().length(),
+        length: (end - start) * length(ray.direction()),
         object: of.object,
         material: world.object_material(of.object),
         path: of.path,

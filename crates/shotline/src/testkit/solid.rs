@@ -178,7 +178,7 @@ fn rigid_motions_change_nothing(case: &Case) {
     let (_, size) = extent(&case.solid.bounds());
     for away in [size * 3.0, Vec3::splat(1e6 * size.min_element())] {
         let motion = Affine::translation(away).then_after(&turn);
-        let Ok(Placement { parent_from_local, local_from_parent }) = Placement::new(&motion) else {
+        let Ok(Placement { parent_from_local, local_from_parent, .. }) = Placement::new(&motion) else {
             panic!("a rigid motion has an inverse");
         };
         let there_and_back = case.line.in_frame(&parent_from_local).in_frame(&local_from_parent);

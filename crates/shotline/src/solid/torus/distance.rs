@@ -120,7 +120,10 @@ impl<'a> Distance<'a> {
         let outward = at.e.abs() / at.rho;
         let q = at.q.abs();
         let first = 2.0 * (outward * (q.x * by.x + q.y * by.y) + q.z * by.z);
-        first + 2.0 * self.bend(at) * by.length_squared()
+        let curved = first + 2.0 * self.bend(at) * by.length_squared();
+        // Next to the axis f bends without bound, but rho changes by no more than the point moves.
+        let across = by.x + by.y;
+        curved.min((2.0 * at.e.abs() + across) * across + (2.0 * q.z + by.z) * by.z)
     }
 }
 

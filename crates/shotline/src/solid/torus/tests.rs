@@ -26,6 +26,17 @@ fn the_axis_passes_through_the_hole() {
     assert_eq!(ts(1.0, 0.25, [1.0, 0.0, -3.0], [0.0, 0.0, 1.0]), [2.75, 3.25]);
 }
 
+/// A spindle is crossed on its axis, where it comes to points; what its frame has rounded along the axis stays small.
+#[test]
+fn bounds_stay_small_on_the_axis() {
+    let torus = Torus::new(1.625, 3.6875).unwrap();
+    let up = Line::exact(Vec3::new(0.0, 0.0, -5.0), Vec3::Z * 3.0);
+    for err in [Vec3::ZERO, Vec3::Z * 1e-15, Vec3::splat(1e-15)] {
+        let list = cross(&torus, &Line { o_err: err, d_err: err, ..up });
+        assert!(list.len() == 2 && list.iter().all(|c| c.t_err < 1e-14), "{list:?}");
+    }
+}
+
 #[test]
 fn a_line_in_the_equator_meets_the_tube_twice() {
     assert_eq!(ts(1.0, 0.25, [-4.0, 0.0, 0.0], [1.0, 0.0, 0.0]), [2.75, 3.25, 4.75, 5.25]);

@@ -1,0 +1,150 @@
+//! What must hold of any bytes at all: the bodies of the fuzz targets in `fuzz/`, which a test runs over their corpus
+//! as well.
+
+use std::path::Path;
+
+use shotline::math::Vec3;
+use shotline::ray::{Ray, Span};
+use shotline::scene::{Camera, Node, Scene};
+use shotline::testkit::random::Random;
+use shotline::testkit::{agreement, bytes};
+
+use crate::document::Document;
+use crate::error::ReadError;
+use crate::format::{Content, Format};
+use crate::{arrays, obj, parse_scene, ply, scene_json, stl, write_scene};
+
+/// What must hold of bytes; panics where it does not.
+pub type Target = fn(&[u8]);
+
+/// Every target by its name, the name of its corpus.
+pub const TARGETS: &[(&str, Target)] = &[
+    ("scene", scene),
+    ("ply", |bytes| mesh(&ply::FORMAT, bytes)),
+    ("obj", |bytes| mesh(&obj::FORMAT, bytes)),
+    ("stl", |bytes| mesh(&stl::FORMAT, bytes)),
+    ("npy", npy),
+    ("cast", cast),
+    ("csg", bytes::combination),
+];
+
+/// Runs the target of a name.
+///
+/// # Panics
+/// Where something does not hold, or there is no such target.
+pub fn run(name: &str, bytes: &[u8]) {
+    let (_, target) = TARGETS.iter().find(|(known, _)| *known == name).expect("a target");
+    target(bytes);
+}
+
+/// An error says something.
+fn told(error: &ReadError) {
+    assert!(!error.problems.is_empty() && error.problems.iter().all(|p| !p.message.is_empty()), "{error:?}");
+    assert!(!error.to_string().is_empty());
+}
+
+/// An error that says how to mend the file as well.
+fn told_with_help(error: &ReadError) {
+    told(error);
+    assert!(error.problems.iter().all(|p| p.help.is_some()), "{error}");
+}
+
+/// A scene that reads is written so that it reads as the same.
+fn scene(bytes: &[u8]) {
+    match scene_json::FORMAT.read(Path::new("folder/scene.json"), bytes.to_vec()) {
+        Err(error) => told(&error),
+        Ok(document) => {
+            let text = write_scene(&document.scene).expect("what was read can be written");
+            let again = parse_scene(text.clone(), None).unwrap_or_else(|e| panic!("{text}\n{e}"));
+            assert_eq!(write_scene(&again.scene).expect("as before"), text);
+        }
+    }
+}
+
+/// A mesh that reads names vertices that exist, at places that exist, and is written so that it reads as the same.
+fn mesh(format: &Format, bytes: &[u8]) {
+    let Content::Mesh { read, write } = format.content else { return };
+    let document = match format.read(Path::new("folder/mesh"), bytes.to_vec()) {
+        Err(error) => return told_with_help(&error),
+        Ok(document) => document,
+    };
+    let Some(Node::Mesh { mesh, .. }) = document.scene.nodes.first() else { panic!("{document:?}") };
+    assert!(mesh.vertices.iter().all(|v| v.is_finite()) && !mesh.faces.is_empty());
+    assert!(mesh.faces.iter().flatten().all(|i| (*i as usize) < mesh.vertices.len()));
+    let written = write(mesh).expect("what was read can be written").bytes;
+    let again = read(&written).expect("what was written can be read").mesh;
+    let corners = |mesh: &shotline::solid::mesh::TriangleMesh| {
+        let zero = Vec3::ZERO; // turns -0.0 into 0.0, which STL does as well
+        (0..mesh.faces.len()).map(|i| mesh.corners(i as u32).map(|v| v + zero)).collect::<Vec<_>>()
+    };
+    assert_eq!(corners(&again), corners(mesh));
+}
+
+fn npy(bytes: &[u8]) {
+    match arrays::parse_rays(bytes) {
+        Err(error) => told_with_help(&error),
+        Ok(rows) => {
+            assert!(rows.len() * 24 <= bytes.len());
+            if let Err(bad) = arrays::rays_of(&rows) {
+                assert!(bad.row < rows.len());
+            }
+        }
+    }
+}
+
+/// More nodes than this, with shared parts written out, take a fuzzer too long.
+const WRITTEN_OUT: u64 = 2000;
+
+/// A scene that reads is cast at: along its camera's view, and from all around.
+fn cast(bytes: &[u8]) {
+    let Ok(text) = String::from_utf8(bytes.to_vec()) else { return };
+    let Ok(document) = parse_scene(text, None) else { return };
+    match written_out(&document.scene) {
+        None => assert!(!agreement::hold(&document.scene, &[]), "a part contains itself"),
+        Some(size) if size > WRITTEN_OUT => {}
+        Some(_) => compiled(&document, bytes.iter().fold(0, |sum, b| sum * 31 % 65_537 + u64::from(*b))),
+    }
+}
+
+fn compiled(document: &Document, seed: u64) {
+    let scene = &document.scene;
+    let rays: Vec<(Ray, Span)> = rays(scene.camera.as_ref(), &mut Random::new(seed)).collect();
+    if !agreement::hold(scene, &rays) {
+        let errors = shotline::compile::compile(scene, Default::default()).expect_err("refused before");
+        told(&document.explain(&errors));
+    }
+}
+
+fn rays(camera: Option<&Camera>, random: &mut Random) -> impl Iterator<Item = (Ray, Span)> {
+    let mut pairs: Vec<(Vec3, Vec3)> = camera.map(|c| (c.eye, c.target - c.eye)).into_iter().collect();
+    for i in 0..6 {
+        let o = random.point(-1.0, 1.0) * [0.5, 3.0, 10.0][i % 3];
+        pairs.push((o, random.point(-1.0, 1.0) - o));
+    }
+    let short = Span::new(0.25, 1.25).unwrap_or(Span::FORWARD);
+    let spans = [Span::FORWARD, short].into_iter().cycle();
+    pairs.into_iter().filter_map(|(o, d)| Ray::new(o, d).ok()).zip(spans)
+}
+
+/// How many nodes the largest part has when what it shares is written out; `None` if a part contains itself.
+fn written_out(scene: &Scene) -> Option<u64> {
+    let mut sizes = vec![1u64; scene.nodes.len()];
+    // Each pass settles at least one node more, unless there is a cycle.
+    for _ in 0..=scene.nodes.len() {
+        let before = sizes.clone();
+        for (i, node) in scene.nodes.iter().enumerate() {
+            let below: &[_] = match node {
+                Node::Solid { .. } | Node::Mesh { .. } => &[],
+                Node::Csg { args, .. } => args,
+                Node::Group { members } => members,
+                Node::Transform { child, .. } => std::slice::from_ref(child),
+                Node::Object { node, .. } => std::slice::from_ref(node),
+            };
+            sizes[i] = below.iter().fold(1, |sum, id| sum.saturating_add(before[id.0 as usize]));
+        }
+        if sizes == before {
+            return Some(sizes.into_iter().max().unwrap_or(0));
+        }
+    }
+    None
+}

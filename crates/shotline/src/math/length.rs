@@ -1,0 +1,45 @@
+//! Lengths and unit vectors of vectors of any size: their squares may overflow or vanish.
+
+use super::Vec3;
+
+/// The length of a vector.
+pub fn length(v: Vec3) -> f64 {
+    let unit = scale(v);
+    (v / unit).length() * unit
+}
+
+/// The vector of length 1 in the direction of a vector; NaN for the zero vector.
+pub fn unit(v: Vec3) -> Vec3 {
+    (v / scale(v)).normalize()
+}
+
+/// A power of two near the largest component, by which dividing is exact; 1 where squares are harmless.
+fn scale(v: Vec3) -> f64 {
+    let size = v.abs().max_element();
+    if (1e-100..1e100).contains(&size) || size == 0.0 || !size.is_finite() {
+        1.0
+    } else {
+        power_of_two_near(size)
+    }
+}
+
+/// A power of two within a factor of two of a positive finite number (kept inside the normal range).
+pub(super) fn power_of_two_near(x: f64) -> f64 {
+    libm::ldexp(1.0, (libm::frexp(x).1).clamp(-1000, 1000))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn any_size_is_measured() {
+        for power in [-1070, -1000, -600, -300, 0, 300, 600, 1000, 1020] {
+            let size = libm::ldexp(1.0, power);
+            assert_eq!(length(Vec3::new(3.0, 4.0, 0.0) * size), 5.0 * size, "2^{power}");
+            assert_eq!(unit(Vec3::new(0.0, -2.0, 0.0) * size), Vec3::NEG_Y, "2^{power}");
+        }
+        assert_eq!(length(Vec3::ZERO), 0.0);
+        assert!(unit(Vec3::ZERO).is_nan() && length(Vec3::NAN).is_nan());
+    }
+}

@@ -1,0 +1,255 @@
+//! A combination of solids and rays at it, described by bytes: what a fuzzer can vary. Many numbers come from a
+//! coarse grid, so that faces coincide, rays graze and rims are met.
+
+use std::sync::Arc;
+
+use super::agreement;
+use super::membership::Membership;
+use crate::compile::{Options, World, compile};
+use crate::math::{Affine, Vec3};
+use crate::query::{Caster, Hit};
+use crate::ray::{Ray, Span};
+use crate::scene::{LocalTransform, Node, NodeId, Op, Rotation, Scene};
+use crate::solid::Value;
+use crate::solid::mesh::TriangleMesh;
+
+/// Bytes being read; zeros come after their end.
+struct Bytes<'b>(&'b [u8]);
+
+impl Bytes<'_> {
+    fn byte(&mut self) -> u8 {
+        let (first, rest) = self.0.split_first().unwrap_or((&0, &[]));
+        self.0 = rest;
+        *first
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        usize::from(self.byte()) % n
+    }
+
+    /// From -8 to 8, in sixteenths or finer.
+    fn number(&mut self) -> f64 {
+        let coarse = f64::from(self.byte() as i8) / 16.0;
+        match self.byte() {
+            fine @ 192.. => coarse + f64::from(u16::from_le_bytes([self.byte(), fine])) / 1e7,
+            _ => coarse,
+        }
+    }
+
+    /// Above 0, up to 8.
+    fn size(&mut self) -> f64 {
+        (f64::from(self.byte()) + 1.0) / 32.0
+    }
+
+    fn vector(&mut self) -> Vec3 {
+        Vec3::new(self.number(), self.number(), self.number())
+    }
+}
+
+/// Most leaves of a description.
+const LEAVES: usize = 20;
+
+/// Most nodes that a description comes to when shared parts are written out.
+const WRITTEN_OUT: usize = 300;
+
+/// Builds what the bytes describe and holds its answers to [`agreement::hold`], to membership by brute force and to
+/// the same model in another size.
+///
+/// # Panics
+/// Where an answer is wrong.
+pub fn combination(data: &[u8]) {
+    let mut bytes = Bytes(data);
+    let rays: Vec<(Ray, Span)> = (0..1 + bytes.below(3)).filter_map(|_| ray(&mut bytes)).collect();
+    let power = i32::from(bytes.byte() as i8) * 7;
+    let mut scene = Scene::default();
+    let Some(root) = tree(&mut bytes, &mut scene) else { return };
+    scene.add_object("object", None, root);
+    if !agreement::hold(&scene, &rays) {
+        return;
+    }
+    let membership = Membership::of(&scene);
+    let itself = world(&scene);
+    for (ray, span) in &rays {
+        agrees_with_membership(&membership, root, ray, *span, &crossings(&itself, ray, *span));
+    }
+    if power != 0 {
+        size_is_no_matter(&scene, root, &rays, 2f64.powi(power));
+    }
+}
+
+fn ray(bytes: &mut Bytes) -> Option<(Ray, Span)> {
+    let (o, target) = (bytes.vector(), bytes.vector());
+    let direction = match bytes.below(4) {
+        0 => target,
+        1 => Vec3::AXES[bytes.below(3)] * target.x,
+        _ => target - o,
+    };
+    let span = match bytes.below(4) {
+        0 => Span::new(bytes.number(), f64::INFINITY),
+        1 => {
+            let t_min = bytes.number();
+            Span::new(t_min, t_min + bytes.size())
+        }
+        _ => Ok(Span::FORWARD),
+    };
+    Ray::new(o, direction).ok().zip(span.ok())
+}
+
+/// A tree in postfix order: solids are put on a stack, operations take from it.
+fn tree(bytes: &mut Bytes, scene: &mut Scene) -> Option<NodeId> {
+    let (mut stack, mut leaves) = (Vec::<(NodeId, usize)>::new(), 0);
+    while !bytes.0.is_empty() && leaves < LEAVES {
+        let code = bytes.byte();
+        match (code % 8, stack.last().copied()) {
+            (0..=3, _) | (_, None) => {
+                stack.push((leaf(bytes, scene), 1));
+                leaves += 1;
+            }
+            (4, Some((top, size))) => {
+                stack.pop();
+                stack.push((moved(bytes, scene, top), size + 1));
+            }
+            (5, Some((top, size))) if size * 2 < WRITTEN_OUT => stack.push((top, size)),
+            _ => {
+                let from = stack.len().saturating_sub(2 + usize::from(code >> 6));
+                let args: Vec<(NodeId, usize)> = stack.drain(from..).collect();
+                let size = 1 + args.iter().map(|(_, size)| size).sum::<usize>();
+                if size > WRITTEN_OUT {
+                    return None;
+                }
+                let op = [Op::Union, Op::Intersection, Op::Difference, Op::Difference];
+                let op = op[usize::from(code >> 3) % 4];
+                stack.push((scene.add_csg(op, args.into_iter().map(|(node, _)| node).collect()), size));
+            }
+        }
+    }
+    let args: Vec<NodeId> = stack.into_iter().map(|(node, _)| node).collect();
+    if args.is_empty() { None } else { Some(scene.add_csg(Op::Union, args)) }
+}
+
+fn leaf(bytes: &mut Bytes, scene: &mut Scene) -> NodeId {
+    let n = Value::Number;
+    let (kind, values) = match bytes.below(14) {
+        0 | 1 => {
+            let min = bytes.vector();
+            let max = min + Vec3::new(bytes.size(), bytes.size(), bytes.size());
+            ("box", vec![Value::Vector(min.to_array()), Value::Vector(max.to_array())])
+        }
+        2 => ("sphere", vec![n(bytes.size())]),
+        3 => ("ellipsoid", vec![Value::Vector([bytes.size(), bytes.size(), bytes.size()])]),
+        4 => {
+            let (radius, z0) = (bytes.size(), bytes.number());
+            ("cylinder", vec![n(radius), n(z0), n(z0 + bytes.size())])
+        }
+        5 => {
+            let (r0, z0) = (bytes.size(), bytes.number());
+            let r1 = if bytes.below(2) == 0 { 0.0 } else { bytes.size() };
+            ("cone", vec![n(r0), n(r1), n(z0), n(z0 + bytes.size())])
+        }
+        6 => {
+            let (radius, z0) = (bytes.size(), bytes.number());
+            ("paraboloid", vec![n(radius), n(z0), n(z0 + bytes.size())])
+        }
+        7 => {
+            let (a, c, z0) = (bytes.size(), bytes.size(), bytes.number());
+            ("hyperboloid", vec![n(a), n(c), n(z0), n(z0 + bytes.size())])
+        }
+        8 => {
+            let (a, c, z1) = (bytes.size(), bytes.size(), bytes.size());
+            ("hyperboloid2", vec![n(a), n(c), n(-c - bytes.size()), n(c + z1)])
+        }
+        9 => (
+            "halfspace",
+            vec![Value::Vector((bytes.vector() + Vec3::Z * 1e-3).to_array()), n(bytes.number())],
+        ),
+        10 => {
+            ("quadric", vec![Value::Ten(std::array::from_fn(|i| bytes.number() + f64::from(i as u8) * 1e-3))])
+        }
+        11 => return mesh(bytes, scene),
+        _ => ("torus", vec![n(bytes.size()), n(bytes.size())]),
+    };
+    match scene.add_solid(kind, &values) {
+        Some(node) => node,
+        None => panic!("no kind {kind}"),
+    }
+}
+
+/// A pyramid over a triangle, wound outward or inward.
+fn mesh(bytes: &mut Bytes, scene: &mut Scene) -> NodeId {
+    let vertices = (0..4).map(|_| bytes.vector()).collect();
+    let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+    scene.add(Node::Mesh { mesh: Arc::new(TriangleMesh { vertices, faces }), file: None })
+}
+
+fn moved(bytes: &mut Bytes, scene: &mut Scene, child: NodeId) -> NodeId {
+    let mut steps = (None, None, None);
+    let which = bytes.byte();
+    if which & 1 != 0 {
+        let mut factor = || {
+            let byte = bytes.byte();
+            f64::from(byte % 32 + 1) / if byte < 128 { 8.0 } else { -8.0 }
+        };
+        steps.0 = Some(if which & 8 != 0 {
+            Vec3::splat(factor())
+        } else {
+            Vec3::new(factor(), factor(), factor())
+        });
+    }
+    if which & 2 != 0 {
+        steps.1 = Some(Rotation::Xyz(if which & 16 != 0 { bytes.vector() * 15.0 } else { Vec3::Z * 90.0 }));
+    }
+    if which & 4 != 0 {
+        steps.2 = Some(bytes.vector());
+    }
+    let (scale, rotate, translate) = steps;
+    scene.add(Node::Transform { transform: LocalTransform::Steps { scale, rotate, translate }, child })
+}
+
+fn world(scene: &Scene) -> World {
+    compile(scene, Options::default()).expect("compiled before")
+}
+
+fn crossings(world: &World, ray: &Ray, span: Span) -> Vec<Hit> {
+    let mut hits = Vec::new();
+    Caster::new(world).crossings(ray, span, &mut hits);
+    hits
+}
+
+/// Between crossings, away from rounding, the ray is inside as the list says.
+fn agrees_with_membership(membership: &Membership, root: NodeId, ray: &Ray, span: Span, hits: &[Hit]) {
+    let step = ray.direction().length();
+    let mut ends = vec![(span.t_min(), 0.0)];
+    ends.extend(hits.iter().map(|h| (h.t, h.t_err)));
+    ends.push((span.t_max(), 0.0));
+    for (i, pair) in ends.windows(2).enumerate() {
+        let ((from, from_err), (to, to_err)) = (pair[0], pair[1]);
+        let to = to.min(from + 16.0 / step);
+        let t = from.midpoint(to);
+        let p = ray.at(t);
+        let reach = 1e-7 * (p.abs() + ray.origin().abs()).max_element().max(1.0);
+        let clear = to - from > 64.0 * (from_err + to_err) && (to - from) * step > 16.0 * reach;
+        let refuted = clear && membership.clearly_refutes(root, p, reach, i % 2 == 1);
+        assert!(!refuted, "at {t} of {ray:?} {span:?}\n{hits:#?}");
+    }
+}
+
+/// The same model and rays in another size, by a power of two, have the same lists. Twice the size is compared
+/// with, not the size itself: there a frame less rounds the ray.
+fn size_is_no_matter(scene: &Scene, root: NodeId, rays: &[(Ray, Span)], factor: f64) {
+    let scaled = |factor: f64| {
+        let mut scaled = Scene { objects: Vec::new(), ..scene.clone() };
+        let outer = scaled.add_transform(Affine::scaling(Vec3::splat(factor)), root);
+        scaled.add_object("object", None, outer);
+        world(&scaled)
+    };
+    let (twice, other) = (scaled(2.0), scaled(factor));
+    let bits = |hits: &[Hit]| hits.iter().map(|h| (h.t.to_bits(), h.entering, h.kind)).collect::<Vec<_>>();
+    for (ray, span) in rays {
+        let list = |world: &World, factor: f64| {
+            let there = Ray::new(ray.origin() * factor, ray.direction() * factor).expect("a ray");
+            crossings(world, &there, *span)
+        };
+        let (a, b) = (list(&twice, 2.0), list(&other, factor));
+        assert_eq!(bits(&a), bits(&b), "{factor:e} times: {ray:?} {span:?}\n{a:#?}\n{b:#?}");
+    }
+}

@@ -1,0 +1,83 @@
+//! Membership by brute force: a node of the scene is asked about a point, without compiling, sweeping or boxes.
+
+use std::sync::Arc;
+
+use crate::math::{Affine, Chain, Vec3};
+use crate::scene::{Node, NodeId, Op, Scene};
+use crate::solid::Solid;
+use crate::solid::mesh::MeshSolid;
+
+/// What asking a node takes, worked out once.
+#[derive(Debug)]
+enum Asked {
+    Solid(Arc<dyn Solid>),
+    Moved(Affine, NodeId),
+    Combined(Op, Vec<NodeId>),
+}
+
+/// A scene of which points are asked. Deep scenes need a deep stack.
+#[derive(Debug)]
+pub struct Membership {
+    nodes: Vec<Asked>,
+}
+
+impl Membership {
+    /// Of a scene that has been compiled without an error.
+    ///
+    /// # Panics
+    /// If it would not compile.
+    pub fn of(scene: &Scene) -> Membership {
+        Membership { nodes: scene.nodes.iter().map(asked).collect() }
+    }
+
+    /// Whether the interior of a node holds a point.
+    pub fn holds(&self, node: NodeId, p: Vec3) -> bool {
+        match &self.nodes[node.0 as usize] {
+            Asked::Solid(solid) => solid.contains(p),
+            Asked::Moved(local_from_parent, child) => self.holds(*child, local_from_parent.point(p)),
+            Asked::Combined(op, args) => {
+                let mut values = args.iter().map(|arg| self.holds(*arg, p));
+                match op {
+                    Op::Union => values.any(|v| v),
+                    Op::Intersection => values.all(|v| v),
+                    Op::Difference => values.next() == Some(true) && !values.any(|v| v),
+                }
+            }
+        }
+    }
+
+    /// Whether membership is not as expected at a point and all around it, as far as a thousand points tell: what
+    /// lies on a surface, or within rounding of it, is not held against anybody.
+    pub fn clearly_refutes(&self, node: NodeId, p: Vec3, reach: f64, expected: bool) -> bool {
+        let wrong = |q: Vec3| self.holds(node, q) != expected;
+        wrong(p) && spread(1000).all(|direction| wrong(p + direction * reach))
+    }
+}
+
+/// Directions spread evenly over the sphere, on a spiral in steps of the golden angle.
+fn spread(count: u32) -> impl Iterator<Item = Vec3> {
+    (0..count).map(move |i| {
+        let z = 1.0 - f64::from(2 * i + 1) / f64::from(count);
+        let (sin, cos) = libm::sincos(f64::from(i) * 2.399963229728653);
+        let rho = (1.0 - z * z).sqrt();
+        Vec3::new(rho * cos, rho * sin, z)
+    })
+}
+
+fn asked(node: &Node) -> Asked {
+    match node {
+        Node::Solid { kind, params } => {
+            Asked::Solid((kind.build)(params).expect("a solid that was compiled"))
+        }
+        Node::Mesh { mesh, .. } => {
+            Asked::Solid(Arc::new(MeshSolid::new(mesh.clone(), "brute").expect("a mesh that was compiled")))
+        }
+        Node::Transform { transform, child } => {
+            let placement = transform.inside(&Chain::IDENTITY).placement();
+            Asked::Moved(placement.expect("a transform that was compiled").local_from_parent, *child)
+        }
+        Node::Csg { op, args } => Asked::Combined(*op, args.clone()),
+        Node::Group { members } => Asked::Combined(Op::Union, members.clone()),
+        Node::Object { node, .. } => Asked::Combined(Op::Union, vec![*node]),
+    }
+}
