@@ -80,12 +80,17 @@ impl<'a> Distance<'a> {
         self.value_error(at) * (16.0 * HALF_ULP)
     }
 
-    /// `f` with the right sign: in double-double arithmetic where double is not sure of it.
+    /// `f` with the right sign: in double-double arithmetic where double is not sure of it, and zero where that is
+    /// not sure either, as where a line passes through the point in which a horn torus meets itself.
     #[inline(always)]
     pub fn signed_value(&self, tau: f64) -> f64 {
         let at = self.at(tau);
         let value = self.value(&at);
-        if value.abs() > self.value_error(&at) { value } else { self.wide_value(Dd::from(tau)) }
+        if value.abs() > self.value_error(&at) {
+            return value;
+        }
+        let wide = self.wide_value(Dd::from(tau));
+        if wide.abs() > self.wide_error(&at) { wide } else { 0.0 }
     }
 
     /// `f'`.

@@ -73,6 +73,15 @@ fn horn_and_spindle_have_no_inner_surface() {
 }
 
 /// Every crossing correctly rounded, or nearly, and no further off than its own bound.
+/// A horn torus meets itself in a point; on both sides of it a line is inside.
+#[test]
+fn the_pinch_of_a_horn_is_no_gap() {
+    for (radius, o, d) in [(0.03125, -4.8125, 4.7565535), (1.0, -3.0, 1.0), (1.6875, -1.1, 0.7)] {
+        let list = cross(&Torus::new(radius, radius).unwrap(), &Line::exact(Vec3::splat(o), Vec3::splat(d)));
+        assert_eq!(list.len(), 2, "{list:?}");
+    }
+}
+
 #[test]
 fn exact_lists() {
     for &([major, minor], o, d, exact) in ROWS {
