@@ -11,7 +11,7 @@ mod topology;
 mod winding;
 
 #[cfg(test)]
-mod shapes;
+pub(crate) mod shapes;
 #[cfg(test)]
 mod tests;
 
