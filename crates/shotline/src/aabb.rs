@@ -180,15 +180,17 @@ impl BoxRay {
     #[inline]
     pub fn earliest(&self, axis: usize, at: f64) -> f64 {
         let t = (at - self.ahead[axis]) * self.inverse[axis];
-        // In this order NaN, an axis that does not cull, becomes no bound at all.
-        (t * self.shrink).min(t * self.grow).max(f64::NEG_INFINITY)
+        let t = t * if t > 0.0 { self.shrink } else { self.grow };
+        // NaN, an axis that does not cull, becomes no bound at all.
+        if t > f64::NEG_INFINITY { t } else { f64::NEG_INFINITY }
     }
 
     /// The last `t` at which the line may be before that plane.
     #[inline]
     pub fn latest(&self, axis: usize, at: f64) -> f64 {
         let t = (at - self.behind[axis]) * self.inverse[axis];
-        (t * self.shrink).max(t * self.grow).min(f64::INFINITY)
+        let t = t * if t > 0.0 { self.grow } else { self.shrink };
+        if t < f64::INFINITY { t } else { f64::INFINITY }
     }
 
     /// About the coordinate reached at `t`: a first guess, without a bound.

@@ -43,6 +43,7 @@ pub(super) struct Stream<'a> {
     ray: BoxRay,
     wanted: Wanted,
     scratch: &'a mut StreamScratch,
+    /// The scratch of what is below: of solids, and the counters of all.
     below: &'a mut Scratch,
     finished: bool,
 }

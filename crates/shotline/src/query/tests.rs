@@ -115,8 +115,7 @@ fn crowds_are_the_same_to_every_accelerator() {
     assert_all_accelerators_agree(&scene, &rays, &spans, "crowds");
 }
 
-/// No solid or triangle is intersected twice by the line of one ray: a structure costs no more of these than
-/// `brute`, though it lists some in many cells.
+/// Structures that list an item in many cells intersect it once.
 #[test]
 fn tags_save_tests() {
     let mut random = Random::new(14);

@@ -6,9 +6,7 @@ use crate::aabb::Aabb;
 use crate::accel::bounded::{Bounded, around, measure, sort_out};
 
 /// What passing a plane costs, in tests of an item.
-const PLANE_COST: f64 = 0.5;
-/// Cutting off empty space is worth more than the heuristic says.
-const EMPTY_BONUS: f64 = 0.8;
+const PLANE_COST: f64 = 1.0;
 /// How many times an item may be listed, in the mean. It bounds the memory.
 const MAX_SPREAD: usize = 8;
 
@@ -21,7 +19,7 @@ struct Task {
     spare: usize,
 }
 
-/// A plane with how many items it would leave below and above it.
+/// A plane, and what a ray through the node is expected to cost with it, in tests of an item.
 #[derive(Clone, Copy)]
 struct Split {
     cost: f64,
@@ -120,8 +118,7 @@ fn best_split(bounds: &Aabb, items: &[Bounded]) -> Option<Split> {
                 let (low, high) = cut(bounds, axis, at);
                 let expected =
                     (measure(&low) * below as f64 + measure(&high) * above as f64) / measure(bounds);
-                let bonus = if below == 0 || above == 0 { EMPTY_BONUS } else { 1.0 };
-                let cost = PLANE_COST + bonus * expected;
+                let cost = PLANE_COST + expected;
                 if best.is_none_or(|b| cost < b.cost) {
                     best = Some(Split { cost, axis, at });
                 }

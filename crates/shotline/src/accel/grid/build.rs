@@ -1,20 +1,25 @@
 //! Building the grid: how fine, and where finer still.
 
-use super::{BLOCK, Block, Cell, EMPTY, Grid, MAX_CELLS};
+use super::{Block, Cell, Grid, MAX_CELLS};
 use crate::aabb::Aabb;
 use crate::accel::bounded::{Bounded, around, sort_out};
 use crate::math::Vec3;
 
-/// Cells for each item.
-const DENSITY: f64 = 4.0;
+/// Cells for each item in the block around everything: few, for most of it is empty where items form surfaces,
+/// and rays should pass that in large steps.
+const COARSE: f64 = 0.02;
+/// Cells for each item in the blocks of crowded cells.
+const FINE: f64 = 16.0;
 /// Cells of more items are made a block of their own.
 const CROWDED: usize = 16;
 /// Blocks within blocks.
 const MAX_DEPTH: u32 = 6;
 /// In how many cells of its block an item may lie, in the mean; if in more, the cells are made larger.
-const MAX_SPREAD: usize = 4;
+const MAX_SPREAD: usize = 6;
 /// In how many cells an item may lie, in the mean over everything. It bounds the memory.
 const MAX_TOTAL_SPREAD: usize = 16;
+/// So many listings can be numbered by cells, each perhaps a run of its own with its length.
+const MAX_LISTED: usize = 1 << 30;
 
 /// A cell whose contents are not decided.
 struct Task {
@@ -31,8 +36,9 @@ struct Builder {
 
 pub(super) fn build(boxes: &[Aabb]) -> Grid {
     let (items, unbounded) = sort_out(boxes);
-    let grid = Grid { blocks: Vec::new(), cells: Vec::new(), items: Vec::new(), unbounded };
-    let mut builder = Builder { grid, spare: items.len() * MAX_TOTAL_SPREAD };
+    let grid = Grid { blocks: Vec::new(), cells: Vec::new(), runs: vec![0], unbounded };
+    let spare = (items.len() * MAX_TOTAL_SPREAD).min(MAX_LISTED.saturating_sub(items.len()));
+    let mut builder = Builder { grid, spare };
     if !items.is_empty() {
         builder.run(items);
     }
@@ -41,31 +47,32 @@ pub(super) fn build(boxes: &[Aabb]) -> Grid {
 
 impl Builder {
     fn run(&mut self, items: Vec<Bounded>) {
-        let block = self.block(&items);
+        let block = self.block(&items, COARSE);
         let mut tasks = self.fill(block, &items, 0);
         drop(items);
         while let Some(Task { cell, items, depth }) = tasks.pop() {
-            let block = self.block(&items);
+            let block = self.block(&items, FINE);
             if block.counts != [1; 3] {
-                self.grid.cells[cell] = Cell { first: self.grid.blocks.len() as u32, count: BLOCK };
+                self.grid.cells[cell] = Cell::of_block(self.grid.blocks.len());
                 tasks.extend(self.fill(block, &items, depth));
             } else {
-                self.grid.cells[cell] = self.list(&items);
+                self.grid.cells[cell] = self.list(items.iter().map(|b| b.item));
             }
         }
     }
 
-    /// Writes the list of a cell.
-    fn list(&mut self, items: &[Bounded]) -> Cell {
-        let first = self.grid.items.len() as u32;
-        self.grid.items.extend(items.iter().map(|b| b.item));
-        Cell { first, count: items.len() as u32 }
+    /// Writes the run of a cell.
+    fn list(&mut self, items: impl ExactSizeIterator<Item = u32>) -> Cell {
+        let cell = Cell(self.grid.runs.len() as u32);
+        self.grid.runs.push(items.len() as u32);
+        self.grid.runs.extend(items);
+        cell
     }
 
-    /// A block around items, as fine as it may be.
-    fn block(&self, items: &[Bounded]) -> Block {
+    /// A block around items, with so many cells for each or as many as there may be.
+    fn block(&self, items: &[Bounded], density: f64) -> Block {
         let bounds = around(items);
-        let mut counts = resolution(bounds.size(), items.len() as f64 * DENSITY);
+        let mut counts = resolution(bounds.size(), items.len() as f64 * density);
         loop {
             let step = bounds.size() / Vec3::from(counts.map(f64::from));
             let block = Block { bounds, step, counts, first_cell: self.grid.cells.len() };
@@ -82,7 +89,7 @@ impl Builder {
     fn fill(&mut self, block: Block, items: &[Bounded], depth: u32) -> Vec<Task> {
         let cells = block.counts.iter().map(|&n| n as usize).product();
         self.grid.blocks.push(block);
-        self.grid.cells.resize(block.first_cell + cells, EMPTY);
+        self.grid.cells.resize(block.first_cell + cells, Cell::EMPTY);
         let listed = Listed::new(&block, items, cells);
         self.spare -= listed.items.len() - items.len();
         let mut tasks = Vec::new();
@@ -98,9 +105,7 @@ impl Builder {
                 let items = inside.iter().map(clip).collect();
                 tasks.push(Task { cell: place, items, depth: depth + 1 });
             } else if !inside.is_empty() {
-                let first = self.grid.items.len() as u32;
-                self.grid.items.extend(inside.iter().map(|&i| items[i as usize].item));
-                self.grid.cells[place] = Cell { first, count: inside.len() as u32 };
+                self.grid.cells[place] = self.list(inside.iter().map(|&i| items[i as usize].item));
             }
         }
         tasks

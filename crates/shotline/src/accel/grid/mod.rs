@@ -53,18 +53,25 @@ impl Block {
     }
 }
 
-/// What a cell holds: so many items from a place in the list on, or a finer grid. Rays pass many cells, so
-/// they are kept small.
-#[derive(Clone, Copy, Debug)]
-struct Cell {
-    /// Of the items; or the block.
-    first: u32,
-    /// Number of items, or [`BLOCK`].
-    count: u32,
-}
+/// What a cell holds: the place of a run of items, or the number of a finer grid. One small number, for rays pass
+/// many cells and mostly wait for them to come from memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Cell(u32);
 
-const EMPTY: Cell = Cell { first: 0, count: 0 };
-const BLOCK: u32 = u32::MAX;
+impl Cell {
+    /// The run at 0 is empty.
+    const EMPTY: Cell = Cell(0);
+    /// Marks blocks.
+    const BLOCK: u32 = 1 << 31;
+
+    fn of_block(block: usize) -> Cell {
+        Cell(block as u32 | Cell::BLOCK)
+    }
+
+    fn block(self) -> Option<u32> {
+        (self.0 & Cell::BLOCK != 0).then_some(self.0 & !Cell::BLOCK)
+    }
+}
 
 /// The grid.
 #[derive(Debug)]
@@ -72,7 +79,8 @@ pub(super) struct Grid {
     /// The first is the whole. None without items.
     blocks: Vec<Block>,
     cells: Vec<Cell>,
-    items: Vec<u32>,
+    /// Runs of items, each after its length.
+    runs: Vec<u32>,
     /// Items without finite bounds, proposed first.
     unbounded: Vec<u32>,
 }
@@ -83,7 +91,8 @@ impl Grid {
     }
 
     fn items(&self, cell: Cell) -> &[u32] {
-        &self.items[cell.first as usize..][..cell.count as usize]
+        let run = &self.runs[cell.0 as usize..];
+        &run[1..][..run[0] as usize]
     }
 
     /// Offers the cells in which a ray is when it comes to a block.
@@ -117,9 +126,9 @@ impl Grid {
             }
             work.cells += 1;
             let cell = self.cells[here.cell];
-            if cell.count == BLOCK {
-                limit = self.walk_block(cell.first, ray, limit, work, visit);
-            } else if cell.count > 0 {
+            if let Some(inner) = cell.block() {
+                limit = self.walk_block(inner, ray, limit, work, visit);
+            } else if cell != Cell::EMPTY {
                 limit = visit(self.items(cell), work);
             }
             next = march.next(&here, &mut aside);
@@ -145,8 +154,8 @@ impl Accelerator for Grid {
         let here = march.at(place);
         work.cells += 1;
         let cell = self.cells[here.cell];
-        if cell.count == BLOCK {
-            self.offer_block(cell.first, ray, out, work);
+        if let Some(inner) = cell.block() {
+            self.offer_block(inner, ray, out, work);
         } else {
             let t = march.enter(&here);
             out.extend(self.items(cell).iter().map(|&i| Pending { t, what: Offer::Item(i) }));
@@ -159,7 +168,7 @@ impl Accelerator for Grid {
             if t > ray.span().t_max() {
                 continue;
             }
-            if self.cells[here.cell].count == 0 {
+            if self.cells[here.cell] == Cell::EMPTY {
                 work.cells += 1;
                 next = march.next(&here, &mut aside);
             } else {
@@ -185,7 +194,7 @@ impl Accelerator for Grid {
     fn memory(&self) -> usize {
         size_of_val(self.blocks.as_slice())
             + size_of_val(self.cells.as_slice())
-            + size_of_val(self.items.as_slice())
+            + size_of_val(self.runs.as_slice())
             + size_of_val(self.unbounded.as_slice())
     }
 }
