@@ -166,6 +166,39 @@ impl BoxRay {
         self.span
     }
 
+    /// Whether the planes of an axis are passed in ascending order. Where the axis cannot cull it is no matter.
+    #[inline]
+    pub fn ascends(&self, axis: usize) -> bool {
+        self.inverse[axis] >= 0.0
+    }
+
+    /// The first `t` at which the line may be behind the plane where a coordinate is `at`; ascends along the
+    /// line, and never exceeds [`BoxRay::latest`] of the same plane.
+    ///
+    /// Both are worked out as for the faces of boxes. So where planes cut a box into pieces, and `t` is in the
+    /// interval of the box, then it is in that of a piece: structures that cut space lose nothing.
+    #[inline]
+    pub fn earliest(&self, axis: usize, at: f64) -> f64 {
+        let t = (at - self.ahead[axis]) * self.inverse[axis];
+        let t = t * if t > 0.0 { self.shrink } else { self.grow };
+        // NaN, an axis that does not cull, becomes no bound at all.
+        if t > f64::NEG_INFINITY { t } else { f64::NEG_INFINITY }
+    }
+
+    /// The last `t` at which the line may be before that plane.
+    #[inline]
+    pub fn latest(&self, axis: usize, at: f64) -> f64 {
+        let t = (at - self.behind[axis]) * self.inverse[axis];
+        let t = t * if t > 0.0 { self.grow } else { self.shrink };
+        if t < f64::INFINITY { t } else { f64::INFINITY }
+    }
+
+    /// About the coordinate reached at `t`: a first guess, without a bound.
+    #[inline]
+    pub fn coordinate(&self, axis: usize, t: f64) -> f64 {
+        self.ahead[axis] + t / self.inverse[axis]
+    }
+
     /// The part of the span in which the line can be in the box; `None` if it passes by.
     #[inline]
     pub fn enter_exit(&self, b: &Aabb) -> Option<(f64, f64)> {

@@ -22,10 +22,14 @@ impl Accelerator for Brute {
         out.extend(self.items.iter().map(|&item| Pending { t, what: Offer::Item(item) }));
     }
 
-    fn open(&self, _part: u64, _ray: &BoxRay, _out: &mut Vec<Pending>, _work: &mut Work) {}
+    fn open(&self, _part: u64, _t: f64, _ray: &BoxRay, _out: &mut Vec<Pending>, _work: &mut Work) {}
 
     fn walk(&self, _ray: &BoxRay, work: &mut Work, visit: &mut Visit) {
         visit(&self.items, work);
+    }
+
+    fn repeats(&self) -> bool {
+        false
     }
 
     fn memory(&self) -> usize {

@@ -1,13 +1,19 @@
 //! Accelerators: structures over boxes that propose items in ascending `t`. They see boxes and item numbers,
 //! never solids; what an item is, and tagging, is the business of whoever walks them.
 
+mod bounded;
 mod brute;
+mod bsp;
 mod bvh;
+mod grid;
+mod octree;
+mod tags;
 
 use std::fmt::Debug;
 use std::sync::Arc;
 
 use crate::aabb::{Aabb, BoxRay};
+pub use tags::Tags;
 
 /// Counts of work done, added up by a walk.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -66,6 +72,15 @@ impl std::ops::AddAssign for Work {
     }
 }
 
+/// The memory of whoever walks; reused from ray to ray.
+#[derive(Clone, Debug, Default)]
+pub struct Scratch {
+    /// Work counted so far.
+    pub work: Work,
+    /// Tags of the items of one structure at a time.
+    pub tags: Tags,
+}
+
 /// What a structure has still to offer to one ray, beginning not before `t`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pending {
@@ -89,14 +104,14 @@ pub type Visit<'a> = dyn FnMut(&[u32], &mut Work) -> f64 + 'a;
 
 /// A structure over the boxes of numbered items.
 ///
-/// The same item may be proposed more than once. Every item whose box the ray meets within its span is
+/// The same item may be proposed more than once, see [`Tags`]. Every item whose box the ray meets within its span is
 /// proposed, with a bound not above the first such `t`.
 pub trait Accelerator: Send + Sync + Debug {
     /// Appends what a walk begins with.
     fn start(&self, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work);
 
-    /// Opens a part: appends what it consists of.
-    fn open(&self, part: u64, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work);
+    /// Opens a part that was offered at `t`: appends what it consists of.
+    fn open(&self, part: u64, t: f64, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work);
 
     /// Ordered depth-first walk: visits runs of items, nearest first as far as the structure can tell, and
     /// skips what begins after the `t` last answered by `visit` (at first `t_max` of the span).
@@ -114,11 +129,14 @@ pub trait Accelerator: Send + Sync + Debug {
                 continue;
             }
             match next.what {
-                Offer::Part(part) => self.open(part, ray, &mut found, work),
+                Offer::Part(part) => self.open(part, next.t, ray, &mut found, work),
                 Offer::Item(item) => limit = visit(&[item], work),
             }
         }
     }
+
+    /// Whether an item may be proposed more than once to a ray.
+    fn repeats(&self) -> bool;
 
     /// Bytes used.
     fn memory(&self) -> usize;
@@ -154,4 +172,7 @@ macro_rules! registry {
 registry! {
     brute => brute::Brute,
     bvh => bvh::Bvh,
+    grid => grid::Grid,
+    octree => octree::Octree,
+    bsp => bsp::Bsp,
 }

@@ -4,7 +4,7 @@ use super::segments::{Interval, resolve};
 use super::stream::{Stream, StreamScratch};
 use super::walk::{Meeting, Walk};
 use super::{Hit, MAX_OF_A_RAY, Overlaps, QueryError, Segment};
-use crate::accel::Work;
+use crate::accel::{Scratch, Work};
 use crate::compile::{Body, SolidBody, World};
 use crate::crossing::{Crossing, NO_PRIMITIVE};
 use crate::csg::{Boundary, HitKind, ProgramState};
@@ -38,7 +38,7 @@ pub struct Caster<'w> {
     stream: StreamScratch,
     hits: Vec<Crossing>,
     state: ProgramState,
-    work: Work,
+    scratch: Scratch,
 }
 
 /// Where the fold stands after a boundary.
@@ -57,7 +57,7 @@ impl<'w> Caster<'w> {
             stream: StreamScratch::default(),
             hits: Vec::new(),
             state: ProgramState::default(),
-            work: Work::default(),
+            scratch: Scratch::default(),
         }
     }
 
@@ -68,7 +68,7 @@ impl<'w> Caster<'w> {
 
     /// Work counted since the caster was made, or since this was asked last.
     pub fn take_work(&mut self) -> Work {
-        std::mem::take(&mut self.work)
+        std::mem::take(&mut self.scratch.work)
     }
 
     /// The first crossing in the span. Of several at the same `t`, that of the lowest path.
@@ -178,8 +178,8 @@ impl<'w> Caster<'w> {
         all_solid(self.world)?;
         let start = out.len();
         let here = Span::new(0.0, 0.0).unwrap_or(Span::FORWARD);
-        self.walk.begin(self.world, Line::exact(p, Vec3::X), here, &mut self.work);
-        while let Some(meeting) = self.walk.next(self.world, 0.0, &mut self.work) {
+        self.walk.begin(self.world, Line::exact(p, Vec3::X), here, &mut self.scratch.work);
+        while let Some(meeting) = self.walk.next(self.world, 0.0, &mut self.scratch.work) {
             if let Body::Solid(body) = self.world.body(meeting.body)
                 && holds(body, meeting.line.o, &mut self.state)
             {
@@ -202,14 +202,15 @@ impl<'w> Caster<'w> {
         fold: &mut dyn FnMut(&Meeting<'w>, Boundary) -> Go,
     ) {
         let mut limit = span.t_max();
-        self.walk.begin(self.world, Line::of(ray), span, &mut self.work);
-        while let Some(meeting) = self.walk.next(self.world, limit, &mut self.work) {
+        self.walk.begin(self.world, Line::of(ray), span, &mut self.scratch.work);
+        while let Some(meeting) = self.walk.next(self.world, limit, &mut self.scratch.work) {
             // With the first wanted, what lies beyond the best so far does not matter.
             let span = Span::new(span.t_min(), limit).unwrap_or(span);
             match self.world.body(meeting.body) {
                 Body::Solid(body) => {
-                    let scratch = &mut self.stream;
-                    let mut stream = Stream::new(body, &meeting.line, span, wanted, scratch, &mut self.work);
+                    let memory = &mut self.stream;
+                    let mut stream =
+                        Stream::new(body, &meeting.line, span, wanted, memory, &mut self.scratch);
                     while let Some(boundary) = stream.next() {
                         match fold(&meeting, boundary) {
                             Go::UpTo(t) => limit = limit.min(t),
@@ -224,8 +225,8 @@ impl<'w> Caster<'w> {
                     self.hits.clear();
                     let line = meeting.line.in_frame(&body.local_from_body);
                     match wanted {
-                        Wanted::All => body.mesh.hits(&line, span, &mut self.hits, &mut self.work),
-                        Wanted::First => self.hits.extend(body.mesh.nearest(&line, span, &mut self.work)),
+                        Wanted::All => body.mesh.hits(&line, span, &mut self.hits, &mut self.scratch),
+                        Wanted::First => self.hits.extend(body.mesh.nearest(&line, span, &mut self.scratch)),
                     }
                     for &crossing in &self.hits {
                         let entering = crossing.entering;

@@ -7,7 +7,7 @@
 use super::heap::{Heap, Rank};
 use super::repair::repair;
 use crate::aabb::BoxRay;
-use crate::accel::{Offer, Pending, Work};
+use crate::accel::{Offer, Pending, Scratch, Tags};
 use crate::compile::{Leaf, SolidBody};
 use crate::crossing::Crossing;
 use crate::csg::{Boundary, Event, Sweep};
@@ -33,9 +33,8 @@ pub(super) struct StreamScratch {
     sweep: Sweep,
     offers: Vec<Pending>,
     crossings: Vec<Crossing>,
-    /// The number of the ray that met a leaf last: a leaf proposed twice is intersected once.
-    tags: Vec<u64>,
-    ray_number: u64,
+    /// Of leaves; those of triangles are in the scratch that solids are given.
+    tags: Tags,
 }
 
 /// The boundaries of one body along one line, in order, pulled one by one.
@@ -45,7 +44,8 @@ pub(super) struct Stream<'a> {
     ray: BoxRay,
     wanted: Wanted,
     scratch: &'a mut StreamScratch,
-    work: &'a mut Work,
+    /// The scratch of what is below: of solids, and the counters of all.
+    below: &'a mut Scratch,
     finished: bool,
 }
 
@@ -57,20 +57,20 @@ impl<'a> Stream<'a> {
         span: Span,
         wanted: Wanted,
         scratch: &'a mut StreamScratch,
-        work: &'a mut Work,
+        below: &'a mut Scratch,
     ) -> Stream<'a> {
         scratch.heap.clear();
         scratch.events.clear();
-        scratch.ray_number += 1;
-        if scratch.tags.len() < body.leaves.len() {
-            scratch.tags.resize(body.leaves.len(), 0);
-        }
+        scratch.tags.begin();
         scratch.sweep.begin(&body.program, span);
         let ray = BoxRay::new(line, span);
-        let mut stream = Stream { body, line, ray, wanted, scratch, work, finished: false };
+        let mut stream = Stream { body, line, ray, wanted, scratch, below, finished: false };
         match &body.accel {
             Some(accel) => {
-                accel.start(&stream.ray, &mut stream.scratch.offers, stream.work);
+                if accel.repeats() {
+                    stream.scratch.tags.reserve(body.leaves.len());
+                }
+                accel.start(&stream.ray, &mut stream.scratch.offers, &mut stream.below.work);
                 stream.take_offers();
             }
             None => stream.intersect(0, span.t_min()),
@@ -99,9 +99,9 @@ impl<'a> Stream<'a> {
                 return Some(boundary);
             }
             match self.scratch.heap.pop() {
-                Some((_, Entry::Part(part))) => {
+                Some((t, Entry::Part(part))) => {
                     if let Some(accel) = &self.body.accel {
-                        accel.open(part, &self.ray, &mut self.scratch.offers, self.work);
+                        accel.open(part, t, &self.ray, &mut self.scratch.offers, &mut self.below.work);
                     }
                     self.take_offers();
                 }
@@ -122,20 +122,18 @@ impl<'a> Stream<'a> {
             let (t, entry) = match offer.what {
                 Offer::Part(part) => (offer.t, Entry::Part(part)),
                 Offer::Item(leaf) => {
-                    let tag = &mut scratch.tags[leaf as usize];
-                    if *tag == scratch.ray_number {
-                        self.work.tags_saved += 1;
+                    if !scratch.tags.is_first(leaf as usize) {
+                        self.below.work.tags_saved += 1;
                         continue;
                     }
-                    *tag = scratch.ray_number;
-                    self.work.boxes += 1;
+                    self.below.work.boxes += 1;
                     match self.ray.enter_exit(&self.body.leaves[leaf as usize].bounds) {
                         Some((t, _)) => (t, Entry::Leaf(leaf)),
                         None => continue,
                     }
                 }
             };
-            self.work.heap_pushes += 1;
+            self.below.work.heap_pushes += 1;
             scratch.heap.push(t, Rank::Box, entry);
         }
     }
@@ -145,11 +143,11 @@ impl<'a> Stream<'a> {
         let scratch = &mut *self.scratch;
         let Leaf { solid, local_from_body, .. } = &self.body.leaves[leaf as usize];
         scratch.crossings.clear();
-        self.work.solids += 1;
+        self.below.work.solids += 1;
         let line = self.line.in_frame(local_from_body);
         let wanted = if self.body.leaves.len() == 1 { self.wanted } else { Wanted::All };
-        solid.crossings_within(&line, self.ray.span(), wanted, &mut scratch.crossings, self.work);
-        self.work.repaired += u64::from(repair(&**solid, &line, &mut scratch.crossings));
+        solid.crossings_within(&line, self.ray.span(), wanted, &mut scratch.crossings, self.below);
+        self.below.work.repaired += u64::from(repair(&**solid, &line, &mut scratch.crossings));
         for &crossing in &scratch.crossings {
             match Event::new(leaf, crossing, enter) {
                 Some(event) => {
@@ -157,7 +155,7 @@ impl<'a> Stream<'a> {
                         let place = Entry::Event(scratch.events.len() as u32);
                         scratch.heap.push(event.low, Rank::Crossing, place);
                         scratch.events.push(event);
-                        self.work.heap_pushes += 1;
+                        self.below.work.heap_pushes += 1;
                     }
                 }
                 None => scratch.sweep.preset(&self.body.program, leaf),

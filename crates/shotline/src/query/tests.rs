@@ -12,6 +12,7 @@ use crate::ray::{Ray, Span};
 use crate::scene::{Node, Op, Scene};
 use crate::solid::Value;
 use crate::solid::mesh::TriangleMesh;
+use crate::solid::mesh::shapes::{ball, sheet};
 use crate::testkit::random::Random;
 use crate::testkit::scene::random_scene;
 
@@ -45,25 +46,92 @@ fn assert_same(a: &[Hit], b: &[Hit], context: &str) {
     assert_eq!(format!("{a:?}"), format!("{b:?}"), "{context}");
 }
 
+/// Everything asked of a ray under every accelerator, held to what `brute` says.
+fn assert_all_accelerators_agree(scene: &Scene, rays: &[Ray], spans: &[Span], context: &str) {
+    let oracle = world(scene, "brute");
+    for name in accel::NAMES {
+        let other = world(scene, name);
+        let mut caster = Caster::new(&other);
+        for (i, ray) in rays.iter().enumerate() {
+            let context = format!("{context}, {name}, {ray:?}");
+            let span = spans[i % spans.len()];
+            let expected = crossings(&oracle, ray, span);
+            let mut list = Vec::new();
+            caster.crossings(ray, span, &mut list);
+            assert_same(&expected, &list, &context);
+            let closest = caster.closest(ray, span);
+            assert_same(&expected[..expected.len().min(1)], closest.as_slice(), &context);
+            assert_eq!(caster.any(ray, span), !expected.is_empty(), "{context}");
+            assert_eq!(caster.count(ray, span), expected.len() as u64, "{context}");
+        }
+    }
+}
+
 #[test]
 fn every_accelerator_gives_the_same_bits() {
     let mut random = Random::new(3);
     for case in 0..40 {
         let scene = random_scene(&mut random);
-        let oracle = world(&scene, "brute");
-        for name in accel::NAMES {
-            let other = world(&scene, name);
-            for ray in rays(&mut random, 40) {
-                let context = format!("scene {case}, {name}, {ray:?}");
-                let expected = crossings(&oracle, &ray, Span::FORWARD);
-                assert_same(&expected, &crossings(&other, &ray, Span::FORWARD), &context);
-                let mut caster = Caster::new(&other);
-                let closest = caster.closest(&ray, Span::FORWARD);
-                assert_same(&expected[..expected.len().min(1)], closest.as_slice(), &context);
-                assert_eq!(caster.any(&ray, Span::FORWARD), !expected.is_empty(), "{context}");
-                assert_eq!(caster.count(&ray, Span::FORWARD), expected.len() as u64, "{context}");
-            }
-        }
+        let rays = rays(&mut random, 40);
+        assert_all_accelerators_agree(&scene, &rays, &[Span::FORWARD], &format!("scene {case}"));
+    }
+}
+
+/// A crowd for every structure: many placements of a level of many placements, a body of many leaves, meshes
+/// of many triangles as leaf, operand and surface, and a solid without end. So that items lie in many cells,
+/// they are of all sizes.
+fn crowded_scene(random: &mut Random) -> Scene {
+    let mut scene = Scene::default();
+    let mesh = |scene: &mut Scene, mesh| scene.add(Node::Mesh { mesh: Arc::new(mesh), file: None });
+    let (ball, sheet) = (mesh(&mut scene, ball(3)), mesh(&mut scene, sheet(6)));
+    let sphere = scene.add_solid("sphere", &[Value::Number(1.0)]).expect("sphere");
+    let block = scene.add_solid("box", &[Value::Vector([-0.5; 3]), Value::Vector([0.5; 3])]).expect("box");
+    let below = [Value::Vector([0.0, 0.0, 1.0]), Value::Number(-0.9)];
+    let ground = scene.add_solid("halfspace", &below).expect("halfspace");
+    let mut placed = |scene: &mut Scene, node, size: f64| {
+        let size = size * random.number(0.2, 2.0);
+        let child = scene.add_transform(Affine::scaling(Vec3::splat(size)), node);
+        scene.add_transform(Affine::translation(random.point(-1.0, 1.0)), child)
+    };
+    let members = (0..24).map(|i| placed(&mut scene, [sphere, block, ball, sheet][i % 4], 0.1)).collect();
+    let crowd = scene.add(Node::Group { members });
+    let members = (0..24).map(|_| placed(&mut scene, crowd, 0.3)).collect();
+    let crowds = scene.add(Node::Group { members });
+    let holes = (0..40).map(|i| placed(&mut scene, [sphere, ball][i % 2], 0.2));
+    let args = [block].into_iter().chain(holes).collect();
+    let sponge = scene.add_csg(Op::Difference, args);
+    let sponge = scene.add(Node::Group { members: vec![sponge, ground] });
+    scene.add_object("crowds", None, crowds);
+    scene.add_object("sponge", None, sponge);
+    scene
+}
+
+#[test]
+fn crowds_are_the_same_to_every_accelerator() {
+    let mut random = Random::new(13);
+    let scene = crowded_scene(&mut random);
+    let rays = rays(&mut random, 300);
+    let spans = [Span::FORWARD, Span::new(0.5, 1.25).expect("an interval")];
+    assert_all_accelerators_agree(&scene, &rays, &spans, "crowds");
+}
+
+/// Structures that list an item in many cells intersect it once.
+#[test]
+fn tags_save_tests() {
+    let mut random = Random::new(14);
+    let scene = crowded_scene(&mut random);
+    let rays = rays(&mut random, 100);
+    let work = |name| {
+        let world = world(&scene, name);
+        let mut caster = Caster::new(&world);
+        rays.iter().for_each(|ray| caster.crossings(ray, Span::FORWARD, &mut Vec::new()));
+        caster.take_work()
+    };
+    let most = work("brute").solids;
+    for name in accel::NAMES.iter().filter(|name| **name != "brute") {
+        let work = work(name);
+        assert!(work.solids < most / 4, "{name}: {work:?}, of {most}");
+        assert_eq!(work.tags_saved > 0, *name != "bvh", "{name}: {work:?}");
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::heap::{Heap, Rank};
 use crate::aabb::BoxRay;
-use crate::accel::{Offer, Pending, Work};
+use crate::accel::{Offer, Pending, Tags, Work};
 use crate::compile::{Level, Placed, Target, World};
 use crate::math::Vec3;
 use crate::ray::{Line, Span};
@@ -17,6 +17,9 @@ struct Visit<'w> {
     above: Option<(u32, &'w Placed)>,
     object: u32,
     first_path: u64,
+    /// Where the tags of its placements begin, if they need any: a level that is entered twice is met by two
+    /// lines, so its placements are tagged for each visit.
+    first_tag: Option<usize>,
 }
 
 /// What a visit has still to offer.
@@ -44,6 +47,9 @@ pub(super) struct Walk<'w> {
     visits: Vec<Visit<'w>>,
     heap: Heap<Entry>,
     offers: Vec<Pending>,
+    tags: Tags,
+    /// Tags given to visits of this ray.
+    tag_count: usize,
 }
 
 impl<'w> Walk<'w> {
@@ -51,8 +57,11 @@ impl<'w> Walk<'w> {
     pub(super) fn begin(&mut self, world: &'w World, line: Line, span: Span, work: &mut Work) {
         self.visits.clear();
         self.heap.clear();
-        let ray = BoxRay::new(&line, span);
-        self.enter(Visit { level: world.root(), line, ray, above: None, object: 0, first_path: 0 }, work);
+        self.tags.begin();
+        self.tag_count = 0;
+        let (level, ray) = (world.root(), BoxRay::new(&line, span));
+        let root = Visit { level, line, ray, above: None, object: 0, first_path: 0, first_tag: None };
+        self.enter(root, work);
     }
 
     /// The next body whose box begins at or before `limit`.
@@ -65,7 +74,7 @@ impl<'w> Walk<'w> {
             match entry.what {
                 Offer::Part(part) => {
                     if let Some(accel) = &visit.level.accel {
-                        accel.open(part, &visit.ray, &mut self.offers, work);
+                        accel.open(part, t, &visit.ray, &mut self.offers, work);
                     }
                     self.take_offers(entry.visit, work);
                 }
@@ -82,7 +91,10 @@ impl<'w> Walk<'w> {
                             let ray = BoxRay::new(&line, visit.ray.span());
                             let above = Some((entry.visit, placed));
                             let level = world.level(level);
-                            self.enter(Visit { level, line, ray, above, object, first_path: path }, work);
+                            let first_path = path;
+                            let visit =
+                                Visit { level, line, ray, above, object, first_path, first_tag: None };
+                            self.enter(visit, work);
                         }
                     }
                 }
@@ -102,8 +114,13 @@ impl<'w> Walk<'w> {
         n
     }
 
-    fn enter(&mut self, visit: Visit<'w>, work: &mut Work) {
+    fn enter(&mut self, mut visit: Visit<'w>, work: &mut Work) {
         if let Some(accel) = &visit.level.accel {
+            if accel.repeats() {
+                visit.first_tag = Some(self.tag_count);
+                self.tag_count += visit.level.placements.len();
+                self.tags.reserve(self.tag_count);
+            }
             accel.start(&visit.ray, &mut self.offers, work);
         }
         self.visits.push(visit);
@@ -111,11 +128,15 @@ impl<'w> Walk<'w> {
     }
 
     fn take_offers(&mut self, visit: u32, work: &mut Work) {
-        let Visit { level, ray, .. } = &self.visits[visit as usize];
+        let Visit { level, ray, first_tag, .. } = &self.visits[visit as usize];
         for offer in self.offers.drain(..) {
             let t = match offer.what {
                 Offer::Part(_) => offer.t,
                 Offer::Item(item) => {
+                    if first_tag.is_some_and(|first| !self.tags.is_first(first + item as usize)) {
+                        work.tags_saved += 1;
+                        continue;
+                    }
                     work.boxes += 1;
                     match ray.enter_exit(&level.placements[item as usize].bounds) {
                         Some((t, _)) => t,

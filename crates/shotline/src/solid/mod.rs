@@ -28,7 +28,7 @@ pub mod torus;
 use std::fmt::Debug;
 
 use crate::aabb::Aabb;
-use crate::accel::Work;
+use crate::accel::Scratch;
 use crate::crossing::Crossing;
 use crate::math::Vec3;
 use crate::ray::{Line, Span};
@@ -65,7 +65,7 @@ pub trait Solid: Send + Sync + Debug {
         _span: Span,
         _wanted: Wanted,
         out: &mut Vec<Crossing>,
-        _work: &mut Work,
+        _scratch: &mut Scratch,
     ) {
         self.crossings(line, out);
     }

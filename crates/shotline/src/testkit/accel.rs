@@ -26,70 +26,164 @@ pub fn conformance(name: &str) {
     }
 }
 
-fn cases(random: &mut Random) -> Vec<(&'static str, Vec<Aabb>)> {
-    let mut cloud = |n: usize, size: f64| -> Vec<Aabb> {
-        (0..n)
-            .map(|_| {
-                let p = random.point(-1.0, 1.0);
-                Aabb::new(p, p + random.point(0.0, size))
-            })
-            .collect()
+type Case = (&'static str, Vec<Aabb>);
+
+fn cases(random: &mut Random) -> Vec<Case> {
+    let mut cases = everyday_cases(random);
+    cases.extend(uneven_cases(random));
+    cases.extend(flat_cases(random));
+    cases
+}
+
+/// Boxes of some size scattered in a cube.
+fn cloud(random: &mut Random, n: usize, size: f64) -> Vec<Aabb> {
+    let mut scattered = || {
+        let p = random.point(-1.0, 1.0);
+        Aabb::new(p, p + random.point(0.0, size))
     };
+    (0..n).map(|_| scattered()).collect()
+}
+
+fn unit_box_at(p: Vec3) -> Aabb {
+    Aabb::new(p, p + Vec3::ONE)
+}
+
+fn scaled(boxes: &[Aabb], factor: f64) -> Vec<Aabb> {
+    boxes.iter().map(|b| Aabb::new(b.min * factor, b.max * factor)).collect()
+}
+
+fn everyday_cases(random: &mut Random) -> Vec<Case> {
+    let place = |i: usize| Vec3::new((i % 6) as f64, (i / 6 % 6) as f64, (i / 36) as f64);
+    let small = cloud(random, 500, 0.05);
+    vec![
+        ("no item", vec![]),
+        ("one item", cloud(random, 1, 0.5)),
+        ("two items", cloud(random, 2, 0.5)),
+        ("large boxes", cloud(random, 200, 1.5)),
+        ("tiny space", scaled(&small, 1e-200)),
+        ("vast space", scaled(&small, 1e140)),
+        ("small boxes", small),
+        ("all coincident", vec![unit_box_at(Vec3::ZERO); 100]),
+        (
+            "two crowds of coincident boxes",
+            [Vec3::ZERO, Vec3::splat(3.0)].map(|p| [unit_box_at(p); 60]).concat(),
+        ),
+        ("a lattice that shares faces", (0..216).map(|i| unit_box_at(place(i))).collect()),
+        ("nested", (0..100).map(|i| Aabb::new(Vec3::ZERO, Vec3::splat(0.9f64.powi(i)))).collect()),
+    ]
+}
+
+/// Crowds that are small beside the whole, and boxes that have no end.
+fn uneven_cases(random: &mut Random) -> Vec<Case> {
+    let plane = Aabb::new(Vec3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, -1.0), Vec3::splat(f64::INFINITY));
+    let huge = Aabb::new(Vec3::splat(-1e300), Vec3::splat(1e300));
+    let mut stadium: Vec<Aabb> = scaled(&cloud(random, 100, 0.2), 50.0);
+    stadium.extend(cloud(random, 200, 0.1));
+    stadium.push(Aabb::new(Vec3::new(-50.0, -50.0, -50.0), Vec3::new(50.0, 50.0, -49.0)));
     let with = |mut boxes: Vec<Aabb>, more: &[Aabb]| {
         boxes.extend(more);
         boxes
     };
-    let plane = Aabb::new(Vec3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, -1.0), Vec3::splat(f64::INFINITY));
-    let far = Aabb::new(Vec3::splat(1e9), Vec3::splat(1e9 + 1.0));
     vec![
-        ("no item", vec![]),
-        ("one item", cloud(1, 0.5)),
-        ("two items", cloud(2, 0.5)),
-        ("small boxes", cloud(500, 0.05)),
-        ("large boxes", cloud(200, 1.5)),
-        ("points", cloud(300, 0.0)),
-        ("all coincident", vec![Aabb::new(Vec3::ZERO, Vec3::ONE); 100]),
-        ("huge empty space", with(cloud(100, 0.1), &[far])),
-        ("unbounded and empty boxes", with(cloud(50, 0.2), &[plane, Aabb::EVERYTHING, Aabb::EMPTY])),
+        ("huge empty space", with(cloud(random, 100, 0.1), &[unit_box_at(Vec3::splat(1e9))])),
+        ("a crowd in a stadium", stadium),
         (
-            "a lattice that shares faces",
-            (0..216)
-                .map(|i| {
-                    let p = Vec3::new((i % 6) as f64, (i / 6 % 6) as f64, (i / 36) as f64);
-                    Aabb::new(p, p + Vec3::ONE)
-                })
-                .collect(),
+            "unbounded and empty boxes",
+            with(cloud(random, 50, 0.2), &[plane, Aabb::EVERYTHING, Aabb::EMPTY, huge]),
         ),
+        ("only unbounded and empty boxes", vec![plane, Aabb::EVERYTHING, Aabb::EMPTY]),
     ]
 }
 
+/// Boxes without volume, also without area or length, and such that end on the same planes.
+fn flat_cases(random: &mut Random) -> Vec<Case> {
+    let points = cloud(random, 300, 0.0);
+    let squashed = |keep: Vec3, boxes: Vec<Aabb>| -> Vec<Aabb> {
+        boxes.iter().map(|b| Aabb::new(b.min * keep, b.max * keep)).collect()
+    };
+    // Corners on few planes, so that many boxes touch the planes that cut them.
+    let mut whole = || {
+        let corner = |v: Vec3| (v * 4.0).round();
+        Aabb::around([corner(random.point(-1.0, 1.0)), corner(random.point(-1.0, 1.0))])
+    };
+    vec![
+        ("whole numbers", (0..150).map(|_| whole()).collect()),
+        ("a sheet", squashed(Vec3::new(1.0, 1.0, 0.0), cloud(random, 200, 0.2))),
+        ("a string", squashed(Vec3::X, cloud(random, 200, 0.02))),
+        ("points", points),
+        ("coincident points", vec![Aabb::new(Vec3::ONE, Vec3::ONE); 50]),
+    ]
+}
+
+/// Lines and spans that matter to boxes of any size.
 fn lines(random: &mut Random, boxes: &[Aabb]) -> Vec<(Line, Span)> {
-    let short = Span::new(0.25, 1.5).expect("an interval");
-    let mut out = Vec::new();
-    for i in 0..60 {
-        let corner = match boxes.len() {
-            0 => Vec3::ZERO,
-            n => boxes[random.below(n)].min,
-        };
-        let target = if corner.is_finite() && i % 2 == 0 { corner } else { random.point(-1.0, 1.0) };
-        let o = random.point(-4.0, 4.0);
-        out.push((Line::exact(o, target - o), if i % 3 == 0 { short } else { Span::FORWARD }));
-    }
-    for axis in 0..3 {
-        for sign in [1.0, -1.0] {
-            let mut d = Vec3::splat(-0.0);
-            d[axis] = sign;
-            // Along faces and edges of the lattice, and through its middle.
-            for o in [Vec3::ZERO, Vec3::splat(1.0), Vec3::splat(0.5), random.point(0.0, 1.0)] {
-                out.push((Line::exact(o - d * 3.0, d), Span::FORWARD));
-            }
+    let mut out = lines_at_corners(random, boxes);
+    out.extend(lines_along_axes(random, boxes));
+    out
+}
+
+/// A corner of one of the boxes.
+fn corner(random: &mut Random, boxes: &[Aabb]) -> Vec3 {
+    let corner = match boxes.len() {
+        0 => Vec3::ZERO,
+        n => {
+            let b = boxes[random.below(n)];
+            Vec3::from([0, 1, 2].map(|axis| if random.below(2) == 0 { b.min[axis] } else { b.max[axis] }))
         }
+    };
+    if corner.is_finite() { corner } else { Vec3::ONE }
+}
+
+/// Lines through corners and past them, from near, from inside and from far away, exact and with errors, over
+/// all of the ray and over short spans.
+fn lines_at_corners(random: &mut Random, boxes: &[Aabb]) -> Vec<(Line, Span)> {
+    let span = |a, b| Span::new(a, b).expect("an interval");
+    let spans = [Span::FORWARD, span(0.25, 1.5), span(-2.0, 0.5), span(1.0, 1.0), span(1.0, f64::INFINITY)];
+    let mut out = Vec::new();
+    for i in 0..90 {
+        let aim = corner(random, boxes);
+        let size = if aim == Vec3::ZERO { 1.0 } else { aim.abs().max_element() };
+        let target = if i % 2 == 0 { aim } else { aim + random.point(-0.5, 0.5) * size };
+        let distance = [0.1, 1.0, 4.0, 1e9, 1e18][i % 5] * size;
+        let o = if i % 7 == 0 { corner(random, boxes) } else { target + random.point(-1.0, 1.0) * distance };
+        let d = (target - o) * [1.0, 1e-3, 1e5][i % 3];
+        if d == Vec3::ZERO {
+            continue;
+        }
+        let mut line = Line::exact(o, d);
+        if i % 4 == 0 {
+            line.o_err = random.point(0.0, 1.0) * size * [1e-15, 0.1][i / 4 % 2];
+            line.d_err = d.abs() * random.point(0.0, 1.0) * [1e-15, 1e-2, 0.5][i / 8 % 3];
+        }
+        out.push((line, spans[i % spans.len()]));
+    }
+    out
+}
+
+/// Lines along the axes and in planes between them, through corners of boxes: in faces and along edges. Zeros
+/// have either sign.
+fn lines_along_axes(random: &mut Random, boxes: &[Aabb]) -> Vec<(Line, Span)> {
+    let mut out = Vec::new();
+    for i in 0..48 {
+        let zero = if i % 2 == 0 { 0.0 } else { -0.0 };
+        let mut d = Vec3::splat(zero);
+        d[i % 3] = if i % 4 < 2 { 1.0 } else { -1.0 };
+        if i % 5 == 0 {
+            d[(i + 1) % 3] = if i % 10 == 0 { 1.0 } else { -2.0 };
+        }
+        let p = if i % 6 == 5 { random.point(0.0, 1.0) } else { corner(random, boxes) };
+        let back = if i % 8 == 7 { 0.0 } else { 4.0 * p.abs().max_element().max(1e-300) };
+        out.push((Line::exact(p - d * back, d), Span::FORWARD));
     }
     out
 }
 
 fn met(ray: &BoxRay, boxes: &[Aabb]) -> BTreeMap<u32, f64> {
-    (0..).zip(boxes).filter_map(|(i, b)| ray.enter_exit(b).map(|(t, _)| (i, t))).collect()
+    (0..)
+        .zip(boxes)
+        .filter(|(_, b)| !b.is_empty())
+        .filter_map(|(i, b)| ray.enter_exit(b).map(|(t, _)| (i, t)))
+        .collect()
 }
 
 fn proposes_every_box_met_in_time(a: &dyn Accelerator, ray: &BoxRay, boxes: &[Aabb], context: &str) {
@@ -103,7 +197,7 @@ fn proposes_every_box_met_in_time(a: &dyn Accelerator, ray: &BoxRay, boxes: &[Aa
                 let t = first_proposal.entry(item).or_insert(next.t);
                 *t = t.min(next.t);
             }
-            Offer::Part(part) => a.open(part, ray, &mut pending, &mut work),
+            Offer::Part(part) => a.open(part, next.t, ray, &mut pending, &mut work),
         }
     }
     for (item, enter) in met(ray, boxes) {

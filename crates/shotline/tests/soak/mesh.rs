@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use shotline::accel::Work;
+use shotline::accel::Scratch;
 use shotline::crossing::{Crossing, is_alternating};
 use shotline::math::Vec3;
 use shotline::ray::{Line, Span};
@@ -124,11 +124,12 @@ impl Pair {
     fn check(&self, o: Vec3, d: Vec3, slowly: bool, lists: &mut Lists) -> Result<(), Wrong> {
         let line = Line::exact(o, d);
         let whole = Span::new(-f64::MAX, f64::INFINITY).expect("an interval");
-        let mut work = Work::default();
-        let hits = |solid: &MeshSolid, line: &Line, span: Span, out: &mut Vec<Crossing>, work: &mut Work| {
-            out.clear();
-            solid.hits(line, span, out, work);
-        };
+        let mut work = Scratch::default();
+        let hits =
+            |solid: &MeshSolid, line: &Line, span: Span, out: &mut Vec<Crossing>, work: &mut Scratch| {
+                out.clear();
+                solid.hits(line, span, out, work);
+            };
         hits(&self.fast, &line, whole, &mut lists.all, &mut work);
         winds(&lists.all, 0)?;
         if o == self.inside {

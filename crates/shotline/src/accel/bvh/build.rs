@@ -3,6 +3,7 @@
 
 use super::{Bvh, MAX_DEPTH, Node};
 use crate::aabb::Aabb;
+use crate::accel::bounded::{Bounded, sort_out};
 use crate::math::Vec3;
 
 const BINS: usize = 16;
@@ -30,17 +31,11 @@ struct Task {
 }
 
 pub(super) fn build(boxes: &[Aabb]) -> Bvh {
-    let (mut entries, mut unbounded) = (Vec::with_capacity(boxes.len()), Vec::new());
-    for (item, bounds) in (0..).zip(boxes) {
-        if bounds.is_empty() {
-            continue;
-        }
-        if bounds.is_finite() {
-            entries.push(Entry { bounds: *bounds, centre: bounds.centre(), item });
-        } else {
-            unbounded.push(item);
-        }
-    }
+    let (bounded, unbounded) = sort_out(boxes);
+    let mut entries: Vec<Entry> = bounded
+        .iter()
+        .map(|&Bounded { bounds, item }| Entry { bounds, centre: bounds.centre(), item })
+        .collect();
     let mut nodes = Vec::new();
     if !entries.is_empty() {
         nodes.push(leaf(&entries, 0));

@@ -69,7 +69,7 @@ impl Accelerator for Bvh {
     }
 
     /// A part is the first of two children.
-    fn open(&self, part: u64, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
+    fn open(&self, part: u64, _t: f64, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
         let first = part as u32;
         work.boxes += 2;
         for child in [first, first + 1] {
@@ -126,6 +126,10 @@ impl Accelerator for Bvh {
             height -= 1;
             next = stack[height];
         }
+    }
+
+    fn repeats(&self) -> bool {
+        false
     }
 
     fn memory(&self) -> usize {

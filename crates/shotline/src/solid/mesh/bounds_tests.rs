@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::shapes::{ball, cubes, ring, sheet};
 use super::{MeshSolid, TriangleMesh};
-use crate::accel::Work;
+use crate::accel::Scratch;
 use crate::crossing::Crossing;
 use crate::math::{Affine, HALF_ULP, Vec3};
 use crate::ray::{Line, Span};
@@ -12,7 +12,7 @@ use crate::testkit::random::Random;
 
 fn hits(solid: &MeshSolid, line: &Line) -> Vec<Crossing> {
     let mut out = Vec::new();
-    solid.hits(line, Span::new(-f64::MAX, f64::INFINITY).unwrap(), &mut out, &mut Work::default());
+    solid.hits(line, Span::new(-f64::MAX, f64::INFINITY).unwrap(), &mut out, &mut Scratch::default());
     out
 }
 

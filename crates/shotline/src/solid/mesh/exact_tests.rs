@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::shapes::{ball, cubes, ring};
 use super::{MeshSolid, TriangleMesh};
-use crate::accel::Work;
+use crate::accel::Scratch;
 use crate::crossing::{Crossing, is_alternating, together};
 use crate::math::{Affine, Dd, HALF_ULP, Vec3, two_prod};
 use crate::ray::{Line, Span};
@@ -204,7 +204,12 @@ fn lists_agree_with_fractions() {
             let Some(exact) = mesh.exact_hits(o, d).filter(|_| d != [0; 3]) else { continue };
             let line = Line::exact(real(o), real(d));
             let mut hits = Vec::new();
-            solid.hits(&line, Span::new(-f64::MAX, f64::INFINITY).unwrap(), &mut hits, &mut Work::default());
+            solid.hits(
+                &line,
+                Span::new(-f64::MAX, f64::INFINITY).unwrap(),
+                &mut hits,
+                &mut Scratch::default(),
+            );
             hits.sort_by_key(|h| h.primitive);
             let mut by_face = exact.clone();
             by_face.sort_by_key(|h| h.face);

@@ -20,7 +20,7 @@ mod bounds_tests;
 #[cfg(test)]
 mod exact_tests;
 #[cfg(test)]
-mod shapes;
+pub(crate) mod shapes;
 #[cfg(test)]
 mod tests;
 

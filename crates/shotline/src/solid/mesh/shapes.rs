@@ -35,7 +35,7 @@ impl TriangleMesh {
 }
 
 /// An octahedron, its faces cut in four so many `times`, with all corners on the unit sphere.
-pub(super) fn ball(times: u32) -> TriangleMesh {
+pub(crate) fn ball(times: u32) -> TriangleMesh {
     let vertices = [Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z].to_vec();
     let faces = vec![[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]];
     let mut mesh = TriangleMesh { vertices, faces };
@@ -107,7 +107,7 @@ pub(super) fn cubes(places: &[[i32; 3]]) -> TriangleMesh {
 }
 
 /// An open sheet of `n` times `n` unit squares in the plane z = 0, cut in two, facing up.
-pub(super) fn sheet(n: u32) -> TriangleMesh {
+pub(crate) fn sheet(n: u32) -> TriangleMesh {
     let at = |i: u32, j: u32| i * (n + 1) + j;
     let vertices = (0..=n).flat_map(|i| (0..=n).map(move |j| Vec3::new(i.into(), j.into(), 0.0))).collect();
     let squares = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));

@@ -6,7 +6,7 @@ use super::probe::{Probe, Size, Triangle};
 use super::winding::{FirstEntry, first_entry, order, to_crossings, total};
 use super::{MeshError, Topology, TriangleMesh};
 use crate::aabb::Aabb;
-use crate::accel::{self, Accelerator, Work};
+use crate::accel::{self, Accelerator, Scratch};
 use crate::crossing::Crossing;
 use crate::math::Vec3;
 use crate::ray::{Line, Span};
@@ -71,17 +71,19 @@ impl MeshSolid {
 
     /// Appends every hit of the surface in the span, by `t` and then by triangle, entering where the line
     /// sees the front. A ray through a shared edge or vertex hits one of the triangles there.
-    pub fn hits(&self, line: &Line, span: Span, out: &mut Vec<Crossing>, work: &mut Work) {
+    pub fn hits(&self, line: &Line, span: Span, out: &mut Vec<Crossing>, scratch: &mut Scratch) {
+        self.make_room(scratch);
         if let Some(probe) = Probe::new(line, &self.size) {
-            self.hits_between(&probe, span.t_min(), span.t_max(), out, work);
+            self.hits_between(&probe, span.t_min(), span.t_max(), out, scratch);
         }
     }
 
     /// The first of the [`MeshSolid::hits`].
-    pub fn nearest(&self, line: &Line, span: Span, work: &mut Work) -> Option<Crossing> {
+    pub fn nearest(&self, line: &Line, span: Span, scratch: &mut Scratch) -> Option<Crossing> {
+        self.make_room(scratch);
         let probe = Probe::new(line, &self.size)?;
         let mut nearest: Option<Crossing> = None;
-        self.walk(&probe, span.t_min(), span.t_max(), work, |hit| {
+        self.walk(&probe, span.t_min(), span.t_max(), scratch, |hit| {
             if nearest.is_none_or(|best| order(&hit, &best).is_lt()) {
                 nearest = Some(hit);
             }
@@ -91,31 +93,45 @@ impl MeshSolid {
     }
 
     /// Whether there are [`MeshSolid::hits`].
-    pub fn any(&self, line: &Line, span: Span, work: &mut Work) -> bool {
+    pub fn any(&self, line: &Line, span: Span, scratch: &mut Scratch) -> bool {
+        self.make_room(scratch);
         let Some(probe) = Probe::new(line, &self.size) else { return false };
         let mut any = false;
-        self.walk(&probe, span.t_min(), span.t_max(), work, |_| {
+        self.walk(&probe, span.t_min(), span.t_max(), scratch, |_| {
             any = true;
             f64::NEG_INFINITY
         });
         any
     }
 
-    /// Visits hits between two `t`, perhaps twice, nearest first as far as the accelerator can tell.
+    /// Lets triangles be tagged, where the scratch is worth it: where it is kept.
+    fn make_room(&self, scratch: &mut Scratch) {
+        if self.accelerator.repeats() {
+            scratch.tags.reserve(self.triangles.len());
+        }
+    }
+
+    /// Visits hits between two `t`, without room for tags perhaps twice, nearest first as far as the accelerator can tell.
     /// `visit` answers the `t` behind which no hit is wanted any more.
     fn walk(
         &self,
         probe: &Probe,
         from: f64,
         to: f64,
-        work: &mut Work,
+        scratch: &mut Scratch,
         mut visit: impl FnMut(Crossing) -> f64,
     ) {
         let mut limit = to;
         let mut scaled_limit = probe.scaled(to);
+        let Scratch { work, tags } = scratch;
+        tags.begin();
         self.accelerator.walk(&probe.boxes(from, to), work, &mut |items, work| {
-            work.solids += items.len() as u64;
             for &item in items {
+                if !tags.is_first(item as usize) {
+                    work.tags_saved += 1;
+                    continue;
+                }
+                work.solids += 1;
                 if let Some(hit) = probe.hit(&self.triangles[item as usize])
                     && from <= hit.t
                     && hit.t <= limit
@@ -129,9 +145,16 @@ impl MeshSolid {
     }
 
     /// Appends all hits between two `t`, in order, each once.
-    fn hits_between(&self, probe: &Probe, from: f64, to: f64, out: &mut Vec<Crossing>, work: &mut Work) {
+    fn hits_between(
+        &self,
+        probe: &Probe,
+        from: f64,
+        to: f64,
+        out: &mut Vec<Crossing>,
+        scratch: &mut Scratch,
+    ) {
         let start = out.len();
-        self.walk(probe, from, to, work, |hit| {
+        self.walk(probe, from, to, scratch, |hit| {
             insert(out, start, hit);
             to
         });
@@ -145,14 +168,14 @@ impl MeshSolid {
         mut from: f64,
         to: f64,
         out: &mut Vec<Crossing>,
-        work: &mut Work,
+        scratch: &mut Scratch,
     ) {
         let start = out.len();
         let end = |hits: &[Crossing]| first_entry(hits).map_or(to, |e| to.min(probe.event_end(e.reach)));
         let mut wanted = to;
         loop {
             let mut lowest = wanted;
-            self.walk(probe, from, wanted, work, |hit| {
+            self.walk(probe, from, wanted, scratch, |hit| {
                 insert(out, start, hit);
                 lowest = lowest.min(end(&out[start..]));
                 lowest
@@ -191,7 +214,7 @@ impl Solid for MeshSolid {
     fn crossings(&self, line: &Line, out: &mut Vec<Crossing>) {
         let Some(probe) = Probe::new(line, &self.size) else { return };
         let start = out.len();
-        self.hits_between(&probe, f64::NEG_INFINITY, f64::INFINITY, out, &mut Work::default());
+        self.hits_between(&probe, f64::NEG_INFINITY, f64::INFINITY, out, &mut Scratch::default());
         to_crossings(out, start, 0);
     }
 
@@ -201,8 +224,9 @@ impl Solid for MeshSolid {
         span: Span,
         wanted: Wanted,
         out: &mut Vec<Crossing>,
-        work: &mut Work,
+        scratch: &mut Scratch,
     ) {
+        self.make_room(scratch);
         let Some(probe) = Probe::new(line, &self.size) else { return };
         let start = out.len();
         // Hits just outside of the span may be one event with hits in it.
@@ -211,13 +235,13 @@ impl Solid for MeshSolid {
         let Some((enter, _)) = probe.boxes(from, to).enter_exit(&self.scaled_bounds) else { return };
         if enter <= probe.scaled(from) {
             // Perhaps inside: all hits ahead say how often, for behind the last of them it is outside.
-            self.hits_between(&probe, from, f64::INFINITY, out, work);
+            self.hits_between(&probe, from, f64::INFINITY, out, scratch);
             let before = -total(&out[start..]);
             to_crossings(out, start, before);
         } else {
             match wanted {
-                Wanted::All => self.hits_between(&probe, from, to, out, work),
-                Wanted::First => self.hits_to_first_entry(&probe, from, to, out, work),
+                Wanted::All => self.hits_between(&probe, from, to, out, scratch),
+                Wanted::First => self.hits_to_first_entry(&probe, from, to, out, scratch),
             }
             to_crossings(out, start, 0);
         }
@@ -243,7 +267,7 @@ impl Solid for MeshSolid {
         }
         let Some(probe) = Probe::new(&Line::exact(p, Vec3::Z), &self.size) else { return false };
         let mut hits = Vec::new();
-        self.hits_between(&probe, 0.0, f64::INFINITY, &mut hits, &mut Work::default());
+        self.hits_between(&probe, 0.0, f64::INFINITY, &mut hits, &mut Scratch::default());
         total(&hits) != 0
     }
 

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 use super::shapes::{ball, cubes, ring, sheet};
 use super::{MeshSolid, TriangleMesh};
-use crate::accel::{self, Work};
+use crate::accel::{self, Scratch};
 use crate::crossing::{Crossing, is_alternating};
 use crate::math::{Affine, Vec3, tests_support::affine_strategy};
 use crate::ray::{Line, Span};
@@ -26,14 +26,14 @@ fn crossings(solid: &MeshSolid, line: &Line) -> Vec<Crossing> {
 
 fn within(solid: &MeshSolid, line: &Line, span: Span, wanted: Wanted) -> Vec<Crossing> {
     let mut out = Vec::new();
-    solid.crossings_within(line, span, wanted, &mut out, &mut Work::default());
+    solid.crossings_within(line, span, wanted, &mut out, &mut Scratch::default());
     assert!(is_alternating(&out), "{out:?}");
     out
 }
 
 fn hits(solid: &MeshSolid, line: &Line, span: Span) -> Vec<Crossing> {
     let mut out = Vec::new();
-    solid.hits(line, span, &mut out, &mut Work::default());
+    solid.hits(line, span, &mut out, &mut Scratch::default());
     out
 }
 
@@ -227,8 +227,8 @@ proptest! {
             prop_assert_eq!(all.len(), 1);
             prop_assert!((all[0].t - 1.0).abs() <= 1e-11);
             prop_assert_eq!(all[0].entering, normal.dot(line.d) < 0.0);
-            prop_assert_eq!(solid.nearest(&line, Span::FORWARD, &mut Work::default()), Some(all[0]));
-            prop_assert!(solid.any(&line, Span::FORWARD, &mut Work::default()));
+            prop_assert_eq!(solid.nearest(&line, Span::FORWARD, &mut Scratch::default()), Some(all[0]));
+            prop_assert!(solid.any(&line, Span::FORWARD, &mut Scratch::default()));
         }
     }
 }

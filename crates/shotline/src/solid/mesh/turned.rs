@@ -6,7 +6,7 @@ use super::shells::Shells;
 use super::welded::{Face, places, signed_volume, welded};
 use super::winding::total;
 use super::{Found, MeshSolid};
-use crate::accel::Work;
+use crate::accel::Scratch;
 use crate::crossing::Crossing;
 use crate::math::{HALF_ULP, Vec3};
 use crate::ray::{Line, Span};
@@ -55,7 +55,7 @@ impl MeshSolid {
     /// The winding number at a point of those faces that count.
     fn winding_at(&self, p: Vec3, counts: impl Fn(u32) -> bool) -> i32 {
         let mut hits: Vec<Crossing> = Vec::new();
-        self.hits(&Line::exact(p, Vec3::Z), Span::FORWARD, &mut hits, &mut Work::default());
+        self.hits(&Line::exact(p, Vec3::Z), Span::FORWARD, &mut hits, &mut Scratch::default());
         hits.retain(|hit| counts(hit.primitive));
         -total(&hits)
     }

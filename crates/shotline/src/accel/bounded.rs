@@ -1,0 +1,38 @@
+//! What every structure sorts out first: items it can hold in cells, and items without finite bounds.
+
+use crate::aabb::Aabb;
+
+/// Boxes that reach farther count as infinite, so that no size and no area overflows.
+const FARTHEST: f64 = 1e150;
+
+/// An item with the box, or the part of it, that is to be held.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bounded {
+    pub bounds: Aabb,
+    pub item: u32,
+}
+
+/// Items to be held by a structure, and those that are kept aside and proposed first. Items with an empty box
+/// are in neither.
+pub(super) fn sort_out(boxes: &[Aabb]) -> (Vec<Bounded>, Vec<u32>) {
+    let (mut bounded, mut unbounded) = (Vec::with_capacity(boxes.len()), Vec::new());
+    for (item, &bounds) in (0..).zip(boxes).filter(|(_, b)| !b.is_empty()) {
+        if bounds.min.abs().max(bounds.max.abs()).max_element() <= FARTHEST {
+            bounded.push(Bounded { bounds, item });
+        } else {
+            unbounded.push(item);
+        }
+    }
+    (bounded, unbounded)
+}
+
+/// The box around all.
+pub(super) fn around(items: &[Bounded]) -> Aabb {
+    items.iter().fold(Aabb::EMPTY, |all, item| all.union(&item.bounds))
+}
+
+/// What the chance of a line to meet a box within `whole` is proportional to: the surface, or where `whole` has
+/// none the edges.
+pub(super) fn measure(whole: &Aabb) -> fn(&Aabb) -> f64 {
+    if whole.half_area() > 0.0 { Aabb::half_area } else { |b| b.size().element_sum() }
+}

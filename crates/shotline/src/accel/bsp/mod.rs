@@ -1,0 +1,182 @@
+//! A binary space partition: planes across the axes cut space in two, and again (Kaplan 1985; as a kd-tree by
+//! Havran 2000).
+//!
+//! A ray comes to a node with an interval of `t`, and a plane divides the interval; the near side is walked
+//! first. The `t` of a plane has a doubt: the near side keeps all up to the last `t` at which the ray may be
+//! before the plane, the far side begins with the first at which it may be behind. So the two intervals overlap,
+//! and no item is lost between them (see [`BoxRay::earliest`]).
+
+mod build;
+
+use super::{Accelerator, Offer, Pending, Visit, Work};
+use crate::aabb::{Aabb, BoxRay};
+
+/// Deeper trees are not built, see `build`; so a walk's stack is an array.
+const MAX_DEPTH: usize = 64;
+
+/// Space on one side of all planes above it.
+#[derive(Clone, Copy, Debug)]
+enum Node {
+    /// Cut by the plane where a coordinate is `at`; the two sides are adjacent, the lower first.
+    Plane {
+        axis: u8,
+        first: u32,
+        at: f64,
+    },
+    Leaf {
+        first: u32,
+        count: u32,
+    },
+}
+
+/// A node and where the ray is in it.
+#[derive(Clone, Copy, Default)]
+struct Stretch {
+    node: u32,
+    enter: f64,
+    exit: f64,
+}
+
+/// The tree.
+#[derive(Debug)]
+pub(super) struct Bsp {
+    bounds: Aabb,
+    /// The root is the first. None without items.
+    nodes: Vec<Node>,
+    items: Vec<u32>,
+    /// Items without finite bounds, proposed first.
+    unbounded: Vec<u32>,
+}
+
+impl Bsp {
+    pub(super) fn build(boxes: &[Aabb]) -> Bsp {
+        build::build(boxes)
+    }
+
+    fn items(&self, first: u32, count: u32) -> &[u32] {
+        &self.items[first as usize..][..count as usize]
+    }
+
+    /// Where the ray is in the root.
+    fn root(&self, ray: &BoxRay) -> Option<Stretch> {
+        let (enter, exit) = ray.enter_exit(&self.bounds)?;
+        (!self.nodes.is_empty()).then_some(Stretch { node: 0, enter, exit })
+    }
+
+    /// Offers what a node holds.
+    fn offer(&self, stretch: Stretch, out: &mut Vec<Pending>) {
+        let t = stretch.enter;
+        match self.nodes[stretch.node as usize] {
+            Node::Plane { .. } => out.push(Pending { t, what: Offer::Part(pack(stretch)) }),
+            Node::Leaf { first, count } => {
+                out.extend(self.items(first, count).iter().map(|&i| Pending { t, what: Offer::Item(i) }));
+            }
+        }
+    }
+}
+
+/// The near and the far side of a plane, as far as the ray comes to them.
+#[inline]
+fn sides(
+    Stretch { enter, exit, .. }: Stretch,
+    (axis, first, at): (u8, u32, f64),
+    ray: &BoxRay,
+) -> [Option<Stretch>; 2] {
+    let axis = usize::from(axis);
+    let (behind, before) = (ray.earliest(axis, at), ray.latest(axis, at));
+    let [near, far] = if ray.ascends(axis) { [first, first + 1] } else { [first + 1, first] };
+    [
+        (enter <= before).then_some(Stretch {
+            node: near,
+            enter,
+            exit: if before < exit { before } else { exit },
+        }),
+        (behind <= exit).then_some(Stretch {
+            node: far,
+            enter: if behind > enter { behind } else { enter },
+            exit,
+        }),
+    ]
+}
+
+impl Accelerator for Bsp {
+    fn start(&self, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
+        let t = ray.span().t_min();
+        out.extend(self.unbounded.iter().map(|&i| Pending { t, what: Offer::Item(i) }));
+        work.boxes += 1;
+        if let Some(stretch) = self.root(ray) {
+            self.offer(stretch, out);
+        }
+    }
+
+    /// A part is a node with a plane, and where the ray leaves it.
+    fn open(&self, part: u64, t: f64, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
+        let (node, exit) = unpack(part);
+        if let Node::Plane { axis, first, at } = self.nodes[node as usize] {
+            work.planes += 1;
+            for side in sides(Stretch { node, enter: t, exit }, (axis, first, at), ray).into_iter().flatten()
+            {
+                self.offer(side, out);
+            }
+        }
+    }
+
+    fn walk(&self, ray: &BoxRay, work: &mut Work, visit: &mut Visit) {
+        let mut limit = ray.span().t_max();
+        if !self.unbounded.is_empty() {
+            limit = visit(&self.unbounded, work);
+        }
+        work.boxes += 1;
+        let mut next = self.root(ray);
+        let mut stack = [Stretch::default(); MAX_DEPTH];
+        let mut height = 0;
+        loop {
+            if let Some(stretch) = next.filter(|s| s.enter <= limit) {
+                match self.nodes[stretch.node as usize] {
+                    Node::Plane { axis, first, at } => {
+                        work.planes += 1;
+                        match sides(stretch, (axis, first, at), ray) {
+                            [Some(near), Some(far)] => {
+                                stack[height] = far;
+                                height += 1;
+                                next = Some(near);
+                            }
+                            [near, far] => next = near.or(far),
+                        }
+                        continue;
+                    }
+                    Node::Leaf { count: 0, .. } => {}
+                    Node::Leaf { first, count } => limit = visit(self.items(first, count), work),
+                }
+            }
+            if height == 0 {
+                return;
+            }
+            height -= 1;
+            next = Some(stack[height]);
+        }
+    }
+
+    fn repeats(&self) -> bool {
+        true
+    }
+
+    fn memory(&self) -> usize {
+        size_of_val(self.nodes.as_slice())
+            + size_of_val(self.items.as_slice())
+            + size_of_val(self.unbounded.as_slice())
+    }
+}
+
+/// The number of a part: the node, and the exit rounded up to an f32.
+fn pack(stretch: Stretch) -> u64 {
+    let mut exit = stretch.exit as f32;
+    if f64::from(exit) < stretch.exit {
+        exit = exit.next_up();
+    }
+    u64::from(stretch.node) << 32 | u64::from(exit.to_bits())
+}
+
+fn unpack(part: u64) -> (u32, f64) {
+    ((part >> 32) as u32, f64::from(f32::from_bits(part as u32)))
+}

@@ -1,0 +1,219 @@
+//! Building the grid: how fine, and where finer still.
+
+use super::{Block, Cell, Grid, MAX_CELLS};
+use crate::aabb::Aabb;
+use crate::accel::bounded::{Bounded, around, sort_out};
+use crate::math::Vec3;
+
+/// Cells for each item in the block around everything: few, for most of it is empty where items form surfaces,
+/// and rays should pass that in large steps.
+const COARSE: f64 = 0.02;
+/// Cells for each item in the blocks of crowded cells.
+const FINE: f64 = 16.0;
+/// Cells of more items are made a block of their own.
+const CROWDED: usize = 16;
+/// Blocks within blocks.
+const MAX_DEPTH: u32 = 6;
+/// In how many cells of its block an item may lie, in the mean; if in more, the cells are made larger.
+const MAX_SPREAD: usize = 6;
+/// In how many cells an item may lie, in the mean over everything. It bounds the memory.
+const MAX_TOTAL_SPREAD: usize = 16;
+/// So many listings can be numbered by cells, each perhaps a run of its own with its length.
+const MAX_LISTED: usize = 1 << 30;
+
+/// A cell whose contents are not decided.
+struct Task {
+    cell: usize,
+    items: Vec<Bounded>,
+    depth: u32,
+}
+
+struct Builder {
+    grid: Grid,
+    /// How many more times items may be listed.
+    spare: usize,
+}
+
+pub(super) fn build(boxes: &[Aabb]) -> Grid {
+    let (items, unbounded) = sort_out(boxes);
+    let grid = Grid { blocks: Vec::new(), cells: Vec::new(), runs: vec![0], unbounded };
+    let spare = (items.len() * MAX_TOTAL_SPREAD).min(MAX_LISTED.saturating_sub(items.len()));
+    let mut builder = Builder { grid, spare };
+    if !items.is_empty() {
+        builder.run(items);
+    }
+    builder.grid
+}
+
+impl Builder {
+    fn run(&mut self, items: Vec<Bounded>) {
+        let block = self.block(&items, COARSE);
+        let mut tasks = self.fill(block, &items, 0);
+        drop(items);
+        while let Some(Task { cell, items, depth }) = tasks.pop() {
+            let block = self.block(&items, FINE);
+            if block.counts != [1; 3] {
+                self.grid.cells[cell] = Cell::of_block(self.grid.blocks.len());
+                tasks.extend(self.fill(block, &items, depth));
+            } else {
+                self.grid.cells[cell] = self.list(items.iter().map(|b| b.item));
+            }
+        }
+    }
+
+    /// Writes the run of a cell.
+    fn list(&mut self, items: impl ExactSizeIterator<Item = u32>) -> Cell {
+        let cell = Cell(self.grid.runs.len() as u32);
+        self.grid.runs.push(items.len() as u32);
+        self.grid.runs.extend(items);
+        cell
+    }
+
+    /// A block around items, with so many cells for each or as many as there may be.
+    fn block(&self, items: &[Bounded], density: f64) -> Block {
+        let bounds = around(items);
+        let mut counts = resolution(bounds.size(), items.len() as f64 * density);
+        loop {
+            let step = bounds.size() / Vec3::from(counts.map(f64::from));
+            let block = Block { bounds, step, counts, first_cell: self.grid.cells.len() };
+            let listed: usize = items.iter().map(|b| volume(&block.cells_of(&b.bounds))).sum();
+            let more = listed - items.len();
+            if counts == [1; 3] || (listed <= items.len() * MAX_SPREAD && more <= self.spare) {
+                return block;
+            }
+            counts = counts.map(|n| n.div_ceil(2));
+        }
+    }
+
+    /// Adds a block with its cells; those that are crowded are left as tasks.
+    fn fill(&mut self, block: Block, items: &[Bounded], depth: u32) -> Vec<Task> {
+        let cells = block.counts.iter().map(|&n| n as usize).product();
+        self.grid.blocks.push(block);
+        self.grid.cells.resize(block.first_cell + cells, Cell::EMPTY);
+        let listed = Listed::new(&block, items, cells);
+        self.spare -= listed.items.len() - items.len();
+        let mut tasks = Vec::new();
+        for cell in 0..cells {
+            let inside = listed.of(cell);
+            let place = block.first_cell + cell;
+            if inside.len() > CROWDED && depth + 1 < MAX_DEPTH {
+                let bounds = block.bounds_of(cell);
+                let clip = |i: &u32| {
+                    let Bounded { bounds: whole, item } = items[*i as usize];
+                    Bounded { bounds: whole.intersection(&bounds), item }
+                };
+                let items = inside.iter().map(clip).collect();
+                tasks.push(Task { cell: place, items, depth: depth + 1 });
+            } else if !inside.is_empty() {
+                self.grid.cells[place] = self.list(inside.iter().map(|&i| items[i as usize].item));
+            }
+        }
+        tasks
+    }
+}
+
+/// The items of each cell of a block, by their place in the list given.
+struct Listed {
+    ends: Vec<usize>,
+    items: Vec<u32>,
+}
+
+impl Listed {
+    /// By counting first.
+    fn new(block: &Block, items: &[Bounded], cells: usize) -> Listed {
+        let mut ends = vec![0; cells];
+        for_each_cell(block, items, |cell, _| ends[cell] += 1);
+        let mut sum = 0;
+        for end in &mut ends {
+            (*end, sum) = (sum, sum + *end);
+        }
+        let mut listed = vec![0; sum];
+        for_each_cell(block, items, |cell, i| {
+            listed[ends[cell]] = i;
+            ends[cell] += 1;
+        });
+        Listed { ends, items: listed }
+    }
+
+    fn of(&self, cell: usize) -> &[u32] {
+        let start = if cell == 0 { 0 } else { self.ends[cell - 1] };
+        &self.items[start..self.ends[cell]]
+    }
+}
+
+fn for_each_cell(block: &Block, items: &[Bounded], mut each: impl FnMut(usize, u32)) {
+    let [_, down, back] = block.strides();
+    for (i, item) in (0..).zip(items) {
+        let [x, y, z] = block.cells_of(&item.bounds);
+        for k in z.0..=z.1 {
+            for j in y.0..=y.1 {
+                let row = j as usize * down + k as usize * back;
+                (x.0..=x.1).for_each(|cell| each(row + cell as usize, i));
+            }
+        }
+    }
+}
+
+/// First and last along each axis.
+type Range = [(u32, u32); 3];
+
+fn volume(range: &Range) -> usize {
+    range.iter().map(|(first, last)| (last - first + 1) as usize).product()
+}
+
+impl Block {
+    /// Cells that hold a box all together: planes between which it lies. A box that ends at a plane does not
+    /// reach behind it.
+    fn cells_of(&self, b: &Aabb) -> Range {
+        [0, 1, 2].map(|axis| {
+            let (low, high) = (b.min[axis], b.max[axis]);
+            let mut first = self.guess(axis, low);
+            while first > 0 && self.plane(axis, first) > low {
+                first -= 1;
+            }
+            while first + 1 < self.counts[axis] && self.plane(axis, first + 1) <= low {
+                first += 1;
+            }
+            let mut last = self.guess(axis, high).max(first);
+            while last + 1 < self.counts[axis] && self.plane(axis, last + 1) < high {
+                last += 1;
+            }
+            while last > first && self.plane(axis, last) >= high {
+                last -= 1;
+            }
+            (first, last)
+        })
+    }
+
+    fn bounds_of(&self, cell: usize) -> Aabb {
+        let [x, y] = [self.counts[0] as usize, self.counts[1] as usize];
+        let place = [cell % x, cell / x % y, cell / (x * y)].map(|i| i as u32);
+        let corner = |more: u32| Vec3::from([0, 1, 2].map(|axis| self.plane(axis, place[axis] + more)));
+        Aabb::new(corner(0), corner(1))
+    }
+}
+
+/// How many cubic cells along each axis make about so many in all.
+fn resolution(size: Vec3, cells: f64) -> [u32; 3] {
+    let longest = size.max_element();
+    if longest == 0.0 {
+        return [1; 3];
+    }
+    // Axes that are shorter than a cell have one, and leave the number to the others.
+    let mut counts = [1; 3];
+    let mut axes = vec![0, 1, 2];
+    loop {
+        let relative = |axis: usize| size[axis] / longest;
+        let volume: f64 = axes.iter().map(|&axis| relative(axis)).product();
+        let edge = (volume / cells).powf(1.0 / axes.len() as f64);
+        let before = axes.len();
+        axes.retain(|&axis| relative(axis) >= edge && relative(axis) > 0.0);
+        if axes.len() < before && !axes.is_empty() {
+            continue;
+        }
+        for axis in axes {
+            counts[axis] = ((relative(axis) / edge).ceil() as u32).clamp(1, MAX_CELLS);
+        }
+        return counts;
+    }
+}

@@ -1,0 +1,165 @@
+//! The march of a ray through the cells of a block.
+//!
+//! Amanatides and Woo add up the steps of `t`; here the `t` of each plane is worked out from the plane, with
+//! its doubt: between `earliest` and `latest` the ray may be on either side. A cell is *met* if the interval
+//! that its six planes leave is not empty, which is just what a test of its box would say. All cells that are
+//! met are visited, each once. Along a ray in general position that is a chain; where it passes an edge or a
+//! corner, or by, as near as rounding, all cells there are met.
+//!
+//! No item is lost: planes cut its box into pieces, one in each cell that it is listed in, and a `t` in the
+//! interval of the box is in that of a piece (see [`BoxRay::earliest`]), so in that of the piece's cell.
+//!
+//! Each met cell that is not met from the start is reached from one other: the one before it across the plane
+//! that was passed last, and of several passed at the same `t` across that of the highest axis. That one is met
+//! too: it shares the other two pairs of planes, and the interval of the pair only moves back to end at the
+//! plane that is passed.
+
+use super::Block;
+use crate::aabb::BoxRay;
+
+/// A ray in a block.
+pub(super) struct March<'a> {
+    block: &'a Block,
+    ray: &'a BoxRay,
+    /// Where it comes in, or its span begins.
+    start: f64,
+    ascends: [bool; 3],
+    strides: [usize; 3],
+}
+
+/// A cell that is met.
+#[derive(Clone, Copy)]
+pub(super) struct Here {
+    /// Its place along each axis, counted as the ray comes.
+    pub place: [u32; 3],
+    /// Its number.
+    pub cell: usize,
+    sides: [Side; 3],
+}
+
+/// The interval that the planes of one axis leave.
+#[derive(Clone, Copy, Default)]
+struct Side {
+    enter: f64,
+    /// `earliest` and `latest` of the plane behind.
+    leave: f64,
+    exit: f64,
+}
+
+impl<'a> March<'a> {
+    /// `None` if the ray passes by.
+    #[inline]
+    pub fn new(block: &'a Block, ray: &'a BoxRay) -> Option<March<'a>> {
+        let (start, _) = ray.enter_exit(&block.bounds)?;
+        let ascends = [0, 1, 2].map(|axis| ray.ascends(axis));
+        Some(March { block, ray, start, ascends, strides: block.strides() })
+    }
+
+    /// Where the ray comes to a cell.
+    #[inline]
+    pub fn enter(&self, here: &Here) -> f64 {
+        let [x, y, z] = &here.sides;
+        let last = if x.enter > y.enter { x.enter } else { y.enter };
+        let last = if z.enter > last { z.enter } else { last };
+        if last > self.start { last } else { self.start }
+    }
+
+    /// The cells met at the start: one, and all others on `aside`.
+    pub fn begin(&self, aside: &mut Vec<Here>) -> Here {
+        let ranges = [0, 1, 2].map(|axis| self.first_places(axis));
+        let [x, y, z] = ranges;
+        for i in x.0..=x.1 {
+            for j in y.0..=y.1 {
+                for k in z.0..=z.1 {
+                    if (i, j, k) != (x.0, y.0, z.0) {
+                        aside.push(self.at([i, j, k]));
+                    }
+                }
+            }
+        }
+        self.at([x.0, y.0, z.0])
+    }
+
+    /// The first and last place along an axis where the ray can be at the start.
+    fn first_places(&self, axis: usize) -> (u32, u32) {
+        let count = self.block.counts[axis];
+        let cell = self.block.guess(axis, self.ray.coordinate(axis, self.start));
+        let mut last = if self.ascends[axis] { cell } else { count - 1 - cell };
+        while last + 1 < count && self.enters(axis, last + 1) <= self.start {
+            last += 1;
+        }
+        while last > 0 && self.enters(axis, last) > self.start {
+            last -= 1;
+        }
+        let mut first = last;
+        while first > 0 && self.ray.latest(axis, self.plane(axis, first)) >= self.start {
+            first -= 1;
+        }
+        (first, last)
+    }
+
+    /// The cell at a place.
+    pub fn at(&self, place: [u32; 3]) -> Here {
+        let mut here = Here { place, cell: self.block.first_cell, sides: [Side::default(); 3] };
+        for (axis, i) in place.into_iter().enumerate() {
+            let along = if self.ascends[axis] { i } else { self.block.counts[axis] - 1 - i };
+            here.cell += along as usize * self.strides[axis];
+            here.sides[axis] = self.side(axis, i, self.enters(axis, i));
+        }
+        here
+    }
+
+    /// The cell to go on to; any others, where more than one is reached from here, on `aside`.
+    #[inline]
+    pub fn next(&self, here: &Here, aside: &mut Vec<Here>) -> Option<Here> {
+        let mut next = None;
+        for (axis, a, b) in [(0, 1, 2), (1, 2, 0), (2, 0, 1)] {
+            let leave = here.sides[axis].leave;
+            let [a, b] = [(a, &here.sides[a]), (b, &here.sides[b])];
+            let is_met = leave <= a.1.exit && leave <= b.1.exit;
+            let is_last =
+                |(other, side): (usize, &Side)| side.enter < leave || (side.enter == leave && other < axis);
+            if is_met
+                && leave > self.start
+                && is_last(a)
+                && is_last(b)
+                && here.place[axis] + 1 < self.block.counts[axis]
+            {
+                aside.extend(next.replace(self.step(here, axis)));
+            }
+        }
+        next
+    }
+
+    /// The cell behind the plane of an axis.
+    #[inline]
+    fn step(&self, here: &Here, axis: usize) -> Here {
+        let mut next = *here;
+        next.place[axis] += 1;
+        if self.ascends[axis] {
+            next.cell += self.strides[axis];
+        } else {
+            next.cell -= self.strides[axis];
+        }
+        next.sides[axis] = self.side(axis, next.place[axis], here.sides[axis].leave);
+        next
+    }
+
+    #[inline]
+    fn side(&self, axis: usize, place: u32, enter: f64) -> Side {
+        let behind = self.plane(axis, place + 1);
+        Side { enter, leave: self.ray.earliest(axis, behind), exit: self.ray.latest(axis, behind) }
+    }
+
+    #[inline]
+    fn enters(&self, axis: usize, place: u32) -> f64 {
+        self.ray.earliest(axis, self.plane(axis, place))
+    }
+
+    /// The plane before a place.
+    #[inline]
+    fn plane(&self, axis: usize, place: u32) -> f64 {
+        let i = if self.ascends[axis] { place } else { self.block.counts[axis] - place };
+        self.block.plane(axis, i)
+    }
+}

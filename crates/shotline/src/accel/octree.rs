@@ -1,0 +1,228 @@
+//! An octree: crowded cells are cut into eight at their middle (Glassner 1984, "Space subdivision for fast ray
+//! tracing").
+//!
+//! A cell shrinks to what is in it before it is cut: empty space is skipped at once, and a crowd that is small
+//! beside its surroundings is reached in one step.
+
+use super::bounded::{Bounded, around, measure, sort_out};
+use super::{Accelerator, Offer, Pending, Visit, Work};
+use crate::aabb::{Aabb, BoxRay};
+use crate::math::Vec3;
+
+/// Cells within cells.
+const MAX_DEPTH: usize = 24;
+/// Cells of at most so many items are not cut.
+const MAX_LEAF: usize = 4;
+/// What visiting a cell costs, in tests of an item.
+const CELL_COST: f64 = 1.0;
+/// How many times an item may be listed, in the mean. It bounds the memory.
+const MAX_SPREAD: usize = 8;
+/// A walk leaves up to seven cells behind it at each depth.
+const MAX_STACK: usize = 7 * MAX_DEPTH + 1;
+
+/// A cell, shrunk.
+#[derive(Clone, Copy, Debug)]
+struct Cell {
+    bounds: Aabb,
+    /// The first of its parts, which lie beside each other; or the first item in `items`.
+    first: u32,
+    /// Number of parts, up to eight; 0 for a leaf.
+    parts: u32,
+    /// Number of items of a leaf.
+    count: u32,
+}
+
+/// The tree.
+#[derive(Debug)]
+pub(super) struct Octree {
+    /// The root is the first. None without items.
+    cells: Vec<Cell>,
+    items: Vec<u32>,
+    /// Items without finite bounds, proposed first.
+    unbounded: Vec<u32>,
+}
+
+/// A cell whose contents are not decided. They may be listed `spare` times more than they are.
+struct Task {
+    cell: usize,
+    items: Vec<Bounded>,
+    depth: usize,
+    spare: usize,
+}
+
+impl Octree {
+    pub(super) fn build(boxes: &[Aabb]) -> Octree {
+        let (items, unbounded) = sort_out(boxes);
+        let mut tree = Octree { cells: Vec::new(), items: Vec::new(), unbounded };
+        let mut tasks = Vec::new();
+        if !items.is_empty() {
+            tree.cells.push(undecided(around(&items)));
+            let spare = items.len() * (MAX_SPREAD - 1);
+            tasks.push(Task { cell: 0, items, depth: 0, spare });
+        }
+        while let Some(task) = tasks.pop() {
+            tree.decide(task, &mut tasks);
+        }
+        tree
+    }
+
+    fn decide(&mut self, Task { cell, items, depth, spare }: Task, tasks: &mut Vec<Task>) {
+        let bounds = self.cells[cell].bounds;
+        if items.len() > MAX_LEAF && depth + 1 < MAX_DEPTH {
+            let parts = cut(&bounds, &items);
+            let listed: usize = parts.iter().map(Vec::len).sum();
+            let more = listed - items.len();
+            if more <= spare && pays(&bounds, &items, &parts) {
+                self.cells[cell].first = self.cells.len() as u32;
+                self.cells[cell].parts = parts.len() as u32;
+                for items in parts {
+                    let cell = self.cells.len();
+                    self.cells.push(undecided(around(&items)));
+                    let spare = (spare - more) * items.len() / listed;
+                    tasks.push(Task { cell, items, depth: depth + 1, spare });
+                }
+                return;
+            }
+        }
+        self.cells[cell].first = self.items.len() as u32;
+        self.cells[cell].count = items.len() as u32;
+        self.items.extend(items.iter().map(|b| b.item));
+    }
+
+    fn leaf_items(&self, cell: &Cell) -> &[u32] {
+        &self.items[cell.first as usize..][..cell.count as usize]
+    }
+
+    fn parts(&self, cell: &Cell) -> std::ops::Range<u32> {
+        cell.first..cell.first + cell.parts
+    }
+
+    fn enter(&self, cell: u32, ray: &BoxRay) -> Option<f64> {
+        ray.enter_exit(&self.cells[cell as usize].bounds).map(|(enter, _)| enter)
+    }
+
+    /// Offers what a cell that is entered at `t` holds.
+    fn offer(&self, index: u32, t: f64, out: &mut Vec<Pending>) {
+        let cell = &self.cells[index as usize];
+        if cell.parts > 0 {
+            out.push(Pending { t, what: Offer::Part(u64::from(index)) });
+        } else {
+            out.extend(self.leaf_items(cell).iter().map(|&i| Pending { t, what: Offer::Item(i) }));
+        }
+    }
+}
+
+fn undecided(bounds: Aabb) -> Cell {
+    Cell { bounds, first: 0, parts: 0, count: 0 }
+}
+
+/// The contents of the eighths of a box that hold any. A box that ends at the middle does not reach behind it.
+fn cut(bounds: &Aabb, items: &[Bounded]) -> Vec<Vec<Bounded>> {
+    let middle = bounds.centre();
+    let mut parts = vec![Vec::new(); 8];
+    for b in items {
+        let above = b.bounds.max.cmpgt(middle).bitmask();
+        let below = b.bounds.min.cmplt(middle).bitmask() | !above;
+        for (eighth, part) in (0..8).zip(&mut parts) {
+            if eighth & !above == 0 && !eighth & !below & 7 == 0 {
+                let clipped = b.bounds.intersection(&octant(middle, eighth));
+                part.push(Bounded { bounds: clipped, item: b.item });
+            }
+        }
+    }
+    parts.retain(|part| !part.is_empty());
+    parts
+}
+
+/// All of space on one side of the middle along each axis: above it where the axis' bit is set.
+fn octant(middle: Vec3, bits: u32) -> Aabb {
+    let mut octant = Aabb::EVERYTHING;
+    for axis in 0..3 {
+        let end = if bits >> axis & 1 == 1 { &mut octant.min } else { &mut octant.max };
+        end[axis] = middle[axis];
+    }
+    octant
+}
+
+/// Whether visiting the parts is cheaper than testing all items (MacDonald and Booth 1990).
+fn pays(bounds: &Aabb, items: &[Bounded], parts: &[Vec<Bounded>]) -> bool {
+    let measure = measure(bounds);
+    let cost: f64 = parts.iter().map(|p| measure(&around(p)) * (p.len() as f64 + CELL_COST)).sum();
+    cost < measure(bounds) * items.len() as f64
+}
+
+impl Accelerator for Octree {
+    fn start(&self, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
+        let t = ray.span().t_min();
+        out.extend(self.unbounded.iter().map(|&i| Pending { t, what: Offer::Item(i) }));
+        if !self.cells.is_empty() {
+            work.boxes += 1;
+            if let Some(t) = self.enter(0, ray) {
+                self.offer(0, t, out);
+            }
+        }
+    }
+
+    /// A part is a cell that is cut.
+    fn open(&self, part: u64, _t: f64, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
+        let cell = &self.cells[part as usize];
+        work.cells += 1;
+        work.boxes += u64::from(cell.parts);
+        for part in self.parts(cell) {
+            if let Some(t) = self.enter(part, ray) {
+                self.offer(part, t, out);
+            }
+        }
+    }
+
+    fn walk(&self, ray: &BoxRay, work: &mut Work, visit: &mut Visit) {
+        let mut limit = ray.span().t_max();
+        if !self.unbounded.is_empty() {
+            limit = visit(&self.unbounded, work);
+        }
+        if self.cells.is_empty() {
+            return;
+        }
+        work.boxes += 1;
+        let Some(t) = self.enter(0, ray) else { return };
+        let mut stack = [(0.0, 0); MAX_STACK];
+        stack[0] = (t, 0);
+        let mut height = 1;
+        while height > 0 {
+            height -= 1;
+            let (t, index) = stack[height];
+            if t > limit {
+                continue;
+            }
+            let cell = &self.cells[index as usize];
+            work.cells += 1;
+            if cell.parts == 0 {
+                limit = visit(self.leaf_items(cell), work);
+                continue;
+            }
+            work.boxes += u64::from(cell.parts);
+            let base = height;
+            for part in self.parts(cell) {
+                let Some(t) = self.enter(part, ray) else { continue };
+                // Sorted as they come: the nearest on top.
+                let mut place = height;
+                while place > base && stack[place - 1].0 < t {
+                    stack[place] = stack[place - 1];
+                    place -= 1;
+                }
+                stack[place] = (t, part);
+                height += 1;
+            }
+        }
+    }
+
+    fn repeats(&self) -> bool {
+        true
+    }
+
+    fn memory(&self) -> usize {
+        size_of_val(self.cells.as_slice())
+            + size_of_val(self.items.as_slice())
+            + size_of_val(self.unbounded.as_slice())
+    }
+}
