@@ -86,11 +86,6 @@ impl Section {
         Section { chain, ball }
     }
 
-    /// Whether the point at `t` is in the torus.
-    pub fn holds(&self, t: f64) -> bool {
-        self.member(&exact(t))
-    }
-
     /// Between how many pairs of neighbours the membership changes, for roots from `lo` to `hi`, neither a root.
     pub fn changes(&self, lo: f64, hi: f64) -> usize {
         let (lo, hi) = (exact(lo), exact(hi));
