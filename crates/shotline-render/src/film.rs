@@ -76,6 +76,10 @@ pub fn expose(
             return Err(RenderError::Cancelled);
         }
         let done = tile.expose(view, look, shader, samples, eye);
+        let work = eye.take_work();
+        if let Some(mut all) = run.work.and_then(|all| all.lock().ok()) {
+            *all += work;
+        }
         match (&done, run.progress) {
             (Err(_), _) => _ = failed.fetch_min(number, Ordering::Relaxed),
             (Ok(pixels), Some(progress)) => progress(pixels.len() as u64 * u64::from(samples)),
@@ -85,8 +89,9 @@ pub fn expose(
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(run.threads).build();
     let pool = pool.map_err(|e| RenderError::Threads { threads: run.threads, why: e.to_string() })?;
-    let done: Vec<_> =
-        pool.install(|| tiles.par_iter().enumerate().map_init(|| Eye::new(world), one).collect());
+    let done: Vec<_> = pool.install(|| {
+        tiles.par_iter().enumerate().map_init(|| Eye::new(world, settings.coherence), one).collect()
+    });
     let mut exposure = Exposure { width, height, samples: vec![Sample::NOTHING; area(width, height)] };
     for (tile, pixels) in tiles.iter().zip(done) {
         tile.paste(&pixels?, &mut exposure);

@@ -29,3 +29,4 @@ pub use light::Lighting;
 pub use look::{LOOKS, Look, look};
 pub use png::encode_png;
 pub use render::{Settings, render, view};
+pub use sight::Coherence;

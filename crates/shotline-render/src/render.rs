@@ -13,8 +13,9 @@ use crate::framing;
 use crate::image::Image;
 use crate::light::Lighting;
 use crate::look::{LOOKS, Look, Stage};
+use crate::sight::Coherence;
 
-/// What picture is wanted. Threads, progress and cancelling are [`Run`]'s.
+/// What picture is wanted. Threads, progress, cancelling and where work is added up are [`Run`]'s.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
     /// Pixels in a row.
@@ -31,6 +32,8 @@ pub struct Settings {
     pub lighting: Lighting,
     /// What the look `cost` counts.
     pub counter: &'static Counter,
+    /// What rays take over from those before them.
+    pub coherence: Coherence,
 }
 
 impl Default for Settings {
@@ -43,6 +46,7 @@ impl Default for Settings {
             backdrop: None,
             lighting: Lighting::Sharp,
             counter: &COUNTERS[0],
+            coherence: Coherence::default(),
         }
     }
 }

@@ -3,12 +3,33 @@
 use shotline::accel::Work;
 use shotline::compile::World;
 use shotline::math::{HALF_ULP, Vec3};
-use shotline::query::{Caster, Hit, HitKind, Overlaps, QueryError, Segment};
+use shotline::query::{Caster, Hit, HitKind, Overlaps, QueryError, Seed, Segment};
 use shotline::ray::{Ray, Span};
+
+/// What rays may take over from those before them. None of it changes a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Coherence {
+    /// A ray to a lamp first asks what the last one to it met: the shadow cache, one for each lamp and thread.
+    pub shadows: bool,
+    /// A ray from the camera first asks what the one before it met. Off by default: it gains nothing, since
+    /// boxes are opened nearest first anyway.
+    pub neighbours: bool,
+}
+
+impl Default for Coherence {
+    fn default() -> Coherence {
+        Coherence { shadows: true, neighbours: false }
+    }
+}
 
 /// One thread's caster, with memory for its lists.
 pub struct Eye<'w> {
     caster: Caster<'w>,
+    coherence: Coherence,
+    /// What the last ray to each lamp met that was blocked: the shadow cache.
+    blockers: Vec<Seed>,
+    /// What the last ray of any other kind met.
+    last: Seed,
     hits: Vec<Hit>,
     segments: Vec<Segment>,
 }
@@ -28,8 +49,20 @@ pub struct Place {
 }
 
 impl<'w> Eye<'w> {
-    pub fn new(world: &'w World) -> Eye<'w> {
-        Eye { caster: Caster::new(world), hits: Vec::new(), segments: Vec::new() }
+    pub fn new(world: &'w World, coherence: Coherence) -> Eye<'w> {
+        Eye {
+            caster: Caster::new(world),
+            coherence,
+            blockers: Vec::new(),
+            last: Seed::default(),
+            hits: Vec::new(),
+            segments: Vec::new(),
+        }
+    }
+
+    /// The work done since this was asked last.
+    pub fn take_work(&mut self) -> Work {
+        self.caster.take_work()
     }
 
     /// The first surface a ray meets.
@@ -39,13 +72,25 @@ impl<'w> Eye<'w> {
         Some(Place { hit, normal, start: leave(ray, &hit, normal), within })
     }
 
-    /// Whether something lies between a place and what is `reach` lengths of `toward` away from it.
-    pub fn blocked(&mut self, place: &Place, toward: Vec3, reach: f64) -> bool {
+    /// Whether something lies between a place and what is `reach` lengths of `toward` away from it: the lamp
+    /// of a number, or none.
+    pub fn blocked(&mut self, place: &Place, toward: Vec3, reach: f64, lamp: Option<usize>) -> bool {
         let (Ok(ray), Ok(span)) = (Ray::new(place.start, toward), Span::new(0.0, reach)) else {
             return false;
         };
         // From within an object every ray begins with a crossing, but only a surface stops light.
-        if place.within { self.first(&ray, span).is_some() } else { self.caster.any(&ray, span) }
+        if place.within {
+            return self.first(&ray, span).is_some();
+        }
+        match lamp.filter(|_| self.coherence.shadows) {
+            None => self.caster.any(&ray, span),
+            Some(lamp) => {
+                if self.blockers.len() <= lamp {
+                    self.blockers.resize_with(lamp + 1, Seed::default);
+                }
+                self.caster.any_from(&mut self.blockers[lamp], &ray, span)
+            }
+        }
     }
 
     /// The work it takes to find the closest crossing of a ray.
@@ -64,7 +109,10 @@ impl<'w> Eye<'w> {
 
     /// The first crossing with a surface, and whether the ray starts inside something.
     fn first(&mut self, ray: &Ray, span: Span) -> Option<(Hit, bool)> {
-        let closest = self.caster.closest(ray, span)?;
+        let closest = match self.coherence.neighbours {
+            true => self.caster.closest_from(&mut self.last, ray, span)?,
+            false => self.caster.closest(ray, span)?,
+        };
         if closest.kind == HitKind::Surface {
             return Some((closest, false));
         }

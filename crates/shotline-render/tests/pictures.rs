@@ -1,5 +1,6 @@
 //! Small pictures whose pixels are known.
 
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use shotline::compile::{Options, World, compile};
@@ -7,7 +8,7 @@ use shotline::math::Vec3;
 use shotline::query::batch::Run;
 use shotline::scene::{Camera, Lens, Light, LightSource, Material, Scene};
 use shotline::solid::Value;
-use shotline_render::{Backdrop, RenderError, Settings, look, render};
+use shotline_render::{Backdrop, Coherence, RenderError, Settings, look, render};
 
 /// A sphere of radius 1 at the origin, seen along y from 10 away in a parallel picture of height 4.
 fn sphere(mu: Option<f64>) -> Scene {
@@ -173,4 +174,27 @@ fn impossible_settings_are_refused() {
     let nothing = compile(&empty, Options::default()).unwrap();
     let error = render(&nothing, &empty, &settings("lit"), Run::default()).unwrap_err();
     assert_eq!(error, RenderError::NothingToFrame);
+}
+
+#[test]
+fn what_rays_take_over_leaves_no_trace() {
+    let mut scene = sphere(None);
+    let wall = scene.add_solid("halfspace", &[Value::Vector([0.0, -1.0, 0.0]), Value::Number(-2.0)]).unwrap();
+    scene.add_object("wall", None, wall);
+    scene.lights = [[3.0, -9.0, 1.0], [-3.0, -9.0, 4.0]].map(|p| light(LightSource::Point(p.into()))).into();
+    let world = world(&scene);
+    let picture = |shadows, neighbours| {
+        let coherence = Coherence { shadows, neighbours };
+        let work = Mutex::default();
+        let run = Run { work: Some(&work), ..Run::default() };
+        let settings = Settings { coherence, samples: 4, ..settings("lit") };
+        let image = render(&world, &scene, &settings, run).unwrap();
+        (image, work.into_inner().unwrap().seeded_right)
+    };
+    let (plain, none) = picture(false, false);
+    assert_eq!(none, 0);
+    for (shadows, neighbours) in [(true, false), (false, true), (true, true)] {
+        let (image, right) = picture(shadows, neighbours);
+        assert!(image == plain && right > 1000, "{shadows} {neighbours} {right}");
+    }
 }

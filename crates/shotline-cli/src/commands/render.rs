@@ -1,13 +1,17 @@
 //! `shotline render`: a picture.
 
 use std::path::PathBuf;
+use std::sync::Mutex;
+use std::time::Instant;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
-use shotline::accel::{COUNTERS, Counter};
+use serde_json::json;
+use shotline::accel::{COUNTERS, Counter, Work};
+use shotline::compile::World;
 use shotline::query::batch::Run;
 
-use shotline_render::{Backdrop, LOOKS, Lighting, Look, RenderError, Settings, encode_png};
+use shotline_render::{Backdrop, Coherence, LOOKS, Lighting, Look, RenderError, Settings, encode_png};
 
 use crate::args::{Build, Model, Threads};
 use crate::failure::Failure;
@@ -45,6 +49,12 @@ pub struct Command {
     /// decides
     #[arg(long, value_name = "COLOUR", value_parser = parse_backdrop)]
     background: Option<Backdrop>,
+    /// What rays take over from those before them; the picture is the same
+    #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',', default_values = ["shadows"])]
+    coherence: Vec<CoherenceChoice>,
+    /// Print times and work as one line of JSON
+    #[arg(long)]
+    stats: bool,
     #[command(flatten)]
     build: Build,
     #[command(flatten)]
@@ -76,6 +86,16 @@ impl From<LightingChoice> for Lighting {
     }
 }
 
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum CoherenceChoice {
+    /// Rays to a lamp first ask what blocked the last one
+    Shadows,
+    /// Rays from the camera first ask what the one before them met: no faster, as measured
+    Neighbours,
+    /// Every ray begins anew
+    None,
+}
+
 fn look_names() -> impl TypedValueParser<Value = &'static Look> {
     PossibleValuesParser::new(LOOKS.iter().map(|look| look.name))
         .try_map(|name| shotline_render::look(&name).ok_or("no such look"))
@@ -92,24 +112,20 @@ impl Command {
         interrupt::catch();
         output::expect_writable(&self.output)?;
         let document = input::load(&self.model)?;
+        let started = Instant::now();
         let world = input::compile(&document, &self.build)?;
+        let build = started.elapsed().as_secs_f64();
+        let work = Mutex::default();
         interrupt::listening(|cancel| {
+            let settings = self.settings();
             let (width, height) = self.size;
-            let settings = Settings {
-                width,
-                height,
-                samples: self.samples,
-                look: self.look,
-                backdrop: self.background,
-                lighting: self.lighting.into(),
-                counter: self.counter,
-            };
             let rays = u64::from(width) * u64::from(height) * u64::from(self.samples);
             let bar = progress::bar(rays, "rendering", self.quiet);
             let run = Run {
                 threads: self.threads.threads,
                 progress: Some(&|rays| bar.inc(rays)),
                 cancel: Some(cancel),
+                work: Some(&work),
                 ..Run::default()
             };
             let picture = shotline_render::render(&world, &document.scene, &settings, run);
@@ -117,7 +133,44 @@ impl Command {
             let png = encode_png(&picture.map_err(|e| self.failure(e))?);
             output::write(&self.output, &png)
         })?;
+        if self.stats {
+            let work = work.into_inner().unwrap_or_default();
+            output::print(&self.report(&world, work, build, started.elapsed().as_secs_f64() - build))?;
+        }
         Ok(0)
+    }
+
+    fn settings(&self) -> Settings {
+        let wants = |what| self.coherence.contains(&what);
+        Settings {
+            width: self.size.0,
+            height: self.size.1,
+            samples: self.samples,
+            look: self.look,
+            backdrop: self.background,
+            lighting: self.lighting.into(),
+            counter: self.counter,
+            coherence: Coherence {
+                shadows: wants(CoherenceChoice::Shadows),
+                neighbours: wants(CoherenceChoice::Neighbours),
+            },
+        }
+    }
+
+    fn report(&self, world: &World, work: Work, build: f64, render: f64) -> String {
+        let mut line = json!({
+            "threads": self.threads.count(),
+            "accel": self.build.accel,
+            "build_s": build,
+            "render_s": render,
+            "memory_bytes": world.stats().memory_bytes,
+            "seeded": work.seeded,
+            "seeded_right": work.seeded_right,
+        });
+        for counter in COUNTERS {
+            line[counter.name] = json!((counter.of)(&work));
+        }
+        format!("{line}\n")
     }
 
     fn failure(&self, error: RenderError) -> Failure {

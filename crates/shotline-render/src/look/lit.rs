@@ -10,7 +10,7 @@ use crate::color::Rgb;
 use crate::error::RenderError;
 use crate::film::Sample;
 use crate::finish::{Finish, finishes};
-use crate::light::{Lamp, Lighting, Lights, to_part_of_lamp, to_part_of_sky};
+use crate::light::{Lighting, Lights, to_part_of_lamp, to_part_of_sky};
 use crate::sampling::Chance;
 use crate::sight::{Eye, Place};
 
@@ -90,7 +90,7 @@ impl Lit {
     /// What a surface sends to the viewer of the light that falls on it.
     fn shaded(&self, eye: &mut Eye, spot: &Spot) -> Rgb {
         let everywhere = spot.finish.color * self.lights.ambient * self.sky(eye, spot);
-        let lamps = self.lights.lamps.iter();
+        let lamps = 0..self.lights.lamps.len();
         lamps.fold(everywhere, |sum, lamp| sum + self.lamp(eye, spot, lamp).unwrap_or(Vec3::ZERO))
     }
 
@@ -102,14 +102,15 @@ impl Lit {
             Lighting::Sharp => open(normal),
             Lighting::Soft => {
                 let toward = to_part_of_sky(normal, spot.chance.sky);
-                let covered = eye.blocked(&spot.place, toward, f64::INFINITY);
+                let covered = eye.blocked(&spot.place, toward, f64::INFINITY, None);
                 open(toward) * if covered { PASSED_ON } else { 1.0 }
             }
         }
     }
 
     /// Lambert's shade and Blinn's highlight of one lamp; `None` in its shadow.
-    fn lamp(&self, eye: &mut Eye, spot: &Spot, lamp: &Lamp) -> Option<Rgb> {
+    fn lamp(&self, eye: &mut Eye, spot: &Spot, number: usize) -> Option<Rgb> {
+        let lamp = &self.lights.lamps[number];
         let &Spot { ref place, finish, view, chance } = spot;
         let (middle, reach) = lamp.seen_from(place.start);
         let toward = match self.lighting {
@@ -118,7 +119,7 @@ impl Lit {
         };
         let light = toward.try_normalize()?;
         let facing = place.normal.dot(light);
-        if facing <= 0.0 || eye.blocked(place, toward, reach) {
+        if facing <= 0.0 || eye.blocked(place, toward, reach, Some(number)) {
             return None;
         }
         let half = (light + view).try_normalize().unwrap_or(place.normal);

@@ -32,6 +32,10 @@ pub struct Work {
     pub heap_pushes: u64,
     /// Lists that rounding had broken and that were repaired by membership. None should ever be.
     pub repaired: u64,
+    /// Rays cast from a [`Seed`](crate::query::Seed) that met anything.
+    pub seeded: u64,
+    /// Those among them that met the body of their seed.
+    pub seeded_right: u64,
 }
 
 /// One of the counts of [`Work`].
@@ -69,6 +73,8 @@ impl std::ops::AddAssign for Work {
         self.tags_saved += other.tags_saved;
         self.heap_pushes += other.heap_pushes;
         self.repaired += other.repaired;
+        self.seeded += other.seeded;
+        self.seeded_right += other.seeded_right;
     }
 }
 

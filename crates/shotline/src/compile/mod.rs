@@ -15,7 +15,7 @@ mod world;
 pub use error::SceneError;
 pub use world::{Stats, World};
 
-pub(crate) use world::{Body, Leaf, Level, Placed, SolidBody, Target};
+pub(crate) use world::{Body, Leaf, Level, SolidBody, Target};
 
 use crate::scene::Scene;
 

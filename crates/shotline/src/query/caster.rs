@@ -1,5 +1,8 @@
 //! The caster: walks the world for one ray and folds what the bodies' streams give.
 
+use std::ops::ControlFlow;
+
+use super::seed::Seed;
 use super::segments::{Interval, resolve};
 use super::stream::{Stream, StreamScratch};
 use super::walk::{Meeting, Walk};
@@ -48,6 +51,9 @@ enum Go {
     Stop,
 }
 
+/// What a query makes of the boundaries it is given.
+type Fold<'f> = dyn FnMut(&Meeting, Boundary) -> Go + 'f;
+
 impl<'w> Caster<'w> {
     /// A caster for one thread.
     pub fn new(world: &'w World) -> Caster<'w> {
@@ -73,8 +79,21 @@ impl<'w> Caster<'w> {
 
     /// The first crossing in the span. Of several at the same `t`, that of the lowest path.
     pub fn closest(&mut self, ray: &Ray, span: Span) -> Option<Hit> {
-        let mut best: Option<(Meeting<'w>, Boundary)> = None;
-        self.fold(ray, span, Wanted::First, &mut |meeting, boundary| {
+        let (meeting, boundary) = self.nearest(ray, span, &[])?;
+        Some(self.hit(ray, &meeting, &boundary))
+    }
+
+    /// As [`Caster::closest`], asking first the body that the seed's last ray met: what lies behind that is
+    /// passed over. It answers the same.
+    pub fn closest_from(&mut self, seed: &mut Seed, ray: &Ray, span: Span) -> Option<Hit> {
+        let (meeting, boundary) = self.nearest(ray, span, seed.way())?;
+        seed.keep(&meeting, &self.walk, &mut self.scratch.work);
+        Some(self.hit(ray, &meeting, &boundary))
+    }
+
+    fn nearest(&mut self, ray: &Ray, span: Span, seed: &[u32]) -> Option<(Meeting, Boundary)> {
+        let mut best: Option<(Meeting, Boundary)> = None;
+        self.fold(ray, span, Wanted::First, seed, &mut |meeting, boundary| {
             let t = boundary.crossing.t;
             let nearer =
                 best.is_none_or(|(m, b)| t < b.crossing.t || (t == b.crossing.t && meeting.path < m.path));
@@ -83,14 +102,28 @@ impl<'w> Caster<'w> {
             }
             Go::UpTo(t)
         });
-        best.map(|(meeting, boundary)| self.hit(ray, &meeting, &boundary))
+        best
     }
 
     /// Whether there is any crossing in the span.
     pub fn any(&mut self, ray: &Ray, span: Span) -> bool {
-        let mut found = false;
-        self.fold(ray, span, Wanted::First, &mut |_, _| {
-            found = true;
+        self.interloper(ray, span, &[]).is_some()
+    }
+
+    /// As [`Caster::any`], asking first the body that the seed's last ray met (the shadow cache: Haines and
+    /// Greenberg 1986). It answers the same.
+    pub fn any_from(&mut self, seed: &mut Seed, ray: &Ray, span: Span) -> bool {
+        let found = self.interloper(ray, span, seed.way());
+        if let Some(meeting) = &found {
+            seed.keep(meeting, &self.walk, &mut self.scratch.work);
+        }
+        found.is_some()
+    }
+
+    fn interloper(&mut self, ray: &Ray, span: Span, seed: &[u32]) -> Option<Meeting> {
+        let mut found = None;
+        self.fold(ray, span, Wanted::First, seed, &mut |meeting, _| {
+            found = Some(*meeting);
             Go::Stop
         });
         found
@@ -99,7 +132,7 @@ impl<'w> Caster<'w> {
     /// The number of crossings in the span.
     pub fn count(&mut self, ray: &Ray, span: Span) -> u64 {
         let mut count = 0;
-        self.fold(ray, span, Wanted::All, &mut |_, _| {
+        self.fold(ray, span, Wanted::All, &[], &mut |_, _| {
             count += 1;
             Go::UpTo(f64::INFINITY)
         });
@@ -125,8 +158,8 @@ impl<'w> Caster<'w> {
         most: usize,
         out: &mut Vec<Hit>,
     ) -> Result<(), QueryError> {
-        let mut all: Vec<(Meeting<'w>, Boundary)> = Vec::new();
-        self.fold(ray, span, Wanted::All, &mut |meeting, boundary| {
+        let mut all: Vec<(Meeting, Boundary)> = Vec::new();
+        self.fold(ray, span, Wanted::All, &[], &mut |meeting, boundary| {
             all.push((*meeting, boundary));
             if all.len() > most { Go::Stop } else { Go::UpTo(f64::INFINITY) }
         });
@@ -155,7 +188,7 @@ impl<'w> Caster<'w> {
         all_solid(self.world)?;
         let mut open: Option<Interval> = None;
         let mut intervals = Vec::new();
-        self.fold(ray, span, Wanted::All, &mut |meeting, boundary| {
+        self.fold(ray, span, Wanted::All, &[], &mut |meeting, boundary| {
             let end = (boundary.crossing.t, boundary.crossing.t_err);
             // The boundaries of a body come one after the other, in pairs.
             match open.take() {
@@ -178,7 +211,8 @@ impl<'w> Caster<'w> {
         all_solid(self.world)?;
         let start = out.len();
         let here = Span::new(0.0, 0.0).unwrap_or(Span::FORWARD);
-        self.walk.begin(self.world, Line::exact(p, Vec3::X), here, &mut self.scratch.work);
+        self.walk.begin(self.world, Line::exact(p, Vec3::X), here);
+        self.walk.start(&mut self.scratch.work);
         while let Some(meeting) = self.walk.next(self.world, 0.0, &mut self.scratch.work) {
             if let Body::Solid(body) = self.world.body(meeting.body)
                 && holds(body, meeting.line.o, &mut self.state)
@@ -193,56 +227,73 @@ impl<'w> Caster<'w> {
         Ok(())
     }
 
-    /// Gives every boundary in the span to `fold`, body by body; nearest bodies first.
-    fn fold(
-        &mut self,
-        ray: &Ray,
-        span: Span,
-        wanted: Wanted,
-        fold: &mut dyn FnMut(&Meeting<'w>, Boundary) -> Go,
-    ) {
+    /// Gives every boundary in the span to `fold`, body by body; nearest bodies first, but before all the one
+    /// of the seed.
+    fn fold(&mut self, ray: &Ray, span: Span, wanted: Wanted, seed: &[u32], fold: &mut Fold) {
         let mut limit = span.t_max();
-        self.walk.begin(self.world, Line::of(ray), span, &mut self.scratch.work);
+        self.walk.begin(self.world, Line::of(ray), span);
+        let asked = self.walk.follow(self.world, seed, &mut self.scratch.work);
+        if let Some(meeting) = &asked
+            && self.fold_body(meeting, span, wanted, &mut limit, fold).is_break()
+        {
+            return;
+        }
+        self.walk.start(&mut self.scratch.work);
         while let Some(meeting) = self.walk.next(self.world, limit, &mut self.scratch.work) {
-            // With the first wanted, what lies beyond the best so far does not matter.
-            let span = Span::new(span.t_min(), limit).unwrap_or(span);
-            match self.world.body(meeting.body) {
-                Body::Solid(body) => {
-                    let memory = &mut self.stream;
-                    let mut stream =
-                        Stream::new(body, &meeting.line, span, wanted, memory, &mut self.scratch);
-                    while let Some(boundary) = stream.next() {
-                        match fold(&meeting, boundary) {
-                            Go::UpTo(t) => limit = limit.min(t),
-                            Go::Stop => return,
-                        }
-                        if wanted == Wanted::First {
-                            break;
-                        }
-                    }
-                }
-                Body::Surface(body) => {
-                    self.hits.clear();
-                    let line = meeting.line.in_frame(&body.local_from_body);
-                    match wanted {
-                        Wanted::All => body.mesh.hits(&line, span, &mut self.hits, &mut self.scratch),
-                        Wanted::First => self.hits.extend(body.mesh.nearest(&line, span, &mut self.scratch)),
-                    }
-                    for &crossing in &self.hits {
-                        let entering = crossing.entering;
-                        let kind = HitKind::Surface;
-                        match fold(&meeting, Boundary { kind, entering, leaf: 0, crossing }) {
-                            Go::UpTo(t) => limit = limit.min(t),
-                            Go::Stop => return,
-                        }
-                    }
-                }
+            let again = asked.is_some_and(|a| a.path == meeting.path);
+            if !again && self.fold_body(&meeting, span, wanted, &mut limit, fold).is_break() {
+                return;
             }
         }
     }
 
+    /// Gives the boundaries of one body, up to the limit, which it may lower.
+    fn fold_body(
+        &mut self,
+        meeting: &Meeting,
+        span: Span,
+        wanted: Wanted,
+        limit: &mut f64,
+        fold: &mut Fold,
+    ) -> ControlFlow<()> {
+        // With the first wanted, what lies beyond the best so far does not matter.
+        let span = Span::new(span.t_min(), *limit).unwrap_or(span);
+        let mut give = |boundary: Boundary| match fold(meeting, boundary) {
+            Go::UpTo(t) => {
+                *limit = limit.min(t);
+                ControlFlow::Continue(())
+            }
+            Go::Stop => ControlFlow::Break(()),
+        };
+        match self.world.body(meeting.body) {
+            Body::Solid(body) => {
+                let mut stream =
+                    Stream::new(body, &meeting.line, span, wanted, &mut self.stream, &mut self.scratch);
+                while let Some(boundary) = stream.next() {
+                    give(boundary)?;
+                    if wanted == Wanted::First {
+                        break;
+                    }
+                }
+            }
+            Body::Surface(body) => {
+                self.hits.clear();
+                let line = meeting.line.in_frame(&body.local_from_body);
+                match wanted {
+                    Wanted::All => body.mesh.hits(&line, span, &mut self.hits, &mut self.scratch),
+                    Wanted::First => self.hits.extend(body.mesh.nearest(&line, span, &mut self.scratch)),
+                }
+                for &crossing in &self.hits {
+                    let entering = crossing.entering;
+                    give(Boundary { kind: HitKind::Surface, entering, leaf: 0, crossing })?;
+                }
+            }
+        }
+        ControlFlow::Continue(())
+    }
+
     /// A boundary in world terms.
-    fn hit(&self, ray: &Ray, meeting: &Meeting<'w>, boundary: &Boundary) -> Hit {
+    fn hit(&self, ray: &Ray, meeting: &Meeting, boundary: &Boundary) -> Hit {
         let Boundary { kind, entering, leaf, crossing } = *boundary;
         let mut hit = Hit {
             t: crossing.t,

@@ -4,12 +4,14 @@ pub mod batch;
 mod caster;
 mod heap;
 mod repair;
+mod seed;
 mod segments;
 mod stream;
 mod walk;
 
 pub use crate::csg::HitKind;
 pub use caster::Caster;
+pub use seed::Seed;
 
 use crate::math::Vec3;
 

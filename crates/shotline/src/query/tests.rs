@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::batch::{self, Run};
-use super::{Caster, Hit, HitKind, Overlaps};
+use super::{Caster, Hit, HitKind, Overlaps, Seed};
 use crate::accel;
 use crate::compile::{Options, World, compile};
 use crate::math::{Affine, Vec3};
@@ -49,6 +49,8 @@ fn assert_same(a: &[Hit], b: &[Hit], context: &str) {
 /// Everything asked of a ray under every accelerator, held to what `brute` says.
 fn assert_all_accelerators_agree(scene: &Scene, rays: &[Ray], spans: &[Span], context: &str) {
     let oracle = world(scene, "brute");
+    // Of another accelerator's world too: a seed says where to look first, no more.
+    let mut seeds = [Seed::default(), Seed::default()];
     for name in accel::NAMES {
         let other = world(scene, name);
         let mut caster = Caster::new(&other);
@@ -61,7 +63,10 @@ fn assert_all_accelerators_agree(scene: &Scene, rays: &[Ray], spans: &[Span], co
             assert_same(&expected, &list, &context);
             let closest = caster.closest(ray, span);
             assert_same(&expected[..expected.len().min(1)], closest.as_slice(), &context);
+            let seeded = caster.closest_from(&mut seeds[0], ray, span);
+            assert_same(closest.as_slice(), seeded.as_slice(), &context);
             assert_eq!(caster.any(ray, span), !expected.is_empty(), "{context}");
+            assert_eq!(caster.any_from(&mut seeds[1], ray, span), !expected.is_empty(), "{context}");
             assert_eq!(caster.count(ray, span), expected.len() as u64, "{context}");
         }
     }
@@ -113,6 +118,29 @@ fn crowds_are_the_same_to_every_accelerator() {
     let rays = rays(&mut random, 300);
     let spans = [Span::FORWARD, Span::new(0.5, 1.25).expect("an interval")];
     assert_all_accelerators_agree(&scene, &rays, &spans, "crowds");
+}
+
+/// Rays that go alike are blocked by the same body, and a seed of one scene leads nowhere in another.
+#[test]
+fn seeds_save_the_walk_and_are_harmless_elsewhere() {
+    let mut random = Random::new(15);
+    let crowd = world(&crowded_scene(&mut random), "bvh");
+    let mut caster = Caster::new(&crowd);
+    let mut seed = Seed::default();
+    let fan = |i: u32| {
+        Ray::new(Vec3::new(-8.0, 0.0, 0.0), Vec3::new(1.0, 1e-4 * f64::from(i), 0.0)).expect("a ray")
+    };
+    assert!((0..100).all(|i| caster.any_from(&mut seed, &fan(i), Span::FORWARD)));
+    let work = caster.take_work();
+    assert_eq!(work.seeded, 100);
+    assert!(work.seeded_right > 80, "{work:?}");
+    assert!((0..100).all(|i| caster.any(&fan(i), Span::FORWARD)));
+    assert!(caster.take_work().boxes > 2 * work.boxes, "{work:?}");
+    let small = two_boxes(0, 0.5);
+    let mut caster = Caster::new(&small);
+    for ray in rays(&mut random, 50) {
+        assert_eq!(caster.any_from(&mut seed.clone(), &ray, Span::FORWARD), caster.any(&ray, Span::FORWARD));
+    }
 }
 
 /// Structures that list an item in many cells intersect it once.

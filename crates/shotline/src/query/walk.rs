@@ -3,7 +3,7 @@
 use super::heap::{Heap, Rank};
 use crate::aabb::BoxRay;
 use crate::accel::{Offer, Pending, Tags, Work};
-use crate::compile::{Level, Placed, Target, World};
+use crate::compile::{Level, Target, World};
 use crate::math::Vec3;
 use crate::ray::{Line, Span};
 
@@ -14,7 +14,7 @@ struct Visit<'w> {
     line: Line,
     ray: BoxRay,
     /// The visit of the level above and the placement in it; `None` for the root.
-    above: Option<(u32, &'w Placed)>,
+    above: Option<(u32, u32)>,
     object: u32,
     first_path: u64,
     /// Where the tags of its placements begin, if they need any: a level that is entered twice is met by two
@@ -31,14 +31,20 @@ struct Entry {
 
 /// A placed body that the ray may meet.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Meeting<'w> {
+pub(super) struct Meeting {
     pub body: u32,
     /// The ray's line in the frame of the body.
     pub line: Line,
     pub object: u32,
     pub path: u64,
     visit: u32,
-    placed: &'w Placed,
+    placement: u32,
+}
+
+/// What a placement leads to.
+enum Step<'w> {
+    Body(Meeting),
+    Level(Visit<'w>),
 }
 
 /// The memory of a walk; reused from ray to ray.
@@ -54,18 +60,53 @@ pub(super) struct Walk<'w> {
 
 impl<'w> Walk<'w> {
     /// Begins a ray.
-    pub(super) fn begin(&mut self, world: &'w World, line: Line, span: Span, work: &mut Work) {
+    pub(super) fn begin(&mut self, world: &'w World, line: Line, span: Span) {
         self.visits.clear();
         self.heap.clear();
         self.tags.begin();
         self.tag_count = 0;
         let (level, ray) = (world.root(), BoxRay::new(&line, span));
-        let root = Visit { level, line, ray, above: None, object: 0, first_path: 0, first_tag: None };
-        self.enter(root, work);
+        self.visits.push(Visit { level, line, ray, above: None, object: 0, first_path: 0, first_tag: None });
+    }
+
+    /// Goes straight to a body by a way known beforehand; `None` where the ray misses a box on it, or where this
+    /// world has no such way.
+    pub(super) fn follow(&mut self, world: &'w World, way: &[u32], work: &mut Work) -> Option<Meeting> {
+        let mut visit = 0;
+        for &item in way {
+            let Visit { level, ray, .. } = &self.visits[visit as usize];
+            work.boxes += 1;
+            ray.enter_exit(&level.placements.get(item as usize)?.bounds)?;
+            match self.step(world, visit, item) {
+                Step::Body(meeting) => return Some(meeting),
+                Step::Level(next) => {
+                    self.visits.push(next);
+                    visit = (self.visits.len() - 1) as u32;
+                }
+            }
+        }
+        None
+    }
+
+    /// The way from the root to a body: the number of the placement in each level.
+    pub(super) fn way(&self, meeting: &Meeting, way: &mut Vec<u32>) {
+        way.clear();
+        way.push(meeting.placement);
+        let mut visit = &self.visits[meeting.visit as usize];
+        while let Some((above, placement)) = visit.above {
+            way.push(placement);
+            visit = &self.visits[above as usize];
+        }
+        way.reverse();
+    }
+
+    /// Opens the root; from now on there is a next body.
+    pub(super) fn start(&mut self, work: &mut Work) {
+        self.enter(0, work);
     }
 
     /// The next body whose box begins at or before `limit`.
-    pub(super) fn next(&mut self, world: &'w World, limit: f64, work: &mut Work) -> Option<Meeting<'w>> {
+    pub(super) fn next(&mut self, world: &'w World, limit: f64, work: &mut Work) -> Option<Meeting> {
         while let Some((t, entry)) = self.heap.pop() {
             if t > limit {
                 return None;
@@ -78,53 +119,63 @@ impl<'w> Walk<'w> {
                     }
                     self.take_offers(entry.visit, work);
                 }
-                Offer::Item(item) => {
-                    let placed = &visit.level.placements[item as usize];
-                    let line = visit.line.in_frame(&placed.local_from_parent);
-                    let object = placed.object.unwrap_or(visit.object);
-                    let path = visit.first_path + placed.first_path;
-                    match placed.target {
-                        Target::Body(body) => {
-                            return Some(Meeting { body, line, object, path, visit: entry.visit, placed });
-                        }
-                        Target::Level(level) => {
-                            let ray = BoxRay::new(&line, visit.ray.span());
-                            let above = Some((entry.visit, placed));
-                            let level = world.level(level);
-                            let first_path = path;
-                            let visit =
-                                Visit { level, line, ray, above, object, first_path, first_tag: None };
-                            self.enter(visit, work);
-                        }
+                Offer::Item(item) => match self.step(world, entry.visit, item) {
+                    Step::Body(meeting) => return Some(meeting),
+                    Step::Level(visit) => {
+                        self.visits.push(visit);
+                        self.enter((self.visits.len() - 1) as u32, work);
                     }
-                }
+                },
             }
         }
         None
     }
 
+    /// Passes into a placement of a visited level.
+    fn step(&self, world: &'w World, from: u32, placement: u32) -> Step<'w> {
+        let visit = &self.visits[from as usize];
+        let placed = &visit.level.placements[placement as usize];
+        let line = visit.line.in_frame(&placed.local_from_parent);
+        let object = placed.object.unwrap_or(visit.object);
+        let path = visit.first_path + placed.first_path;
+        match placed.target {
+            Target::Body(body) => Step::Body(Meeting { body, line, object, path, visit: from, placement }),
+            Target::Level(level) => Step::Level(Visit {
+                level: world.level(level),
+                line,
+                ray: BoxRay::new(&line, visit.ray.span()),
+                above: Some((from, placement)),
+                object,
+                first_path: path,
+                first_tag: None,
+            }),
+        }
+    }
+
     /// A normal in the frame of a body, in world terms: `(T^-1)^T n` on every level of the way up.
     pub(super) fn world_normal(&self, meeting: &Meeting, normal: Vec3) -> Vec3 {
-        let mut n = meeting.placed.local_from_parent.covector(normal);
-        let mut visit = &self.visits[meeting.visit as usize];
-        while let Some((above, placed)) = visit.above {
-            n = placed.local_from_parent.covector(n);
-            visit = &self.visits[above as usize];
+        let mut at = Some((meeting.visit, meeting.placement));
+        let mut n = normal;
+        while let Some((visit, placement)) = at {
+            let Visit { level, above, .. } = &self.visits[visit as usize];
+            n = level.placements[placement as usize].local_from_parent.covector(n);
+            at = *above;
         }
         n
     }
 
-    fn enter(&mut self, mut visit: Visit<'w>, work: &mut Work) {
-        if let Some(accel) = &visit.level.accel {
+    /// Opens a visited level.
+    fn enter(&mut self, visit: u32, work: &mut Work) {
+        let Visit { level, ray, first_tag, .. } = &mut self.visits[visit as usize];
+        if let Some(accel) = &level.accel {
             if accel.repeats() {
-                visit.first_tag = Some(self.tag_count);
-                self.tag_count += visit.level.placements.len();
+                *first_tag = Some(self.tag_count);
+                self.tag_count += level.placements.len();
                 self.tags.reserve(self.tag_count);
             }
-            accel.start(&visit.ray, &mut self.offers, work);
+            accel.start(ray, &mut self.offers, work);
         }
-        self.visits.push(visit);
-        self.take_offers((self.visits.len() - 1) as u32, work);
+        self.take_offers(visit, work);
     }
 
     fn take_offers(&mut self, visit: u32, work: &mut Work) {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use crate::accel;
 use crate::compile::{Options, World, compile};
-use crate::query::{Caster, Hit, HitKind, Overlaps, QueryError};
+use crate::query::{Caster, Hit, HitKind, Overlaps, QueryError, Seed};
 use crate::ray::{Ray, Span};
 use crate::scene::Scene;
 
@@ -22,10 +22,11 @@ pub fn hold(scene: &Scene, rays: &[(Ray, Span)]) -> bool {
             return false;
         }
     };
+    let mut seeds = Seeds::default();
     for (ray, span) in rays {
-        let expected = answers(&worlds[0], ray, *span);
+        let expected = answers(&worlds[0], ray, *span, &mut seeds);
         for (name, world) in accel::NAMES.iter().zip(&worlds).skip(1) {
-            let list = answers(world, ray, *span);
+            let list = answers(world, ray, *span, &mut seeds);
             let same = bits(&list) == bits(&expected);
             assert!(same, "{name} and {} on {ray:?} {span:?}\n{list:#?}\n{expected:#?}", accel::NAMES[0]);
         }
@@ -43,11 +44,18 @@ fn bits(hits: &[Hit]) -> Vec<impl PartialEq> {
     hits.iter().map(bits).collect()
 }
 
+/// What earlier rays met, of whatever kind they were.
+#[derive(Default)]
+struct Seeds {
+    closest: Seed,
+    any: Seed,
+}
+
 /// What is told of a ray where a rule is broken.
 type Context<'a> = &'a dyn Fn() -> String;
 
 /// The crossings, after every other query has been held to them.
-fn answers(world: &World, ray: &Ray, span: Span) -> Vec<Hit> {
+fn answers(world: &World, ray: &Ray, span: Span, seeds: &mut Seeds) -> Vec<Hit> {
     let mut caster = Caster::new(world);
     let mut hits = Vec::new();
     caster.crossings(ray, span, &mut hits);
@@ -55,7 +63,10 @@ fn answers(world: &World, ray: &Ray, span: Span) -> Vec<Hit> {
     in_order(&hits, span, &context);
     let first = caster.closest(ray, span);
     assert!(bits(first.as_slice()) == bits(&hits[..hits.len().min(1)]), "closest {first:?} of {}", context());
+    let seeded = caster.closest_from(&mut seeds.closest, ray, span);
+    assert!(bits(seeded.as_slice()) == bits(first.as_slice()), "seeded {seeded:?} of {}", context());
     assert_eq!(caster.any(ray, span), !hits.is_empty(), "any of {}", context());
+    assert_eq!(caster.any_from(&mut seeds.any, ray, span), !hits.is_empty(), "seeded any of {}", context());
     assert_eq!(caster.count(ray, span), hits.len() as u64, "count of {}", context());
     let mut segments = Vec::new();
     match caster.segments(ray, span, Overlaps::All, &mut segments) {
