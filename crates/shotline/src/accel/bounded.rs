@@ -17,13 +17,18 @@ pub(super) struct Bounded {
 pub(super) fn sort_out(boxes: &[Aabb]) -> (Vec<Bounded>, Vec<u32>) {
     let (mut bounded, mut unbounded) = (Vec::with_capacity(boxes.len()), Vec::new());
     for (item, &bounds) in (0..).zip(boxes).filter(|(_, b)| !b.is_empty()) {
-        if bounds.min.abs().max(bounds.max.abs()).max_element() <= FARTHEST {
+        if is_bounded(&bounds) {
             bounded.push(Bounded { bounds, item });
         } else {
             unbounded.push(item);
         }
     }
     (bounded, unbounded)
+}
+
+/// Whether a box is held, rather than kept aside or never proposed.
+pub(super) fn is_bounded(bounds: &Aabb) -> bool {
+    !bounds.is_empty() && bounds.min.abs().max(bounds.max.abs()).max_element() <= FARTHEST
 }
 
 /// The box around all.

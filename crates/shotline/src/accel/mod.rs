@@ -10,7 +10,6 @@ mod octree;
 mod tags;
 
 use std::fmt::Debug;
-use std::sync::Arc;
 
 use crate::aabb::{Aabb, BoxRay};
 pub use tags::Tags;
@@ -144,6 +143,12 @@ pub trait Accelerator: Send + Sync + Debug {
     /// Whether an item may be proposed more than once to a ray.
     fn repeats(&self) -> bool;
 
+    /// Follows items whose boxes have changed; `boxes` tells any item's as it is now. `false` where the structure
+    /// must be built anew: because it cannot follow, or has become a bad one. It is not to be used then.
+    fn refit(&mut self, _moved: &[u32], _boxes: &dyn Fn(u32) -> Aabb) -> bool {
+        false
+    }
+
     /// Bytes used.
     fn memory(&self) -> usize;
 }
@@ -156,9 +161,9 @@ macro_rules! registry {
 
         /// Builds the structure of a name over the boxes of items `0..boxes.len()`; `None` if there is no
         /// such name. Items with an empty box are never proposed.
-        pub fn build(name: &str, boxes: &[Aabb]) -> Option<Arc<dyn Accelerator>> {
+        pub fn build(name: &str, boxes: &[Aabb]) -> Option<Box<dyn Accelerator>> {
             match name {
-                $(stringify!($module) => Some(Arc::new(<$structure>::build(boxes))),)*
+                $(stringify!($module) => Some(Box::new(<$structure>::build(boxes))),)*
                 _ => None,
             }
         }

@@ -23,6 +23,39 @@ pub fn conformance(name: &str) {
             walks_to_every_box_met(&*structure, &ray, &boxes, &context);
             finds_the_nearest_under_a_shrinking_limit(&*structure, &ray, &boxes, &context);
         }
+        follows_what_moves(name, case, structure, boxes, &mut random);
+    }
+}
+
+/// Some boxes change a little, to another item's, or to none; a structure that follows is as good as a new one.
+fn follows_what_moves(
+    name: &str,
+    case: &str,
+    mut structure: Box<dyn Accelerator>,
+    mut boxes: Vec<Aabb>,
+    random: &mut Random,
+) {
+    for round in 0..4 {
+        let moved: Vec<usize> = (0..boxes.len().min(3)).map(|_| random.below(boxes.len())).collect();
+        for &item in &moved {
+            let old = boxes[item];
+            boxes[item] = match random.below(6) {
+                0 => boxes[random.below(boxes.len())],
+                1 if round > 1 => Aabb::EMPTY,
+                _ => Aabb::new(old.min + old.size() * random.number(0.0, 0.5), old.max + old.size()),
+            };
+        }
+        let items: Vec<u32> = moved.iter().map(|&item| item as u32).collect();
+        if !structure.refit(&items, &|item| boxes[item as usize]) {
+            let Some(anew) = accel::build(name, &boxes) else { panic!("no accelerator named {name}") };
+            structure = anew;
+        }
+        for (i, (line, span)) in lines(random, &boxes).into_iter().enumerate().skip(round).step_by(4) {
+            let ray = BoxRay::new(&line, span);
+            let context = format!("{name}, {case} moved, line {i}: {line:?}");
+            proposes_every_box_met_in_time(&*structure, &ray, &boxes, &context);
+            walks_to_every_box_met(&*structure, &ray, &boxes, &context);
+        }
     }
 }
 

@@ -4,6 +4,7 @@
 //! Depth first: the nearer child at once, the farther one on a small stack.
 
 mod build;
+mod refit;
 
 use super::{Accelerator, Offer, Pending, Visit, Work};
 use crate::aabb::{Aabb, BoxRay};
@@ -30,6 +31,8 @@ pub(super) struct Bvh {
     items: Vec<u32>,
     /// Items without finite bounds, proposed first.
     unbounded: Vec<u32>,
+    /// `None` until something moves.
+    upward: Option<Box<refit::Upward>>,
 }
 
 impl Bvh {
@@ -130,6 +133,10 @@ impl Accelerator for Bvh {
 
     fn repeats(&self) -> bool {
         false
+    }
+
+    fn refit(&mut self, moved: &[u32], boxes: &dyn Fn(u32) -> Aabb) -> bool {
+        refit::refit(self, moved, boxes)
     }
 
     fn memory(&self) -> usize {
