@@ -13,7 +13,7 @@ use crate::solid::Solid;
 /// What building bodies draws on and adds to.
 pub(super) struct BodyBuilder<'s> {
     pub scene: &'s Scene,
-    pub parts: Parts,
+    pub parts: &'s Parts,
     pub accel: &'static str,
     /// Surfaces numbered so far.
     pub surfaces: u32,

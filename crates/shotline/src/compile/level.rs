@@ -7,6 +7,7 @@ use super::body::{BodyBuilder, is_body};
 use super::graph::Graph;
 use super::names::{Labels, NameId, Names};
 use super::parts::Parts;
+use super::sites::{SiteId, Sites};
 use super::world::{Body, Level, ObjectInfo, Placed, Target, World};
 use super::{SceneError, Stats};
 use crate::aabb::Aabb;
@@ -14,11 +15,13 @@ use crate::accel;
 use crate::math::{Chain, Placement};
 use crate::scene::{Node, NodeId, Scene};
 
+/// Builds the world of a scene; where each transform counts is written to `sites`, if that is wanted.
 pub(super) fn build(
     scene: &Scene,
     graph: &Graph,
-    parts: Parts,
+    parts: &Parts,
     accel: &'static str,
+    sites: Option<&mut Sites>,
 ) -> Result<World, Vec<SceneError>> {
     let mut builder = Builder {
         graph,
@@ -27,6 +30,7 @@ pub(super) fn build(
         world: World::empty(scene),
         targets: HashMap::new(),
         objects: HashMap::new(),
+        sites,
     };
     builder.run().map_err(|error| vec![error])?;
     Ok(builder.finish())
@@ -40,6 +44,7 @@ struct Builder<'s> {
     /// Shared bodies and groups that are compiled already.
     targets: HashMap<NodeId, Target>,
     objects: HashMap<NodeId, u32>,
+    sites: Option<&'s mut Sites>,
 }
 
 /// A node on the way down from a level's root.
@@ -48,6 +53,8 @@ struct Visit {
     chain: Chain,
     object: Option<u32>,
     name: NameId,
+    /// The innermost transform above, if that is kept.
+    site: Option<SiteId>,
 }
 
 impl<'s> Builder<'s> {
@@ -105,7 +112,8 @@ impl<'s> Builder<'s> {
             match scene.node(visit.node) {
                 Node::Transform { transform, child } => {
                     let chain = transform.inside(&visit.chain);
-                    stack.push(Visit { node: *child, chain, ..visit });
+                    let site = self.sites.as_mut().map(|sites| sites.add(visit.node, visit.site));
+                    stack.push(Visit { node: *child, chain, site, ..visit });
                 }
                 Node::Object { node, .. } => {
                     let object = self.objects.get(&visit.node).copied();
@@ -116,6 +124,9 @@ impl<'s> Builder<'s> {
                 }
                 _ => self.place(&mut level, visit)?,
             }
+        }
+        if let Some(sites) = &mut self.sites {
+            sites.end_level();
         }
         let boxes: Vec<Aabb> = level.placements.iter().map(|p| p.bounds).collect();
         level.bounds = boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(b));
@@ -135,10 +146,11 @@ impl<'s> Builder<'s> {
         let start = stack.len();
         let chain = group.map_or(Chain::IDENTITY, |g| g.chain);
         let object = group.and_then(|g| g.object);
+        let site = group.and_then(|g| g.site);
         for (i, &node) in members.iter().enumerate() {
             let parent = group.map(|g| g.name);
             let name = self.world.names.add(parent, self.labels.of(node), indexed.then_some(i));
-            stack.push(Visit { node, chain, object, name });
+            stack.push(Visit { node, chain, object, name, site });
         }
         stack[start..].reverse();
     }
@@ -146,10 +158,15 @@ impl<'s> Builder<'s> {
     /// Places a body or a shared group. What is not shared has its transforms baked in, so that its leaves
     /// meet rays through one matrix.
     fn place(&mut self, level: &mut Level, visit: Visit) -> Result<(), SceneError> {
-        let (target, placement) = match self.targets.get(&visit.node) {
+        let shared = self.targets.get(&visit.node);
+        let baked = shared.is_none();
+        let (target, placement) = match shared {
             Some(&target) => (target, self.bodies.placed(visit.node, &visit.chain)?),
             None => (self.body(visit.node, &visit.chain)?, Placement::IDENTITY),
         };
+        if let Some(sites) = &mut self.sites {
+            sites.place(visit.site, visit.node, baked, target);
+        }
         let first_path = level.path_count;
         level.path_count = level
             .path_count

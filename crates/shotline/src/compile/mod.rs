@@ -8,11 +8,14 @@ mod body;
 mod error;
 mod graph;
 mod level;
+mod live;
 mod names;
 mod parts;
+mod sites;
 mod world;
 
 pub use error::SceneError;
+pub use live::Live;
 pub use world::{Stats, World};
 
 pub(crate) use world::{Body, Leaf, Level, SolidBody, Target};
@@ -37,14 +40,19 @@ impl Default for Options {
 /// # Errors
 /// Everything that is wrong with the scene, not only the first.
 pub fn compile(scene: &Scene, options: Options) -> Result<World, Vec<SceneError>> {
-    if !crate::accel::NAMES.contains(&options.accel) {
-        let known = crate::accel::NAMES.join(", ");
-        let message = format!("there is no accelerator named '{}'", options.accel);
-        return Err(vec![SceneError::general(message).with_hint(format!("known are {known}"))]);
-    }
+    check(options)?;
     let graph = graph::Graph::of(scene)?;
     let parts = parts::Parts::build(scene, &graph, options.accel)?;
-    level::build(scene, &graph, parts, options.accel)
+    level::build(scene, &graph, &parts, options.accel, None)
+}
+
+fn check(options: Options) -> Result<(), Vec<SceneError>> {
+    if crate::accel::NAMES.contains(&options.accel) {
+        return Ok(());
+    }
+    let known = crate::accel::NAMES.join(", ");
+    let message = format!("there is no accelerator named '{}'", options.accel);
+    Err(vec![SceneError::general(message).with_hint(format!("known are {known}"))])
 }
 
 #[cfg(test)]

@@ -16,13 +16,14 @@ const MAX_LEAVES: u64 = 10_000_000;
 const MAX_NODES: u64 = 10 * MAX_LEAVES;
 
 /// A leaf of the graph, built.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(super) enum Part {
     Solid { solid: Arc<dyn Solid>, kind: &'static str },
     Mesh(Arc<MeshSolid>),
 }
 
 /// The leaves by node number.
+#[derive(Debug)]
 pub(super) struct Parts {
     parts: Vec<Option<Part>>,
 }

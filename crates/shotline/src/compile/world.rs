@@ -278,7 +278,7 @@ impl World {
 }
 
 impl Body {
-    fn first_surface(&self) -> u32 {
+    pub(super) fn first_surface(&self) -> u32 {
         match self {
             Body::Solid(b) => b.first_surface,
             Body::Surface(b) => b.first_surface,

@@ -1,0 +1,281 @@
+//! A world that is kept up to date while things move.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::body::BodyBuilder;
+use super::graph::Graph;
+use super::parts::Parts;
+use super::sites::{Place, Sites};
+use super::world::{Body, Target, World};
+use super::{Options, SceneError, Stats, check, level};
+use crate::aabb::Aabb;
+use crate::accel::{self, Accelerator};
+use crate::math::{Chain, Placement};
+use crate::scene::{LocalTransform, Node, NodeId, Scene};
+
+/// A scene with its world, in which transforms may change. Only what lies above a change is worked out again: the
+/// placements below the transform, the combinations it is an operand's transform in, and the boxes of all levels
+/// above. The world is the same as if it were compiled anew, but for the shape of its accelerators, which no
+/// answer depends on.
+///
+/// ```
+/// use shotline::compile::{Live, Options};
+/// use shotline::math::{Affine, Vec3};
+/// use shotline::query::Caster;
+/// use shotline::ray::{Ray, Span};
+/// use shotline::scene::{LocalTransform, Scene};
+/// use shotline::solid::Value;
+///
+/// let mut scene = Scene::default();
+/// let ball = scene.add_solid("sphere", &[Value::Number(1.0)]).unwrap();
+/// let place = scene.add_transform(Affine::IDENTITY, ball);
+/// scene.add_object("ball", None, place);
+/// let mut live = Live::new(scene, Options::default()).unwrap();
+/// let up = Affine::translation(Vec3::new(0.0, 0.0, 3.0));
+/// live.set(&[(place, LocalTransform::Matrix(up))]).unwrap();
+/// let ray = Ray::new(Vec3::ZERO, Vec3::Z).unwrap();
+/// assert_eq!(Caster::new(live.world()).closest(&ray, Span::FORWARD).unwrap().t, 2.0);
+/// ```
+#[derive(Debug)]
+pub struct Live {
+    scene: Scene,
+    world: World,
+    parts: Parts,
+    sites: Sites,
+    accel: &'static str,
+}
+
+impl Live {
+    /// Compiles a scene, and keeps track of where its transforms count.
+    ///
+    /// # Errors
+    /// As [`compile`](super::compile).
+    pub fn new(scene: Scene, options: Options) -> Result<Live, Vec<SceneError>> {
+        check(options)?;
+        let graph = Graph::of(&scene)?;
+        let parts = Parts::build(&scene, &graph, options.accel)?;
+        let mut sites = Sites::default();
+        let world = level::build(&scene, &graph, &parts, options.accel, Some(&mut sites))?;
+        Ok(Live { scene, world, parts, sites, accel: options.accel })
+    }
+
+    /// The scene as it is now.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The world as it is now. Of its [`Stats`] the memory is that of the beginning, and the condition the worst
+    /// that has been.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// Changes transforms, by their nodes, all at once. A part that is shared moves wherever it is.
+    ///
+    /// # Errors
+    /// The first [`SceneError`]: a node that is not a transform, or a matrix that cannot be inverted. Nothing is
+    /// changed then.
+    pub fn set(&mut self, transforms: &[(NodeId, LocalTransform)]) -> Result<(), SceneError> {
+        for (id, _) in transforms {
+            if !matches!(self.scene.nodes.get(id.0 as usize), Some(Node::Transform { .. })) {
+                return Err(SceneError::at(*id, "only a transform can be set, and this node is none".into()));
+            }
+        }
+        let old = self.write(transforms);
+        let done = self.follow(transforms.iter().map(|(id, _)| *id));
+        if done.is_err() {
+            self.write(&old);
+        }
+        done
+    }
+
+    /// Writes transforms into the scene and answers those that were there, so that writing them undoes it.
+    fn write(&mut self, transforms: &[(NodeId, LocalTransform)]) -> Vec<(NodeId, LocalTransform)> {
+        let mut old = Vec::new();
+        for (id, new) in transforms {
+            if let Node::Transform { transform, .. } = &mut self.scene.nodes[id.0 as usize] {
+                old.push((*id, std::mem::replace(transform, *new)));
+            }
+        }
+        old.reverse();
+        old
+    }
+
+    /// Brings the world up to date. All that can fail comes before anything is changed.
+    fn follow(&mut self, nodes: impl Iterator<Item = NodeId>) -> Result<(), SceneError> {
+        let (mut dirty, mut bodies) = (Dirty::default(), BTreeMap::new());
+        for node in nodes {
+            for place in self.sites.moved_by(node) {
+                self.placement(place)?;
+                dirty.add(place);
+                // What is placed once has its matrix in the body.
+                if self.sites.origin(place).baked {
+                    bodies.extend(self.body(place).map(|body| (body, place)));
+                }
+            }
+            for place in self.sites.within(&self.scene, node) {
+                bodies.extend(self.body(place).map(|body| (body, place)));
+            }
+        }
+        let rebuilt = bodies.iter().map(|(&body, &place)| Ok((body, self.rebuilt(body, place)?)));
+        for (body, new) in rebuilt.collect::<Result<Vec<_>, SceneError>>()? {
+            self.world.bodies[body as usize] = new;
+            self.sites.of_body(body).iter().for_each(|&place| dirty.add(place));
+        }
+        // Levels come after those that they place.
+        while let Some((level, placements)) = dirty.0.pop_first() {
+            if self.replace(level, &placements)? {
+                self.sites.of_level(level).iter().for_each(|&place| dirty.add(place));
+            }
+        }
+        Ok(())
+    }
+
+    fn body(&self, (level, placement): Place) -> Option<u32> {
+        match self.world.level(level).placements[placement as usize].target {
+            Target::Body(body) => Some(body),
+            Target::Level(_) => None,
+        }
+    }
+
+    /// The matrix of what is at a place.
+    fn placement(&self, place: Place) -> Result<Placement, SceneError> {
+        let origin = self.sites.origin(place);
+        let chain = self.sites.chain(&self.scene, origin);
+        let placement = self.builder(0).placed(origin.node, &chain)?;
+        let condition = placement.condition;
+        Ok(if origin.baked { Placement { condition, ..Placement::IDENTITY } } else { placement })
+    }
+
+    /// The body at a place, built anew.
+    fn rebuilt(&self, body: u32, place: Place) -> Result<Body, SceneError> {
+        let origin = self.sites.origin(place);
+        let chain = if origin.baked { self.sites.chain(&self.scene, origin) } else { Chain::IDENTITY };
+        self.builder(self.world.body(body).first_surface()).build(origin.node, &chain)
+    }
+
+    fn builder(&self, surfaces: u32) -> BodyBuilder<'_> {
+        let stats = Stats::default();
+        BodyBuilder { scene: &self.scene, parts: &self.parts, accel: self.accel, surfaces, stats }
+    }
+
+    /// Places anew what is at some places of a level. Answers whether the level's box has changed.
+    fn replace(&mut self, level: u32, placements: &BTreeSet<u32>) -> Result<bool, SceneError> {
+        let mut boxes = Vec::new();
+        for &placement in placements {
+            let new = self.placement((level, placement))?;
+            self.world.stats.condition = self.world.stats.condition.max(new.condition);
+            let placed = &mut self.world.levels[level as usize].placements[placement as usize];
+            placed.local_from_parent = new.local_from_parent;
+            let target = placed.target;
+            boxes.push(self.world.bounds_of(target).transformed(&new.parent_from_local));
+        }
+        let level = &mut self.world.levels[level as usize];
+        let before = level.bounds;
+        // A box that did not reach the level's faces does not move them by leaving.
+        let mut faces_stay = true;
+        for (&placement, new) in placements.iter().zip(boxes) {
+            let old = std::mem::replace(&mut level.placements[placement as usize].bounds, new);
+            faces_stay &= before.min.cmplt(old.min).all() && old.max.cmplt(before.max).all();
+            level.bounds = level.bounds.union(&new);
+        }
+        if !faces_stay {
+            level.bounds = level.placements.iter().fold(Aabb::EMPTY, |all, p| all.union(&p.bounds));
+        }
+        let items: Vec<u32> = placements.iter().copied().collect();
+        let placed = &level.placements;
+        let follows = |accel: &mut Box<dyn Accelerator>| accel.refit(&items, &|i| placed[i as usize].bounds);
+        if !level.accel.as_mut().is_some_and(follows) {
+            let boxes: Vec<Aabb> = level.placements.iter().map(|p| p.bounds).collect();
+            level.accel = accel::build(self.accel, &boxes);
+        }
+        Ok(level.bounds != before)
+    }
+}
+
+/// Placements to be placed anew, by level.
+#[derive(Default)]
+struct Dirty(BTreeMap<u32, BTreeSet<u32>>);
+
+impl Dirty {
+    fn add(&mut self, (level, placement): Place) {
+        self.0.entry(level).or_default().insert(placement);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compile::compile;
+    use crate::math::Affine;
+    use crate::query::{Caster, Hit};
+    use crate::ray::{Ray, Span};
+    use crate::testkit::random::Random;
+    use crate::testkit::scene::random_scene;
+
+    fn hits(world: &World, rays: &[Ray]) -> Vec<Vec<Hit>> {
+        let mut caster = Caster::new(world);
+        let mut list = |ray| {
+            let mut out = Vec::new();
+            caster.crossings(ray, Span::FORWARD, &mut out);
+            out
+        };
+        rays.iter().map(&mut list).collect()
+    }
+
+    /// What is moved answers with the bits of what is compiled anew, whichever transform it is: above placements,
+    /// shared, around or inside of combinations.
+    #[test]
+    fn a_moved_world_is_the_same_as_a_new_one() {
+        let mut random = Random::new(21);
+        let mut moves = 0;
+        for case in 0..60 {
+            let scene = random_scene(&mut random);
+            let is_transform = |i: &usize| matches!(scene.nodes[*i], Node::Transform { .. });
+            let transforms: Vec<usize> = (0..scene.nodes.len()).filter(is_transform).collect();
+            let options = Options { accel: accel::NAMES[case % accel::NAMES.len()] };
+            let mut live = Live::new(scene, options).unwrap();
+            for _ in 0..transforms.len().min(8) {
+                let mut some = || NodeId(transforms[random.below(transforms.len())] as u32);
+                let nodes = [some(), some()];
+                let mut changed = || {
+                    let turn = Affine::rotation_xyz(random.point(-90.0, 90.0));
+                    LocalTransform::Matrix(Affine::translation(random.point(-1.0, 1.0)).then_after(&turn))
+                };
+                live.set(&nodes.map(|node| (node, changed()))).unwrap();
+                moves += 1;
+                let anew = compile(live.scene(), options).unwrap();
+                let ray = |_| Ray::new(random.direction() * 6.0, random.direction()).unwrap();
+                let aimed = |ray: Ray| Ray::new(ray.origin(), ray.direction() - ray.origin()).unwrap();
+                let rays: Vec<Ray> = (0..20).map(ray).map(aimed).collect();
+                let (moved, expected) = (hits(live.world(), &rays), hits(&anew, &rays));
+                assert_eq!(format!("{moved:?}"), format!("{expected:?}"), "case {case}");
+                assert_eq!(live.world().bounds(), anew.bounds(), "case {case}");
+            }
+        }
+        assert!(moves > 200, "{moves}");
+    }
+
+    #[test]
+    fn what_cannot_be_set_changes_nothing() {
+        let mut random = Random::new(22);
+        let mut scene = random_scene(&mut random);
+        let ball = scene.add_solid("sphere", &[crate::solid::Value::Number(1.0)]).unwrap();
+        let inner = scene.add_transform(Affine::IDENTITY, ball);
+        let outer = scene.add_transform(Affine::IDENTITY, inner);
+        scene.add_object("ball", None, outer);
+        let mut live = Live::new(scene, Options::default()).unwrap();
+        let rays: Vec<Ray> =
+            (0..50).map(|_| Ray::new(random.direction() * 6.0, random.direction()).unwrap()).collect();
+        let before = format!("{:?}", hits(live.world(), &rays));
+        let shift = LocalTransform::Matrix(Affine::translation(crate::math::Vec3::X));
+        let flat = LocalTransform::Matrix(Affine::scaling(crate::math::Vec3::new(1.0, 1.0, 0.0)));
+        let error = live.set(&[(outer, shift), (inner, flat)]).unwrap_err();
+        assert!(error.message.contains("condition"), "{}", error.message);
+        assert!(live.set(&[(outer, shift), (ball, shift)]).is_err());
+        assert!(live.set(&[(outer, shift), (NodeId(9999), shift)]).is_err());
+        assert_eq!(format!("{:?}", hits(live.world(), &rays)), before);
+        let anew = compile(live.scene(), Options::default()).unwrap();
+        assert_eq!(format!("{:?}", hits(&anew, &rays)), before);
+    }
+}
