@@ -14,6 +14,7 @@ mod overlap;
 mod progress;
 mod rays;
 mod shot;
+mod steps;
 mod survey;
 mod table;
 

@@ -2,10 +2,11 @@
 
 use super::heap::{Heap, Rank};
 use crate::aabb::BoxRay;
-use crate::accel::{Offer, Pending, Tags, Work};
+use crate::accel::{Offer, Pending, Scratch, Tags};
 use crate::compile::{Level, Placed, Target, World};
 use crate::math::Vec3;
 use crate::ray::{Line, Span};
+use crate::trace::Act;
 
 /// A level met by the ray: where, on the way from the root.
 #[derive(Clone, Copy, Debug)]
@@ -54,29 +55,35 @@ pub(super) struct Walk<'w> {
 
 impl<'w> Walk<'w> {
     /// Begins a ray.
-    pub(super) fn begin(&mut self, world: &'w World, line: Line, span: Span, work: &mut Work) {
+    pub(super) fn begin(&mut self, world: &'w World, line: Line, span: Span, below: &mut Scratch) {
         self.visits.clear();
         self.heap.clear();
         self.tags.begin();
         self.tag_count = 0;
         let (level, ray) = (world.root(), BoxRay::new(&line, span));
         let root = Visit { level, line, ray, above: None, object: 0, first_path: 0, first_tag: None };
-        self.enter(root, work);
+        self.enter(world, root, span.t_min(), below);
     }
 
     /// The next body whose box begins at or before `limit`.
-    pub(super) fn next(&mut self, world: &'w World, limit: f64, work: &mut Work) -> Option<Meeting<'w>> {
+    pub(super) fn next(&mut self, world: &'w World, limit: f64, below: &mut Scratch) -> Option<Meeting<'w>> {
         while let Some((t, entry)) = self.heap.pop() {
             if t > limit {
+                below.log.depth = 0;
+                below.log.add(0, Some(t), || Act::Done { pending: 1 + self.heap.len() });
                 return None;
             }
             let visit = self.visits[entry.visit as usize];
+            if below.log.is_on() {
+                below.log.depth = 1 + self.above(entry.visit).count();
+            }
             match entry.what {
                 Offer::Part(part) => {
                     if let Some(accel) = &visit.level.accel {
-                        accel.open(part, t, &visit.ray, &mut self.offers, work);
+                        below.log.add(0, Some(t), || Act::Open { part: accel.describe(part, &visit.ray) });
+                        accel.open(part, t, &visit.ray, &mut self.offers, &mut below.work);
                     }
-                    self.take_offers(entry.visit, work);
+                    self.take_offers(world, entry.visit, below);
                 }
                 Offer::Item(item) => {
                     let placed = &visit.level.placements[item as usize];
@@ -85,6 +92,10 @@ impl<'w> Walk<'w> {
                     let path = visit.first_path + placed.first_path;
                     match placed.target {
                         Target::Body(body) => {
+                            below.log.add(0, Some(t), || Act::EnterBody {
+                                path: world.path_name(path),
+                                leaves: world.body(body).leaf_count() as usize,
+                            });
                             return Some(Meeting { body, line, object, path, visit: entry.visit, placed });
                         }
                         Target::Level(level) => {
@@ -94,7 +105,7 @@ impl<'w> Walk<'w> {
                             let first_path = path;
                             let visit =
                                 Visit { level, line, ray, above, object, first_path, first_tag: None };
-                            self.enter(visit, work);
+                            self.enter(world, visit, t, below);
                         }
                     }
                 }
@@ -114,34 +125,58 @@ impl<'w> Walk<'w> {
         n
     }
 
-    fn enter(&mut self, mut visit: Visit<'w>, work: &mut Work) {
+    /// The placements through which a visit was reached, innermost first.
+    fn above(&self, visit: u32) -> impl Iterator<Item = &'w Placed> {
+        let step = |v: u32| self.visits[v as usize].above;
+        std::iter::successors(step(visit), move |(v, _)| step(*v)).map(|(_, placed)| placed)
+    }
+
+    fn enter(&mut self, world: &World, mut visit: Visit<'w>, t: f64, below: &mut Scratch) {
         if let Some(accel) = &visit.level.accel {
             if accel.repeats() {
                 visit.first_tag = Some(self.tag_count);
                 self.tag_count += visit.level.placements.len();
                 self.tags.reserve(self.tag_count);
             }
-            accel.start(&visit.ray, &mut self.offers, work);
+            accel.start(&visit.ray, &mut self.offers, &mut below.work);
         }
         self.visits.push(visit);
-        self.take_offers((self.visits.len() - 1) as u32, work);
+        let number = (self.visits.len() - 1) as u32;
+        if below.log.is_on() {
+            let mut path: Vec<String> = self.above(number).map(|p| world.placed_name(p)).collect();
+            path.reverse();
+            below.log.depth = path.len();
+            let placements = visit.level.placements.len();
+            below.log.add(0, Some(t), || Act::EnterLevel { path: path.join("/"), placements });
+        }
+        self.take_offers(world, number, below);
     }
 
-    fn take_offers(&mut self, visit: u32, work: &mut Work) {
+    fn take_offers(&mut self, world: &World, visit: u32, below: &mut Scratch) {
         let Visit { level, ray, first_tag, .. } = &self.visits[visit as usize];
+        let Scratch { work, log, .. } = below;
         for offer in self.offers.drain(..) {
             let t = match offer.what {
-                Offer::Part(_) => offer.t,
+                Offer::Part(part) => {
+                    let describe = || level.accel.as_ref().map(|accel| accel.describe(part, ray));
+                    log.add(1, Some(offer.t), || Act::OfferPart { part: describe().unwrap_or_default() });
+                    offer.t
+                }
                 Offer::Item(item) => {
+                    let placed = &level.placements[item as usize];
+                    let name = || world.placed_name(placed);
                     if first_tag.is_some_and(|first| !self.tags.is_first(first + item as usize)) {
                         work.tags_saved += 1;
+                        log.add(1, None, || Act::Saved { item: name() });
                         continue;
                     }
                     work.boxes += 1;
-                    match ray.enter_exit(&level.placements[item as usize].bounds) {
-                        Some((t, _)) => t,
-                        None => continue,
-                    }
+                    let Some((t, _)) = ray.enter_exit(&placed.bounds) else {
+                        log.add(1, None, || Act::Miss { item: name() });
+                        continue;
+                    };
+                    log.add(1, Some(t), || Act::OfferItem { item: name() });
+                    t
                 }
             };
             work.heap_pushes += 1;
