@@ -12,6 +12,7 @@ mod number;
 mod output;
 mod overlap;
 mod progress;
+mod query;
 mod rays;
 mod shot;
 mod steps;

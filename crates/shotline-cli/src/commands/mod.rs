@@ -1,5 +1,6 @@
 //! One verb a file. Each declares its flags and answers the exit code.
 
+pub mod bench;
 pub mod cast;
 pub mod check;
 pub mod compare;
