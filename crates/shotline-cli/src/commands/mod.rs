@@ -4,6 +4,7 @@ pub mod bench;
 pub mod cast;
 pub mod check;
 pub mod compare;
+pub mod convert;
 pub mod info;
 pub mod render;
 pub mod shoot;
