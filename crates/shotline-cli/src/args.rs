@@ -8,7 +8,7 @@ use shotline::compile::Options;
 use shotline::ray::Span;
 use shotline_io::Reach;
 
-use crate::commands::{cast, check, compare, info, render, shoot};
+use crate::commands::{bench, cast, check, compare, convert, info, render, shoot};
 use crate::failure::Failure;
 
 /// Every crossing of rays with exact solids
@@ -34,6 +34,8 @@ pub enum Command {
     Check(check::Command),
     Info(info::Command),
     Compare(compare::Command),
+    Bench(bench::Command),
+    Convert(convert::Command),
 }
 
 impl Command {
@@ -46,6 +48,8 @@ impl Command {
             Command::Check(c) => c.run(),
             Command::Info(c) => c.run(),
             Command::Compare(c) => c.run(),
+            Command::Bench(c) => c.run(),
+            Command::Convert(c) => c.run(),
         }
     }
 }

@@ -1,9 +1,12 @@
 //! What a command looks at: models and rays, with messages that name the file.
 
+use std::fmt::Display;
 use std::path::Path;
 
 use shotline::compile::{self, World};
+use shotline::ray::Ray;
 use shotline_io::Document;
+use shotline_render::view;
 
 use crate::args::{Build, Model};
 use crate::failure::Failure;
@@ -37,4 +40,31 @@ pub fn rays(path: &Path, on_invalid: OnInvalid) -> Result<Rays, Failure> {
         let help = "mend the row, or count such rows as misses with --on-invalid miss";
         Failure::of_file(path, format!("row {} is no ray: {}: [{numbers}]\nhelp: {help}", bad.row, bad.why))
     })
+}
+
+/// Reads rays that must all be valid.
+///
+/// # Errors
+/// As [`rays`].
+pub fn valid_rays(path: &Path) -> Result<Vec<Ray>, Failure> {
+    rays(path, OnInvalid::Error).map(|rays| rays.valid)
+}
+
+/// The size of the picture whose rays are cast where none are given.
+pub const PICTURE: (u32, u32) = (320, 240);
+
+/// The rays of a picture of the model, scattered over it, so that the first of them are like all of them.
+///
+/// # Errors
+/// If there is nothing to look at.
+pub fn rays_of_picture(model: &Model, document: &Document, world: &World) -> Result<Vec<Ray>, Failure> {
+    let failure = |error: &dyn Display| Failure::of_file(&model.path, error);
+    let (width, height) = PICTURE;
+    let view = view(world, &document.scene, width, height).map_err(|e| failure(&e))?;
+    let pixels = width * height;
+    (0..pixels)
+        .map(|i| i * 7919 % pixels)
+        .map(|i| view.ray(f64::from(i % width) + 0.5, f64::from(i / width) + 0.5))
+        .collect::<Result<_, _>>()
+        .map_err(|e| failure(&e))
 }

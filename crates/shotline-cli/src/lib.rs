@@ -12,8 +12,10 @@ mod number;
 mod output;
 mod overlap;
 mod progress;
+mod query;
 mod rays;
 mod shot;
+mod steps;
 mod survey;
 mod table;
 

@@ -9,9 +9,8 @@ use std::time::Duration;
 
 use place::Place;
 
-#[test]
-fn ctrl_c_leaves_nothing_behind() {
-    // Enough work for minutes: every ray asks each of many spheres.
+/// Enough work for minutes: every ray asks each of many spheres.
+fn slow() -> Place {
     let spheres: Vec<String> = (0..2000)
         .map(|i| {
             let (x, y) = (i % 50, i / 50);
@@ -21,24 +20,26 @@ fn ctrl_c_leaves_nothing_behind() {
     let scene = format!(r#"{{"shotline": 1, "objects": [{}]}}"#, spheres.join(",\n"));
     let ray = |i: i32| [f64::from(i % 50), f64::from(i % 40), -5.0, 0.001, 0.002, 1.0];
     let rays: Vec<[f64; 6]> = (0..400_000).map(ray).collect();
-    let place = Place::new().with("scene.json", scene).with_rays("rays.npy", &rays);
-    let args = [
-        "cast",
-        "scene.json",
-        "--rays",
-        "rays.npy",
-        "--query",
-        "crossings",
-        "-o",
-        "out.npz",
-        "--accel",
-        "brute",
-    ];
-    let child = place.command(&args).stderr(Stdio::piped()).spawn().unwrap();
+    Place::new().with("scene.json", scene).with_rays("rays.npy", &rays)
+}
+
+/// Interrupts a command at work; it must say so, and leave and print nothing.
+#[track_caller]
+fn assert_ends_cleanly(place: &Place, args: &[&str]) {
+    let child = place.command(args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     sleep(Duration::from_millis(1500));
     let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(killed.success());
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(output.stdout.is_empty());
     assert_eq!(place.files(), ["rays.npy", "scene.json"]);
+}
+
+#[test]
+fn ctrl_c_leaves_nothing_behind() {
+    let model = ["scene.json", "--rays", "rays.npy", "--query", "crossings", "--accel", "brute"];
+    let place = slow();
+    assert_ends_cleanly(&place, &[&["cast", "-o", "out.npz"], &model[..]].concat());
+    assert_ends_cleanly(&place, &[&["bench"], &model[..]].concat());
 }

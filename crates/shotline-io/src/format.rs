@@ -53,13 +53,13 @@ pub(crate) struct MeshSource {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Encoded {
     pub(crate) bytes: Vec<u8>,
-    /// What a user may want to know.
-    pub(crate) note: Option<String>,
+    /// What is lost, and what else a user may want to know.
+    pub(crate) notes: Vec<String>,
 }
 
 impl From<Vec<u8>> for Encoded {
     fn from(bytes: Vec<u8>) -> Encoded {
-        Encoded { bytes, note: None }
+        Encoded { bytes, notes: Vec::new() }
     }
 }
 

@@ -34,9 +34,9 @@ pub fn save(path: impl AsRef<Path>, scene: &Scene) -> Result<Vec<String>, WriteE
         Content::Scene { .. } => save_scene(path, scene),
         Content::Mesh { write, .. } => {
             let (mesh, mut notes) = gather(scene, format.name)?;
-            let Encoded { bytes, note } = write(&mesh)?;
+            let Encoded { bytes, notes: more } = write(&mesh)?;
             write_whole(path, |out| out.write_all(&bytes))?;
-            notes.extend(note);
+            notes.extend(more);
             Ok(notes)
         }
     }
@@ -47,13 +47,13 @@ fn save_scene(path: &Path, scene: &Scene) -> Result<Vec<String>, WriteError> {
     let stem = path.file_stem().map_or("scene".into(), |s| s.to_string_lossy());
     let mut scene = scene.clone();
     let mut known: HashMap<*const TriangleMesh, String> = HashMap::new();
-    let mut extra = Vec::new();
+    let mut extra: Vec<(String, Arc<TriangleMesh>)> = Vec::new();
     for node in &mut scene.nodes {
         let Node::Mesh { mesh, file } = node else { continue };
         let name = known.entry(Arc::as_ptr(mesh)).or_insert_with(|| {
             let here = file.take().filter(|file| is_file_of(&folder.join(file), mesh));
             here.unwrap_or_else(|| {
-                let name = format!("{stem}-mesh{}.ply", extra.len());
+                let name = free_name(folder, &stem, &extra, mesh);
                 extra.push((name.clone(), mesh.clone()));
                 name
             })
@@ -67,6 +67,20 @@ fn save_scene(path: &Path, scene: &Scene) -> Result<Vec<String>, WriteError> {
     }
     write_whole(path, |out| out.write_all(text.as_bytes()))?;
     Ok(extra.into_iter().map(|(name, _)| format!("a mesh was written to {name}")).collect())
+}
+
+/// A name for a mesh beside a scene. What else lies in the folder is not written over.
+fn free_name(
+    folder: &Path,
+    stem: &str,
+    taken: &[(String, Arc<TriangleMesh>)],
+    mesh: &TriangleMesh,
+) -> String {
+    let is_free = |name: &String| {
+        let path = folder.join(name);
+        taken.iter().all(|(other, _)| other != name) && (!path.exists() || is_file_of(&path, mesh))
+    };
+    (0..).map(|i| format!("{stem}-mesh{i}.ply")).find(is_free).unwrap_or_default()
 }
 
 /// Whether a file holds just this mesh.
@@ -85,7 +99,7 @@ fn gather(scene: &Scene, format: &str) -> Result<(TriangleMesh, Vec<String>), Wr
     let refuse =
         |what: &str| Err(WriteError::Unwritable(format!("{format} holds triangles only, and {what}")));
     let mut out = TriangleMesh::default();
-    let mut placed = 0;
+    let (mut placed, mut copies, mut moved) = (0, 0, 0);
     let mut todo: Vec<(NodeId, Chain, usize)> =
         scene.objects.iter().rev().map(|id| (*id, Chain::IDENTITY, 0)).collect();
     while let Some((id, place, depth)) = todo.pop() {
@@ -97,8 +111,11 @@ fn gather(scene: &Scene, format: &str) -> Result<(TriangleMesh, Vec<String>), Wr
             Node::Solid { kind, .. } => return refuse(&format!("the scene has a {}", kind.name)),
             Node::Csg { .. } => return refuse("the scene has a boolean combination"),
             Node::Mesh { mesh, .. } => {
-                let placed = place.placement().map_err(|e| WriteError::Unwritable(e.to_string()))?;
-                append(&mut out, mesh, &placed.parent_from_local)?;
+                let place = place.placement().map_err(|e| WriteError::Unwritable(e.to_string()))?;
+                let place = place.parent_from_local;
+                copies += 1;
+                moved += if place.is_identity() { 0 } else { mesh.vertices.len() };
+                append(&mut out, mesh, &place)?;
             }
             Node::Group { members } => todo.extend(members.iter().rev().map(|m| (*m, place, depth + 1))),
             Node::Object { node, .. } => todo.push((*node, place, depth + 1)),
@@ -110,14 +127,25 @@ fn gather(scene: &Scene, format: &str) -> Result<(TriangleMesh, Vec<String>), Wr
     if out.faces.is_empty() {
         return refuse("the scene has none");
     }
-    Ok((out, losses(scene)))
+    let mut lost = losses(scene);
+    let meshes = scene.nodes.iter().filter(|node| matches!(node, Node::Mesh { .. })).count();
+    if copies > meshes {
+        lost.push(format!("shared meshes are written out for each of their placements, {copies} in all"));
+    }
+    if moved > 0 {
+        lost.push(format!("vertices moved into place, and rounded to float64: {moved}"));
+    }
+    Ok((out, lost))
 }
 
 fn losses(scene: &Scene) -> Vec<String> {
-    let several = scene.objects.len() > 1;
+    let objects = scene.nodes.iter().filter(|node| matches!(node, Node::Object { .. })).count();
     let mut lost = Vec::new();
-    if several {
-        lost.push(format!("{} objects were joined into one mesh; their names are lost", scene.objects.len()));
+    if objects > 1 {
+        lost.push(format!("{objects} objects were joined into one mesh; their names are lost"));
+    }
+    if let Some(units) = &scene.units {
+        lost.push(format!("the units, {units}, are lost"));
     }
     if !scene.materials.is_empty() {
         lost.push("materials are lost".into());

@@ -159,12 +159,32 @@ impl Welder {
 /// Binary where float32 holds every coordinate, as nearly all programs expect; otherwise text, which loses nothing.
 fn write(mesh: &TriangleMesh) -> Result<Encoded, WriteError> {
     let single = |x: f64| f64::from(x as f32).to_bits() == x.to_bits();
-    if mesh.vertices.iter().all(|v| v.to_array().into_iter().all(single)) {
-        Ok(write_binary(mesh)?.into())
+    let vertices = mesh.vertices.len();
+    let moved = mesh.vertices.iter().filter(|v| !v.to_array().into_iter().all(single)).count();
+    let mut notes = Vec::new();
+    let bytes = if moved == 0 {
+        write_binary(mesh)?
     } else {
-        let note = "written as text, because binary STL holds float32 only and would move vertices";
-        Ok(Encoded { bytes: write_text(mesh), note: Some(note.into()) })
+        notes.push(format!(
+            "written as text: binary STL holds float32 only, which would move {moved} of {vertices} vertices"
+        ));
+        write_text(mesh)
+    };
+    let lost = vertices - places(mesh);
+    if lost > 0 {
+        notes.push(format!(
+            "vertices lost: {lost} of {vertices}; STL names none, so those of no face go, and those in one place \
+             become one"
+        ));
     }
+    Ok(Encoded { bytes, notes })
+}
+
+/// In how many places the faces have corners.
+fn places(mesh: &TriangleMesh) -> usize {
+    let mut welder = Welder::default();
+    triangles(mesh).for_each(|corners| welder.add(corners));
+    welder.mesh.vertices.len()
 }
 
 fn write_binary(mesh: &TriangleMesh) -> Result<Vec<u8>, WriteError> {

@@ -76,6 +76,26 @@ fn a_scene_saved_elsewhere_takes_its_meshes_along() {
         .find_map(|n| if let Node::Mesh { mesh, .. } = n { Some(mesh) } else { None });
     assert_eq!(bits(found.unwrap()), bits(&tetrahedron()));
     assert!(save(&path, &document.scene).unwrap().is_empty());
+    // A mesh of another scene stays as it is.
+    let other = folder.path().join("rig.ply");
+    std::fs::rename(folder.path().join("rig-mesh0.ply"), &other).unwrap();
+    std::fs::write(folder.path().join("rig-mesh0.ply"), "not ours").unwrap();
+    assert_eq!(save(&path, &scene_of(tetrahedron())).unwrap(), ["a mesh was written to rig-mesh1.ply"]);
+    assert_eq!(std::fs::read(folder.path().join("rig-mesh0.ply")).unwrap(), b"not ours");
+}
+
+#[test]
+fn stl_tells_what_it_cannot_hold() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.stl");
+    let mut mesh = tetrahedron();
+    mesh.vertices.push(mesh.vertices[0]);
+    mesh.faces[1] = mesh.faces[1].map(|v| if v == 0 { 4 } else { v });
+    mesh.vertices.push(Vec3::splat(0.1));
+    let notes = save(&path, &scene_of(mesh)).unwrap();
+    assert!(notes[0].contains("would move"), "{notes:?}");
+    assert!(notes[1].starts_with("vertices lost: 2 of 6"), "{notes:?}");
+    assert_eq!(read_mesh(&path).unwrap().vertices.len(), 4);
 }
 
 #[test]
@@ -85,7 +105,12 @@ fn placed_meshes_are_joined_and_mirrors_turn_faces() {
     let placed = scene.add_transform(Affine::scaling(Vec3::new(-1.0, 1.0, 1.0)), shotline::scene::NodeId(0));
     scene.add_object("mirrored", None, placed);
     let notes = save(folder.path().join("a.obj"), &scene).unwrap();
-    assert_eq!(notes, ["2 objects were joined into one mesh; their names are lost"]);
+    let said = [
+        "2 objects were joined into one mesh; their names are lost",
+        "shared meshes are written out for each of their placements, 2 in all",
+        "vertices moved into place, and rounded to float64: 4",
+    ];
+    assert_eq!(notes, said);
     let back = read_mesh(folder.path().join("a.obj")).unwrap();
     assert_eq!((back.vertices.len(), back.faces.len()), (8, 8));
     assert_eq!(back.faces[4], [4, 5, 6]);

@@ -20,12 +20,13 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("ray", &["math"]),
     ("aabb", &["math", "ray"]),
     ("crossing", &[]),
-    ("accel", &["math", "aabb"]),
-    ("solid", &["math", "roots", "ray", "aabb", "crossing", "accel"]),
+    ("trace", &["crossing"]),
+    ("accel", &["math", "aabb", "trace"]),
+    ("solid", &["math", "roots", "ray", "aabb", "crossing", "trace", "accel"]),
     ("csg", &["ray", "aabb", "crossing"]),
     ("scene", &["math", "solid", "csg"]),
     ("compile", &["math", "aabb", "accel", "solid", "csg", "scene"]),
-    ("query", &["math", "ray", "aabb", "crossing", "accel", "solid", "csg", "compile"]),
+    ("query", &["math", "ray", "aabb", "crossing", "trace", "accel", "solid", "csg", "compile"]),
     ("testkit", &["math", "ray", "aabb", "crossing", "accel", "solid", "scene", "compile", "query"]),
 ];
 

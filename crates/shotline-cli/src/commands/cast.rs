@@ -9,8 +9,8 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 use shotline::accel::Work;
 use shotline::compile::World;
+use shotline::query::Overlaps;
 use shotline::query::batch::{self, BatchError, Run};
-use shotline::query::{Overlaps, QueryError};
 use shotline::ray::Span;
 
 use crate::args::{Build, Model, SpanOfT, Threads};
@@ -18,6 +18,7 @@ use crate::columns::Columns;
 use crate::failure::Failure;
 use crate::number::counted;
 use crate::progress::{self, Quiet};
+use crate::query::{Query, help};
 use crate::rays::{OnInvalid, Rays};
 use crate::{input, interrupt, output};
 
@@ -82,20 +83,6 @@ const EXAMPLES: &str = "\
 Examples:
   shotline cast engine.json --rays rays.npy --query crossings -o crossings.npz
   shotline cast bunny.ply --rays rays.npy --query closest -o closest.npz --accel bvh --stats";
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Query {
-    /// The first crossing
-    Closest,
-    /// Whether there is any crossing
-    Any,
-    /// The number of crossings
-    Count,
-    /// Every crossing
-    Crossings,
-    /// The stretches inside objects
-    Segments,
-}
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum OverlapPolicy {
@@ -209,17 +196,7 @@ impl Command {
                 (format!("row {} of {}: ", rays.row(row), self.rays.display()), error)
             }
         };
-        let help = match error {
-            QueryError::NotASolid { .. } => {
-                "close the mesh (`shotline check` lists its defects) or ask for crossings"
-            }
-            QueryError::Overlap { .. } => {
-                "give one of them a higher \"priority\", or choose --overlaps priority or all"
-            }
-            QueryError::TooMany { .. } => {
-                "take a part of the ray with --t-min and --t-max, or ask for closest or count"
-            }
-        };
+        let help = help(&error);
         Failure::new(format!("{}: {place}{error}\nhelp: {help}", self.model.path.display()))
     }
 
@@ -242,12 +219,11 @@ impl Command {
     }
 
     fn stats(&self, world: &World, rays: &Rays, counts: Counts, times: &Times) -> String {
-        let query = self.query.to_possible_value().map(|v| v.get_name().to_string());
         let line = json!({
             "rays": rays.rows,
             "threads": self.threads.count(),
             "accel": self.build.accel,
-            "query": query,
+            "query": self.query.name(),
             "load_s": times.load,
             "build_s": times.build,
             "cast_s": times.cast,

@@ -10,12 +10,12 @@ use shotline::compile::{self, Options, World};
 use shotline::query::batch::{self, ClosestRows, Run};
 use shotline::ray::{Ray, Span};
 use shotline_io::Document;
-use shotline_render::{Image, Settings, encode_png, look, render, view};
+use shotline_render::{Image, Settings, encode_png, look, render};
 
 use crate::args::Model;
 use crate::failure::Failure;
+use crate::input::PICTURE;
 use crate::number::{bytes, short};
-use crate::rays::OnInvalid;
 use crate::table::{Align, Table};
 use crate::{input, interrupt, output};
 
@@ -43,8 +43,6 @@ Examples:
   shotline compare bunny.ply
   shotline compare engine.json --rays rays.npy -o work.png";
 
-/// The size of the picture whose rays are cast and, on the sheet, of each heat map.
-const SIZE: (u32, u32) = (320, 240);
 /// Pictures beside each other on the sheet.
 const COLUMNS: u32 = 3;
 /// How long one structure may cast.
@@ -82,25 +80,19 @@ impl Command {
     }
 
     fn rays(&self, document: &Document) -> Result<Vec<Ray>, Failure> {
-        if let Some(path) = &self.rays {
-            return input::rays(path, OnInvalid::Error).map(|rays| rays.valid);
+        match &self.rays {
+            Some(path) => input::valid_rays(path),
+            None => {
+                let world = built(document, NAMES[NAMES.len() - 1])?;
+                input::rays_of_picture(&self.model, document, &world)
+            }
         }
-        let world = built(document, NAMES[NAMES.len() - 1])?;
-        let (width, height) = SIZE;
-        let view = view(&world, &document.scene, width, height).map_err(|e| self.failure(e))?;
-        // Scattered over the picture, so that the first of them are like all of them.
-        let pixels = width * height;
-        (0..pixels)
-            .map(|i| i * 7919 % pixels)
-            .map(|i| view.ray(f64::from(i % width) + 0.5, f64::from(i / width) + 0.5))
-            .collect::<Result<_, _>>()
-            .map_err(|e| self.failure(e))
     }
 
     fn sheet(&self, document: &Document, entries: &[Entry]) -> Result<Image, Failure> {
         let look = look("cost").unwrap_or(Settings::default().look);
         let counter = &COUNTERS[COUNTERS.len() - 1];
-        let (width, height) = SIZE;
+        let (width, height) = PICTURE;
         let settings = Settings { width, height, samples: 1, look, counter, ..Settings::default() };
         let picture = |entry: &Entry| {
             let picture = render(&entry.world, &document.scene, &settings, Run::default());

@@ -8,6 +8,7 @@ use crate::args::{Build, Model, SpanOfT};
 use crate::failure::Failure;
 use crate::number::parse_vector;
 use crate::shot::Shot;
+use crate::steps::{Query, Steps};
 use crate::{input, output};
 
 /// Shoot one ray and report every crossing
@@ -33,6 +34,24 @@ pub struct Command {
     span: SpanOfT,
     #[command(flatten)]
     build: Build,
+    /// Tell first how the ray was answered, step by step: every crossing, or what closest or any take
+    ///
+    /// A line a step, indented by depth. `open`: the nearest pending part of the accelerator is opened; what it
+    /// offers, `+`, waits in a heap by the t at which it begins. `test`: a solid answers, and its crossings wait
+    /// too. A crossing leaves the heap when nothing pending begins before it; `=>` is what the query is given, and
+    /// a crossing without one changes nothing. Within a mesh each line is a run of triangles.
+    #[arg(
+        long,
+        value_name = "QUERY",
+        value_enum,
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "crossings"
+    )]
+    trace: Option<Query>,
+    /// How many steps are told at most
+    #[arg(long, value_name = "N", default_value_t = 1000, requires = "trace")]
+    steps: usize,
     /// Print one JSON document instead; what is infinite or does not exist is null there
     #[arg(long)]
     json: bool,
@@ -52,7 +71,8 @@ struct Aim {
 const EXAMPLES: &str = "\
 Examples:
   shotline shoot part.json --from -10,0,0 --to 0,0,0
-  shotline shoot bunny.ply --from 0,0.1,-1 --dir 0,0,1 --json";
+  shotline shoot bunny.ply --from 0,0.1,-1 --dir 0,0,1 --json
+  shotline shoot part.json --from -10,0,0 --to 0,0,0 --trace=closest --accel grid";
 
 impl Command {
     /// Runs the command.
@@ -65,11 +85,17 @@ impl Command {
             let help = "report a part of it with --t-min and --t-max, or use `shotline cast`";
             Failure::of_file(&self.model.path, format!("{e}\nhelp: {help}"))
         })?;
-        if self.json {
-            output::print(&format!("{:#}\n", shot.to_json()))?;
+        let steps = self.trace.map(|query| Steps::new(&world, &ray, span, query, self.steps));
+        output::print(&if self.json {
+            let mut document = shot.to_json();
+            if let Some(steps) = steps {
+                document["trace"] = steps.to_json();
+            }
+            format!("{document:#}\n")
         } else {
-            output::print(&shot.to_text())?;
-        }
+            let steps = steps.map_or_else(String::new, |steps| steps.to_text() + "\n");
+            steps + &shot.to_text()
+        })?;
         Ok(0)
     }
 

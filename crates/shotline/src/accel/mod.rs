@@ -8,10 +8,12 @@ mod bvh;
 mod grid;
 mod octree;
 mod tags;
+mod words;
 
 use std::fmt::Debug;
 
 use crate::aabb::{Aabb, BoxRay};
+use crate::trace::Log;
 pub use tags::Tags;
 
 /// Counts of work done, added up by a walk.
@@ -84,6 +86,8 @@ pub struct Scratch {
     pub work: Work,
     /// Tags of the items of one structure at a time.
     pub tags: Tags,
+    /// Steps, while they are recorded.
+    pub log: Log,
 }
 
 /// What a structure has still to offer to one ray, beginning not before `t`.
@@ -138,6 +142,11 @@ pub trait Accelerator: Send + Sync + Debug {
                 Offer::Item(item) => limit = visit(&[item], work),
             }
         }
+    }
+
+    /// What a part is, in the structure's own words: for people who follow a ray step by step.
+    fn describe(&self, part: u64, _ray: &BoxRay) -> String {
+        format!("part {part}")
     }
 
     /// Whether an item may be proposed more than once to a ray.

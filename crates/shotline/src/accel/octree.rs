@@ -5,7 +5,7 @@
 //! beside its surroundings is reached in one step.
 
 use super::bounded::{Bounded, around, measure, sort_out};
-use super::{Accelerator, Offer, Pending, Visit, Work};
+use super::{Accelerator, Offer, Pending, Visit, Work, words};
 use crate::aabb::{Aabb, BoxRay};
 use crate::math::Vec3;
 
@@ -214,6 +214,11 @@ impl Accelerator for Octree {
                 height += 1;
             }
         }
+    }
+
+    fn describe(&self, part: u64, _ray: &BoxRay) -> String {
+        let cell = &self.cells[part as usize];
+        format!("cell {}, cut into {}", words::box_of(&cell.bounds), cell.parts)
     }
 
     fn repeats(&self) -> bool {

@@ -18,7 +18,7 @@ pub use error::SceneError;
 pub use live::Live;
 pub use world::{Stats, World};
 
-pub(crate) use world::{Body, Leaf, Level, SolidBody, Target};
+pub(crate) use world::{Body, Leaf, Level, Placed, SolidBody, Target};
 
 use crate::scene::Scene;
 

@@ -176,18 +176,26 @@ impl World {
     pub fn surface_name(&self, surface: u32) -> String {
         let i = self.bodies.partition_point(|b| b.first_surface() <= surface);
         let Some(body) = i.checked_sub(1).map(|i| &self.bodies[i]) else { return String::new() };
-        let (kind, number, within, names) = match body {
-            Body::Surface(b) => ("mesh", None, surface - b.first_surface, b.mesh.surfaces()),
+        let (kind, leaf, within, names) = match body {
+            Body::Surface(b) => ("mesh", "mesh".into(), surface - b.first_surface, b.mesh.surfaces()),
             Body::Solid(b) => {
                 let leaf = b.leaves.partition_point(|l| l.first_surface <= surface) - 1;
                 let l = &b.leaves[leaf];
-                let number = (b.leaves.len() > 1).then_some(leaf);
-                (l.kind, number, surface - l.first_surface, l.solid.surfaces())
+                (l.kind, b.leaf_name(leaf), surface - l.first_surface, l.solid.surfaces())
             }
         };
-        let Some(name) = names.get(within as usize) else { return String::new() };
-        let leaf = number.map_or(kind.to_owned(), |n| format!("{kind}#{n}"));
-        if *name == kind { leaf } else { format!("{leaf}.{name}") }
+        match names.get(within as usize) {
+            Some(name) if *name == kind => leaf,
+            Some(name) => format!("{leaf}.{name}"),
+            None => String::new(),
+        }
+    }
+
+    /// The name of a placement: the end of the paths that lead to it.
+    pub(crate) fn placed_name(&self, placed: &Placed) -> String {
+        let mut name = String::new();
+        self.names.write(placed.name, &mut name);
+        name
     }
 
     /// An object that has no inside, with its mesh, if there is one: such worlds have no segments.
@@ -277,6 +285,14 @@ impl World {
     }
 }
 
+impl SolidBody {
+    /// The name of a leaf: its kind, and its number where there are several.
+    pub(crate) fn leaf_name(&self, leaf: usize) -> String {
+        let kind = self.leaves[leaf].kind;
+        if self.leaves.len() > 1 { format!("{kind}#{leaf}") } else { kind.to_owned() }
+    }
+}
+
 impl Body {
     pub(super) fn first_surface(&self) -> u32 {
         match self {
@@ -292,7 +308,7 @@ impl Body {
         }
     }
 
-    fn leaf_count(&self) -> u64 {
+    pub(crate) fn leaf_count(&self) -> u64 {
         match self {
             Body::Solid(b) => b.leaves.len() as u64,
             Body::Surface(_) => 1,

@@ -14,6 +14,7 @@ use crate::csg::{Boundary, HitKind, ProgramState};
 use crate::math::{Vec3, unit};
 use crate::ray::{Line, Ray, Span};
 use crate::solid::{Solid, Wanted};
+use crate::trace::{Act, Trace};
 
 /// A world with one thread's scratch memory.
 ///
@@ -75,6 +76,17 @@ impl<'w> Caster<'w> {
     /// Work counted since the caster was made, or since this was asked last.
     pub fn take_work(&mut self) -> Work {
         std::mem::take(&mut self.scratch.work)
+    }
+
+    /// Keeps the steps of the queries that follow, so many at most, until [`Caster::take_trace`]. No answer
+    /// depends on it.
+    pub fn record(&mut self, most: usize) {
+        self.scratch.log.start(most);
+    }
+
+    /// The steps kept since [`Caster::record`]; none are kept from here on.
+    pub fn take_trace(&mut self) -> Trace {
+        self.scratch.log.take()
     }
 
     /// The first crossing in the span. Of several at the same `t`, that of the lowest path.
@@ -212,8 +224,8 @@ impl<'w> Caster<'w> {
         let start = out.len();
         let here = Span::new(0.0, 0.0).unwrap_or(Span::FORWARD);
         self.walk.begin(self.world, Line::exact(p, Vec3::X), here);
-        self.walk.start(&mut self.scratch.work);
-        while let Some(meeting) = self.walk.next(self.world, 0.0, &mut self.scratch.work) {
+        self.walk.start(self.world, &mut self.scratch);
+        while let Some(meeting) = self.walk.next(self.world, 0.0, &mut self.scratch) {
             if let Body::Solid(body) = self.world.body(meeting.body)
                 && holds(body, meeting.line.o, &mut self.state)
             {
@@ -238,8 +250,8 @@ impl<'w> Caster<'w> {
         {
             return;
         }
-        self.walk.start(&mut self.scratch.work);
-        while let Some(meeting) = self.walk.next(self.world, limit, &mut self.scratch.work) {
+        self.walk.start(self.world, &mut self.scratch);
+        while let Some(meeting) = self.walk.next(self.world, limit, &mut self.scratch) {
             let again = asked.is_some_and(|a| a.path == meeting.path);
             if !again && self.fold_body(&meeting, span, wanted, &mut limit, fold).is_break() {
                 return;
@@ -270,6 +282,7 @@ impl<'w> Caster<'w> {
                 let mut stream =
                     Stream::new(body, &meeting.line, span, wanted, &mut self.stream, &mut self.scratch);
                 while let Some(boundary) = stream.next() {
+                    stream.log().add(1, Some(boundary.crossing.t), || told(&boundary));
                     give(boundary)?;
                     if wanted == Wanted::First {
                         break;
@@ -279,13 +292,17 @@ impl<'w> Caster<'w> {
             Body::Surface(body) => {
                 self.hits.clear();
                 let line = meeting.line.in_frame(&body.local_from_body);
+                self.scratch.log.add(1, None, || Act::Test { item: "mesh".into() });
                 match wanted {
                     Wanted::All => body.mesh.hits(&line, span, &mut self.hits, &mut self.scratch),
                     Wanted::First => self.hits.extend(body.mesh.nearest(&line, span, &mut self.scratch)),
                 }
+                self.scratch.log.add(1, None, || Act::Found { crossings: self.hits.clone() });
                 for &crossing in &self.hits {
                     let entering = crossing.entering;
-                    give(Boundary { kind: HitKind::Surface, entering, leaf: 0, crossing })?;
+                    let boundary = Boundary { kind: HitKind::Surface, entering, leaf: 0, crossing };
+                    self.scratch.log.add(1, Some(crossing.t), || told(&boundary));
+                    give(boundary)?;
                 }
             }
         }
@@ -334,6 +351,14 @@ impl<'w> Caster<'w> {
             hit.barycentric = solid.barycentric(p, crossing.primitive);
         }
         hit
+    }
+}
+
+fn told(boundary: &Boundary) -> Act {
+    match boundary.kind {
+        HitKind::Surface => Act::Boundary { entering: boundary.entering },
+        HitKind::Start => Act::Start,
+        HitKind::End => Act::End,
     }
 }
 

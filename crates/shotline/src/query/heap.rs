@@ -55,6 +55,10 @@ impl<T> Heap<T> {
         self.slots.clear();
     }
 
+    pub(super) fn len(&self) -> usize {
+        self.slots.len()
+    }
+
     pub(super) fn push(&mut self, t: f64, rank: Rank, what: T) {
         self.slots.push(Slot { t, rank, what });
     }

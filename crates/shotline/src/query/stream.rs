@@ -13,6 +13,7 @@ use crate::crossing::Crossing;
 use crate::csg::{Boundary, Event, Sweep};
 use crate::ray::{Line, Span};
 use crate::solid::Wanted;
+use crate::trace::{Act, Log};
 
 /// What the heap holds.
 #[derive(Clone, Copy, Debug)]
@@ -71,7 +72,7 @@ impl<'a> Stream<'a> {
                     stream.scratch.tags.reserve(body.leaves.len());
                 }
                 accel.start(&stream.ray, &mut stream.scratch.offers, &mut stream.below.work);
-                stream.take_offers();
+                stream.take_offers(1);
             }
             None => stream.intersect(0, span.t_min()),
         }
@@ -101,13 +102,21 @@ impl<'a> Stream<'a> {
             match self.scratch.heap.pop() {
                 Some((t, Entry::Part(part))) => {
                     if let Some(accel) = &self.body.accel {
+                        self.below
+                            .log
+                            .add(1, Some(t), || Act::Open { part: accel.describe(part, &self.ray) });
                         accel.open(part, t, &self.ray, &mut self.scratch.offers, &mut self.below.work);
                     }
-                    self.take_offers();
+                    self.take_offers(2);
                 }
                 Some((t, Entry::Leaf(leaf))) => self.intersect(leaf, t),
                 Some((_, Entry::Event(event))) => {
                     let event = self.scratch.events[event as usize];
+                    let Event { leaf, crossing, .. } = event;
+                    self.below.log.add(1, Some(crossing.t), || Act::Toggle {
+                        item: self.body.leaf_name(leaf as usize),
+                        crossing,
+                    });
                     self.scratch.sweep.offer(program, event);
                 }
                 None => {}
@@ -115,25 +124,41 @@ impl<'a> Stream<'a> {
         }
     }
 
-    /// Moves what an accelerator offered to the heap; leaves with the bound of their own box.
-    fn take_offers(&mut self) {
+    pub(super) fn log(&mut self) -> &mut Log {
+        &mut self.below.log
+    }
+
+    /// Moves what an accelerator offered to the heap; leaves with the bound of their own box. The log shows
+    /// offers so much deeper than the body.
+    fn take_offers(&mut self, deeper: usize) {
         let scratch = &mut *self.scratch;
+        let Scratch { work, log, .. } = &mut *self.below;
         for offer in scratch.offers.drain(..) {
             let (t, entry) = match offer.what {
-                Offer::Part(part) => (offer.t, Entry::Part(part)),
+                Offer::Part(part) => {
+                    let describe = || self.body.accel.as_ref().map(|accel| accel.describe(part, &self.ray));
+                    log.add(deeper, Some(offer.t), || Act::OfferPart {
+                        part: describe().unwrap_or_default(),
+                    });
+                    (offer.t, Entry::Part(part))
+                }
                 Offer::Item(leaf) => {
+                    let name = || self.body.leaf_name(leaf as usize);
                     if !scratch.tags.is_first(leaf as usize) {
-                        self.below.work.tags_saved += 1;
+                        work.tags_saved += 1;
+                        log.add(deeper, None, || Act::Saved { item: name() });
                         continue;
                     }
-                    self.below.work.boxes += 1;
-                    match self.ray.enter_exit(&self.body.leaves[leaf as usize].bounds) {
-                        Some((t, _)) => (t, Entry::Leaf(leaf)),
-                        None => continue,
-                    }
+                    work.boxes += 1;
+                    let Some((t, _)) = self.ray.enter_exit(&self.body.leaves[leaf as usize].bounds) else {
+                        log.add(deeper, None, || Act::Miss { item: name() });
+                        continue;
+                    };
+                    log.add(deeper, Some(t), || Act::OfferItem { item: name() });
+                    (t, Entry::Leaf(leaf))
                 }
             };
-            self.below.work.heap_pushes += 1;
+            work.heap_pushes += 1;
             scratch.heap.push(t, Rank::Box, entry);
         }
     }
@@ -144,10 +169,14 @@ impl<'a> Stream<'a> {
         let Leaf { solid, local_from_body, .. } = &self.body.leaves[leaf as usize];
         scratch.crossings.clear();
         self.below.work.solids += 1;
+        let name = || self.body.leaf_name(leaf as usize);
+        let t = self.body.accel.is_some().then_some(enter);
+        self.below.log.add(1, t, || Act::Test { item: name() });
         let line = self.line.in_frame(local_from_body);
         let wanted = if self.body.leaves.len() == 1 { self.wanted } else { Wanted::All };
         solid.crossings_within(&line, self.ray.span(), wanted, &mut scratch.crossings, self.below);
         self.below.work.repaired += u64::from(repair(&**solid, &line, &mut scratch.crossings));
+        self.below.log.add(1, None, || Act::Found { crossings: scratch.crossings.clone() });
         for &crossing in &scratch.crossings {
             match Event::new(leaf, crossing, enter) {
                 Some(event) => {
@@ -158,7 +187,10 @@ impl<'a> Stream<'a> {
                         self.below.work.heap_pushes += 1;
                     }
                 }
-                None => scratch.sweep.preset(&self.body.program, leaf),
+                None => {
+                    self.below.log.add(2, Some(crossing.t), || Act::Before { item: name(), crossing });
+                    scratch.sweep.preset(&self.body.program, leaf);
+                }
             }
         }
     }

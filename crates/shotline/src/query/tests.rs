@@ -15,6 +15,7 @@ use crate::solid::mesh::TriangleMesh;
 use crate::solid::mesh::shapes::{ball, sheet};
 use crate::testkit::random::Random;
 use crate::testkit::scene::random_scene;
+use crate::trace::Act;
 
 fn world(scene: &Scene, accel: &'static str) -> World {
     compile(scene, Options { accel }).unwrap_or_else(|e| panic!("{e:?}"))
@@ -55,6 +56,10 @@ fn assert_all_accelerators_agree(scene: &Scene, rays: &[Ray], spans: &[Span], co
         let other = world(scene, name);
         let mut caster = Caster::new(&other);
         for (i, ray) in rays.iter().enumerate() {
+            // Whether the steps are recorded is no matter.
+            if i % 2 == 0 {
+                caster.record(100);
+            }
             let context = format!("{context}, {name}, {ray:?}");
             let span = spans[i % spans.len()];
             let expected = crossings(&oracle, ray, span);
@@ -68,6 +73,7 @@ fn assert_all_accelerators_agree(scene: &Scene, rays: &[Ray], spans: &[Span], co
             assert_eq!(caster.any(ray, span), !expected.is_empty(), "{context}");
             assert_eq!(caster.any_from(&mut seeds[1], ray, span), !expected.is_empty(), "{context}");
             assert_eq!(caster.count(ray, span), expected.len() as u64, "{context}");
+            assert_eq!(caster.take_trace().steps.is_empty(), i % 2 == 1);
         }
     }
 }
@@ -140,6 +146,47 @@ fn seeds_save_the_walk_and_are_harmless_elsewhere() {
     let mut caster = Caster::new(&small);
     for ray in rays(&mut random, 50) {
         assert_eq!(caster.any_from(&mut seed.clone(), &ray, Span::FORWARD), caster.any(&ray, Span::FORWARD));
+    }
+}
+
+/// A trace tells every test, every tag and every boundary, and where it is cut how much is missing.
+#[test]
+fn traces_are_complete() {
+    let mut random = Random::new(14);
+    let scene = crowded_scene(&mut random);
+    let rays = rays(&mut random, 100);
+    for name in accel::NAMES {
+        let world = world(&scene, name);
+        let mut caster = Caster::new(&world);
+        for ray in &rays {
+            caster.take_work();
+            caster.record(usize::MAX);
+            let mut hits = Vec::new();
+            caster.crossings(ray, Span::FORWARD, &mut hits);
+            let (whole, work) = (caster.take_trace(), caster.take_work());
+            let (mut tests, mut alone, mut saved, mut boundaries) = (0, 0, 0, 0);
+            for step in &whole.steps {
+                match &step.act {
+                    // Placed alone, perhaps a surface: then it is not counted as a solid.
+                    Act::Test { item } if item == "mesh" => alone += 1,
+                    Act::Test { .. } => tests += 1,
+                    Act::Saved { .. } => saved += 1,
+                    Act::Run { tested, saved: by_tags, .. } => {
+                        tests += tested;
+                        saved += by_tags;
+                    }
+                    Act::Boundary { .. } | Act::Start | Act::End => boundaries += 1,
+                    _ => {}
+                }
+            }
+            assert_eq!((saved, boundaries), (work.tags_saved, hits.len()), "{name}");
+            assert!(tests <= work.solids && work.solids <= tests + alone, "{name}: {tests}, {work:?}");
+            caster.record(10);
+            caster.crossings(ray, Span::FORWARD, &mut hits);
+            let cut = caster.take_trace();
+            assert_eq!(cut.steps, whole.steps[..whole.steps.len().min(10)]);
+            assert_eq!(cut.steps.len() + cut.left_out as usize, whole.steps.len());
+        }
     }
 }
 

@@ -2,10 +2,11 @@
 
 use super::heap::{Heap, Rank};
 use crate::aabb::BoxRay;
-use crate::accel::{Offer, Pending, Tags, Work};
-use crate::compile::{Level, Target, World};
+use crate::accel::{Offer, Pending, Scratch, Tags, Work};
+use crate::compile::{Level, Placed, Target, World};
 use crate::math::Vec3;
 use crate::ray::{Line, Span};
+use crate::trace::Act;
 
 /// A level met by the ray: where, on the way from the root.
 #[derive(Clone, Copy, Debug)]
@@ -101,29 +102,42 @@ impl<'w> Walk<'w> {
     }
 
     /// Opens the root; from now on there is a next body.
-    pub(super) fn start(&mut self, work: &mut Work) {
-        self.enter(0, work);
+    pub(super) fn start(&mut self, world: &World, below: &mut Scratch) {
+        let t = self.visits[0].ray.span().t_min();
+        self.enter(world, 0, t, below);
     }
 
     /// The next body whose box begins at or before `limit`.
-    pub(super) fn next(&mut self, world: &'w World, limit: f64, work: &mut Work) -> Option<Meeting> {
+    pub(super) fn next(&mut self, world: &'w World, limit: f64, below: &mut Scratch) -> Option<Meeting> {
         while let Some((t, entry)) = self.heap.pop() {
             if t > limit {
+                below.log.depth = 0;
+                below.log.add(0, Some(t), || Act::Done { pending: 1 + self.heap.len() });
                 return None;
             }
             let visit = self.visits[entry.visit as usize];
+            if below.log.is_on() {
+                below.log.depth = 1 + self.above(entry.visit).count();
+            }
             match entry.what {
                 Offer::Part(part) => {
                     if let Some(accel) = &visit.level.accel {
-                        accel.open(part, t, &visit.ray, &mut self.offers, work);
+                        below.log.add(0, Some(t), || Act::Open { part: accel.describe(part, &visit.ray) });
+                        accel.open(part, t, &visit.ray, &mut self.offers, &mut below.work);
                     }
-                    self.take_offers(entry.visit, work);
+                    self.take_offers(world, entry.visit, below);
                 }
                 Offer::Item(item) => match self.step(world, entry.visit, item) {
-                    Step::Body(meeting) => return Some(meeting),
+                    Step::Body(meeting) => {
+                        below.log.add(0, Some(t), || Act::EnterBody {
+                            path: world.path_name(meeting.path),
+                            leaves: world.body(meeting.body).leaf_count() as usize,
+                        });
+                        return Some(meeting);
+                    }
                     Step::Level(visit) => {
                         self.visits.push(visit);
-                        self.enter((self.visits.len() - 1) as u32, work);
+                        self.enter(world, (self.visits.len() - 1) as u32, t, below);
                     }
                 },
             }
@@ -164,8 +178,22 @@ impl<'w> Walk<'w> {
         n
     }
 
-    /// Opens a visited level.
-    fn enter(&mut self, visit: u32, work: &mut Work) {
+    /// The placements through which a visit was reached, innermost first.
+    fn above(&self, visit: u32) -> impl Iterator<Item = &'w Placed> {
+        let step = |v: u32| self.visits[v as usize].above;
+        let placed = |(v, i): (u32, u32)| &self.visits[v as usize].level.placements[i as usize];
+        std::iter::successors(step(visit), move |(v, _)| step(*v)).map(placed)
+    }
+
+    /// Opens a visited level, whose box is entered at `t`.
+    fn enter(&mut self, world: &World, visit: u32, t: f64, below: &mut Scratch) {
+        if below.log.is_on() {
+            let mut path: Vec<String> = self.above(visit).map(|p| world.placed_name(p)).collect();
+            path.reverse();
+            below.log.depth = path.len();
+            let placements = self.visits[visit as usize].level.placements.len();
+            below.log.add(0, Some(t), || Act::EnterLevel { path: path.join("/"), placements });
+        }
         let Visit { level, ray, first_tag, .. } = &mut self.visits[visit as usize];
         if let Some(accel) = &level.accel {
             if accel.repeats() {
@@ -173,26 +201,36 @@ impl<'w> Walk<'w> {
                 self.tag_count += level.placements.len();
                 self.tags.reserve(self.tag_count);
             }
-            accel.start(ray, &mut self.offers, work);
+            accel.start(ray, &mut self.offers, &mut below.work);
         }
-        self.take_offers(visit, work);
+        self.take_offers(world, visit, below);
     }
 
-    fn take_offers(&mut self, visit: u32, work: &mut Work) {
+    fn take_offers(&mut self, world: &World, visit: u32, below: &mut Scratch) {
         let Visit { level, ray, first_tag, .. } = &self.visits[visit as usize];
+        let Scratch { work, log, .. } = below;
         for offer in self.offers.drain(..) {
             let t = match offer.what {
-                Offer::Part(_) => offer.t,
+                Offer::Part(part) => {
+                    let describe = || level.accel.as_ref().map(|accel| accel.describe(part, ray));
+                    log.add(1, Some(offer.t), || Act::OfferPart { part: describe().unwrap_or_default() });
+                    offer.t
+                }
                 Offer::Item(item) => {
+                    let placed = &level.placements[item as usize];
+                    let name = || world.placed_name(placed);
                     if first_tag.is_some_and(|first| !self.tags.is_first(first + item as usize)) {
                         work.tags_saved += 1;
+                        log.add(1, None, || Act::Saved { item: name() });
                         continue;
                     }
                     work.boxes += 1;
-                    match ray.enter_exit(&level.placements[item as usize].bounds) {
-                        Some((t, _)) => t,
-                        None => continue,
-                    }
+                    let Some((t, _)) = ray.enter_exit(&placed.bounds) else {
+                        log.add(1, None, || Act::Miss { item: name() });
+                        continue;
+                    };
+                    log.add(1, Some(t), || Act::OfferItem { item: name() });
+                    t
                 }
             };
             work.heap_pushes += 1;

@@ -8,7 +8,7 @@
 
 mod build;
 
-use super::{Accelerator, Offer, Pending, Visit, Work};
+use super::{Accelerator, Offer, Pending, Visit, Work, words};
 use crate::aabb::{Aabb, BoxRay};
 
 /// Deeper trees are not built, see `build`; so a walk's stack is an array.
@@ -154,6 +154,15 @@ impl Accelerator for Bsp {
             }
             height -= 1;
             next = Some(stack[height]);
+        }
+    }
+
+    fn describe(&self, part: u64, _ray: &BoxRay) -> String {
+        match self.nodes[unpack(part).0 as usize] {
+            Node::Plane { axis, at, .. } => {
+                format!("plane {} = {}", ["x", "y", "z"][usize::from(axis)], words::number(at))
+            }
+            Node::Leaf { count, .. } => format!("leaf of {count}"),
         }
     }
 

@@ -6,7 +6,7 @@
 mod build;
 mod refit;
 
-use super::{Accelerator, Offer, Pending, Visit, Work};
+use super::{Accelerator, Offer, Pending, Visit, Work, words};
 use crate::aabb::{Aabb, BoxRay};
 
 /// Deeper trees are not built, see `build`; so a walk's stack is an array.
@@ -129,6 +129,11 @@ impl Accelerator for Bvh {
             height -= 1;
             next = stack[height];
         }
+    }
+
+    fn describe(&self, part: u64, _ray: &BoxRay) -> String {
+        let [a, b] = [part, part + 1].map(|child| &self.nodes[child as usize].bounds);
+        format!("box {}", words::box_of(&a.union(b)))
     }
 
     fn repeats(&self) -> bool {

@@ -106,6 +106,15 @@ impl Grid {
         }
     }
 
+    /// How many blocks there are around one: found by looking for the cell that holds it, which is slow.
+    fn depth(&self, block: u32) -> usize {
+        let holder = self.cells.iter().position(|cell| cell.block() == Some(block));
+        holder.map_or(0, |cell| {
+            let around = self.blocks.partition_point(|b| b.first_cell <= cell) - 1;
+            1 + self.depth(around as u32)
+        })
+    }
+
     /// Walks through the cells of a block and answers the limit.
     fn walk_block(
         &self,
@@ -185,6 +194,17 @@ impl Accelerator for Grid {
         if !self.blocks.is_empty() {
             self.walk_block(0, ray, limit, work, visit);
         }
+    }
+
+    fn describe(&self, part: u64, ray: &BoxRay) -> String {
+        let (block, place) = unpack(part);
+        let counts = self.blocks[block as usize].counts;
+        let along = |axis: usize| {
+            let i = place[axis];
+            (if ray.ascends(axis) { i } else { counts[axis] - 1 - i }).to_string()
+        };
+        let ([x, y, z], [nx, ny, nz]) = ([0, 1, 2].map(along), counts);
+        format!("cell {x},{y},{z} of {nx} x {ny} x {nz} at depth {}", self.depth(block))
     }
 
     fn repeats(&self) -> bool {

@@ -6,11 +6,12 @@ use super::probe::{Probe, Size, Triangle};
 use super::winding::{FirstEntry, first_entry, order, to_crossings, total};
 use super::{MeshError, Topology, TriangleMesh};
 use crate::aabb::Aabb;
-use crate::accel::{self, Accelerator, Scratch};
+use crate::accel::{self, Accelerator, Scratch, Work};
 use crate::crossing::Crossing;
 use crate::math::Vec3;
 use crate::ray::{Line, Span};
 use crate::solid::{Solid, Wanted};
+use crate::trace::Act;
 
 /// A mesh prepared for rays. As a [`Solid`] it means something only if it is closed; its inside is where the
 /// winding number is not zero. The surface, closed or not, is asked by [`MeshSolid::hits`],
@@ -123,9 +124,11 @@ impl MeshSolid {
     ) {
         let mut limit = to;
         let mut scaled_limit = probe.scaled(to);
-        let Scratch { work, tags } = scratch;
+        let Scratch { work, tags, log } = scratch;
         tags.begin();
+        let mut before = *work;
         self.accelerator.walk(&probe.boxes(from, to), work, &mut |items, work| {
+            let mut hits = Vec::new();
             for &item in items {
                 if !tags.is_first(item as usize) {
                     work.tags_saved += 1;
@@ -138,7 +141,21 @@ impl MeshSolid {
                 {
                     limit = visit(hit);
                     scaled_limit = probe.scaled(limit);
+                    if log.is_on() {
+                        hits.push(hit);
+                    }
                 }
+            }
+            if log.is_on() {
+                let met = |w: &Work| w.boxes + w.cells + w.planes;
+                log.add(2, None, || Act::Run {
+                    met: met(work) - met(&before),
+                    tested: work.solids - before.solids,
+                    saved: work.tags_saved - before.tags_saved,
+                    hits,
+                    limit,
+                });
+                before = *work;
             }
             scaled_limit
         });

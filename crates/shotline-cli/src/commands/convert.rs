@@ -1,0 +1,87 @@
+//! `shotline convert`: from one file format to another.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use shotline_io::{WriteError, save};
+
+use crate::args::Model;
+use crate::failure::Failure;
+use crate::progress::{self, Quiet};
+use crate::{input, interrupt, output};
+
+/// Convert between file formats
+///
+/// The ending of OUT says which: .json a scene, .ply, .obj or .stl a mesh. Whatever is lost is told on stderr, and
+/// so is what else was written: meshes that a scene names are put beside it as PLY, unless they are there.
+///
+/// PLY and OBJ keep every bit of a mesh. STL names no vertices and in its binary form holds float32, so it is
+/// written as text where that would move a vertex. A mesh file takes all meshes of a scene, placed, in one; solids
+/// and combinations cannot be written to it. Normals, colours and textures of a mesh file are never read.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub struct Command {
+    #[command(flatten)]
+    model: Model,
+    /// The file to write
+    #[arg(value_name = "OUT")]
+    output: PathBuf,
+    #[command(flatten)]
+    quiet: Quiet,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  shotline convert part.stl part.ply
+  shotline convert part.ply part.json      # a scene of one object, to go on from";
+
+impl Command {
+    /// Runs the command.
+    pub fn run(&self) -> Result<u8, Failure> {
+        interrupt::catch();
+        output::expect_writable(&self.output)?;
+        let document = input::load(&self.model)?;
+        let notes =
+            interrupt::listening(|_| save(&self.output, &document.scene).map_err(|e| self.failure(&e)))?;
+        let comments = has_comments(document.source.text()).then(|| "comments are lost".into());
+        for note in document.notes.iter().chain(&notes).chain(&comments) {
+            progress::remark(note, self.quiet);
+        }
+        Ok(0)
+    }
+
+    fn failure(&self, error: &WriteError) -> Failure {
+        match error {
+            WriteError::Unwritable(_) => {
+                let help = "write a scene, which holds everything: a file that ends in .json";
+                Failure::of_file(&self.output, format!("{error}\nhelp: {help}"))
+            }
+            error => Failure::new(error.to_string()),
+        }
+    }
+}
+
+/// Whether the text of a scene has comments: slashes outside of strings, in JSON that has been read.
+fn has_comments(text: &str) -> bool {
+    let (mut in_string, mut escaped) = (false, false);
+    text.chars().any(|c| {
+        match c {
+            _ if escaped => escaped = false,
+            '\\' if in_string => escaped = true,
+            '"' => in_string = !in_string,
+            _ => return c == '/' && !in_string,
+        }
+        false
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn comments_are_seen_outside_of_strings() {
+        assert!(has_comments("{} // here") && has_comments(r#"{"a\\": /* b */ 1}"#));
+        assert!(!has_comments(r#"{"//": "a\"//b", "c": "/"}"#) && !has_comments(""));
+    }
+}

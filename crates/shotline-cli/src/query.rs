@@ -1,0 +1,40 @@
+//! What is asked of many rays.
+
+use clap::ValueEnum;
+use shotline::query::QueryError;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Query {
+    /// The first crossing
+    Closest,
+    /// Whether there is any crossing
+    Any,
+    /// The number of crossings
+    Count,
+    /// Every crossing
+    Crossings,
+    /// The stretches inside objects
+    Segments,
+}
+
+impl Query {
+    /// As on the command line.
+    pub fn name(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+}
+
+/// What to do about a query without an answer.
+pub fn help(error: &QueryError) -> &'static str {
+    match error {
+        QueryError::NotASolid { .. } => {
+            "close the mesh (`shotline check` lists its defects) or ask for crossings"
+        }
+        QueryError::Overlap { .. } => {
+            "give one of them a higher \"priority\", or choose --overlaps priority or all"
+        }
+        QueryError::TooMany { .. } => {
+            "take a part of the ray with --t-min and --t-max, or ask for closest or count"
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! `shotline shoot --trace`.
+
+mod place;
+
+use place::{DRILLED, Place, cube_ply};
+use serde_json::Value;
+
+const ALONG_X: [&str; 6] = ["shoot", "drilled.json", "--from", "-10,0,0", "--dir", "1,0,0"];
+
+#[test]
+fn every_step_of_a_ray_is_told() {
+    let place = Place::new().with("drilled.json", DRILLED);
+    let text = place.run(&[&ALONG_X[..], &["--trace"]].concat()).ok();
+    let expected = "   t  step
+   0  the scene: 2 placements
+   5    + box [-5, 8] x [-5, 5] x [-5, 5]
+   5    open box [-5, 8] x [-5, 5] x [-5, 5]
+   5      + ball
+  16      + slab
+   5    body ball: 2 leaves
+   5      + sphere#0
+   9      + box#1
+   5      test sphere#0: in at 5, out at 15
+   5      cross into sphere#0
+   5      => in
+   9      test box#1: in at 9, out at 11
+   9      cross into box#1
+   9      => out
+  11      cross out of box#1
+  11      => in
+  15      cross out of sphere#0
+  15      => out
+  16    body slab: 1 leaf
+          test box: in at 16, out at 18
+  16      cross into box
+  16      => in
+  18      cross out of box
+  18      => out
+
+ray from";
+    assert!(text.starts_with(expected), "{text}");
+    assert!(text.contains("6 crossings"), "the report follows: {text}");
+}
+
+#[test]
+fn the_closest_crossing_leaves_what_is_behind() {
+    let place = Place::new().with("drilled.json", DRILLED);
+    let text = place.run(&[&ALONG_X[..], &["--trace=closest"]].concat()).ok();
+    assert!(text.contains("  16  done: 1 pending entry is never opened\n"), "{text}");
+    assert!(!text.contains("test box"), "{text}");
+    let cut = place.run(&[&ALONG_X[..], &["--trace=closest", "--steps", "3"]].concat()).ok();
+    assert!(cut.contains("  10 more steps are left out; --steps 13 shows all\n"), "{cut}");
+}
+
+#[test]
+fn every_structure_has_words_for_its_parts() {
+    let ball = |x| format!(r#"{{"kind": "sphere", "radius": 0.6, "translate": [{x}, {}, 0]}}"#, x % 3);
+    let balls: Vec<String> = (0..12).map(ball).collect();
+    let scene = format!(
+        r#"{{"shotline": 1, "objects": [{{"node": {{"op": "union", "args": [{}]}}}}]}}"#,
+        balls.join(", ")
+    );
+    let place = Place::new().with("row.json", scene).with("cube.ply", cube_ply(12));
+    for (accel, words) in [
+        ("brute", "+ sphere#10"),
+        ("bvh", "open box [-0.6, 11.6] x"),
+        ("grid", "open cell 0,0,0 of"),
+        ("octree", "open cell [-0.6, 11.6] x"),
+        ("bsp", "open plane x = "),
+    ] {
+        let along =
+            ["shoot", "row.json", "--from", "-5,0.5,0", "--dir", "1,0,0", "--trace", "--accel", accel];
+        let text = place.run(&along).ok();
+        assert!(text.contains(words), "no '{words}' of {accel} in {text}");
+        let down = ["shoot", "cube.ply", "--from", "0.3,0.4,5", "--dir", "0,0,-1", "--trace=closest"];
+        let text = place.run(&[&down[..], &["--accel", accel]].concat()).ok();
+        assert!(text.contains("in at 4 (triangle 2); limit 4"), "{accel}: {text}");
+    }
+}
+
+#[test]
+fn programs_read_steps_as_json() {
+    let place = Place::new().with("drilled.json", DRILLED);
+    let text = place.run(&[&ALONG_X[..], &["--trace", "--json"]].concat()).ok();
+    let shot: Value = serde_json::from_str(&text).unwrap();
+    let steps = shot["trace"]["steps"].as_array().unwrap();
+    assert_eq!((steps.len(), &shot["trace"]["left_out"]), (27, &0.into()));
+    let boundaries = steps.iter().filter(|s| s["step"] == "boundary");
+    let ts: Vec<f64> = boundaries.map(|s| s["t"].as_f64().unwrap()).collect();
+    assert_eq!(ts, [5.0, 9.0, 11.0, 15.0, 16.0, 18.0]);
+    assert_eq!(steps[2]["part"], "box [-5, 8] x [-5, 5] x [-5, 5]");
+    assert_eq!(steps[9]["step"], "found");
+    assert_eq!(steps[9]["crossings"][1]["t"], 15.0);
+}
+
+#[test]
+fn steps_need_a_trace() {
+    let place = Place::new().with("drilled.json", DRILLED);
+    place.run(&[&ALONG_X[..], &["--steps", "5"]].concat()).refused(&["--trace"]);
+    place.run(&[&ALONG_X[..], &["--trace=furthest"]].concat()).refused(&["closest", "furthest"]);
+}
