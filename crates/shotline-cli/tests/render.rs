@@ -47,3 +47,45 @@ fn bad_wishes_are_refused() {
     place.run(&thickness).refused(&["open.ply", "thickness", "open edges"]);
     assert!(!place.path("out.png").exists());
 }
+
+/// The number of frames that an animated PNG announces, and of those that it holds.
+fn frames(png: &[u8]) -> (u32, usize) {
+    let chunk = |name: &[u8]| png.windows(4).position(|w| w == name);
+    let at = chunk(b"acTL").expect("it is animated") + 4;
+    let announced = u32::from_be_bytes(png[at..at + 4].try_into().unwrap());
+    (announced, png.windows(4).filter(|w| w == b"fcTL").count())
+}
+
+#[test]
+fn frames_are_the_same_whatever_is_taken_over() {
+    let moving = DRILLED.trim_end().trim_end_matches('}').to_string()
+        + r#", "motions": [{ "object": "slab", "rotate": [0, 0, 90], "translate": [0.5, 0, 0] }] }"#;
+    let place = Place::new().with("moving.json", &moving);
+    let movie = |rest: &[&str]| {
+        let args = ["render", "moving.json", "-o", "out.png", "--size", "40x30", "--frames", "4"];
+        place.run(&[&args[..], rest].concat()).ok();
+        fs::read(place.path("out.png")).unwrap()
+    };
+    let first = movie(&[]);
+    assert_eq!(frames(&first), (4, 4));
+    for rest in [
+        ["--coherence", "none"],
+        ["--coherence", "neighbours,frames"],
+        ["--accel", "octree"],
+        ["--threads", "1"],
+    ] {
+        assert!(movie(&rest) == first, "{rest:?}");
+    }
+    assert!(movie(&["--orbit", "-30"]) != first);
+    place.run(&["render", "moving.json", "-o", "out.png", "--orbit", "9"]).refused(&["--frames"]);
+    place.run(&["render", "moving.json", "-o", "out.png", "--frames", "0"]).refused(&["--frames"]);
+}
+
+#[test]
+fn what_moves_must_be_there() {
+    let moving = DRILLED.trim_end().trim_end_matches('}').to_string()
+        + r#", "motions": [{ "object": "slap", "translate": [1, 0, 0] }] }"#;
+    let place = Place::new().with("moving.json", &moving);
+    let answer = place.run(&["render", "moving.json", "-o", "out.png", "--frames", "2"]);
+    answer.refused(&["no object named 'slap'", "did you mean 'slab'?"]);
+}

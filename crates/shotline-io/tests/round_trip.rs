@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use shotline::math::{Affine, Vec3};
 use shotline::scene::{
-    Camera, Lens, Light, LightSource, LocalTransform, Material, Node, NodeId, Op, Rotation, Scene,
+    Camera, Lens, Light, LightSource, LocalTransform, Material, Motion, Node, NodeId, Op, Rotation, Scene,
 };
 use shotline::solid::{KINDS, ParamType, Params, Value};
 use shotline::testkit::random::Random;
@@ -135,6 +135,19 @@ fn looks(scene: &mut Scene, random: &mut Random) {
     };
     let (eye, target, up) = (vector(random), Vec3::new(0.1, 0.2, 0.3), vector(random));
     scene.camera = maybe(random, |_| Camera { eye, target, up, lens });
+    let root = scene.objects.first().map(|id| scene.node(*id).clone());
+    if let Some(Node::Object { name: object, .. }) = root {
+        let rotate = maybe(random, |r| match r.below(2) {
+            0 => Rotation::Xyz(vector(r)),
+            _ => Rotation::About { axis: Vec3::new(number(r), 1.0, 0.0), degrees: number(r) },
+        });
+        scene.motions.push(Motion {
+            object,
+            rotate,
+            about: maybe(random, vector),
+            translate: maybe(random, vector),
+        });
+    }
     for _ in 0..random.below(3) {
         let source = match random.below(3) {
             0 => LightSource::Point(vector(random)),
@@ -149,8 +162,8 @@ fn looks(scene: &mut Scene, random: &mut Random) {
 /// A scene as text in which equal graphs are equal: nodes are numbered in the order in which they are met. Debug
 /// prints the shortest digits and the sign of zero, so equal text is equal bits.
 fn canonical(scene: &Scene) -> String {
-    let Scene { units, nodes, defs, objects, materials, camera, lights } = scene;
-    let mut out = format!("{units:?} {materials:?} {camera:?} {lights:?}\n");
+    let Scene { units, nodes, defs, objects, materials, camera, lights, motions } = scene;
+    let mut out = format!("{units:?} {materials:?} {camera:?} {lights:?} {motions:?}\n");
     let mut numbers: HashMap<NodeId, usize> = HashMap::new();
     let mut order = Vec::new();
     let mut number = |id: NodeId, order: &mut Vec<NodeId>| {

@@ -1,6 +1,6 @@
 //! A checked camera and the rays it casts.
 
-use shotline::math::Vec3;
+use shotline::math::{Affine, Vec3};
 use shotline::ray::{InvalidRay, Ray};
 use shotline::scene::{Camera, Lens, LightSource};
 
@@ -119,6 +119,13 @@ impl View {
     pub fn up(&self) -> Vec3 {
         self.up
     }
+}
+
+/// A camera gone round what it looks at, by degrees counter-clockwise about its own up.
+pub(crate) fn orbited(camera: &Camera, degrees: f64) -> Camera {
+    let turn = Affine::rotation_about(camera.up, degrees);
+    let eye = camera.target + turn.vector(camera.eye - camera.target);
+    Camera { eye: if degrees == 0.0 { camera.eye } else { eye }, ..camera.clone() }
 }
 
 /// Forward, right and up: unit vectors at right angles.

@@ -14,6 +14,7 @@ use crate::look::{Look, Shader};
 use crate::render::Settings;
 use crate::sampling;
 use crate::sight::Eye;
+use crate::still::Kept;
 
 /// The side of a tile in pixels: neighbouring rays meet the same things.
 const TILE: u32 = 32;
@@ -63,10 +64,12 @@ pub fn expose(
     shader: &dyn Shader,
     settings: &Settings,
     run: Run,
+    kept: &mut Kept,
 ) -> Result<Exposure, RenderError> {
     let &Settings { width, height, samples, .. } = settings;
     let tiles = tiles(width, height);
     let failed = AtomicUsize::new(usize::MAX);
+    let before: &Kept = kept;
     let one = |eye: &mut Eye, (number, tile): (usize, &Tile)| {
         if run.cancel.is_some_and(|c| c.load(Ordering::Relaxed)) {
             return Err(RenderError::Cancelled);
@@ -75,7 +78,7 @@ pub fn expose(
         if failed.load(Ordering::Relaxed) < number {
             return Err(RenderError::Cancelled);
         }
-        let done = tile.expose(view, look, shader, samples, eye);
+        let done = tile.expose(view, look, shader, settings, &before.pixels, eye);
         let work = eye.take_work();
         if let Some(mut all) = run.work.and_then(|all| all.lock().ok()) {
             *all += work;
@@ -90,17 +93,33 @@ pub fn expose(
     let pool = rayon::ThreadPoolBuilder::new().num_threads(run.threads).build();
     let pool = pool.map_err(|e| RenderError::Threads { threads: run.threads, why: e.to_string() })?;
     let done: Vec<_> = pool.install(|| {
-        tiles.par_iter().enumerate().map_init(|| Eye::new(world, settings.coherence), one).collect()
+        tiles
+            .par_iter()
+            .enumerate()
+            .map_init(|| Eye::new(world, settings.coherence, before.swept.as_ref()), one)
+            .collect()
     });
     let mut exposure = Exposure { width, height, samples: vec![Sample::NOTHING; area(width, height)] };
+    let mut still = vec![None; if kept.swept.is_some() { area(width, height) } else { 0 }];
     for (tile, pixels) in tiles.iter().zip(done) {
-        tile.paste(&pixels?, &mut exposure);
+        let pixels = pixels?;
+        tile.paste(pixels.iter().map(|p| p.sample), width, &mut exposure.samples);
+        if kept.swept.is_some() {
+            tile.paste(pixels.iter().map(|p| p.still.then_some(p.sample)), width, &mut still);
+        }
     }
+    kept.pixels = still;
     Ok(exposure)
 }
 
 fn area(width: u32, height: u32) -> usize {
     width as usize * height as usize
+}
+
+/// A pixel, and whether nothing that moves can ever change it.
+struct Pixel {
+    sample: Sample,
+    still: bool,
 }
 
 /// A rectangle of pixels.
@@ -126,12 +145,20 @@ impl Tile {
         view: &View,
         look: &Look,
         shader: &dyn Shader,
-        count: u32,
+        settings: &Settings,
+        kept: &[Option<Sample>],
         eye: &mut Eye,
-    ) -> Result<Vec<Sample>, RenderError> {
+    ) -> Result<Vec<Pixel>, RenderError> {
+        let &Settings { width, samples: count, .. } = settings;
         let mut pixels = Vec::with_capacity(area(self.width, self.height));
         for row in self.top..self.top + self.height {
             for column in self.left..self.left + self.width {
+                let place = area(width, row) + column as usize;
+                if let Some(sample) = kept.get(place).copied().flatten() {
+                    pixels.push(Pixel { sample, still: true });
+                    continue;
+                }
+                eye.begin_pixel();
                 let mut sum = Sample::NOTHING;
                 for chance in sampling::samples(column, row, count) {
                     let [x, y] = chance.place;
@@ -142,16 +169,18 @@ impl Tile {
                     sum.alpha += seen.alpha;
                 }
                 let share = 1.0 / f64::from(count);
-                pixels.push(Sample { color: sum.color * share, alpha: sum.alpha * share });
+                let sample = Sample { color: sum.color * share, alpha: sum.alpha * share };
+                pixels.push(Pixel { sample, still: eye.is_still() });
             }
         }
         Ok(pixels)
     }
 
-    fn paste(&self, pixels: &[Sample], exposure: &mut Exposure) {
-        for (i, row) in pixels.chunks_exact(self.width as usize).enumerate() {
-            let start = area(exposure.width, self.top + i as u32) + self.left as usize;
-            exposure.samples[start..start + row.len()].copy_from_slice(row);
+    /// Puts what belongs to the tile's pixels where it belongs in a picture of a width.
+    fn paste<T>(&self, pixels: impl Iterator<Item = T>, width: u32, picture: &mut [T]) {
+        for (i, pixel) in (0..).zip(pixels) {
+            let (column, row) = (self.left + i % self.width, self.top + i / self.width);
+            picture[area(width, row) + column as usize] = pixel;
         }
     }
 }
@@ -170,7 +199,7 @@ mod tests {
                 Sample::opaque(Vec3::new(f64::from(column), f64::from(row), 0.0))
             };
             let pixels: Vec<_> = (0..area(tile.width, tile.height)).map(pixel).collect();
-            tile.paste(&pixels, &mut exposure);
+            tile.paste(pixels.into_iter(), width, &mut exposure.samples);
         }
         for (i, s) in exposure.samples.iter().enumerate() {
             let (column, row) = (i as u32 % width, i as u32 / width);

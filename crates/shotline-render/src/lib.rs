@@ -6,6 +6,7 @@
 //! A picture is the same, bit for bit, for any number of threads.
 #![deny(missing_docs)]
 
+pub mod animation;
 pub mod backdrop;
 pub mod camera;
 pub mod color;
@@ -21,12 +22,14 @@ mod png;
 pub mod render;
 mod sampling;
 mod sight;
+mod still;
 
+pub use animation::{Animation, AnimationError, animate};
 pub use backdrop::Backdrop;
 pub use error::RenderError;
 pub use image::Image;
 pub use light::Lighting;
 pub use look::{LOOKS, Look, look};
-pub use png::encode_png;
+pub use png::{Movie, encode_png};
 pub use render::{Settings, render, view};
 pub use sight::Coherence;

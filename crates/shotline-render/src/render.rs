@@ -3,7 +3,7 @@
 use shotline::accel::{COUNTERS, Counter};
 use shotline::compile::World;
 use shotline::query::batch::Run;
-use shotline::scene::Scene;
+use shotline::scene::{Camera, Scene};
 
 use crate::backdrop::Backdrop;
 use crate::camera::View;
@@ -14,6 +14,7 @@ use crate::image::Image;
 use crate::light::Lighting;
 use crate::look::{LOOKS, Look, Stage};
 use crate::sight::Coherence;
+use crate::still::Kept;
 
 /// What picture is wanted. Threads, progress, cancelling and where work is added up are [`Run`]'s.
 #[derive(Clone, Copy, Debug)]
@@ -58,12 +59,39 @@ impl Default for Settings {
 /// [`RenderError`].
 pub fn render(world: &World, scene: &Scene, settings: &Settings, run: Run) -> Result<Image, RenderError> {
     check(settings)?;
+    let setup = Setup::new(world, scene, settings)?;
+    frame(world, scene, &setup, settings, run, &mut Kept::default())
+}
+
+/// What all frames of an animation have from the first.
+pub(crate) struct Setup {
+    pub camera: Camera,
+    size: f64,
+}
+
+impl Setup {
+    pub fn new(world: &World, scene: &Scene, settings: &Settings) -> Result<Setup, RenderError> {
+        let size = framing::subject(world, scene).map_or(1.0, |b| b.size().max_element());
+        Ok(Setup { camera: camera(world, scene, settings.width, settings.height)?, size })
+    }
+}
+
+/// A picture of what a camera sees, with what is kept of the one before.
+pub(crate) fn frame(
+    world: &World,
+    scene: &Scene,
+    setup: &Setup,
+    settings: &Settings,
+    run: Run,
+    kept: &mut Kept,
+) -> Result<Image, RenderError> {
     let &Settings { width, height, look, .. } = settings;
-    let view = view(world, scene, width, height)?;
+    let view = View::new(&setup.camera, width, height)?;
     let backdrop = settings.backdrop.unwrap_or(look.backdrop);
     let &Settings { lighting, counter, .. } = settings;
-    let shader = (look.shader)(&Stage { world, scene, view: &view, backdrop, lighting, counter })?;
-    let mut exposure = film::expose(world, &view, look, &*shader, settings, run)?;
+    let shader =
+        (look.shader)(&Stage { world, scene, size: setup.size, view: &view, backdrop, lighting, counter })?;
+    let mut exposure = film::expose(world, &view, look, &*shader, settings, run, kept)?;
     shader.develop(&mut exposure);
     Ok(Image::compose(&exposure, backdrop))
 }
@@ -73,16 +101,17 @@ pub fn render(world: &World, scene: &Scene, settings: &Settings, run: Run) -> Re
 /// # Errors
 /// [`RenderError`] for a camera that sees nothing, or for nothing to see.
 pub fn view(world: &World, scene: &Scene, width: u32, height: u32) -> Result<View, RenderError> {
-    let camera = match &scene.camera {
-        Some(camera) => camera.clone(),
-        None => framing::subject(world, scene)
-            .and_then(|bounds| framing::frame(&bounds, f64::from(width) / f64::from(height)))
-            .ok_or(RenderError::NothingToFrame)?,
-    };
-    Ok(View::new(&camera, width, height)?)
+    Ok(View::new(&camera(world, scene, width, height)?, width, height)?)
 }
 
-fn check(settings: &Settings) -> Result<(), RenderError> {
+/// The scene's camera, or one that frames everything.
+fn camera(world: &World, scene: &Scene, width: u32, height: u32) -> Result<Camera, RenderError> {
+    let aspect = f64::from(width) / f64::from(height);
+    let framed = || framing::subject(world, scene).and_then(|bounds| framing::frame(&bounds, aspect));
+    scene.camera.clone().or_else(framed).ok_or(RenderError::NothingToFrame)
+}
+
+pub(crate) fn check(settings: &Settings) -> Result<(), RenderError> {
     let &Settings { width, height, samples, .. } = settings;
     let side = 1..=MAX_SIDE;
     if !side.contains(&width) || !side.contains(&height) || u64::from(width) * u64::from(height) > MAX_PIXELS

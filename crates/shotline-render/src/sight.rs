@@ -6,6 +6,8 @@ use shotline::math::{HALF_ULP, Vec3};
 use shotline::query::{Caster, Hit, HitKind, Overlaps, QueryError, Seed, Segment};
 use shotline::ray::{Ray, Span};
 
+use crate::still::Swept;
+
 /// What rays may take over from those before them. None of it changes a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Coherence {
@@ -14,11 +16,13 @@ pub struct Coherence {
     /// A ray from the camera first asks what the one before it met. Off by default: it gains nothing, since
     /// boxes are opened nearest first anyway.
     pub neighbours: bool,
+    /// In an animation, pixels that nothing moving can touch are rendered once.
+    pub frames: bool,
 }
 
 impl Default for Coherence {
     fn default() -> Coherence {
-        Coherence { shadows: true, neighbours: false }
+        Coherence { shadows: true, neighbours: false, frames: true }
     }
 }
 
@@ -26,6 +30,9 @@ impl Default for Coherence {
 pub struct Eye<'w> {
     caster: Caster<'w>,
     coherence: Coherence,
+    swept: Option<&'w Swept>,
+    /// Whether a ray of this pixel has come through anything that is swept.
+    touched: bool,
     /// What the last ray to each lamp met that was blocked: the shadow cache.
     blockers: Vec<Seed>,
     /// What the last ray of any other kind met.
@@ -49,15 +56,31 @@ pub struct Place {
 }
 
 impl<'w> Eye<'w> {
-    pub fn new(world: &'w World, coherence: Coherence) -> Eye<'w> {
+    pub fn new(world: &'w World, coherence: Coherence, swept: Option<&'w Swept>) -> Eye<'w> {
         Eye {
             caster: Caster::new(world),
             coherence,
+            swept,
+            touched: false,
             blockers: Vec::new(),
             last: Seed::default(),
             hits: Vec::new(),
             segments: Vec::new(),
         }
+    }
+
+    /// Begins a pixel.
+    pub fn begin_pixel(&mut self) {
+        self.touched = false;
+    }
+
+    /// Whether nothing that moves can change what the rays of this pixel have met.
+    pub fn is_still(&self) -> bool {
+        self.swept.is_some() && !self.touched
+    }
+
+    fn pass(&mut self, ray: &Ray, span: Span) {
+        self.touched = self.touched || self.swept.is_some_and(|swept| swept.meets(ray, span));
     }
 
     /// The work done since this was asked last.
@@ -82,6 +105,7 @@ impl<'w> Eye<'w> {
         if place.within {
             return self.first(&ray, span).is_some();
         }
+        self.pass(&ray, span);
         match lamp.filter(|_| self.coherence.shadows) {
             None => self.caster.any(&ray, span),
             Some(lamp) => {
@@ -103,6 +127,7 @@ impl<'w> Eye<'w> {
     /// The stretches of a ray inside objects; where objects overlap, the one of higher priority owns it.
     pub fn segments(&mut self, ray: &Ray) -> Result<&[Segment], QueryError> {
         self.segments.clear();
+        self.pass(ray, Span::FORWARD);
         self.caster.segments(ray, Span::FORWARD, Overlaps::Priority, &mut self.segments)?;
         Ok(&self.segments)
     }
@@ -110,10 +135,13 @@ impl<'w> Eye<'w> {
     /// The first crossing with a surface, and whether the ray starts inside something.
     fn first(&mut self, ray: &Ray, span: Span) -> Option<(Hit, bool)> {
         let closest = match self.coherence.neighbours {
-            true => self.caster.closest_from(&mut self.last, ray, span)?,
-            false => self.caster.closest(ray, span)?,
+            true => self.caster.closest_from(&mut self.last, ray, span),
+            false => self.caster.closest(ray, span),
         };
-        if closest.kind == HitKind::Surface {
+        let surface = closest.filter(|hit| hit.kind == HitKind::Surface);
+        self.pass(ray, surface.and_then(|hit| Span::new(span.t_min(), hit.t).ok()).unwrap_or(span));
+        let closest = closest?;
+        if surface.is_some() {
             return Some((closest, false));
         }
         self.hits.clear();

@@ -6,9 +6,9 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use shotline::compile::{Options, World, compile};
 use shotline::math::Vec3;
 use shotline::query::batch::Run;
-use shotline::scene::{Camera, Lens, Light, LightSource, Material, Scene};
+use shotline::scene::{Camera, Lens, Light, LightSource, Material, Motion, Node, Rotation, Scene};
 use shotline::solid::Value;
-use shotline_render::{Backdrop, Coherence, RenderError, Settings, look, render};
+use shotline_render::{Animation, Backdrop, Coherence, Image, RenderError, Settings, animate, look, render};
 
 /// A sphere of radius 1 at the origin, seen along y from 10 away in a parallel picture of height 4.
 fn sphere(mu: Option<f64>) -> Scene {
@@ -184,7 +184,7 @@ fn what_rays_take_over_leaves_no_trace() {
     scene.lights = [[3.0, -9.0, 1.0], [-3.0, -9.0, 4.0]].map(|p| light(LightSource::Point(p.into()))).into();
     let world = world(&scene);
     let picture = |shadows, neighbours| {
-        let coherence = Coherence { shadows, neighbours };
+        let coherence = Coherence { shadows, neighbours, ..Coherence::default() };
         let work = Mutex::default();
         let run = Run { work: Some(&work), ..Run::default() };
         let settings = Settings { coherence, samples: 4, ..settings("lit") };
@@ -197,4 +197,64 @@ fn what_rays_take_over_leaves_no_trace() {
         let (image, right) = picture(shadows, neighbours);
         assert!(image == plain && right > 1000, "{shadows} {neighbours} {right}");
     }
+}
+
+/// A ball rolls before a wall, on which its shadow falls, past a mirror.
+fn rolling() -> Scene {
+    let mut scene = sphere(Some(0.3));
+    let wall = scene.add_solid("halfspace", &[Value::Vector([0.0, -1.0, 0.0]), Value::Number(-2.0)]).unwrap();
+    scene.add_object("wall", Some("grey"), wall);
+    let cube = [Value::Vector([1.2, -2.0, -1.9]), Value::Vector([1.9, -1.0, -1.2])];
+    let cube = scene.add_solid("box", &cube).unwrap();
+    scene
+        .materials
+        .push(("mirror".into(), Material { mirror: Some(0.8), mu: Some(0.2), ..Material::default() }));
+    scene.add_object("cube", Some("mirror"), cube);
+    scene.lights = vec![light(LightSource::Point(Vec3::new(3.0, -9.0, 3.0)))];
+    let (rotate, translate) = (Some(Rotation::Xyz(Vec3::Y * 90.0)), Some(Vec3::new(-1.0, 0.0, 0.3)));
+    scene.motions = vec![Motion { object: "ball".into(), rotate, translate, ..Motion::default() }];
+    scene
+}
+
+#[test]
+fn frames_are_what_they_would_be_alone() {
+    const FRAMES: u32 = 5;
+    let scene = rolling();
+    let movie = |name, frames, orbit| {
+        let work = Mutex::default();
+        let run = Run { work: Some(&work), ..Run::default() };
+        let coherence = Coherence { frames, ..Coherence::default() };
+        let settings = Settings { coherence, ..settings(name) };
+        let mut images: Vec<Image> = Vec::new();
+        let animation = Animation { frames: FRAMES, orbit };
+        animate(scene.clone(), Options::default(), &settings, animation, run, |image| {
+            images.push(image);
+            Ok::<(), ()>(())
+        })
+        .unwrap();
+        (images, work.into_inner().unwrap().boxes)
+    };
+    for name in ["lit", "normal", "depth", "thickness", "cost"] {
+        let (images, boxes) = movie(name, true, 0.0);
+        let (anew, all_boxes) = movie(name, false, 0.0);
+        assert_eq!(images.len(), FRAMES as usize);
+        assert!(images == anew, "{name}");
+        assert!(name == "cost" || boxes < all_boxes * 9 / 10, "{name}: {boxes} of {all_boxes}");
+        assert!(images[0] != images[1]);
+        for (number, image) in (0..).zip(&images) {
+            let mut scene = scene.clone();
+            for (node, motion) in scene.set_in_motion() {
+                let transform = scene.motions[motion].at(f64::from(number) / f64::from(FRAMES));
+                if let Node::Transform { transform: old, .. } = &mut scene.nodes[node.0 as usize] {
+                    *old = transform;
+                }
+            }
+            assert!(
+                *image == render(&world(&scene), &scene, &settings(name), Run::default()).unwrap(),
+                "{name} {number}"
+            );
+        }
+    }
+    let (round, _) = movie("normal", true, 360.0);
+    assert!(round[0] == movie("normal", true, 0.0).0[0] && round[0] != round[1]);
 }

@@ -8,10 +8,14 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use serde_json::json;
 use shotline::accel::{COUNTERS, Counter, Work};
-use shotline::compile::World;
 use shotline::query::batch::Run;
 
-use shotline_render::{Backdrop, Coherence, LOOKS, Lighting, Look, RenderError, Settings, encode_png};
+use shotline_io::Document;
+use shotline_render::animation::MAX_FRAMES;
+use shotline_render::{
+    Animation, AnimationError, Backdrop, Coherence, Image, LOOKS, Lighting, Look, Movie, RenderError,
+    Settings, animate, encode_png,
+};
 
 use crate::args::{Build, Model, Threads};
 use crate::failure::Failure;
@@ -49,8 +53,17 @@ pub struct Command {
     /// decides
     #[arg(long, value_name = "COLOUR", value_parser = parse_backdrop)]
     background: Option<Backdrop>,
+    /// Render so many frames into an animated PNG: objects move as the scene's "motions" say
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_FRAMES)))]
+    frames: Option<u32>,
+    /// Frames a second
+    #[arg(long, value_name = "N", default_value_t = 24, requires = "frames", value_parser = clap::value_parser!(u16).range(1..))]
+    fps: u16,
+    /// Degrees by which the camera goes round its target over all frames; 360 where no object moves
+    #[arg(long, value_name = "DEGREES", requires = "frames", allow_negative_numbers = true)]
+    orbit: Option<f64>,
     /// What rays take over from those before them; the picture is the same
-    #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',', default_values = ["shadows"])]
+    #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',', default_values = ["shadows", "frames"])]
     coherence: Vec<CoherenceChoice>,
     /// Print times and work as one line of JSON
     #[arg(long)]
@@ -67,7 +80,8 @@ const EXAMPLES: &str = "\
 Examples:
   shotline render engine.json -o engine.png
   shotline render bunny.ply -o bunny.png --size 1600x1200 --look thickness --background white
-  shotline render engine.json -o soft.png --lighting soft --samples 64";
+  shotline render engine.json -o soft.png --lighting soft --samples 64
+  shotline render bunny.ply -o turning.png --frames 72";
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum LightingChoice {
@@ -92,6 +106,8 @@ enum CoherenceChoice {
     Shadows,
     /// Rays from the camera first ask what the one before them met: no faster, as measured
     Neighbours,
+    /// Pixels that nothing moving can touch are rendered once for all frames
+    Frames,
     /// Every ray begins anew
     None,
 }
@@ -112,15 +128,12 @@ impl Command {
         interrupt::catch();
         output::expect_writable(&self.output)?;
         let document = input::load(&self.model)?;
-        let started = Instant::now();
-        let world = input::compile(&document, &self.build)?;
-        let build = started.elapsed().as_secs_f64();
         let work = Mutex::default();
+        let started = Instant::now();
         interrupt::listening(|cancel| {
-            let settings = self.settings();
             let (width, height) = self.size;
-            let rays = u64::from(width) * u64::from(height) * u64::from(self.samples);
-            let bar = progress::bar(rays, "rendering", self.quiet);
+            let pixels = u64::from(width) * u64::from(height) * u64::from(self.frames.unwrap_or(1));
+            let bar = progress::bar(pixels * u64::from(self.samples), "rendering", self.quiet);
             let run = Run {
                 threads: self.threads.threads,
                 progress: Some(&|rays| bar.inc(rays)),
@@ -128,16 +141,47 @@ impl Command {
                 work: Some(&work),
                 ..Run::default()
             };
-            let picture = shotline_render::render(&world, &document.scene, &settings, run);
+            let png = match self.frames {
+                None => self.picture(&document, run),
+                Some(frames) => self.movie(&document, frames, run),
+            };
             bar.finish_and_clear();
-            let png = encode_png(&picture.map_err(|e| self.failure(e))?);
-            output::write(&self.output, &png)
+            output::write(&self.output, &png?)
         })?;
         if self.stats {
             let work = work.into_inner().unwrap_or_default();
-            output::print(&self.report(&world, work, build, started.elapsed().as_secs_f64() - build))?;
+            output::print(&self.report(work, started.elapsed().as_secs_f64()))?;
         }
         Ok(0)
+    }
+
+    fn picture(&self, document: &Document, run: Run) -> Result<Vec<u8>, Failure> {
+        let world = input::compile(document, &self.build)?;
+        let picture = shotline_render::render(&world, &document.scene, &self.settings(), run);
+        Ok(encode_png(&picture.map_err(|e| self.failure(e))?))
+    }
+
+    fn movie(&self, document: &Document, frames: u32, run: Run) -> Result<Vec<u8>, Failure> {
+        let scene = document.scene.clone();
+        let orbit = self.orbit.unwrap_or(if scene.motions.is_empty() { 360.0 } else { 0.0 });
+        let animation = Animation { frames, orbit };
+        let mut png = Vec::new();
+        let (mut sink, mut movie) = (Some(&mut png), None);
+        let take = |image: Image| {
+            if let Some(sink) = sink.take() {
+                movie = Some(Movie::new(sink, &image, frames, self.fps)?);
+            }
+            movie.as_mut().map_or(Ok(()), |movie| movie.add(&image))
+        };
+        animate(scene, self.build.options(), &self.settings(), animation, run, take)
+            .and_then(|()| movie.map_or(Ok(()), Movie::finish).map_err(AnimationError::NotTaken))
+            .map_err(|error| match error {
+                AnimationError::Render(error) => self.failure(error),
+                AnimationError::Scene(errors) => Failure::new(document.explain(&errors).to_string()),
+                AnimationError::Frames(_) => Failure::new(error.to_string()),
+                AnimationError::NotTaken(error) => Failure::of_file(&self.output, error),
+            })?;
+        Ok(png)
     }
 
     fn settings(&self) -> Settings {
@@ -153,17 +197,17 @@ impl Command {
             coherence: Coherence {
                 shadows: wants(CoherenceChoice::Shadows),
                 neighbours: wants(CoherenceChoice::Neighbours),
+                frames: wants(CoherenceChoice::Frames),
             },
         }
     }
 
-    fn report(&self, world: &World, work: Work, build: f64, render: f64) -> String {
+    fn report(&self, work: Work, seconds: f64) -> String {
         let mut line = json!({
             "threads": self.threads.count(),
             "accel": self.build.accel,
-            "build_s": build,
-            "render_s": render,
-            "memory_bytes": world.stats().memory_bytes,
+            "frames": self.frames.unwrap_or(1),
+            "render_s": seconds,
             "seeded": work.seeded,
             "seeded_right": work.seeded_right,
         });

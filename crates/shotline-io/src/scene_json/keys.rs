@@ -36,6 +36,7 @@ pub(super) const TOP: &[Key] = &[
     key("materials", Shape::Other, "Materials by name."),
     key("camera", Shape::Other, "Where the picture is taken from."),
     key("lights", Shape::Other, "What lights the picture."),
+    key("motions", Shape::Other, "How objects move in an animation (render --frames)."),
 ];
 
 /// An object.
@@ -86,6 +87,14 @@ pub(super) const LIGHT: &[Key] = &[
     key("ambient", Boolean, "true for a light from everywhere, without shadows."),
     key("color", Numbers(3), "Colour as sRGB, each from 0 to 1; white if absent."),
     key("intensity", Number, "Strength; 1 if absent."),
+];
+
+/// A motion.
+pub(super) const MOTION: &[Key] = &[
+    key("object", Text, "The name of what moves."),
+    key("rotate", Shape::Other, "How far it has turned in the end, as in a node."),
+    key("about", Numbers(3), "The point about which it turns; the origin if absent."),
+    key("translate", Numbers(3), "How far it has gone in the end."),
 ];
 
 /// The boolean operations and the group, as `op`.

@@ -37,7 +37,8 @@ fn read_scale(values: &mut Values, at: ValueId) -> Option<Vec3> {
     }
 }
 
-fn read_rotation(values: &mut Values, at: ValueId) -> Option<Rotation> {
+/// A rotation: angles about x, y and z, or an axis and an angle.
+pub(super) fn read_rotation(values: &mut Values, at: ValueId) -> Option<Rotation> {
     if !matches!(values.tree.content(at), Content::Object(_)) {
         return values.vector(at, "\"rotate\"").map(|v| Rotation::Xyz(Vec3::from(v)));
     }

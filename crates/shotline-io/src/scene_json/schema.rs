@@ -4,7 +4,8 @@ use serde_json::{Map, Value, json};
 use shotline::solid::{self, ParamType};
 
 use super::keys::{
-    CAMERA, Key, LIGHT, MATERIAL, MESH, MESH_FILE, OBJECT, OPS, PLACEMENT, ROTATION, Shape, TOP, names,
+    CAMERA, Key, LIGHT, MATERIAL, MESH, MESH_FILE, MOTION, OBJECT, OPS, PLACEMENT, ROTATION, Shape, TOP,
+    names,
 };
 
 /// The schema as text, as published in `docs/scene.schema.json`.
@@ -31,6 +32,8 @@ fn top() -> Map<String, Value> {
     let mut camera = closed(CAMERA, &["eye", "target"], Map::new());
     camera["not"] = json!({ "required": ["fov", "height"] });
     let reusable = json!({ "anyOf": [reference("object"), closed(&[], &["ref"], part_name())] });
+    let turn = [("rotate".to_string(), reference("rotate"))].into_iter().collect();
+    let motion = closed(MOTION, &["object"], turn);
     let refs = [
         ("shotline", json!({ "const": 1 })),
         ("defs", named("member")),
@@ -38,6 +41,7 @@ fn top() -> Map<String, Value> {
         ("materials", named("material")),
         ("camera", camera),
         ("lights", json!({ "type": "array", "items": reference("light") })),
+        ("motions", json!({ "type": "array", "items": motion })),
     ];
     refs.map(|(key, value)| (key.to_string(), value)).into_iter().collect()
 }

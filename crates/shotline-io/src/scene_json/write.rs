@@ -3,7 +3,7 @@
 
 use shotline::math::Vec3;
 use shotline::scene::{
-    Camera, Lens, Light, LightSource, LocalTransform, Material, Node, NodeId, Op, Rotation, Scene,
+    Camera, Lens, Light, LightSource, LocalTransform, Material, Motion, Node, NodeId, Op, Rotation, Scene,
 };
 
 use super::names::Names;
@@ -72,6 +72,10 @@ impl Writer<'_> {
         let lights: Vec<_> = self.scene.lights.iter().map(|l| vec![Step::Text(self.light(l))]).collect();
         if !lights.is_empty() {
             sections.push(section("lights", '[', lights, ']'));
+        }
+        let motions: Vec<_> = self.scene.motions.iter().map(|m| vec![Step::Text(self.motion(m))]).collect();
+        if !motions.is_empty() {
+            sections.push(section("motions", '[', motions, ']'));
         }
         let mut steps = vec![Step::Text("{\n".into())];
         separate(&mut steps, sections, ",\n");
@@ -194,16 +198,19 @@ impl Writer<'_> {
             let factors = if same { self.number(s.x) } else { self.vector(s) };
             keys.push(format!("\"scale\": {factors}"));
         }
-        match rotate {
-            None => {}
-            Some(Rotation::Xyz(angles)) => keys.push(format!("\"rotate\": {}", self.vector(angles))),
-            Some(Rotation::About { axis, degrees }) => {
-                let (axis, degrees) = (self.vector(axis), self.number(degrees));
-                keys.push(format!("\"rotate\": {{ \"axis\": {axis}, \"degrees\": {degrees} }}"));
-            }
-        }
+        keys.extend(rotate.map(|rotation| self.rotation(rotation)));
         keys.extend(translate.map(|t| format!("\"translate\": {}", self.vector(t))));
         keys
+    }
+
+    fn rotation(&mut self, rotation: Rotation) -> String {
+        match rotation {
+            Rotation::Xyz(angles) => format!("\"rotate\": {}", self.vector(angles)),
+            Rotation::About { axis, degrees } => {
+                let (axis, degrees) = (self.vector(axis), self.number(degrees));
+                format!("\"rotate\": {{ \"axis\": {axis}, \"degrees\": {degrees} }}")
+            }
+        }
     }
 
     fn material(&mut self, name: &str, material: &Material) -> Vec<Step> {
@@ -239,6 +246,15 @@ impl Writer<'_> {
         }];
         keys.extend(light.color.map(|c| format!("\"color\": {}", self.numbers(&c))));
         keys.extend(light.intensity.map(|x| format!("\"intensity\": {}", self.number(x))));
+        braced(&keys)
+    }
+
+    fn motion(&mut self, motion: &Motion) -> String {
+        let mut keys = vec![format!("\"object\": {}", quoted(&motion.object))];
+        keys.extend(motion.rotate.map(|rotation| self.rotation(rotation)));
+        for (key, v) in [("about", motion.about), ("translate", motion.translate)] {
+            keys.extend(v.map(|v| format!("\"{key}\": {}", self.vector(v))));
+        }
         braced(&keys)
     }
 

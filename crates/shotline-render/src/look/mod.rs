@@ -46,6 +46,8 @@ impl fmt::Debug for Look {
 pub(crate) struct Stage<'a> {
     pub world: &'a World,
     pub scene: &'a Scene,
+    /// How large what is seen is: in an animation, at its beginning.
+    pub size: f64,
     pub view: &'a View,
     pub backdrop: Backdrop,
     pub lighting: Lighting,

@@ -8,7 +8,6 @@ use super::{Look, Shader, Stage};
 use crate::backdrop::Backdrop;
 use crate::film::Sample;
 use crate::finish;
-use crate::framing;
 use crate::sampling::Chance;
 use crate::sight::Eye;
 
@@ -41,8 +40,7 @@ impl Shader for Radiograph {
 /// The attenuation of each object. Where no material of the scene has one, denser materials attenuate more;
 /// what has neither gets the default.
 fn attenuations(stage: &Stage) -> Vec<f64> {
-    let size = framing::subject(stage.world, stage.scene).map_or(1.0, |b| b.size().max_element());
-    let default = DEFAULT / size;
+    let default = DEFAULT / stage.size;
     let densest = stage.scene.materials.iter().filter_map(|(_, m)| m.density).fold(0.0, f64::max);
     let objects = 0..stage.world.object_names().len() as u32;
     objects

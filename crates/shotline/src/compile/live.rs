@@ -89,6 +89,18 @@ impl Live {
         done
     }
 
+    /// A box, in world coordinates, around all that a transform moves. Infinite where some of it is an operand, or
+    /// is in a shared part and so in many places.
+    pub fn reach(&mut self, node: NodeId) -> Aabb {
+        if !self.sites.within(&self.scene, node).is_empty() {
+            return Aabb::EVERYTHING;
+        }
+        self.sites.moved_by(node).fold(Aabb::EMPTY, |all, (level, placement)| {
+            let placed = &self.world.level(level).placements[placement as usize];
+            all.union(if level == self.world.root { &placed.bounds } else { &Aabb::EVERYTHING })
+        })
+    }
+
     /// Writes transforms into the scene and answers those that were there, so that writing them undoes it.
     fn write(&mut self, transforms: &[(NodeId, LocalTransform)]) -> Vec<(NodeId, LocalTransform)> {
         let mut old = Vec::new();

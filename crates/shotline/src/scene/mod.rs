@@ -1,11 +1,13 @@
 //! The scene as plain data: a directed acyclic graph of nodes in one arena, objects, materials, camera,
 //! lights. Nothing is checked here but what the types say; [`crate::compile`] checks.
 
+mod motion;
 mod placement;
 
 use std::sync::Arc;
 
 pub use crate::csg::Op;
+pub use motion::Motion;
 pub use placement::{LocalTransform, Rotation};
 
 use crate::math::{Affine, Vec3};
@@ -83,6 +85,8 @@ pub struct Scene {
     pub camera: Option<Camera>,
     /// The lights, if the scene has any.
     pub lights: Vec<Light>,
+    /// How objects move in an animation; at most one for each name.
+    pub motions: Vec<Motion>,
 }
 
 /// What an object is made of. Everything is optional, so that a scene writes back as it was read.
