@@ -11,11 +11,11 @@ SHOTLINE := $(abspath $(or $(CARGO_TARGET_DIR),target))/release/shotline
 VENV := .venv
 export SHOTLINE
 
-.PHONY: help build demo test truth soak bench fuzz pictures clean
+.PHONY: help build demo test truth soak bench fuzz pictures docs-pictures clean
 .NOTPARALLEL:
 
 help: ## this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-13s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 build: ## the program, optimised
 	$(CARGO) build --release
@@ -56,11 +56,14 @@ fuzz: ## hostile input for every reader and random combinations, FUZZ_SECONDS=60
 			-- -max_total_time=$(FUZZ_SECONDS) -timeout=5 -rss_limit_mb=2048 -dict=fuzz/json.dict || exit 1; \
 	done
 
-pictures: build ## the pictures of the documentation again (minutes)
+pictures: build ## the pictures of the README again (minutes)
 	for scene in section tori instances quadrics; do \
 		$(SHOTLINE) render scenes/$$scene.json -o docs/pictures/$$scene.png --size 720x540 --samples 48 --lighting soft || exit 1; \
 	done
 	$(SHOTLINE) render scenes/section.json -o docs/pictures/section-thickness.png --size 720x540 --samples 16 --look thickness
+
+docs-pictures: build ## the pictures of docs/accelerators.md again, of the bunny where it is
+	$(PYTHON) demo/work.py --program $(SHOTLINE) --data $(SHARED)/data
 
 clean: ## remove everything that was made
 	$(CARGO) clean

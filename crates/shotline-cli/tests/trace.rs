@@ -2,7 +2,7 @@
 
 mod place;
 
-use place::{DRILLED, Place, cube_ply};
+use place::{Answer, DRILLED, Place, cube_ply};
 use serde_json::Value;
 
 const ALONG_X: [&str; 6] = ["shoot", "drilled.json", "--from", "-10,0,0", "--dir", "1,0,0"];
@@ -98,4 +98,16 @@ fn steps_need_a_trace() {
     let place = Place::new().with("drilled.json", DRILLED);
     place.run(&[&ALONG_X[..], &["--steps", "5"]].concat()).refused(&["--trace"]);
     place.run(&[&ALONG_X[..], &["--trace=furthest"]].concat()).refused(&["closest", "furthest"]);
+}
+
+/// The page on accelerators shows a trace: it is what the program says.
+#[test]
+fn the_example_of_the_page_is_true() {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+    let page = std::fs::read_to_string(format!("{root}/docs/accelerators.md")).unwrap();
+    let example = page.split_once("```text\n$ shotline ").unwrap().1.split_once("```").unwrap().0;
+    let (command, expected) = example.split_once('\n').unwrap();
+    let args: Vec<&str> = command.split_whitespace().collect();
+    let text = Answer::of(Place::new().command(&args).current_dir(root).output().unwrap()).ok();
+    assert!(text.starts_with(expected), "{text}");
 }

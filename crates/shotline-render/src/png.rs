@@ -1,68 +1,57 @@
 //! Pictures as PNG.
 
-use ::png::{BitDepth, ColorType, Encoder, EncodingError, SrgbRenderingIntent};
+use std::collections::HashMap;
+
+use ::png::{BitDepth, ColorType, Encoder, Filter, SrgbRenderingIntent};
 
 use crate::image::Image;
 
-/// The picture as an eight-bit sRGB PNG, with alpha if its backdrop is transparent.
+/// The picture as an eight-bit sRGB PNG, with alpha if its backdrop is transparent. Pictures of few colours, such as
+/// heat maps, have a palette and take half the bytes.
 ///
 /// The bytes are complete, so that a caller can write the file whole or not at all.
 pub fn encode_png(image: &Image) -> Vec<u8> {
     let mut out = Vec::new();
-    let encoder = encoder(&mut out, image);
+    let mut encoder = Encoder::new(&mut out, image.width(), image.height());
+    let mut bytes = image.to_bytes();
+    if image.channels() == 4 {
+        encoder.set_color(ColorType::Rgba);
+    } else if let Some(Indexed { palette, indices }) = Indexed::new(&bytes) {
+        encoder.set_color(ColorType::Indexed);
+        encoder.set_palette(palette);
+        encoder.set_filter(Filter::NoFilter);
+        bytes = indices;
+    } else {
+        encoder.set_color(ColorType::Rgb);
+    }
+    encoder.set_depth(BitDepth::Eight);
+    encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
     // An image has at least one pixel and as many bytes as its size says, and memory does not fail to write.
     let mut writer = encoder.write_header().expect("an image has a size that PNG takes");
-    writer.write_image_data(&image.to_bytes()).expect("an image has the bytes of its size");
+    writer.write_image_data(&bytes).expect("an image has the bytes of its size");
     writer.finish().expect("a PNG in memory ends");
     out
 }
 
-/// A moving picture as an animated PNG, which browsers show; frame after frame is added, and repeated without end.
-pub struct Movie<'a> {
-    writer: ::png::Writer<&'a mut Vec<u8>>,
+/// A picture of at most 256 colours.
+struct Indexed {
+    palette: Vec<u8>,
+    indices: Vec<u8>,
 }
 
-impl<'a> Movie<'a> {
-    /// Begins a movie of so many frames, each the size and kind of the first, so many a second.
-    ///
-    /// # Errors
-    /// What the encoder says of impossible numbers, such as no frames.
-    pub fn new(
-        out: &'a mut Vec<u8>,
-        first: &Image,
-        frames: u32,
-        fps: u16,
-    ) -> Result<Movie<'a>, EncodingError> {
-        let mut encoder = encoder(out, first);
-        encoder.set_animated(frames, 0)?;
-        encoder.set_frame_delay(1, fps)?;
-        Ok(Movie { writer: encoder.write_header()? })
+impl Indexed {
+    /// From red, green, blue for each pixel; `None` if there are more colours.
+    fn new(bytes: &[u8]) -> Option<Indexed> {
+        let (mut palette, mut known) = (Vec::new(), HashMap::new());
+        let index = |color| {
+            *known.entry(color).or_insert_with(|| {
+                palette.extend_from_slice(color);
+                palette.len() / 3 - 1
+            })
+        };
+        let indices: Result<_, _> = bytes.chunks_exact(3).map(index).map(u8::try_from).collect();
+        Some(Indexed { indices: indices.ok()?, palette })
     }
-
-    /// Adds a frame.
-    ///
-    /// # Errors
-    /// What the encoder says of a frame of another size, or of one too many.
-    pub fn add(&mut self, image: &Image) -> Result<(), EncodingError> {
-        self.writer.write_image_data(&image.to_bytes())
-    }
-
-    /// Ends the movie.
-    ///
-    /// # Errors
-    /// What the encoder says of too few frames.
-    pub fn finish(self) -> Result<(), EncodingError> {
-        self.writer.finish()
-    }
-}
-
-/// An encoder of eight-bit sRGB.
-fn encoder<'a>(out: &'a mut Vec<u8>, image: &Image) -> Encoder<'a, &'a mut Vec<u8>> {
-    let mut encoder = Encoder::new(out, image.width(), image.height());
-    encoder.set_color(if image.channels() == 4 { ColorType::Rgba } else { ColorType::Rgb });
-    encoder.set_depth(BitDepth::Eight);
-    encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
-    encoder
 }
 
 #[cfg(test)]
@@ -76,10 +65,15 @@ mod tests {
     use crate::film::{Exposure, Sample};
 
     fn decoded(image: &Image) -> (ColorType, Vec<u8>) {
-        let mut reader = ::png::Decoder::new(Cursor::new(encode_png(image))).read_info().unwrap();
+        let mut decoder = ::png::Decoder::new(Cursor::new(encode_png(image)));
+        decoder.set_transformations(::png::Transformations::EXPAND);
+        let mut reader = decoder.read_info().unwrap();
         let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
         let info = reader.next_frame(&mut bytes).unwrap();
-        assert_eq!((info.width, info.height, info.bit_depth), (2, 1, BitDepth::Eight));
+        assert_eq!(
+            (info.width, info.height, info.bit_depth),
+            (image.width(), image.height(), BitDepth::Eight)
+        );
         (info.color_type, bytes)
     }
 
@@ -89,6 +83,15 @@ mod tests {
         let exposure = Exposure { width: 2, height: 1, samples: vec![half, Sample::NOTHING] };
         let opaque = Image::compose(&exposure, Backdrop::WHITE);
         assert_eq!(decoded(&opaque), (ColorType::Rgb, vec![255, 188, 188, 255, 255, 255]));
+        let many = |n: u32| {
+            let sample =
+                |i: u32| Sample::opaque(Vec3::new(f64::from(i % 16) / 15.0, f64::from(i / 16) / 17.0, 0.0));
+            let exposure = Exposure { width: n, height: 1, samples: (0..n).map(sample).collect() };
+            Image::compose(&exposure, Backdrop::BLACK)
+        };
+        for n in [255, 256, 257] {
+            assert_eq!(decoded(&many(n)), (ColorType::Rgb, many(n).to_bytes()), "{n} colours");
+        }
         let clear = Image::compose(&exposure, Backdrop::Transparent);
         assert_eq!(decoded(&clear), (ColorType::Rgba, vec![255, 0, 0, 128, 0, 0, 0, 0]));
     }

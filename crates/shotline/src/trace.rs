@@ -3,6 +3,21 @@
 //! Whoever works on a ray tells the [`Log`] in the scratch memory. While nobody listens that is a look at one
 //! pointer: what a step says is put into words only if it is kept. See
 //! [`Caster::record`](crate::query::Caster::record).
+//!
+//! ```
+//! use shotline::{compile, math::Vec3, query::Caster, ray::{Ray, Span}, scene::Scene, solid::Value, trace::Act};
+//!
+//! let mut scene = Scene::default();
+//! let ball = scene.add_solid("sphere", &[Value::Number(2.0)]).unwrap();
+//! scene.add_object("ball", None, ball);
+//! let world = compile::compile(&scene, compile::Options::default()).unwrap();
+//! let mut caster = Caster::new(&world);
+//! caster.record(1000);
+//! caster.closest(&Ray::new(Vec3::new(-5.0, 0.0, 0.0), Vec3::X).unwrap(), Span::FORWARD);
+//! let trace = caster.take_trace();
+//! let tested = trace.steps.iter().filter(|step| matches!(step.act, Act::Test { .. }));
+//! assert_eq!((tested.count(), trace.left_out), (1, 0));
+//! ```
 
 use crate::crossing::Crossing;
 

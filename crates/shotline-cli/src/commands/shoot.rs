@@ -34,7 +34,7 @@ pub struct Command {
     span: SpanOfT,
     #[command(flatten)]
     build: Build,
-    /// Tell first how the ray was answered, step by step: every crossing, or what closest or any take
+    /// Tell first, step by step, how a query is answered: every crossing, unless another is named
     ///
     /// A line a step, indented by depth. `open`: the nearest pending part of the accelerator is opened; what it
     /// offers, `+`, waits in a heap by the t at which it begins. `test`: a solid answers, and its crossings wait

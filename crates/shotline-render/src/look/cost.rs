@@ -49,9 +49,13 @@ impl Shader for Cost {
     }
 }
 
+/// Shades of the legend: more than an eye can tell, and few enough for the palette of a small PNG.
+const SHADES: f64 = 200.0;
+
 /// The colour of a share of the most work.
 fn heat(share: f64) -> Rgb {
-    let place = share.clamp(0.0, 1.0) * (HEAT.len() - 1) as f64;
+    let share = (share.clamp(0.0, 1.0) * SHADES).round() / SHADES;
+    let place = share * (HEAT.len() - 1) as f64;
     let below = (place as usize).min(HEAT.len() - 2);
     let [low, high] = [below, below + 1].map(|i| Vec3::from(HEAT[i]));
     color::linear(low.lerp(high, place - below as f64).to_array())
