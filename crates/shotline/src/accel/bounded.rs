@@ -12,15 +12,38 @@ pub(super) struct Bounded {
     pub item: u32,
 }
 
+/// What a structure does with an item, by its box.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// Never proposed.
+    Empty,
+    /// Held.
+    Bounded,
+    /// Kept aside.
+    Unbounded,
+}
+
+impl Kind {
+    pub(super) fn of(bounds: &Aabb) -> Kind {
+        if bounds.is_empty() {
+            Kind::Empty
+        } else if bounds.min.abs().max(bounds.max.abs()).max_element() <= FARTHEST {
+            Kind::Bounded
+        } else {
+            Kind::Unbounded
+        }
+    }
+}
+
 /// Items to be held by a structure, and those that are kept aside and proposed first. Items with an empty box
 /// are in neither.
 pub(super) fn sort_out(boxes: &[Aabb]) -> (Vec<Bounded>, Vec<u32>) {
     let (mut bounded, mut unbounded) = (Vec::with_capacity(boxes.len()), Vec::new());
-    for (item, &bounds) in (0..).zip(boxes).filter(|(_, b)| !b.is_empty()) {
-        if bounds.min.abs().max(bounds.max.abs()).max_element() <= FARTHEST {
-            bounded.push(Bounded { bounds, item });
-        } else {
-            unbounded.push(item);
+    for (item, &bounds) in (0..).zip(boxes) {
+        match Kind::of(&bounds) {
+            Kind::Empty => {}
+            Kind::Bounded => bounded.push(Bounded { bounds, item }),
+            Kind::Unbounded => unbounded.push(item),
         }
     }
     (bounded, unbounded)

@@ -10,7 +10,6 @@ mod octree;
 mod tags;
 
 use std::fmt::Debug;
-use std::sync::Arc;
 
 use crate::aabb::{Aabb, BoxRay};
 pub use tags::Tags;
@@ -135,6 +134,12 @@ pub trait Accelerator: Send + Sync + Debug {
         }
     }
 
+    /// Follows items whose boxes have changed, where `boxes` tells the box of any item. `false` if the structure
+    /// cannot follow, or would be bad: then it has to be built anew, and means nothing any more.
+    fn refit(&mut self, _items: &[u32], _boxes: &dyn Fn(u32) -> Aabb) -> bool {
+        false
+    }
+
     /// Whether an item may be proposed more than once to a ray.
     fn repeats(&self) -> bool;
 
@@ -150,9 +155,9 @@ macro_rules! registry {
 
         /// Builds the structure of a name over the boxes of items `0..boxes.len()`; `None` if there is no
         /// such name. Items with an empty box are never proposed.
-        pub fn build(name: &str, boxes: &[Aabb]) -> Option<Arc<dyn Accelerator>> {
+        pub fn build(name: &str, boxes: &[Aabb]) -> Option<Box<dyn Accelerator>> {
             match name {
-                $(stringify!($module) => Some(Arc::new(<$structure>::build(boxes))),)*
+                $(stringify!($module) => Some(Box::new(<$structure>::build(boxes))),)*
                 _ => None,
             }
         }

@@ -52,7 +52,7 @@ pub(super) struct ObjectInfo {
 #[derive(Debug, Default)]
 pub(crate) struct Level {
     pub placements: Vec<Placed>,
-    pub accel: Option<Arc<dyn Accelerator>>,
+    pub accel: Option<Box<dyn Accelerator>>,
     pub bounds: Aabb,
     /// Number of bodies below, every placement counted.
     pub path_count: u64,
@@ -94,7 +94,7 @@ pub(crate) struct SolidBody {
     pub leaves: Vec<Leaf>,
     pub program: Program,
     /// Over the effective bounds of the leaves; `None` for a lone leaf.
-    pub accel: Option<Arc<dyn Accelerator>>,
+    pub accel: Option<Box<dyn Accelerator>>,
     pub bounds: Aabb,
     pub first_surface: u32,
 }
@@ -256,7 +256,7 @@ impl World {
 
     /// Bytes used; a solid shared by several leaves is counted with each.
     pub(super) fn memory(&self) -> usize {
-        let accel = |a: &Option<Arc<dyn Accelerator>>| a.as_ref().map_or(0, |a| a.memory());
+        let accel = |a: &Option<Box<dyn Accelerator>>| a.as_ref().map_or(0, |a| a.memory());
         let levels: usize = self
             .levels
             .iter()

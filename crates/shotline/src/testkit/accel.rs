@@ -17,11 +17,45 @@ pub fn conformance(name: &str) {
     for (case, boxes) in cases(&mut random) {
         let Some(structure) = accel::build(name, &boxes) else { panic!("no accelerator named {name}") };
         for (i, (line, span)) in lines(&mut random, &boxes).into_iter().enumerate() {
-            let ray = BoxRay::new(&line, span);
-            let context = format!("{name}, {case}, line {i}: {line:?}");
-            proposes_every_box_met_in_time(&*structure, &ray, &boxes, &context);
-            walks_to_every_box_met(&*structure, &ray, &boxes, &context);
-            finds_the_nearest_under_a_shrinking_limit(&*structure, &ray, &boxes, &context);
+            holds_on_a_line(&*structure, &boxes, &line, span, &format!("{name}, {case}, line {i}: {line:?}"));
+        }
+    }
+    for (case, mut boxes) in cases(&mut random) {
+        if !boxes.is_empty() {
+            follows_what_moves(name, case, &mut boxes, &mut random);
+        }
+    }
+}
+
+fn holds_on_a_line(a: &dyn Accelerator, boxes: &[Aabb], line: &Line, span: Span, context: &str) {
+    let ray = BoxRay::new(line, span);
+    proposes_every_box_met_in_time(a, &ray, boxes, context);
+    walks_to_every_box_met(a, &ray, boxes, context);
+    finds_the_nearest_under_a_shrinking_limit(a, &ray, boxes, context);
+}
+
+/// Moves items a little, far and beyond all bounds; the structure follows or is built anew, and holds.
+fn follows_what_moves(name: &str, case: &str, boxes: &mut [Aabb], random: &mut Random) {
+    let build = |boxes: &[Aabb]| accel::build(name, boxes).expect("a name that was built before");
+    let mut structure = build(boxes);
+    for round in 0..6 {
+        let moved: Vec<u32> = (0..=random.below(40)).map(|_| random.below(boxes.len()) as u32).collect();
+        for &item in &moved {
+            let b = boxes[item as usize];
+            let step = b.size() * random.point(-1.0, 1.0) * [0.1, 0.5, 2.0, 100.0][round % 4];
+            boxes[item as usize] = match random.below(60) {
+                0 => Aabb::EMPTY,
+                1 => Aabb::new(b.min, Vec3::INFINITY),
+                2 => Aabb::new(Vec3::ZERO, Vec3::ONE),
+                _ => Aabb::new(b.min + step, b.max + step),
+            };
+        }
+        if !structure.refit(&moved, &|item| boxes[item as usize]) {
+            structure = build(boxes);
+        }
+        for (i, (line, span)) in lines(random, boxes).into_iter().enumerate().step_by(4) {
+            let context = format!("{name}, {case}, moved {round} times, line {i}: {line:?}");
+            holds_on_a_line(&*structure, boxes, &line, span, &context);
         }
     }
 }

@@ -41,7 +41,7 @@ pub(super) fn build(boxes: &[Aabb]) -> Bvh {
         nodes.push(leaf(&entries, 0));
         split_all(&mut nodes, &mut entries);
     }
-    Bvh { nodes, items: entries.iter().map(|e| e.item).collect(), unbounded }
+    Bvh { nodes, items: entries.iter().map(|e| e.item).collect(), unbounded, links: None }
 }
 
 fn leaf(entries: &[Entry], start: usize) -> Node {

@@ -4,6 +4,7 @@
 //! Depth first: the nearer child at once, the farther one on a small stack.
 
 mod build;
+mod refit;
 
 use super::{Accelerator, Offer, Pending, Visit, Work};
 use crate::aabb::{Aabb, BoxRay};
@@ -30,6 +31,8 @@ pub(super) struct Bvh {
     items: Vec<u32>,
     /// Items without finite bounds, proposed first.
     unbounded: Vec<u32>,
+    /// What refitting needs; a tree that was never refitted has none.
+    links: Option<Box<refit::Links>>,
 }
 
 impl Bvh {
@@ -128,6 +131,10 @@ impl Accelerator for Bvh {
         }
     }
 
+    fn refit(&mut self, items: &[u32], boxes: &dyn Fn(u32) -> Aabb) -> bool {
+        self.follow(items, boxes)
+    }
+
     fn repeats(&self) -> bool {
         false
     }
@@ -136,5 +143,6 @@ impl Accelerator for Bvh {
         size_of_val(self.nodes.as_slice())
             + size_of_val(self.items.as_slice())
             + size_of_val(self.unbounded.as_slice())
+            + self.links.as_ref().map_or(0, |links| links.memory())
     }
 }

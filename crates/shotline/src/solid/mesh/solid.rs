@@ -25,7 +25,7 @@ pub struct MeshSolid {
     /// Scaled; an accelerator's items are places in this list.
     pub(super) triangles: Vec<Triangle>,
     scaled_bounds: Aabb,
-    pub(super) accelerator: Arc<dyn Accelerator>,
+    pub(super) accelerator: Box<dyn Accelerator>,
 }
 
 impl MeshSolid {
