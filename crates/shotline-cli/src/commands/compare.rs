@@ -85,7 +85,7 @@ impl Command {
         if let Some(path) = &self.rays {
             return input::rays(path, OnInvalid::Error).map(|rays| rays.valid);
         }
-        let world = built(document, NAMES[NAMES.len() - 1])?;
+        let world = built(document, Options::default().accel)?;
         let (width, height) = SIZE;
         let view = view(&world, &document.scene, width, height).map_err(|e| self.failure(e))?;
         // Scattered over the picture, so that the first of them are like all of them.

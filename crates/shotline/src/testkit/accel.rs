@@ -1,10 +1,11 @@
 //! The suite that every accelerator passes.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use super::random::Random;
 use crate::aabb::{Aabb, BoxRay};
-use crate::accel::{self, Accelerator, Offer, Pending, Work};
+use crate::accel::{self, Accelerator, Items, Offer, Pending, Work};
 use crate::math::Vec3;
 use crate::ray::{Line, Span};
 
@@ -15,7 +16,9 @@ use crate::ray::{Line, Span};
 pub fn conformance(name: &str) {
     let mut random = Random::new(7);
     for (case, boxes) in cases(&mut random) {
-        let Some(structure) = accel::build(name, &boxes) else { panic!("no accelerator named {name}") };
+        let groups = groups(&mut random, boxes.len());
+        let items = Items { boxes: &boxes, groups: Some(&groups) };
+        let Some(structure) = accel::build(name, items) else { panic!("no accelerator named {name}") };
         for (i, (line, span)) in lines(&mut random, &boxes).into_iter().enumerate() {
             holds_on_a_line(&*structure, &boxes, &line, span, &format!("{name}, {case}, line {i}: {line:?}"));
         }
@@ -36,7 +39,10 @@ fn holds_on_a_line(a: &dyn Accelerator, boxes: &[Aabb], line: &Line, span: Span,
 
 /// Moves items a little, far and beyond all bounds; the structure follows or is built anew, and holds.
 fn follows_what_moves(name: &str, case: &str, boxes: &mut [Aabb], random: &mut Random) {
-    let build = |boxes: &[Aabb]| accel::build(name, boxes).expect("a name that was built before");
+    let groups = groups(random, boxes.len());
+    let build = |boxes: &[Aabb]| {
+        accel::build(name, Items { boxes, groups: Some(&groups) }).expect("a name that was built before")
+    };
     let mut structure = build(boxes);
     for round in 0..6 {
         let moved: Vec<u32> = (0..=random.below(40)).map(|_| random.below(boxes.len()) as u32).collect();
@@ -58,6 +64,22 @@ fn follows_what_moves(name: &str, case: &str, boxes: &mut [Aabb], random: &mut R
             holds_on_a_line(&*structure, boxes, &line, span, &context);
         }
     }
+}
+
+/// Nested groups of some items, outer before inner; some are empty, or the same as the one around them.
+fn groups(random: &mut Random, count: usize) -> Vec<Range<u32>> {
+    let (mut groups, everything) = (Vec::new(), 0..count as u32);
+    let mut open = vec![everything];
+    while let Some(range) = open.pop() {
+        groups.push(range.clone());
+        if range.len() > 3 {
+            let cut = |random: &mut Random| range.start + random.below(range.len() + 1) as u32;
+            let (a, b) = (cut(random), cut(random));
+            // The lower on top: it comes first.
+            open.extend([a.max(b)..range.end, range.start..a.min(b)]);
+        }
+    }
+    groups
 }
 
 type Case = (&'static str, Vec<Aabb>);
