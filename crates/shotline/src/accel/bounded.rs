@@ -54,6 +54,30 @@ pub(super) fn around(items: &[Bounded]) -> Aabb {
     items.iter().fold(Aabb::EMPTY, |all, item| all.union(&item.bounds))
 }
 
+/// The parts of a box below and above a plane.
+pub(super) fn cut(bounds: &Aabb, axis: usize, at: f64) -> (Aabb, Aabb) {
+    let (mut low, mut high) = (*bounds, *bounds);
+    low.max[axis] = low.max[axis].min(at);
+    high.min[axis] = high.min[axis].max(at);
+    (low, high)
+}
+
+/// Items below and above a plane, or what of them is. A box that ends at the plane does not reach behind it.
+pub(super) fn divide(items: &[Bounded], axis: usize, at: f64) -> (Vec<Bounded>, Vec<Bounded>) {
+    let (mut below, mut above) = (Vec::new(), Vec::new());
+    for &Bounded { bounds, item } in items {
+        let (low, high) = cut(&bounds, axis, at);
+        let is_above = bounds.max[axis] > at;
+        if is_above {
+            above.push(Bounded { bounds: high, item });
+        }
+        if bounds.min[axis] < at || !is_above {
+            below.push(Bounded { bounds: low, item });
+        }
+    }
+    (below, above)
+}
+
 /// What the chance of a line to meet a box within `whole` is proportional to: the surface, or where `whole` has
 /// none the edges.
 pub(super) fn measure(whole: &Aabb) -> fn(&Aabb) -> f64 {

@@ -46,7 +46,7 @@ struct Hierarchy {
 pub(super) fn build(items: Items) -> Box<dyn Accelerator> {
     match items.groups {
         Some(groups) => Box::new(Hierarchy::build(items.boxes, groups)),
-        None => Box::new(Bvh::build(items.boxes)),
+        None => Box::new(Bvh::balanced(items.boxes)),
     }
 }
 

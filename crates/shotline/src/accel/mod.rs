@@ -201,7 +201,10 @@ macro_rules! registry {
 registry! {
     brute => |items| Box::new(brute::Brute::build(items.boxes)),
     hierarchy => hierarchy::build,
-    bvh => |items| Box::new(bvh::Bvh::build(items.boxes)),
+    bvh_fast => |items| Box::new(bvh::Bvh::fast(items.boxes)),
+    bvh => |items| Box::new(bvh::Bvh::balanced(items.boxes)),
+    bvh_best => |items| Box::new(bvh::Bvh::best(items.boxes)),
+    bvh_spheres => |items| Box::new(bvh::Bvh::spheres(items.boxes)),
     grid => |items| Box::new(grid::Grid::build(items.boxes)),
     octree => |items| Box::new(octree::Octree::build(items.boxes)),
     bsp => |items| Box::new(bsp::Bsp::build(items.boxes)),

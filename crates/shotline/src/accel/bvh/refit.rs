@@ -2,11 +2,11 @@
 
 use std::collections::BinaryHeap;
 
-use super::Bvh;
+use super::{Bvh, Volume};
 use crate::aabb::Aabb;
 use crate::accel::bounded::Kind;
 
-/// The sum of the inner boxes' areas, beside what it was when built, at which a tree is given up. The sum is
+/// The sum of the inner volumes' areas, beside what it was when built, at which a tree is given up. The sum is
 /// what lines through the scene meet boxes in proportion to, so at twice the sum a ray costs twice as much.
 const WORST: f64 = 2.0;
 
@@ -21,20 +21,20 @@ pub(super) struct Links {
     parents: Vec<u32>,
     /// The leaf of each item.
     leaves: Vec<u32>,
-    /// Half areas of all inner boxes, added up: as built, and now.
+    /// Areas of all inner volumes, added up: as built, and now.
     built: f64,
     now: f64,
 }
 
 impl Links {
-    fn of(bvh: &Bvh) -> Links {
+    fn of<V: Volume>(bvh: &Bvh<V>) -> Links {
         let count = bvh.items.iter().chain(&bvh.unbounded).max().map_or(0, |&last| last as usize + 1);
         let (mut parents, mut leaves) = (vec![0; bvh.nodes.len()], vec![NOWHERE; count]);
         let mut built = 0.0;
         for (index, node) in (0..).zip(&bvh.nodes) {
             if node.count == 0 {
                 parents[node.first as usize..][..2].fill(index);
-                built += node.bounds.half_area();
+                built += node.bounds.area();
             } else {
                 bvh.leaf_items(node).iter().for_each(|&item| leaves[item as usize] = index);
             }
@@ -61,7 +61,7 @@ impl Links {
     }
 }
 
-impl Bvh {
+impl<V: Volume> Bvh<V> {
     /// Works out the boxes above some items again. `false` if one of them belongs elsewhere now, or if the
     /// tree has become bad.
     pub(super) fn follow(&mut self, items: &[u32], boxes: &dyn Fn(u32) -> Aabb) -> bool {
@@ -82,7 +82,7 @@ impl Bvh {
                 continue;
             }
             if node.count == 0 {
-                links.now += bounds.half_area() - old.half_area();
+                links.now += bounds.area() - old.area();
             }
             if index > 0 {
                 changed.push(links.parents[index as usize]);
@@ -93,11 +93,11 @@ impl Bvh {
         follows
     }
 
-    /// The box around what a node holds.
-    fn around(&self, index: u32, boxes: &dyn Fn(u32) -> Aabb) -> Aabb {
+    /// The volume around what a node holds.
+    pub(super) fn around(&self, index: u32, boxes: &dyn Fn(u32) -> Aabb) -> V {
         let node = &self.nodes[index as usize];
         if node.count > 0 {
-            self.leaf_items(node).iter().fold(Aabb::EMPTY, |all, &item| all.union(&boxes(item)))
+            V::around(self.leaf_items(node).iter().map(|&item| boxes(item)))
         } else {
             let child = |i: u32| &self.nodes[i as usize].bounds;
             child(node.first).union(child(node.first + 1))
@@ -125,7 +125,7 @@ mod tests {
     fn small_motions_are_followed_exactly() {
         let mut random = Random::new(3);
         let mut boxes = cloud(&mut random);
-        let mut bvh = Bvh::build(&boxes);
+        let mut bvh = Bvh::balanced(&boxes);
         let built = bvh.memory();
         for round in 0..20 {
             let moved: Vec<u32> = (0..=round * round).map(|_| random.below(boxes.len()) as u32).collect();
@@ -147,7 +147,7 @@ mod tests {
     fn a_tree_that_has_become_bad_is_given_up() {
         let mut random = Random::new(4);
         let mut boxes = cloud(&mut random);
-        let mut bvh = Bvh::build(&boxes);
+        let mut bvh = Bvh::balanced(&boxes);
         let all: Vec<u32> = (0..boxes.len() as u32).collect();
         boxes.iter_mut().for_each(|b| shift(b, random.point(-1.0, 1.0)));
         assert!(!bvh.refit(&all, &|item| boxes[item as usize]));
@@ -162,7 +162,7 @@ mod tests {
             (Aabb::EMPTY, Aabb::new(Vec3::ZERO, Vec3::ONE)),
         ] {
             let mut boxes = vec![Aabb::new(Vec3::ZERO, Vec3::ONE), from];
-            let mut bvh = Bvh::build(&boxes);
+            let mut bvh = Bvh::balanced(&boxes);
             assert!(bvh.refit(&[0, 1], &|item| boxes[item as usize]));
             boxes[1] = to;
             assert!(!bvh.refit(&[1], &|item| boxes[item as usize]));
