@@ -126,6 +126,8 @@ pub struct BoxRay {
     ahead: Vec3,
     behind: Vec3,
     inverse: Vec3,
+    /// The direction; zero on an axis that cannot cull.
+    d: Vec3,
     /// One less and one plus what rounding and the error of the direction do to `t`, relative, on the
     /// worst axis.
     shrink: f64,
@@ -136,8 +138,15 @@ pub struct BoxRay {
 impl BoxRay {
     /// Prepares a line and the span outside of which boxes do not matter.
     pub fn new(line: &Line, span: Span) -> BoxRay {
-        let mut ray =
-            BoxRay { ahead: line.o, behind: line.o, inverse: 1.0 / line.d, shrink: 1.0, grow: 1.0, span };
+        let mut ray = BoxRay {
+            ahead: line.o,
+            behind: line.o,
+            inverse: 1.0 / line.d,
+            d: line.d,
+            shrink: 1.0,
+            grow: 1.0,
+            span,
+        };
         let mut worst: f64 = 0.0;
         for i in 0..3 {
             let forward = if ray.inverse[i] >= 0.0 { line.o_err[i] } else { -line.o_err[i] };
@@ -154,6 +163,7 @@ impl BoxRay {
             } else {
                 // The slope is all doubt: this axis cannot cull.
                 ray.inverse[i] = f64::NAN;
+                ray.d[i] = 0.0;
             }
         }
         let relative = worst + 6.0 * HALF_ULP;
@@ -220,6 +230,40 @@ impl BoxRay {
         let enter = (enter * self.shrink).min(enter * self.grow).max(self.span.t_min());
         let exit = (exit * self.shrink).max(exit * self.grow).min(self.span.t_max());
         (enter <= exit).then_some((enter, exit))
+    }
+
+    /// The first `t` of the span at which the line may be in a sphere, or in any box inside it as
+    /// [`BoxRay::enter_exit`] sees the box; `None` if it passes by all of them.
+    ///
+    /// At any `t` of a box' interval the nominal point `ahead + t d` is, on each axis that culls, not farther
+    /// outside of the box than the origin's error and a relative doubt of the way to its faces: the sphere is
+    /// padded by as much. Along axes that do not cull it is a cylinder. What rounding does to the foot of the
+    /// centre on the line, and to its distance, is below `doubt`, a length.
+    #[inline]
+    pub fn enter_sphere(&self, centre: Vec3, radius: f64) -> Option<f64> {
+        let to = Vec3::select(self.inverse.is_nan_mask(), Vec3::ZERO, centre - self.ahead);
+        let reach = to.abs().element_sum();
+        let squared = self.d.length_squared();
+        if !((1e-280..1e280).contains(&squared) && reach < 1e140) {
+            // Squares might vanish or overflow.
+            return Some(self.span.t_min());
+        }
+        let length = squared.sqrt();
+        let spread = (self.ahead - self.behind).abs().element_sum();
+        let relative = self.grow - 1.0 + 16.0 * HALF_ULP;
+        let pad = spread + 2.0 * relative * (reach + radius + spread);
+        let doubt = 32.0 * HALF_ULP * reach + f64::MIN_POSITIVE * (length + 1.0 / length);
+        let radius = (radius + pad) * (1.0 + 8.0 * HALF_ULP) + 2.0 * doubt;
+        let foot = to.dot(self.d) / squared;
+        let distance = (to - self.d * foot).length();
+        if distance > radius {
+            return None;
+        }
+        // As a product of roots it does not vanish.
+        let half = (radius - distance).sqrt() * (radius + distance).sqrt() * (1.0 + 16.0 * HALF_ULP);
+        let half = (half + doubt) / length;
+        let (enter, exit) = ((foot - half).max(self.span.t_min()), (foot + half).min(self.span.t_max()));
+        (enter <= exit).then_some(enter)
     }
 }
 

@@ -83,7 +83,7 @@ impl Command {
         match &self.rays {
             Some(path) => input::valid_rays(path),
             None => {
-                let world = built(document, NAMES[NAMES.len() - 1])?;
+                let world = built(document, Options::default().accel)?;
                 input::rays_of_picture(&self.model, document, &world)
             }
         }

@@ -12,28 +12,70 @@ pub(super) struct Bounded {
     pub item: u32,
 }
 
+/// What a structure does with an item, by its box.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// Never proposed.
+    Empty,
+    /// Held.
+    Bounded,
+    /// Kept aside.
+    Unbounded,
+}
+
+impl Kind {
+    pub(super) fn of(bounds: &Aabb) -> Kind {
+        if bounds.is_empty() {
+            Kind::Empty
+        } else if bounds.min.abs().max(bounds.max.abs()).max_element() <= FARTHEST {
+            Kind::Bounded
+        } else {
+            Kind::Unbounded
+        }
+    }
+}
+
 /// Items to be held by a structure, and those that are kept aside and proposed first. Items with an empty box
 /// are in neither.
 pub(super) fn sort_out(boxes: &[Aabb]) -> (Vec<Bounded>, Vec<u32>) {
     let (mut bounded, mut unbounded) = (Vec::with_capacity(boxes.len()), Vec::new());
-    for (item, &bounds) in (0..).zip(boxes).filter(|(_, b)| !b.is_empty()) {
-        if is_bounded(&bounds) {
-            bounded.push(Bounded { bounds, item });
-        } else {
-            unbounded.push(item);
+    for (item, &bounds) in (0..).zip(boxes) {
+        match Kind::of(&bounds) {
+            Kind::Empty => {}
+            Kind::Bounded => bounded.push(Bounded { bounds, item }),
+            Kind::Unbounded => unbounded.push(item),
         }
     }
     (bounded, unbounded)
 }
 
-/// Whether a box is held, rather than kept aside or never proposed.
-pub(super) fn is_bounded(bounds: &Aabb) -> bool {
-    !bounds.is_empty() && bounds.min.abs().max(bounds.max.abs()).max_element() <= FARTHEST
-}
-
 /// The box around all.
 pub(super) fn around(items: &[Bounded]) -> Aabb {
     items.iter().fold(Aabb::EMPTY, |all, item| all.union(&item.bounds))
+}
+
+/// The parts of a box below and above a plane.
+pub(super) fn cut(bounds: &Aabb, axis: usize, at: f64) -> (Aabb, Aabb) {
+    let (mut low, mut high) = (*bounds, *bounds);
+    low.max[axis] = low.max[axis].min(at);
+    high.min[axis] = high.min[axis].max(at);
+    (low, high)
+}
+
+/// Items below and above a plane, or what of them is. A box that ends at the plane does not reach behind it.
+pub(super) fn divide(items: &[Bounded], axis: usize, at: f64) -> (Vec<Bounded>, Vec<Bounded>) {
+    let (mut below, mut above) = (Vec::new(), Vec::new());
+    for &Bounded { bounds, item } in items {
+        let (low, high) = cut(&bounds, axis, at);
+        let is_above = bounds.max[axis] > at;
+        if is_above {
+            above.push(Bounded { bounds: high, item });
+        }
+        if bounds.min[axis] < at || !is_above {
+            below.push(Bounded { bounds: low, item });
+        }
+    }
+    (below, above)
 }
 
 /// What the chance of a line to meet a box within `whole` is proportional to: the surface, or where `whole` has

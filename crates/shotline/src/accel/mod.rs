@@ -6,11 +6,13 @@ mod brute;
 mod bsp;
 mod bvh;
 mod grid;
+mod hierarchy;
 mod octree;
 mod tags;
 mod words;
 
 use std::fmt::Debug;
+use std::ops::Range;
 
 use crate::aabb::{Aabb, BoxRay};
 use crate::trace::Log;
@@ -149,40 +151,62 @@ pub trait Accelerator: Send + Sync + Debug {
         format!("part {part}")
     }
 
-    /// Whether an item may be proposed more than once to a ray.
-    fn repeats(&self) -> bool;
-
-    /// Follows items whose boxes have changed; `boxes` tells any item's as it is now. `false` where the structure
-    /// must be built anew: because it cannot follow, or has become a bad one. It is not to be used then.
-    fn refit(&mut self, _moved: &[u32], _boxes: &dyn Fn(u32) -> Aabb) -> bool {
+    /// Follows items whose boxes have changed, where `boxes` tells the box of any item. `false` if the structure
+    /// cannot follow, or would be bad: then it has to be built anew, and means nothing any more.
+    fn refit(&mut self, _items: &[u32], _boxes: &dyn Fn(u32) -> Aabb) -> bool {
         false
     }
+
+    /// Whether an item may be proposed more than once to a ray.
+    fn repeats(&self) -> bool;
 
     /// Bytes used.
     fn memory(&self) -> usize;
 }
 
+/// What a structure is built over.
+#[derive(Clone, Copy, Debug)]
+pub struct Items<'a> {
+    /// The boxes of items `0..boxes.len()`. Items with an empty box are never proposed.
+    pub boxes: &'a [Aabb],
+    /// What the user has put together: ranges of items, each within or beside any other, outer before inner
+    /// and otherwise in order. `None` where nobody has grouped anything, as in a mesh.
+    pub groups: Option<&'a [Range<u32>]>,
+}
+
+impl<'a> From<&'a [Aabb]> for Items<'a> {
+    fn from(boxes: &'a [Aabb]) -> Items<'a> {
+        Items { boxes, groups: None }
+    }
+}
+
+impl<'a> From<&'a Vec<Aabb>> for Items<'a> {
+    fn from(boxes: &'a Vec<Aabb>) -> Items<'a> {
+        Items::from(boxes.as_slice())
+    }
+}
+
 /// Declares the registry and stamps the conformance suite onto each entry.
 macro_rules! registry {
-    ($($module:ident => $structure:ty),* $(,)?) => {
+    ($($name:ident => $build:expr),* $(,)?) => {
         /// The names of all accelerators.
-        pub static NAMES: &[&str] = &[$(stringify!($module)),*];
+        pub static NAMES: &[&str] = &[$(stringify!($name)),*];
 
-        /// Builds the structure of a name over the boxes of items `0..boxes.len()`; `None` if there is no
-        /// such name. Items with an empty box are never proposed.
-        pub fn build(name: &str, boxes: &[Aabb]) -> Option<Box<dyn Accelerator>> {
-            match name {
-                $(stringify!($module) => Some(Box::new(<$structure>::build(boxes))),)*
-                _ => None,
-            }
+        /// Builds the structure of a name; `None` if there is no such name.
+        pub fn build<'a>(name: &str, items: impl Into<Items<'a>>) -> Option<Box<dyn Accelerator>> {
+            let build: fn(Items) -> Box<dyn Accelerator> = match name {
+                $(stringify!($name) => $build,)*
+                _ => return None,
+            };
+            Some(build(items.into()))
         }
 
         #[cfg(test)]
         mod conformance {
             $(
                 #[test]
-                fn $module() {
-                    crate::testkit::accel::conformance(stringify!($module));
+                fn $name() {
+                    crate::testkit::accel::conformance(stringify!($name));
                 }
             )*
         }
@@ -190,9 +214,13 @@ macro_rules! registry {
 }
 
 registry! {
-    brute => brute::Brute,
-    bvh => bvh::Bvh,
-    grid => grid::Grid,
-    octree => octree::Octree,
-    bsp => bsp::Bsp,
+    brute => |items| Box::new(brute::Brute::build(items.boxes)),
+    hierarchy => hierarchy::build,
+    bvh_fast => |items| Box::new(bvh::Bvh::fast(items.boxes)),
+    bvh => |items| Box::new(bvh::Bvh::balanced(items.boxes)),
+    bvh_best => |items| Box::new(bvh::Bvh::best(items.boxes)),
+    bvh_spheres => |items| Box::new(bvh::Bvh::spheres(items.boxes)),
+    grid => |items| Box::new(grid::Grid::build(items.boxes)),
+    octree => |items| Box::new(octree::Octree::build(items.boxes)),
+    bsp => |items| Box::new(bsp::Bsp::build(items.boxes)),
 }

@@ -1,10 +1,13 @@
 //! Bodies: a combination with all its leaves placed in one frame, under one accelerator.
 
+use std::cmp::Reverse;
+use std::ops::Range;
+
 use super::parts::{Part, Parts};
 use super::world::{Body, Leaf, SolidBody, SurfaceBody};
 use super::{SceneError, Stats};
 use crate::aabb::Aabb;
-use crate::accel;
+use crate::accel::{self, Items};
 use crate::csg::{Op, Program, Tree, TreeNode};
 use crate::math::{Chain, Placement};
 use crate::scene::{Node, NodeId, Scene};
@@ -130,8 +133,30 @@ fn finish(tree: &Tree, root: u32, mut leaves: Vec<Leaf>, first_surface: u32, acc
         leaf.bounds = *b;
     }
     // A lone leaf is asked directly.
-    let accel = if leaves.len() > 1 { accel::build(accel, &effective) } else { None };
+    let accel = if leaves.len() > 1 {
+        accel::build(accel, Items { boxes: &effective, groups: Some(&operations(tree)) })
+    } else {
+        None
+    };
     SolidBody { leaves, program, accel, bounds, first_surface }
+}
+
+/// The leaves of each operation, outer ones first.
+fn operations(tree: &Tree) -> Vec<Range<u32>> {
+    let mut ranges: Vec<Range<u32>> = Vec::with_capacity(tree.nodes.len());
+    for node in &tree.nodes {
+        let range = |arg: &u32| ranges[*arg as usize].clone();
+        ranges.push(match node {
+            TreeNode::Leaf(leaf) => *leaf..leaf + 1,
+            TreeNode::Op(_, args) => match (args.first().map(range), args.last().map(range)) {
+                (Some(first), Some(last)) => first.start..last.end,
+                _ => 0..0,
+            },
+        });
+    }
+    ranges.retain(|range| range.len() > 1);
+    ranges.sort_by_key(|range| (range.start, Reverse(range.end)));
+    ranges
 }
 
 /// Whether a node is a body when a group holds it.

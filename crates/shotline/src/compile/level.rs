@@ -2,6 +2,7 @@
 //! own, placed like a body; other groups dissolve into the level around them.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
 use super::body::{BodyBuilder, is_body};
 use super::graph::Graph;
@@ -11,7 +12,7 @@ use super::sites::{SiteId, Sites};
 use super::world::{Body, Level, ObjectInfo, Placed, Target, World};
 use super::{SceneError, Stats};
 use crate::aabb::Aabb;
-use crate::accel;
+use crate::accel::{self, Items};
 use crate::math::{Chain, Placement};
 use crate::scene::{Node, NodeId, Scene};
 
@@ -55,6 +56,28 @@ struct Visit {
     name: NameId,
     /// The innermost transform above, if that is kept.
     site: Option<SiteId>,
+}
+
+/// The placements of each group that dissolves into a level: a range, for members are visited depth first.
+#[derive(Default)]
+struct Groups {
+    ranges: Vec<Range<u32>>,
+    /// Groups that are being visited, with the height of the stack at which each ends.
+    open: Vec<(usize, usize)>,
+}
+
+impl Groups {
+    /// A group begins; it ends when the stack of what is to be visited is down to `height` again.
+    fn begin(&mut self, height: usize, placed: usize) {
+        self.open.push((self.ranges.len(), height));
+        self.ranges.push(placed as u32..placed as u32);
+    }
+
+    fn end(&mut self, height: usize, placed: usize) {
+        while let Some((range, _)) = self.open.pop_if(|(_, end)| *end == height) {
+            self.ranges[range].end = placed as u32;
+        }
+    }
 }
 
 impl<'s> Builder<'s> {
@@ -107,7 +130,10 @@ impl<'s> Builder<'s> {
         let mut level = Level::default();
         let mut stack = Vec::new();
         self.push_members(&mut stack, members, None, indexed);
-        while let Some(visit) = stack.pop() {
+        let mut groups = Groups::default();
+        loop {
+            groups.end(stack.len(), level.placements.len());
+            let Some(visit) = stack.pop() else { break };
             let scene = self.bodies.scene;
             match scene.node(visit.node) {
                 Node::Transform { transform, child } => {
@@ -120,6 +146,7 @@ impl<'s> Builder<'s> {
                     stack.push(Visit { node: *node, object, ..visit });
                 }
                 Node::Group { members } if !self.graph.is_shared(visit.node) => {
+                    groups.begin(stack.len(), level.placements.len());
                     self.push_members(&mut stack, members, Some(&visit), true);
                 }
                 _ => self.place(&mut level, visit)?,
@@ -130,7 +157,7 @@ impl<'s> Builder<'s> {
         }
         let boxes: Vec<Aabb> = level.placements.iter().map(|p| p.bounds).collect();
         level.bounds = boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(b));
-        level.accel = accel::build(self.bodies.accel, &boxes);
+        level.accel = accel::build(self.bodies.accel, Items { boxes: &boxes, groups: Some(&groups.ranges) });
         self.world.levels.push(level);
         Ok((self.world.levels.len() - 1) as u32)
     }

@@ -1,10 +1,11 @@
 //! The suite that every accelerator passes.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use super::random::Random;
 use crate::aabb::{Aabb, BoxRay};
-use crate::accel::{self, Accelerator, Offer, Pending, Work};
+use crate::accel::{self, Accelerator, Items, Offer, Pending, Work};
 use crate::math::Vec3;
 use crate::ray::{Line, Span};
 
@@ -15,48 +16,70 @@ use crate::ray::{Line, Span};
 pub fn conformance(name: &str) {
     let mut random = Random::new(7);
     for (case, boxes) in cases(&mut random) {
-        let Some(structure) = accel::build(name, &boxes) else { panic!("no accelerator named {name}") };
+        let groups = groups(&mut random, boxes.len());
+        let items = Items { boxes: &boxes, groups: Some(&groups) };
+        let Some(structure) = accel::build(name, items) else { panic!("no accelerator named {name}") };
         for (i, (line, span)) in lines(&mut random, &boxes).into_iter().enumerate() {
-            let ray = BoxRay::new(&line, span);
-            let context = format!("{name}, {case}, line {i}: {line:?}");
-            proposes_every_box_met_in_time(&*structure, &ray, &boxes, &context);
-            walks_to_every_box_met(&*structure, &ray, &boxes, &context);
-            finds_the_nearest_under_a_shrinking_limit(&*structure, &ray, &boxes, &context);
+            holds_on_a_line(&*structure, &boxes, &line, span, &format!("{name}, {case}, line {i}: {line:?}"));
         }
-        follows_what_moves(name, case, structure, boxes, &mut random);
+    }
+    for (case, mut boxes) in cases(&mut random) {
+        if !boxes.is_empty() {
+            follows_what_moves(name, case, &mut boxes, &mut random);
+        }
     }
 }
 
-/// Some boxes change a little, to another item's, or to none; a structure that follows is as good as a new one.
-fn follows_what_moves(
-    name: &str,
-    case: &str,
-    mut structure: Box<dyn Accelerator>,
-    mut boxes: Vec<Aabb>,
-    random: &mut Random,
-) {
-    for round in 0..4 {
-        let moved: Vec<usize> = (0..boxes.len().min(3)).map(|_| random.below(boxes.len())).collect();
+fn holds_on_a_line(a: &dyn Accelerator, boxes: &[Aabb], line: &Line, span: Span, context: &str) {
+    let ray = BoxRay::new(line, span);
+    proposes_every_box_met_in_time(a, &ray, boxes, context);
+    walks_to_every_box_met(a, &ray, boxes, context);
+    finds_the_nearest_under_a_shrinking_limit(a, &ray, boxes, context);
+}
+
+/// Moves items a little, far and beyond all bounds; the structure follows or is built anew, and holds.
+fn follows_what_moves(name: &str, case: &str, boxes: &mut [Aabb], random: &mut Random) {
+    let groups = groups(random, boxes.len());
+    let build = |boxes: &[Aabb]| {
+        accel::build(name, Items { boxes, groups: Some(&groups) }).expect("a name that was built before")
+    };
+    let mut structure = build(boxes);
+    for round in 0..6 {
+        let moved: Vec<u32> = (0..=random.below(40)).map(|_| random.below(boxes.len()) as u32).collect();
         for &item in &moved {
-            let old = boxes[item];
-            boxes[item] = match random.below(6) {
-                0 => boxes[random.below(boxes.len())],
-                1 if round > 1 => Aabb::EMPTY,
-                _ => Aabb::new(old.min + old.size() * random.number(0.0, 0.5), old.max + old.size()),
+            let b = boxes[item as usize];
+            let step = b.size() * random.point(-1.0, 1.0) * [0.1, 0.5, 2.0, 100.0][round % 4];
+            boxes[item as usize] = match random.below(60) {
+                0 => Aabb::EMPTY,
+                1 => Aabb::new(b.min, Vec3::INFINITY),
+                2 => Aabb::new(Vec3::ZERO, Vec3::ONE),
+                _ => Aabb::new(b.min + step, b.max + step),
             };
         }
-        let items: Vec<u32> = moved.iter().map(|&item| item as u32).collect();
-        if !structure.refit(&items, &|item| boxes[item as usize]) {
-            let Some(anew) = accel::build(name, &boxes) else { panic!("no accelerator named {name}") };
-            structure = anew;
+        if !structure.refit(&moved, &|item| boxes[item as usize]) {
+            structure = build(boxes);
         }
-        for (i, (line, span)) in lines(random, &boxes).into_iter().enumerate().skip(round).step_by(4) {
-            let ray = BoxRay::new(&line, span);
-            let context = format!("{name}, {case} moved, line {i}: {line:?}");
-            proposes_every_box_met_in_time(&*structure, &ray, &boxes, &context);
-            walks_to_every_box_met(&*structure, &ray, &boxes, &context);
+        for (i, (line, span)) in lines(random, boxes).into_iter().enumerate().step_by(4) {
+            let context = format!("{name}, {case}, moved {round} times, line {i}: {line:?}");
+            holds_on_a_line(&*structure, boxes, &line, span, &context);
         }
     }
+}
+
+/// Nested groups of some items, outer before inner; some are empty, or the same as the one around them.
+fn groups(random: &mut Random, count: usize) -> Vec<Range<u32>> {
+    let (mut groups, everything) = (Vec::new(), 0..count as u32);
+    let mut open = vec![everything];
+    while let Some(range) = open.pop() {
+        groups.push(range.clone());
+        if range.len() > 3 {
+            let cut = |random: &mut Random| range.start + random.below(range.len() + 1) as u32;
+            let (a, b) = (cut(random), cut(random));
+            // The lower on top: it comes first.
+            open.extend([a.max(b)..range.end, range.start..a.min(b)]);
+        }
+    }
+    groups
 }
 
 type Case = (&'static str, Vec<Aabb>);

@@ -3,7 +3,7 @@
 
 use super::{Bsp, MAX_DEPTH, Node};
 use crate::aabb::Aabb;
-use crate::accel::bounded::{Bounded, around, measure, sort_out};
+use crate::accel::bounded::{Bounded, around, cut, divide, measure, sort_out};
 
 /// What passing a plane costs, in tests of an item.
 const PLANE_COST: f64 = 1.0;
@@ -69,30 +69,6 @@ fn decide(tree: &mut Bsp, task: Task, tasks: &mut Vec<Task>) {
     }
     tree.nodes[node] = Node::Leaf { first: tree.items.len() as u32, count: items.len() as u32 };
     tree.items.extend(items.iter().map(|b| b.item));
-}
-
-/// The parts of a box below and above a plane.
-fn cut(bounds: &Aabb, axis: usize, at: f64) -> (Aabb, Aabb) {
-    let (mut low, mut high) = (*bounds, *bounds);
-    low.max[axis] = low.max[axis].min(at);
-    high.min[axis] = high.min[axis].max(at);
-    (low, high)
-}
-
-/// Items below and above a plane, or what of them is. A box that ends at the plane does not reach behind it.
-fn divide(items: &[Bounded], axis: usize, at: f64) -> (Vec<Bounded>, Vec<Bounded>) {
-    let (mut below, mut above) = (Vec::new(), Vec::new());
-    for &Bounded { bounds, item } in items {
-        let (low, high) = cut(&bounds, axis, at);
-        let is_above = bounds.max[axis] > at;
-        if is_above {
-            above.push(Bounded { bounds: high, item });
-        }
-        if bounds.min[axis] < at || !is_above {
-            below.push(Bounded { bounds: low, item });
-        }
-    }
-    (below, above)
 }
 
 /// The cheapest plane through an edge of a box; `None` if there is none inside.

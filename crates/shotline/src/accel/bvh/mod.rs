@@ -1,46 +1,117 @@
-//! A bounding volume hierarchy: a binary tree of boxes, with two walks.
+//! A bounding volume hierarchy: a binary tree of boxes or other volumes, with two walks.
 //!
 //! Best first: the caller's heap holds pending boxes, the nearest is opened next (Goldsmith and Salmon 1987).
 //! Depth first: the nearer child at once, the farther one on a small stack.
 
-mod build;
+mod balanced;
+mod best;
+mod fast;
 mod refit;
+mod sphere;
+
+use std::fmt::Debug;
+
+use refit::Links;
+use sphere::Sphere;
 
 use super::{Accelerator, Offer, Pending, Visit, Work, words};
 use crate::aabb::{Aabb, BoxRay};
 
-/// Deeper trees are not built, see `build`; so a walk's stack is an array.
+/// Deeper trees are not built; so a walk's stack is an array.
 const MAX_DEPTH: usize = 96;
+/// Leaves of at most so many items are not split further unless the heuristic gains by it.
+const MAX_LEAF: usize = 4;
 
-/// A box with what is in it.
+/// What a node is bounded by.
+pub(super) trait Volume: Copy + PartialEq + Debug + Send + Sync + 'static {
+    /// A volume around boxes.
+    fn around(boxes: impl Iterator<Item = Aabb> + Clone) -> Self;
+
+    /// A volume around both.
+    fn union(&self, other: &Self) -> Self;
+
+    /// Where a ray enters it; `None` if it passes by.
+    fn enter(&self, ray: &BoxRay) -> Option<f64>;
+
+    /// In proportion to the chance of a line to meet it.
+    fn area(&self) -> f64;
+
+    /// What it is, for people.
+    fn words(&self) -> String;
+}
+
+impl Volume for Aabb {
+    fn around(boxes: impl Iterator<Item = Aabb> + Clone) -> Aabb {
+        boxes.fold(Aabb::EMPTY, |all, b| all.union(&b))
+    }
+
+    fn union(&self, other: &Aabb) -> Aabb {
+        self.union(other)
+    }
+
+    #[inline]
+    fn enter(&self, ray: &BoxRay) -> Option<f64> {
+        ray.enter_exit(self).map(|(enter, _)| enter)
+    }
+
+    fn area(&self) -> f64 {
+        self.half_area()
+    }
+
+    fn words(&self) -> String {
+        format!("box {}", words::box_of(self))
+    }
+}
+
+/// A volume with what is in it.
 #[derive(Clone, Copy, Debug)]
-struct Node {
-    bounds: Aabb,
+struct Node<V> {
+    bounds: V,
     /// First of two adjacent children, or first item in `items`.
     first: u32,
     /// Number of items; 0 for an inner node.
     count: u32,
 }
 
-/// The hierarchy.
+/// The hierarchy. Children are found behind their parents.
 #[derive(Debug)]
-pub(super) struct Bvh {
+pub(super) struct Bvh<V = Aabb> {
     /// Children are adjacent; the root is node 0. Empty without items.
-    nodes: Vec<Node>,
+    nodes: Vec<Node<V>>,
     /// Item numbers in the order of the leaves.
     items: Vec<u32>,
     /// Items without finite bounds, proposed first.
     unbounded: Vec<u32>,
-    /// `None` until something moves.
-    upward: Option<Box<refit::Upward>>,
+    /// Whether items may be in several leaves, each with a part of its box.
+    repeats: bool,
+    /// What refitting needs; a tree that was never refitted has none.
+    links: Option<Box<Links>>,
 }
 
 impl Bvh {
-    pub(super) fn build(boxes: &[Aabb]) -> Bvh {
-        build::build(boxes)
+    /// Built with care for the time that rays take: by the surface area heuristic.
+    pub(super) fn balanced(boxes: &[Aabb]) -> Bvh {
+        balanced::build(boxes)
     }
 
-    fn leaf_items(&self, node: &Node) -> &[u32] {
+    /// Built in the shortest time.
+    pub(super) fn fast(boxes: &[Aabb]) -> Bvh {
+        fast::build(boxes)
+    }
+
+    /// Built by the surface area heuristic, which may cut boxes in two.
+    pub(super) fn best(boxes: &[Aabb]) -> Bvh {
+        best::build(boxes)
+    }
+
+    /// The balanced tree, with spheres.
+    pub(super) fn spheres(boxes: &[Aabb]) -> Bvh<Sphere> {
+        sphere::build(boxes)
+    }
+}
+
+impl<V: Volume> Bvh<V> {
+    fn leaf_items(&self, node: &Node<V>) -> &[u32] {
         &self.items[node.first as usize..(node.first + node.count) as usize]
     }
 
@@ -55,11 +126,11 @@ impl Bvh {
     }
 
     fn enter(&self, index: u32, ray: &BoxRay) -> Option<f64> {
-        ray.enter_exit(&self.nodes[index as usize].bounds).map(|(enter, _)| enter)
+        self.nodes[index as usize].bounds.enter(ray)
     }
 }
 
-impl Accelerator for Bvh {
+impl<V: Volume> Accelerator for Bvh<V> {
     fn start(&self, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
         let t = ray.span().t_min();
         out.extend(self.unbounded.iter().map(|&i| Pending { t, what: Offer::Item(i) }));
@@ -72,12 +143,12 @@ impl Accelerator for Bvh {
     }
 
     /// A part is the first of two children.
-    fn open(&self, part: u64, _t: f64, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
+    fn open(&self, part: u64, t: f64, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
         let first = part as u32;
         work.boxes += 2;
         for child in [first, first + 1] {
-            if let Some(t) = self.enter(child, ray) {
-                self.offer(child, t, out);
+            if let Some(enter) = self.enter(child, ray) {
+                self.offer(child, enter.max(t), out);
             }
         }
     }
@@ -131,22 +202,54 @@ impl Accelerator for Bvh {
         }
     }
 
+    fn refit(&mut self, items: &[u32], boxes: &dyn Fn(u32) -> Aabb) -> bool {
+        !self.repeats && self.follow(items, boxes)
+    }
+
     fn describe(&self, part: u64, _ray: &BoxRay) -> String {
         let [a, b] = [part, part + 1].map(|child| &self.nodes[child as usize].bounds);
-        format!("box {}", words::box_of(&a.union(b)))
+        a.union(b).words()
     }
 
     fn repeats(&self) -> bool {
-        false
-    }
-
-    fn refit(&mut self, moved: &[u32], boxes: &dyn Fn(u32) -> Aabb) -> bool {
-        refit::refit(self, moved, boxes)
+        self.repeats
     }
 
     fn memory(&self) -> usize {
         size_of_val(self.nodes.as_slice())
             + size_of_val(self.items.as_slice())
             + size_of_val(self.unbounded.as_slice())
+            + self.links.as_ref().map_or(0, |links| links.memory())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Vec3;
+
+    fn depth(bvh: &Bvh) -> usize {
+        let mut deepest = 0;
+        let mut stack = vec![(0u32, 1)];
+        while let Some((node, d)) = stack.pop() {
+            let n = &bvh.nodes[node as usize];
+            deepest = deepest.max(d);
+            if n.count == 0 {
+                stack.extend([(n.first, d + 1), (n.first + 1, d + 1)]);
+            }
+        }
+        deepest
+    }
+
+    /// Boxes whose sizes grow by powers of two draw heuristics into a chain; the stack must hold it.
+    #[test]
+    fn depth_is_bounded() {
+        let boxes: Vec<Aabb> =
+            (0..900).map(|i| Aabb::new(Vec3::ZERO, Vec3::splat(2f64.powi(i - 450)))).collect();
+        let same = vec![Aabb::new(Vec3::ZERO, Vec3::ONE); 5000];
+        for build in [Bvh::fast, Bvh::balanced, Bvh::best] {
+            assert!(depth(&build(&boxes)) < MAX_DEPTH);
+            assert!(depth(&build(&same)) < 16);
+        }
     }
 }

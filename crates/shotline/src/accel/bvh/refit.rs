@@ -1,79 +1,108 @@
-//! Following items that move: boxes are worked out anew from the leaf up, until one stays as it is.
-//!
-//! The tree keeps its shape, so answers stay exact, but boxes grow and overlap where items have moved apart. The
-//! sum of their areas, which the expected cost of a ray grows with (Goldsmith and Salmon 1987), is watched; when
-//! it has doubled the tree is to be built anew.
+//! Following items that move: boxes are worked out again from the leaf up, and the tree stays as it is.
 
-use super::{Bvh, Node};
+use std::collections::BinaryHeap;
+
+use super::{Bvh, Volume};
 use crate::aabb::Aabb;
-use crate::accel::bounded::is_bounded;
+use crate::accel::bounded::Kind;
 
-/// How much the areas may grow.
-const WORN: f64 = 2.0;
+/// The sum of the inner volumes' areas, beside what it was when built, at which a tree is given up. The sum is
+/// what lines through the scene meet boxes in proportion to, so at twice the sum a ray costs twice as much.
+const WORST: f64 = 2.0;
 
-/// The way from items and nodes up. Worked out when something first moves.
+/// In place of a leaf: for items kept aside, and for empty ones.
+const ASIDE: u32 = u32::MAX;
+const NOWHERE: u32 = u32::MAX - 1;
+
+/// The way up, worked out when it is first needed.
 #[derive(Debug)]
-pub(super) struct Upward {
-    /// By node.
+pub(super) struct Links {
+    /// Of each node; the root has none.
     parents: Vec<u32>,
-    /// By item.
+    /// The leaf of each item.
     leaves: Vec<u32>,
-    area: f64,
-    built_area: f64,
+    /// Areas of all inner volumes, added up: as built, and now.
+    built: f64,
+    now: f64,
 }
 
-/// The parent of the root, and the leaf of an item that is in none.
-const NONE: u32 = u32::MAX;
-
-impl Upward {
-    fn of(bvh: &Bvh) -> Upward {
-        let items = bvh.items.iter().max().map_or(0, |&i| i as usize + 1);
-        let (mut parents, mut leaves) = (vec![NONE; bvh.nodes.len()], vec![NONE; items]);
-        for (i, node) in (0..).zip(&bvh.nodes) {
+impl Links {
+    fn of<V: Volume>(bvh: &Bvh<V>) -> Links {
+        let count = bvh.items.iter().chain(&bvh.unbounded).max().map_or(0, |&last| last as usize + 1);
+        let (mut parents, mut leaves) = (vec![0; bvh.nodes.len()], vec![NOWHERE; count]);
+        let mut built = 0.0;
+        for (index, node) in (0..).zip(&bvh.nodes) {
             if node.count == 0 {
-                parents[node.first as usize] = i;
-                parents[node.first as usize + 1] = i;
+                parents[node.first as usize..][..2].fill(index);
+                built += node.bounds.area();
             } else {
-                bvh.leaf_items(node).iter().for_each(|&item| leaves[item as usize] = i);
+                bvh.leaf_items(node).iter().for_each(|&item| leaves[item as usize] = index);
             }
         }
-        let area = bvh.nodes.iter().map(|node| node.bounds.half_area()).sum();
-        Upward { parents, leaves, area, built_area: area }
+        bvh.unbounded.iter().for_each(|&item| leaves[item as usize] = ASIDE);
+        Links { parents, leaves, built, now: built }
+    }
+
+    /// The leaf of an item; `None` where there is none.
+    fn leaf(&self, item: u32) -> Option<u32> {
+        self.leaves.get(item as usize).copied().filter(|&leaf| leaf < NOWHERE)
+    }
+
+    fn kind(&self, item: u32) -> Kind {
+        match self.leaves.get(item as usize) {
+            None | Some(&NOWHERE) => Kind::Empty,
+            Some(&ASIDE) => Kind::Unbounded,
+            Some(_) => Kind::Bounded,
+        }
+    }
+
+    pub(super) fn memory(&self) -> usize {
+        size_of::<Links>() + size_of_val(self.parents.as_slice()) + size_of_val(self.leaves.as_slice())
     }
 }
 
-/// See [`Accelerator::refit`](crate::accel::Accelerator::refit).
-pub(super) fn refit(bvh: &mut Bvh, moved: &[u32], boxes: &dyn Fn(u32) -> Aabb) -> bool {
-    let mut upward = bvh.upward.take().unwrap_or_else(|| Box::new(Upward::of(bvh)));
-    for &item in moved {
-        let leaf = upward.leaves.get(item as usize).copied().unwrap_or(NONE);
-        if leaf == NONE || !is_bounded(&boxes(item)) {
+impl<V: Volume> Bvh<V> {
+    /// Works out the boxes above some items again. `false` if one of them belongs elsewhere now, or if the
+    /// tree has become bad.
+    pub(super) fn follow(&mut self, items: &[u32], boxes: &dyn Fn(u32) -> Aabb) -> bool {
+        let mut links = self.links.take().unwrap_or_else(|| Box::new(Links::of(self)));
+        if items.iter().any(|&item| links.kind(item) != Kind::of(&boxes(item))) {
             return false;
         }
-        let mut node = leaf;
-        while node != NONE {
-            let old = bvh.nodes[node as usize];
-            let bounds = contents(bvh, &old, boxes);
-            if bounds == old.bounds {
-                break;
+        let mut changed: BinaryHeap<u32> = items.iter().filter_map(|&item| links.leaf(item)).collect();
+        // Children come behind their parents: the last first, and each box is worked out once.
+        while let Some(index) = changed.pop() {
+            while changed.peek() == Some(&index) {
+                changed.pop();
             }
-            upward.area += bounds.half_area() - old.bounds.half_area();
-            bvh.nodes[node as usize].bounds = bounds;
-            node = upward.parents[node as usize];
+            let bounds = self.around(index, boxes);
+            let node = &mut self.nodes[index as usize];
+            let old = std::mem::replace(&mut node.bounds, bounds);
+            if bounds == old {
+                continue;
+            }
+            if node.count == 0 {
+                links.now += bounds.area() - old.area();
+            }
+            if index > 0 {
+                changed.push(links.parents[index as usize]);
+            }
+        }
+        let follows = links.now <= WORST * links.built;
+        self.links = Some(links);
+        follows
+    }
+
+    /// The volume around what a node holds.
+    pub(super) fn around(&self, index: u32, boxes: &dyn Fn(u32) -> Aabb) -> V {
+        let node = &self.nodes[index as usize];
+        if node.count > 0 {
+            V::around(self.leaf_items(node).iter().map(|&item| boxes(item)))
+        } else {
+            let child = |i: u32| &self.nodes[i as usize].bounds;
+            child(node.first).union(child(node.first + 1))
         }
     }
-    let good = upward.area <= WORN * upward.built_area;
-    bvh.upward = Some(upward);
-    good
-}
-
-/// The box around what a node holds.
-fn contents(bvh: &Bvh, node: &Node, boxes: &dyn Fn(u32) -> Aabb) -> Aabb {
-    if node.count == 0 {
-        let child = |i: u32| &bvh.nodes[(node.first + i) as usize].bounds;
-        return child(0).union(child(1));
-    }
-    bvh.leaf_items(node).iter().fold(Aabb::EMPTY, |all, &item| all.union(&boxes(item)))
 }
 
 #[cfg(test)]
@@ -83,36 +112,60 @@ mod tests {
     use crate::math::Vec3;
     use crate::testkit::random::Random;
 
-    #[test]
-    fn boxes_are_those_worked_out_from_all_items() {
-        let mut random = Random::new(4);
-        let mut boxes: Vec<Aabb> =
-            (0..500).map(|_| random.point(-1.0, 1.0)).map(|p| Aabb::new(p, p + Vec3::splat(0.02))).collect();
-        let mut bvh = Bvh::build(&boxes);
-        for _ in 0..50 {
-            let moved: Vec<u32> = (0..1 + random.below(4)).map(|_| random.below(500) as u32).collect();
-            for &item in &moved {
-                let by = random.point(-0.05, 0.05);
-                let old = boxes[item as usize];
-                boxes[item as usize] = Aabb::new(old.min + by, old.max + by);
-            }
-            assert!(bvh.refit(&moved, &|i| boxes[i as usize]));
-        }
-        for node in (0..bvh.nodes.len()).rev() {
-            let node = bvh.nodes[node];
-            assert_eq!(node.bounds, contents(&bvh, &node, &|i| boxes[i as usize]));
-        }
+    fn cloud(random: &mut Random) -> Vec<Aabb> {
+        let mut one = || random.point(-1.0, 1.0);
+        (0..500).map(|_| one()).map(|p| Aabb::new(p, p + Vec3::splat(0.05))).collect()
+    }
+
+    fn shift(b: &mut Aabb, by: Vec3) {
+        *b = Aabb::new(b.min + by, b.max + by);
     }
 
     #[test]
-    fn a_worn_tree_and_items_without_end_ask_to_be_built_anew() {
-        let row: Vec<Aabb> =
-            (0..50).map(|i| Vec3::X * f64::from(i)).map(|p| Aabb::new(p, p + Vec3::ONE)).collect();
-        let far = Aabb::new(Vec3::splat(1e6), Vec3::splat(2e6));
-        for (change, good) in [(row[3], true), (far, false), (Aabb::EVERYTHING, false), (Aabb::EMPTY, false)]
-        {
-            let boxes = |i: u32| if i == 3 { change } else { row[i as usize] };
-            assert_eq!(Bvh::build(&row).refit(&[3], &boxes), good);
+    fn small_motions_are_followed_exactly() {
+        let mut random = Random::new(3);
+        let mut boxes = cloud(&mut random);
+        let mut bvh = Bvh::balanced(&boxes);
+        let built = bvh.memory();
+        for round in 0..20 {
+            let moved: Vec<u32> = (0..=round * round).map(|_| random.below(boxes.len()) as u32).collect();
+            for &item in &moved {
+                shift(&mut boxes[item as usize], random.point(-0.01, 0.01));
+            }
+            let boxes = |item: u32| boxes[item as usize];
+            assert!(bvh.refit(&moved, &boxes));
+            let bottom_up = |index| bvh.around(index, &boxes);
+            assert!((0..).zip(&bvh.nodes).all(|(index, node)| node.bounds == bottom_up(index)));
+            let links = bvh.links.as_ref().expect("a tree that was refitted");
+            let sum = Links::of(&bvh).now;
+            assert!((links.now - sum).abs() <= 1e-12 * sum, "{} {sum}", links.now);
+        }
+        assert!(bvh.memory() > built);
+    }
+
+    #[test]
+    fn a_tree_that_has_become_bad_is_given_up() {
+        let mut random = Random::new(4);
+        let mut boxes = cloud(&mut random);
+        let mut bvh = Bvh::balanced(&boxes);
+        let all: Vec<u32> = (0..boxes.len() as u32).collect();
+        boxes.iter_mut().for_each(|b| shift(b, random.point(-1.0, 1.0)));
+        assert!(!bvh.refit(&all, &|item| boxes[item as usize]));
+    }
+
+    #[test]
+    fn items_do_not_change_their_kind() {
+        for (from, to) in [
+            (Aabb::EVERYTHING, Aabb::EMPTY),
+            (Aabb::EMPTY, Aabb::EVERYTHING),
+            (Aabb::new(Vec3::ZERO, Vec3::ONE), Aabb::EVERYTHING),
+            (Aabb::EMPTY, Aabb::new(Vec3::ZERO, Vec3::ONE)),
+        ] {
+            let mut boxes = vec![Aabb::new(Vec3::ZERO, Vec3::ONE), from];
+            let mut bvh = Bvh::balanced(&boxes);
+            assert!(bvh.refit(&[0, 1], &|item| boxes[item as usize]));
+            boxes[1] = to;
+            assert!(!bvh.refit(&[1], &|item| boxes[item as usize]));
         }
     }
 }

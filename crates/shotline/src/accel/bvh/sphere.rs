@@ -1,0 +1,106 @@
+//! Spheres instead of boxes: the same trees with another volume. Whitted (1980) began with spheres.
+
+use super::{Bvh, Node, Volume, balanced};
+use crate::aabb::{Aabb, BoxRay};
+use crate::accel::words;
+use crate::math::{HALF_ULP, Vec3, length};
+
+/// A closed ball.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::accel) struct Sphere {
+    centre: Vec3,
+    radius: f64,
+}
+
+/// The balanced tree of boxes, with the smaller of two spheres for each box: around it, and around the children's
+/// spheres.
+pub(super) fn build(boxes: &[Aabb]) -> Bvh<Sphere> {
+    let Bvh { nodes, items, unbounded, repeats, .. } = balanced::build(boxes);
+    let sphere = |node: &Node<Aabb>| Node {
+        bounds: Sphere::around(std::iter::once(node.bounds)),
+        first: node.first,
+        count: node.count,
+    };
+    let mut tree = Bvh { nodes: nodes.iter().map(sphere).collect(), items, unbounded, repeats, links: None };
+    for index in (0..nodes.len()).rev() {
+        let tighter = tree.around(index as u32, &|item| boxes[item as usize]);
+        let bounds = &mut tree.nodes[index].bounds;
+        if tighter.radius < bounds.radius {
+            *bounds = tighter;
+        }
+    }
+    tree
+}
+
+/// A little more, for the rounding of a length or of a few operations.
+fn outward(x: f64) -> f64 {
+    x * (1.0 + 8.0 * HALF_ULP) + f64::MIN_POSITIVE
+}
+
+impl Volume for Sphere {
+    /// About the centre of the box around all, as far as the farthest corner.
+    fn around(boxes: impl Iterator<Item = Aabb> + Clone) -> Sphere {
+        let centre = Aabb::around(boxes.clone().flat_map(|b| [b.min, b.max])).centre();
+        let farthest = |b: Aabb| length((b.max - centre).abs().max((centre - b.min).abs()));
+        Sphere { centre, radius: outward(boxes.map(farthest).fold(0.0, f64::max)) }
+    }
+
+    fn union(&self, other: &Sphere) -> Sphere {
+        let (small, large) = if self.radius < other.radius { (self, other) } else { (other, self) };
+        let way = small.centre - large.centre;
+        let distance = length(way);
+        if outward(outward(distance) + small.radius) <= large.radius {
+            return *large;
+        }
+        let radius = 0.5 * (distance + small.radius + large.radius);
+        let centre = if distance > 0.0 {
+            large.centre + way * ((radius - large.radius) / distance)
+        } else {
+            large.centre
+        };
+        // Wherever rounding has put the centre, the radius is right for it.
+        let reach = |s: &Sphere| outward(outward(length(s.centre - centre)) + s.radius);
+        Sphere { centre, radius: reach(small).max(reach(large)) }
+    }
+
+    #[inline]
+    fn enter(&self, ray: &BoxRay) -> Option<f64> {
+        ray.enter_sphere(self.centre, self.radius)
+    }
+
+    fn area(&self) -> f64 {
+        self.radius * self.radius
+    }
+
+    fn words(&self) -> String {
+        let [x, y, z] = self.centre.to_array().map(words::number);
+        format!("sphere of radius {} at ({x}, {y}, {z})", words::number(self.radius))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testkit::random::Random;
+
+    #[test]
+    fn spheres_hold_what_they_are_around() {
+        let mut random = Random::new(5);
+        for size in [1e-200, 1e-3, 1.0, 1e100] {
+            let mut one = || {
+                let p = random.point(-1.0, 1.0);
+                let b = Aabb::new(p * size, (p + random.point(0.0, 0.3)) * size);
+                (b, Sphere::around(std::iter::once(b)))
+            };
+            for _ in 0..200 {
+                let (a, b) = (one(), one());
+                for sphere in [a.1.union(&b.1), Sphere::around([a.0, b.0].into_iter())] {
+                    for corner in [a.0.min, a.0.max, b.0.min, b.0.max] {
+                        assert!(length(corner - sphere.centre) <= sphere.radius, "{a:?} {b:?} {sphere:?}");
+                    }
+                    assert!(sphere.radius <= (a.1.radius + b.1.radius) * 4.0 + 3.5 * size);
+                }
+            }
+        }
+    }
+}

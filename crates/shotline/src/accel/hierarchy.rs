@@ -1,0 +1,210 @@
+//! The user's own hierarchy: the groups of the scene graph, and the operations of a combination, are the
+//! bounding volumes (Clark 1976, "Hierarchical geometric models for visible surface algorithms"; Rubin and
+//! Whitted 1980).
+
+use std::collections::BinaryHeap;
+use std::ops::Range;
+
+use super::bvh::Bvh;
+use super::{Accelerator, Items, Offer, Pending, Work, words};
+use crate::aabb::{Aabb, BoxRay};
+
+/// A box around what the user has put together.
+#[derive(Debug)]
+struct Group {
+    bounds: Aabb,
+    /// First of its members, which lie beside each other.
+    first: u32,
+    count: u32,
+    /// The group around it; the first group has none.
+    parent: u32,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Member {
+    Item(u32),
+    Group(u32),
+}
+
+/// An item's place.
+#[derive(Clone, Copy, Debug, Default)]
+struct Place {
+    group: u32,
+    is_empty: bool,
+}
+
+/// The tree of groups.
+#[derive(Debug)]
+struct Hierarchy {
+    /// Outer before inner; the first holds everything.
+    groups: Vec<Group>,
+    members: Vec<Member>,
+    places: Vec<Place>,
+}
+
+/// Builds it; where nobody has grouped anything, as in a mesh, a BVH instead.
+pub(super) fn build(items: Items) -> Box<dyn Accelerator> {
+    match items.groups {
+        Some(groups) => Box::new(Hierarchy::build(items.boxes, groups)),
+        None => Box::new(Bvh::balanced(items.boxes)),
+    }
+}
+
+impl Hierarchy {
+    fn build(boxes: &[Aabb], groups: &[Range<u32>]) -> Hierarchy {
+        let everything = 0..boxes.len() as u32;
+        // A group of one item, and one with the same items as the group around it, adds nothing.
+        let inner = groups.iter().filter(|r| r.len() > 1 && **r != everything);
+        let mut ranges: Vec<Range<u32>> = std::iter::once(&everything).chain(inner).cloned().collect();
+        ranges.dedup();
+        let behind = behind(&ranges);
+        let mut tree = Hierarchy {
+            groups: Vec::new(),
+            members: Vec::new(),
+            places: vec![Place::default(); boxes.len()],
+        };
+        let mut parents = vec![0; ranges.len()];
+        for (index, range) in ranges.iter().enumerate() {
+            let first = tree.members.len() as u32;
+            let (mut item, mut child) = (range.start, index + 1);
+            while item < range.end {
+                if ranges.get(child).is_some_and(|r| r.start == item) {
+                    parents[child] = index as u32;
+                    tree.members.push(Member::Group(child as u32));
+                    (item, child) = (ranges[child].end, behind[child]);
+                } else {
+                    tree.members.push(Member::Item(item));
+                    tree.places[item as usize].group = index as u32;
+                    item += 1;
+                }
+            }
+            let count = tree.members.len() as u32 - first;
+            tree.groups.push(Group { bounds: Aabb::EMPTY, first, count, parent: parents[index] });
+        }
+        for (place, b) in tree.places.iter_mut().zip(boxes) {
+            place.is_empty = b.is_empty();
+        }
+        for index in (0..tree.groups.len()).rev() {
+            tree.groups[index].bounds = tree.around(index, &|item| boxes[item as usize]);
+        }
+        tree
+    }
+
+    fn members(&self, group: usize) -> &[Member] {
+        let Group { first, count, .. } = self.groups[group];
+        &self.members[first as usize..][..count as usize]
+    }
+
+    /// The box around the members of a group.
+    fn around(&self, group: usize, boxes: &dyn Fn(u32) -> Aabb) -> Aabb {
+        let bounds = |member: &Member| match *member {
+            Member::Item(item) => Some(boxes(item)).filter(|b| !b.is_empty()),
+            Member::Group(group) => Some(self.groups[group as usize].bounds),
+        };
+        self.members(group).iter().filter_map(bounds).fold(Aabb::EMPTY, |all, b| all.union(&b))
+    }
+
+    /// Offers a group, if the ray meets it.
+    fn offer(&self, group: u32, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
+        work.boxes += 1;
+        if let Some((t, _)) = ray.enter_exit(&self.groups[group as usize].bounds) {
+            out.push(Pending { t, what: Offer::Part(u64::from(group)) });
+        }
+    }
+}
+
+/// For each range the next that does not lie in it.
+fn behind(ranges: &[Range<u32>]) -> Vec<usize> {
+    let mut behind = vec![ranges.len(); ranges.len()];
+    for index in (0..ranges.len()).rev() {
+        let mut next = index + 1;
+        while ranges.get(next).is_some_and(|r| r.start < ranges[index].end) {
+            next = behind[next];
+        }
+        behind[index] = next;
+    }
+    behind
+}
+
+impl Accelerator for Hierarchy {
+    fn start(&self, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
+        self.offer(0, ray, out, work);
+    }
+
+    /// A part is a group. Its items have the bound of the group: who walks tests their own boxes.
+    fn open(&self, part: u64, t: f64, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
+        for &member in self.members(part as usize) {
+            match member {
+                Member::Group(group) => self.offer(group, ray, out, work),
+                Member::Item(item) if self.places[item as usize].is_empty => {}
+                Member::Item(item) => out.push(Pending { t, what: Offer::Item(item) }),
+            }
+        }
+    }
+
+    /// Follows every motion: the groups are the user's, however their members move.
+    fn refit(&mut self, items: &[u32], boxes: &dyn Fn(u32) -> Aabb) -> bool {
+        let mut changed = BinaryHeap::new();
+        for &item in items {
+            let place = &mut self.places[item as usize];
+            place.is_empty = boxes(item).is_empty();
+            changed.push(place.group);
+        }
+        // Inner groups come behind outer ones: the last first, and each box is worked out once.
+        while let Some(index) = changed.pop() {
+            while changed.peek() == Some(&index) {
+                changed.pop();
+            }
+            let bounds = self.around(index as usize, boxes);
+            let group = &mut self.groups[index as usize];
+            if std::mem::replace(&mut group.bounds, bounds) != bounds && index > 0 {
+                changed.push(group.parent);
+            }
+        }
+        true
+    }
+
+    fn describe(&self, part: u64, _ray: &BoxRay) -> String {
+        let group = &self.groups[part as usize];
+        format!("group of {}, box {}", group.count, words::box_of(&group.bounds))
+    }
+
+    fn repeats(&self) -> bool {
+        false
+    }
+
+    fn memory(&self) -> usize {
+        size_of_val(self.groups.as_slice())
+            + size_of_val(self.members.as_slice())
+            + size_of_val(self.places.as_slice())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Vec3;
+    use crate::ray::{Line, Span};
+
+    /// What a ray along x at a height opens and is offered, of boxes at heights 0, 1, 2...
+    fn offered(groups: &[Range<u32>], height: f64) -> (Vec<u32>, u64) {
+        let at = |i: u32| Vec3::new(0.0, 0.0, f64::from(i));
+        let boxes: Vec<Aabb> = (0..8).map(|i| Aabb::new(at(i), at(i) + Vec3::new(1.0, 1.0, 0.5))).collect();
+        let tree = Hierarchy::build(&boxes, groups);
+        let line = Line::exact(Vec3::new(-1.0, 0.5, height), Vec3::X);
+        let (mut items, mut work) = (Vec::new(), Work::default());
+        tree.walk(&BoxRay::new(&line, Span::FORWARD), &mut work, &mut |found, _| {
+            items.extend_from_slice(found);
+            f64::INFINITY
+        });
+        (items, work.boxes)
+    }
+
+    #[test]
+    fn groups_are_boxes() {
+        assert_eq!(offered(&[], 4.25), ((0..8).collect(), 1));
+        let nested = [0..8, 1..1, 1..6, 1..6, 2..5, 2..3, 6..8];
+        assert_eq!(offered(&nested, 4.25), ((0..6).collect(), 4));
+        assert_eq!(offered(&nested, 7.25), (vec![0, 6, 7], 3));
+    }
+}
