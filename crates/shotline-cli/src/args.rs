@@ -4,8 +4,10 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
+use shotline::accel::DEFAULT;
 use shotline::compile::Options;
 use shotline::ray::Span;
+use shotline::scene::Scene;
 use shotline_io::Reach;
 
 use crate::commands::{bench, cast, check, compare, convert, info, render, shoot};
@@ -75,12 +77,17 @@ impl Model {
 /// How the world is built.
 #[derive(Args, Debug)]
 pub struct Build {
-    /// The accelerator of every level; no answer depends on it
-    #[arg(long, value_name = "NAME", default_value = Options::default().accel, value_parser = accel_names())]
-    pub accel: &'static str,
+    /// The accelerator used everywhere; no answer depends on it. Without this what the scene chooses, else bvh
+    #[arg(long, value_name = "NAME", value_parser = accel_names())]
+    pub accel: Option<&'static str>,
 }
 
 impl Build {
+    /// The accelerator of the scene as a whole.
+    pub fn general(&self, scene: &Scene) -> &'static str {
+        self.accel.or(scene.accel).unwrap_or(DEFAULT)
+    }
+
     /// The choices as the compiler takes them.
     pub fn options(&self) -> Options {
         Options { accel: self.accel }

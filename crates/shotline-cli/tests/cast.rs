@@ -57,7 +57,7 @@ fn statistics_are_one_line_of_json() {
     let stats: Value = serde_json::from_str(&text).unwrap();
     assert_eq!((&stats["rays"], &stats["threads"], &stats["repaired"]), (&5.into(), &2.into(), &0.into()));
     assert_eq!((&stats["query"], &stats["invalid"]), (&"crossings".into(), &0.into()));
-    assert_eq!(stats["accel"], shotline::compile::Options::default().accel);
+    assert_eq!(stats["accel"], shotline::accel::DEFAULT);
     for key in ["load_s", "build_s", "cast_s", "rays_per_s", "memory_bytes"] {
         assert!(stats[key].as_f64().is_some_and(|x| x >= 0.0), "{key} in {text}");
     }

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use shotline::accel::NAMES;
 use shotline::math::{Affine, Vec3};
 use shotline::scene::{
     Camera, Lens, Light, LightSource, LocalTransform, Material, Motion, Node, NodeId, Op, Rotation, Scene,
@@ -135,6 +136,12 @@ fn looks(scene: &mut Scene, random: &mut Random) {
     };
     let (eye, target, up) = (vector(random), Vec3::new(0.1, 0.2, 0.3), vector(random));
     scene.camera = maybe(random, |_| Camera { eye, target, up, lens });
+    scene.accel = maybe(random, |r| NAMES[r.below(NAMES.len())]);
+    for (i, node) in (0..).zip(&scene.nodes) {
+        if matches!(node, Node::Csg { .. } | Node::Group { .. } | Node::Mesh { .. }) && random.below(3) == 0 {
+            scene.accels.insert(NodeId(i), NAMES[random.below(NAMES.len())]);
+        }
+    }
     let root = scene.objects.first().map(|id| scene.node(*id).clone());
     if let Some(Node::Object { name: object, .. }) = root {
         let rotate = maybe(random, |r| match r.below(2) {
@@ -162,8 +169,8 @@ fn looks(scene: &mut Scene, random: &mut Random) {
 /// A scene as text in which equal graphs are equal: nodes are numbered in the order in which they are met. Debug
 /// prints the shortest digits and the sign of zero, so equal text is equal bits.
 fn canonical(scene: &Scene) -> String {
-    let Scene { units, nodes, defs, objects, materials, camera, lights, motions } = scene;
-    let mut out = format!("{units:?} {materials:?} {camera:?} {lights:?} {motions:?}\n");
+    let Scene { units, nodes, defs, objects, materials, camera, lights, motions, accel, accels } = scene;
+    let mut out = format!("{units:?} {materials:?} {camera:?} {lights:?} {motions:?} {accel:?}\n");
     let mut numbers: HashMap<NodeId, usize> = HashMap::new();
     let mut order = Vec::new();
     let mut number = |id: NodeId, order: &mut Vec<NodeId>| {
@@ -179,6 +186,7 @@ fn canonical(scene: &Scene) -> String {
     let mut at = 0;
     while let Some(id) = order.get(at).copied() {
         at += 1;
+        out += &format!("{:?} ", accels.get(&id));
         let mut all = |ids: &[NodeId]| ids.iter().map(|c| number(*c, &mut order)).collect::<Vec<_>>();
         out += &match &nodes[id.0 as usize] {
             Node::Solid { kind, params } => format!("{} {params:?}\n", kind.name),

@@ -289,3 +289,20 @@ fn long_chains_and_many_mistakes_take_no_time() {
     ));
     assert!(shown.ends_with("and 29900 more"));
 }
+
+#[test]
+fn accelerators_are_chosen_by_name() {
+    let scene = |accel: &str| {
+        format!(
+            r#"{{ "shotline": 1, "accel": "grid", "objects": [ {{ "node": {{ "op": "union", "accel": "{accel}",
+                "args": [ {{ "kind": "sphere", "radius": 1 }} ] }} }} ] }}"#
+        )
+    };
+    let read = parse_scene(scene("octree"), None).unwrap().scene;
+    assert_eq!((read.accel, read.accels.into_values().collect::<Vec<_>>()), (Some("grid"), vec!["octree"]));
+    let error = parse_scene(scene("octre"), None).unwrap_err().to_string();
+    assert!(
+        error.contains("no accelerator named 'octre'") && error.contains("did you mean 'octree'?"),
+        "{error}"
+    );
+}

@@ -56,6 +56,7 @@ Examples:
 
 /// What was measured, in seconds.
 struct Report {
+    accel: &'static str,
     rays: usize,
     load: f64,
     build: f64,
@@ -84,7 +85,8 @@ impl Command {
         let mut casts = interrupt::listening(|cancel| self.casts(&world, &rays, cancel))?;
         casts.sort_by(f64::total_cmp);
         let memory = world.stats().memory_bytes;
-        let report = Report { rays: rays.len(), load, build, casts, memory };
+        let accel = self.build.general(&document.scene);
+        let report = Report { accel, rays: rays.len(), load, build, casts, memory };
         output::print(&if self.json { self.json(&report) } else { self.text(&report) })?;
         Ok(0)
     }
@@ -146,7 +148,7 @@ impl Command {
             self.query.name(),
             counted(report.rays as u64, "ray", "rays"),
             self.model.path.display(),
-            self.build.accel,
+            report.accel,
             counted(threads, "thread", "threads"),
             report.load,
             report.build,
@@ -162,7 +164,7 @@ impl Command {
         let document = json!({
             "rays": report.rays,
             "query": self.query.name(),
-            "accel": self.build.accel,
+            "accel": report.accel,
             "threads": self.threads.count(),
             "repeats": report.casts.len(),
             "load_s": report.load,
@@ -199,8 +201,14 @@ mod tests {
 
     #[test]
     fn medians_and_spreads() {
-        let report =
-            |casts: &[f64]| Report { rays: 10, load: 0.0, build: 0.0, casts: casts.into(), memory: 0 };
+        let report = |casts: &[f64]| Report {
+            accel: "bvh",
+            rays: 10,
+            load: 0.0,
+            build: 0.0,
+            casts: casts.into(),
+            memory: 0,
+        };
         let odd = report(&[1.0, 2.0, 4.0]);
         assert_eq!((odd.median(), odd.spread(), odd.rate(odd.median())), (2.0, 1.5, 5.0));
         assert_eq!(report(&[1.0, 3.0]).median(), 2.0);

@@ -12,6 +12,7 @@ use shotline::compile::World;
 use shotline::query::Overlaps;
 use shotline::query::batch::{self, BatchError, Run};
 use shotline::ray::Span;
+use shotline::scene::Scene;
 
 use crate::args::{Build, Model, SpanOfT, Threads};
 use crate::columns::Columns;
@@ -142,7 +143,7 @@ impl Command {
         self.remarks(&rays, overlaps, repaired);
         if self.stats {
             let counts = Counts { overlaps, repaired };
-            output::print(&self.stats(&world, &rays, counts, &Times { load, build, cast }))?;
+            output::print(&self.stats(&document.scene, &world, &rays, counts, &Times { load, build, cast }))?;
         }
         Ok(0)
     }
@@ -218,11 +219,11 @@ impl Command {
         }
     }
 
-    fn stats(&self, world: &World, rays: &Rays, counts: Counts, times: &Times) -> String {
+    fn stats(&self, scene: &Scene, world: &World, rays: &Rays, counts: Counts, times: &Times) -> String {
         let line = json!({
             "rays": rays.rows,
             "threads": self.threads.count(),
-            "accel": self.build.accel,
+            "accel": self.build.general(scene),
             "query": self.query.name(),
             "load_s": times.load,
             "build_s": times.build,

@@ -48,7 +48,11 @@ impl Command {
         }
         for node in &document.scene.nodes {
             if let Node::Mesh { mesh, file } = node {
-                findings.examine_mesh(file.as_deref().unwrap_or("mesh"), mesh, self.build.accel);
+                findings.examine_mesh(
+                    file.as_deref().unwrap_or("mesh"),
+                    mesh,
+                    self.build.general(&document.scene),
+                );
             }
         }
         match compile::compile(&document.scene, self.build.options()) {

@@ -5,7 +5,7 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use shotline::accel::{COUNTERS, NAMES, Work};
+use shotline::accel::{COUNTERS, DEFAULT, NAMES, Work};
 use shotline::compile::{self, Options, World};
 use shotline::query::batch::{self, ClosestRows, Run};
 use shotline::ray::{Ray, Span};
@@ -83,7 +83,7 @@ impl Command {
         match &self.rays {
             Some(path) => input::valid_rays(path),
             None => {
-                let world = built(document, Options::default().accel)?;
+                let world = built(document, DEFAULT)?;
                 input::rays_of_picture(&self.model, document, &world)
             }
         }
@@ -108,7 +108,7 @@ impl Command {
 }
 
 fn built(document: &Document, accel: &'static str) -> Result<World, Failure> {
-    compile::compile(&document.scene, Options { accel })
+    compile::compile(&document.scene, Options { accel: Some(accel) })
         .map_err(|errors| Failure::new(document.explain(&errors).to_string()))
 }
 

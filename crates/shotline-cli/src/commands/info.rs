@@ -64,7 +64,7 @@ impl Command {
         let loaded = Instant::now();
         let world: World = input::compile(&document, &self.build)?;
         let report = Report {
-            accel: self.build.accel,
+            accel: self.build.general(&document.scene),
             units: document.scene.units.clone(),
             stats: world.stats(),
             bounds: world.bounds(),

@@ -10,6 +10,7 @@ use serde_json::json;
 use shotline::accel::{COUNTERS, Counter, Work};
 use shotline::query::batch::Run;
 
+use shotline::scene::Scene;
 use shotline_io::Document;
 use shotline_render::animation::MAX_FRAMES;
 use shotline_render::{
@@ -150,7 +151,7 @@ impl Command {
         })?;
         if self.stats {
             let work = work.into_inner().unwrap_or_default();
-            output::print(&self.report(work, started.elapsed().as_secs_f64()))?;
+            output::print(&self.report(&document.scene, work, started.elapsed().as_secs_f64()))?;
         }
         Ok(0)
     }
@@ -202,10 +203,10 @@ impl Command {
         }
     }
 
-    fn report(&self, work: Work, seconds: f64) -> String {
+    fn report(&self, scene: &Scene, work: Work, seconds: f64) -> String {
         let mut line = json!({
             "threads": self.threads.count(),
-            "accel": self.build.accel,
+            "accel": self.build.general(scene),
             "frames": self.frames.unwrap_or(1),
             "render_s": seconds,
             "seeded": work.seeded,

@@ -36,6 +36,11 @@ pub(super) const TOP: &[Key] = &[
     key("materials", Shape::Other, "Materials by name."),
     key("camera", Shape::Other, "Where the picture is taken from."),
     key("lights", Shape::Other, "What lights the picture."),
+    key(
+        "accel",
+        Text,
+        "The accelerator of what has none of its own: bvh if absent. No answer depends on it.",
+    ),
     key("motions", Shape::Other, "How objects move in an animation (render --frames)."),
 ];
 
@@ -54,6 +59,9 @@ pub(super) const PLACEMENT: &[Key] = &[
     key("rotate", Shape::Other, "Degrees about x, then y, then z; or {\"axis\": [x, y, z], \"degrees\": a}."),
     key("translate", Numbers(3), "A shift; applied last."),
 ];
+
+/// The accelerator of a mesh, a combination, or a group that is placed several times.
+pub(super) const ACCEL: Key = key("accel", Text, "The accelerator of this part. No answer depends on it.");
 
 /// A rotation about an axis.
 pub(super) const ROTATION: &[Key] = &[

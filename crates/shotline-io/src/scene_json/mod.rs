@@ -93,11 +93,13 @@ fn document(text: &str, meshes: MeshFiles, faults: &mut Faults) -> Option<Parts>
     let camera = get("camera").and_then(|at| looks::read_camera(&mut values, at));
     let lights = get("lights").map(|at| looks::read_lights(&mut values, at)).unwrap_or_default();
     let motions = get("motions").map(|at| motions::read(&mut values, at)).unwrap_or_default();
+    let accel = values.accel(root);
     let mut graph = Graph::new(values, meshes, materials);
     graph.read(get("defs"), get("objects"));
     let Graph { mut scene, spans, meshes, mut values, .. } = graph;
     motions::check(&mut values, &motions, &scene);
     (scene.units, scene.camera, scene.lights) = (units, camera, lights);
+    scene.accel = accel;
     scene.motions = motions.into_iter().map(|(motion, _)| motion).collect();
     Some((scene, spans, meshes.notes))
 }

@@ -10,7 +10,7 @@ use std::ops::Range;
 use shotline::scene::{Material, Node, NodeId, Op, Scene};
 use shotline::solid::{self, ParamType, Params, Value};
 
-use super::keys::{MESH, MESH_FILE, OBJECT, OPS, PLACEMENT, names};
+use super::keys::{ACCEL, MESH, MESH_FILE, OBJECT, OPS, PLACEMENT, names};
 use super::mesh_files::MeshFiles;
 use super::placement;
 use super::tree::{Member, ValueId};
@@ -199,6 +199,11 @@ impl<'r, 't> Graph<'r, 't> {
                 child
             }
         };
+        if matches!(form, Form::Leaf | Form::Combination)
+            && let Some(name) = self.values.accel(value)
+        {
+            self.scene.accels.insert(id, name);
+        }
         let node = match form {
             Form::Leaf => self.leaf(value),
             Form::Combination => self.combination(value, todo),
@@ -287,7 +292,8 @@ impl<'r, 't> Graph<'r, 't> {
     }
 
     fn mesh(&mut self, value: ValueId) -> Option<Node> {
-        let known: Vec<_> = ["kind", MESH_FILE.name].into_iter().chain(names(PLACEMENT)).collect();
+        let known: Vec<_> =
+            ["kind", MESH_FILE.name, ACCEL.name].into_iter().chain(names(PLACEMENT)).collect();
         self.values.only(value, "a mesh", &known);
         let at = self.values.required(value, "this mesh", MESH_FILE.name)?;
         let file = self.values.text(at, "\"file\"")?;
@@ -301,7 +307,7 @@ impl<'r, 't> Graph<'r, 't> {
     }
 
     fn combination(&mut self, value: ValueId, todo: &mut Vec<Task>) -> Option<Node> {
-        let known: Vec<_> = ["op", "args"].into_iter().chain(names(PLACEMENT)).collect();
+        let known: Vec<_> = ["op", "args", ACCEL.name].into_iter().chain(names(PLACEMENT)).collect();
         self.values.only(value, "an operation", &known);
         let op_at = self.values.required(value, "this operation", "op");
         let op = op_at.and_then(|at| Some((at, self.values.text(at, "\"op\"")?)));

@@ -1,11 +1,12 @@
 //! The JSON Schema of scene files, made from the tables that the reader itself uses.
 
 use serde_json::{Map, Value, json};
+use shotline::accel::NAMES;
 use shotline::solid::{self, ParamType};
 
 use super::keys::{
-    CAMERA, Key, LIGHT, MATERIAL, MESH, MESH_FILE, MOTION, OBJECT, OPS, PLACEMENT, ROTATION, Shape, TOP,
-    names,
+    ACCEL, CAMERA, Key, LIGHT, MATERIAL, MESH, MESH_FILE, MOTION, OBJECT, OPS, PLACEMENT, ROTATION, Shape,
+    TOP, names,
 };
 
 /// The schema as text, as published in `docs/scene.schema.json`.
@@ -41,6 +42,7 @@ fn top() -> Map<String, Value> {
         ("materials", named("material")),
         ("camera", camera),
         ("lights", json!({ "type": "array", "items": reference("light") })),
+        ("accel", accelerator(about(TOP, "accel"))),
         ("motions", json!({ "type": "array", "items": motion })),
     ];
     refs.map(|(key, value)| (key.to_string(), value)).into_iter().collect()
@@ -106,14 +108,24 @@ fn leaf(kind: &solid::Kind) -> Value {
 }
 
 fn mesh() -> Value {
-    let own = [("kind".to_string(), json!({ "const": MESH }))].into_iter().collect();
+    let own = [("kind", json!({ "const": MESH })), (ACCEL.name, accelerator(ACCEL.about))];
+    let own = own.map(|(key, value)| (key.to_string(), value)).into_iter().collect();
     placed(std::slice::from_ref(&MESH_FILE), &["kind", MESH_FILE.name], own, "A triangle mesh from a file.")
+}
+
+fn about(keys: &[Key], name: &str) -> &'static str {
+    keys.iter().find(|key| key.name == name).map_or("", |key| key.about)
+}
+
+fn accelerator(about: &str) -> Value {
+    json!({ "enum": NAMES, "description": about })
 }
 
 fn operation(op: &str, about: &str) -> Value {
     let (item, least) = if op == "group" { ("member", 0) } else { ("shape", 1) };
     let args = json!({ "type": "array", "items": reference(item), "minItems": least });
-    let own = [("op".to_string(), json!({ "const": op })), ("args".to_string(), args)].into_iter().collect();
+    let own = [("op", json!({ "const": op })), ("args", args), (ACCEL.name, accelerator(ACCEL.about))];
+    let own = own.map(|(key, value)| (key.to_string(), value)).into_iter().collect();
     placed(&[], &["op", "args"], own, about)
 }
 

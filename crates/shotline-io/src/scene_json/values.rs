@@ -3,7 +3,9 @@
 
 use std::borrow::Cow;
 
-use super::keys::{PLACEMENT, names};
+use shotline::accel::NAMES;
+
+use super::keys::{ACCEL, PLACEMENT, names};
 use super::tree::{Content, Member, Tree, ValueId};
 use crate::fault::{Fault, Faults};
 use crate::suggest;
@@ -49,6 +51,18 @@ impl<'r, 't> Values<'r, 't> {
                 None
             }
         }
+    }
+
+    /// The accelerator that a part chooses.
+    pub(super) fn accel(&mut self, part: ValueId) -> Option<&'static str> {
+        let at = self.tree.get(part, ACCEL.name)?;
+        let written = self.text(at, "\"accel\"")?;
+        let known = NAMES.iter().find(|name| **name == written).copied();
+        if known.is_none() {
+            let help = self.hint(written, NAMES.iter().copied());
+            self.fault(at, format!("there is no accelerator named '{written}'"), help);
+        }
+        known
     }
 
     /// So many numbers.

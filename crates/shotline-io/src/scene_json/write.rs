@@ -62,6 +62,9 @@ impl Writer<'_> {
         }
         let objects = self.scene.objects.iter().map(|id| vec![Step::Place { id: *id, depth: 2 }]);
         sections.push(section("objects", '[', objects.collect(), ']'));
+        if let Some(accel) = self.scene.accel {
+            sections.push(vec![Step::Text(format!("  \"accel\": {}", quoted(accel)))]);
+        }
         let materials: Vec<_> = self.scene.materials.iter().map(|(name, m)| self.material(name, m)).collect();
         if !materials.is_empty() {
             sections.push(section("materials", '{', materials, '}'));
@@ -134,6 +137,14 @@ impl Writer<'_> {
     }
 
     fn own_fields(&mut self, id: NodeId) -> Vec<Field> {
+        let mut fields = self.fields_of_kind(id);
+        // Behind the key that says what the node is.
+        let accel = self.scene.accels.get(&id).map(|name| format!("\"accel\": {}", quoted(name)));
+        fields.splice(1.min(fields.len())..1.min(fields.len()), accel.map(Field::Plain));
+        fields
+    }
+
+    fn fields_of_kind(&mut self, id: NodeId) -> Vec<Field> {
         let scene = self.scene;
         match scene.node(id) {
             Node::Solid { kind, params } => {

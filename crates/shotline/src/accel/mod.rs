@@ -186,6 +186,9 @@ impl<'a> From<&'a Vec<Aabb>> for Items<'a> {
     }
 }
 
+/// The name of the structure that suits most.
+pub const DEFAULT: &str = "bvh";
+
 /// Declares the registry and stamps the conformance suite onto each entry.
 macro_rules! registry {
     ($($name:ident => $build:expr),* $(,)?) => {

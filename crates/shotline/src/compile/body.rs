@@ -3,6 +3,7 @@
 use std::cmp::Reverse;
 use std::ops::Range;
 
+use super::choice::Choice;
 use super::parts::{Part, Parts};
 use super::world::{Body, Leaf, SolidBody, SurfaceBody};
 use super::{SceneError, Stats};
@@ -17,7 +18,7 @@ use crate::solid::Solid;
 pub(super) struct BodyBuilder<'s> {
     pub scene: &'s Scene,
     pub parts: &'s Parts,
-    pub accel: &'static str,
+    pub choice: Choice<'s>,
     /// Surfaces numbered so far.
     pub surfaces: u32,
     pub stats: Stats,
@@ -48,7 +49,7 @@ impl BodyBuilder<'_> {
             }));
         }
         let (tree, root, leaves) = self.flatten(node, chain)?;
-        Ok(Body::Solid(finish(&tree, root, leaves, first_surface, self.accel)))
+        Ok(Body::Solid(finish(&tree, root, leaves, first_surface, self.choice.of(node))))
     }
 
     /// The expression over placed leaves. Shared parts are written out: each use is a leaf of its own.

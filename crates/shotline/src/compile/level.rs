@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use super::body::{BodyBuilder, is_body};
+use super::choice::Choice;
 use super::graph::Graph;
 use super::names::{Labels, NameId, Names};
 use super::parts::Parts;
@@ -21,13 +22,13 @@ pub(super) fn build(
     scene: &Scene,
     graph: &Graph,
     parts: &Parts,
-    accel: &'static str,
+    choice: Choice,
     sites: Option<&mut Sites>,
 ) -> Result<World, Vec<SceneError>> {
     let mut builder = Builder {
         graph,
         labels: Labels::new(scene),
-        bodies: BodyBuilder { scene, parts, accel, surfaces: 0, stats: Stats::default() },
+        bodies: BodyBuilder { scene, parts, choice, surfaces: 0, stats: Stats::default() },
         world: World::empty(scene),
         targets: HashMap::new(),
         objects: HashMap::new(),
@@ -88,13 +89,15 @@ impl<'s> Builder<'s> {
         for &id in graph.postorder.iter().filter(|&&id| graph.is_shared(id)) {
             let node = scene.node(id);
             let target = match node {
-                Node::Group { members } => Target::Level(self.level(members, true)?),
+                Node::Group { members } => {
+                    Target::Level(self.level(members, true, self.bodies.choice.of(id))?)
+                }
                 _ if is_body(node) => self.body(id, &Chain::IDENTITY)?,
                 _ => continue,
             };
             self.targets.insert(id, target);
         }
-        self.world.root = self.level(&scene.objects, false)?;
+        self.world.root = self.level(&scene.objects, false, self.bodies.choice.general())?;
         Ok(())
     }
 
@@ -126,8 +129,8 @@ impl<'s> Builder<'s> {
     }
 
     /// Builds the level of some members; their names carry their place in the group if `indexed`.
-    fn level(&mut self, members: &[NodeId], indexed: bool) -> Result<u32, SceneError> {
-        let mut level = Level::default();
+    fn level(&mut self, members: &[NodeId], indexed: bool, accel: &'static str) -> Result<u32, SceneError> {
+        let mut level = Level { accel_name: accel, ..Level::default() };
         let mut stack = Vec::new();
         self.push_members(&mut stack, members, None, indexed);
         let mut groups = Groups::default();
@@ -157,7 +160,7 @@ impl<'s> Builder<'s> {
         }
         let boxes: Vec<Aabb> = level.placements.iter().map(|p| p.bounds).collect();
         level.bounds = boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(b));
-        level.accel = accel::build(self.bodies.accel, Items { boxes: &boxes, groups: Some(&groups.ranges) });
+        level.accel = accel::build(accel, Items { boxes: &boxes, groups: Some(&groups.ranges) });
         self.world.levels.push(level);
         Ok((self.world.levels.len() - 1) as u32)
     }

@@ -3,11 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::body::BodyBuilder;
+use super::choice::Choice;
 use super::graph::Graph;
 use super::parts::Parts;
 use super::sites::{Place, Sites};
 use super::world::{Body, Target, World};
-use super::{Options, SceneError, Stats, check, level};
+use super::{Options, SceneError, Stats, level};
 use crate::aabb::Aabb;
 use crate::accel::{self, Accelerator};
 use crate::math::{Chain, Placement};
@@ -42,7 +43,7 @@ pub struct Live {
     world: World,
     parts: Parts,
     sites: Sites,
-    accel: &'static str,
+    options: Options,
 }
 
 impl Live {
@@ -51,12 +52,12 @@ impl Live {
     /// # Errors
     /// As [`compile`](super::compile).
     pub fn new(scene: Scene, options: Options) -> Result<Live, Vec<SceneError>> {
-        check(options)?;
+        let choice = Choice::new(&scene, options)?;
         let graph = Graph::of(&scene)?;
-        let parts = Parts::build(&scene, &graph, options.accel)?;
+        let parts = Parts::build(&scene, &graph, choice)?;
         let mut sites = Sites::default();
-        let world = level::build(&scene, &graph, &parts, options.accel, Some(&mut sites))?;
-        Ok(Live { scene, world, parts, sites, accel: options.accel })
+        let world = level::build(&scene, &graph, &parts, choice, Some(&mut sites))?;
+        Ok(Live { scene, world, parts, sites, options })
     }
 
     /// The scene as it is now.
@@ -167,8 +168,8 @@ impl Live {
     }
 
     fn builder(&self, surfaces: u32) -> BodyBuilder<'_> {
-        let stats = Stats::default();
-        BodyBuilder { scene: &self.scene, parts: &self.parts, accel: self.accel, surfaces, stats }
+        let (stats, choice) = (Stats::default(), Choice::again(&self.scene, self.options));
+        BodyBuilder { scene: &self.scene, parts: &self.parts, choice, surfaces, stats }
     }
 
     /// Places anew what is at some places of a level. Answers whether the level's box has changed.
@@ -199,7 +200,7 @@ impl Live {
         let follows = |accel: &mut Box<dyn Accelerator>| accel.refit(&items, &|i| placed[i as usize].bounds);
         if !level.accel.as_mut().is_some_and(follows) {
             let boxes: Vec<Aabb> = level.placements.iter().map(|p| p.bounds).collect();
-            level.accel = accel::build(self.accel, &boxes);
+            level.accel = accel::build(level.accel_name, &boxes);
         }
         Ok(level.bounds != before)
     }
@@ -245,7 +246,7 @@ mod tests {
             let scene = random_scene(&mut random);
             let is_transform = |i: &usize| matches!(scene.nodes[*i], Node::Transform { .. });
             let transforms: Vec<usize> = (0..scene.nodes.len()).filter(is_transform).collect();
-            let options = Options { accel: accel::NAMES[case % accel::NAMES.len()] };
+            let options = Options { accel: Some(accel::NAMES[case % accel::NAMES.len()]) };
             let mut live = Live::new(scene, options).unwrap();
             for _ in 0..transforms.len().min(8) {
                 let mut some = || NodeId(transforms[random.below(transforms.len())] as u32);

@@ -5,6 +5,7 @@
 //! times; nothing here recurses, so depth is limited by memory only.
 
 mod body;
+mod choice;
 mod error;
 mod graph;
 mod level;
@@ -20,19 +21,16 @@ pub use world::{Stats, World};
 
 pub(crate) use world::{Body, Leaf, Level, Placed, SolidBody, Target};
 
+use choice::Choice;
+
 use crate::scene::Scene;
 
 /// Choices of [`compile`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Options {
-    /// The accelerator used at every level, by name (see [`crate::accel::NAMES`]).
-    pub accel: &'static str,
-}
-
-impl Default for Options {
-    fn default() -> Options {
-        Options { accel: "bvh" }
-    }
+    /// The accelerator used everywhere, by name (see [`crate::accel::NAMES`]), whatever the scene says. `None` for
+    /// the scene's own [choices](Scene::accels), and [`crate::accel::DEFAULT`] where it has none.
+    pub accel: Option<&'static str>,
 }
 
 /// Checks a scene and builds its world.
@@ -40,19 +38,10 @@ impl Default for Options {
 /// # Errors
 /// Everything that is wrong with the scene, not only the first.
 pub fn compile(scene: &Scene, options: Options) -> Result<World, Vec<SceneError>> {
-    check(options)?;
+    let choice = Choice::new(scene, options)?;
     let graph = graph::Graph::of(scene)?;
-    let parts = parts::Parts::build(scene, &graph, options.accel)?;
-    level::build(scene, &graph, &parts, options.accel, None)
-}
-
-fn check(options: Options) -> Result<(), Vec<SceneError>> {
-    if crate::accel::NAMES.contains(&options.accel) {
-        return Ok(());
-    }
-    let known = crate::accel::NAMES.join(", ");
-    let message = format!("there is no accelerator named '{}'", options.accel);
-    Err(vec![SceneError::general(message).with_hint(format!("known are {known}"))])
+    let parts = parts::Parts::build(scene, &graph, choice)?;
+    level::build(scene, &graph, &parts, choice, None)
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::SceneError;
+use super::choice::Choice;
 use super::graph::{Graph, children};
 use crate::math::Chain;
 use crate::scene::{Node, NodeId, Scene};
@@ -42,13 +43,13 @@ struct Below {
 
 impl Parts {
     /// Builds every leaf that can be reached and reports everything that is wrong with any node.
-    pub(super) fn build(scene: &Scene, graph: &Graph, accel: &str) -> Result<Parts, Vec<SceneError>> {
+    pub(super) fn build(scene: &Scene, graph: &Graph, choice: Choice) -> Result<Parts, Vec<SceneError>> {
         let mut out = Parts { parts: vec![None; scene.nodes.len()] };
         let mut below = vec![Below::default(); scene.nodes.len()];
         let mut errors = Vec::new();
         for &id in &graph.postorder {
             let node = scene.node(id);
-            match build_leaf(node, id, accel) {
+            match build_leaf(node, id, choice) {
                 Ok(part) => out.parts[id.0 as usize] = part,
                 Err(error) => errors.push(error),
             }
@@ -66,7 +67,7 @@ impl Parts {
     }
 }
 
-fn build_leaf(node: &Node, id: NodeId, accel: &str) -> Result<Option<Part>, SceneError> {
+fn build_leaf(node: &Node, id: NodeId, choice: Choice) -> Result<Option<Part>, SceneError> {
     match node {
         Node::Solid { kind, params } => match (kind.build)(params) {
             Ok(solid) => Ok(Some(Part::Solid { solid, kind: kind.name })),
@@ -75,7 +76,7 @@ fn build_leaf(node: &Node, id: NodeId, accel: &str) -> Result<Option<Part>, Scen
                 Err(SceneError { param: Some(e.param), ..SceneError::at(id, message) })
             }
         },
-        Node::Mesh { mesh, file } => match MeshSolid::new(mesh.clone(), accel) {
+        Node::Mesh { mesh, file } => match MeshSolid::new(mesh.clone(), choice.of(id)) {
             Ok(solid) => Ok(Some(Part::Mesh(Arc::new(solid)))),
             Err(e) => {
                 let name = file.as_deref().unwrap_or("mesh");

@@ -53,6 +53,7 @@ pub(super) struct ObjectInfo {
 pub(crate) struct Level {
     pub placements: Vec<Placed>,
     pub accel: Option<Box<dyn Accelerator>>,
+    pub(super) accel_name: &'static str,
     pub bounds: Aabb,
     /// Number of bodies below, every placement counted.
     pub path_count: u64,

@@ -9,7 +9,7 @@ use crate::accel;
 use crate::compile::{Options, World, compile};
 use crate::math::{Affine, Vec3};
 use crate::ray::{Ray, Span};
-use crate::scene::{Node, Op, Scene};
+use crate::scene::{Node, NodeId, Op, Scene};
 use crate::solid::Value;
 use crate::solid::mesh::TriangleMesh;
 use crate::solid::mesh::shapes::{ball, sheet};
@@ -18,7 +18,7 @@ use crate::testkit::scene::random_scene;
 use crate::trace::Act;
 
 fn world(scene: &Scene, accel: &'static str) -> World {
-    compile(scene, Options { accel }).unwrap_or_else(|e| panic!("{e:?}"))
+    compile(scene, Options { accel: Some(accel) }).unwrap_or_else(|e| panic!("{e:?}"))
 }
 
 fn rays(random: &mut Random, n: usize) -> Vec<Ray> {
@@ -188,6 +188,51 @@ fn traces_are_complete() {
             assert_eq!(cut.steps.len() + cut.left_out as usize, whole.steps.len());
         }
     }
+}
+
+/// Each part is looked through by the structure that it chooses, and no answer depends on it.
+#[test]
+fn parts_choose_their_accelerators() {
+    let mut random = Random::new(16);
+    let plain = crowded_scene(&mut random);
+    let rays = rays(&mut random, 60);
+    let lists = |scene: &Scene, accel| {
+        let world = compile(scene, Options { accel }).expect("it compiles");
+        let mut caster = Caster::new(&world);
+        let mut hits = Vec::new();
+        rays.iter().for_each(|ray| caster.crossings(ray, Span::FORWARD, &mut hits));
+        (hits, caster.take_work())
+    };
+    let (expected, work) = lists(&plain, None);
+    assert!(work.cells == 0 && work.planes == 0, "{work:?}");
+    let chosen = |choose: &dyn Fn(&mut Scene)| {
+        let mut scene = plain.clone();
+        choose(&mut scene);
+        let (hits, work) = lists(&scene, None);
+        assert_same(&hits, &expected, "with choices");
+        let (hits, everywhere) = lists(&scene, Some("bvh"));
+        assert_same(&hits, &expected, "bvh everywhere");
+        assert!(everywhere.cells == 0 && everywhere.planes == 0, "{everywhere:?}");
+        work
+    };
+    let all = |is: fn(&Node) -> bool, name: &'static str| {
+        let nodes = (0..).map(NodeId).zip(&plain.nodes).filter(move |(_, node)| is(node));
+        nodes.map(|(id, _)| (id, name)).collect::<Vec<_>>()
+    };
+    for is in [
+        |n: &Node| matches!(n, Node::Mesh { .. }),
+        |n: &Node| matches!(n, Node::Csg { .. }),
+        |n: &Node| matches!(n, Node::Group { .. }),
+    ] {
+        let work = chosen(&|scene| scene.accels.extend(all(is, "octree")));
+        assert!(work.cells > 5, "{:?} {work:?}", all(is, "octree"));
+        assert!(chosen(&|scene| scene.accels.extend(all(is, "bsp"))).planes > 5);
+    }
+    assert!(chosen(&|scene| scene.accel = Some("octree")).cells > 5);
+    let mut scene = plain.clone();
+    scene.accels.insert(NodeId(0), "tree");
+    let errors = compile(&scene, Options::default()).expect_err("there is no such accelerator");
+    assert!(errors[0].message.contains("'tree'") && errors[0].node == Some(NodeId(0)), "{errors:?}");
 }
 
 /// Structures that list an item in many cells intersect it once.

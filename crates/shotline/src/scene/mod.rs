@@ -4,6 +4,7 @@
 mod motion;
 mod placement;
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 pub use crate::csg::Op;
@@ -85,6 +86,11 @@ pub struct Scene {
     pub camera: Option<Camera>,
     /// The lights, if the scene has any.
     pub lights: Vec<Light>,
+    /// The accelerator of everything that has none of its own, by name (see [`crate::accel::NAMES`]).
+    pub accel: Option<&'static str>,
+    /// Accelerators of single parts: of meshes, of combinations (the outermost counts), and of groups that are
+    /// placed several times; other groups are part of the level around them. No answer depends on them.
+    pub accels: HashMap<NodeId, &'static str>,
     /// How objects move in an animation; at most one for each name.
     pub motions: Vec<Motion>,
 }

@@ -14,7 +14,7 @@ use crate::scene::Scene;
 /// # Panics
 /// Where a rule is broken, with the ray and the answers.
 pub fn hold(scene: &Scene, rays: &[(Ray, Span)]) -> bool {
-    let worlds = accel::NAMES.iter().map(|accel| compile(scene, Options { accel }));
+    let worlds = accel::NAMES.iter().map(|accel| compile(scene, Options { accel: Some(accel) }));
     let worlds: Vec<World> = match worlds.collect() {
         Ok(worlds) => worlds,
         Err(errors) => {
