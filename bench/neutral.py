@@ -73,11 +73,15 @@ def scene(neutral):
     }
 
 
+def scenes():
+    """The module that makes the scenes."""
+    spec = importlib.util.spec_from_file_location("scenes", os.path.join(SHARED, "peers", "scenes.py"))
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
 if __name__ == "__main__":
-    path = os.path.join(SHARED, "peers", "scenes.py")
-    if len(sys.argv) < 2 or not os.path.exists(path):
+    if len(sys.argv) < 2 or not os.path.exists(os.path.join(SHARED, "peers", "scenes.py")):
         sys.exit(__doc__)
-    spec = importlib.util.spec_from_file_location("scenes", path)
-    scenes = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(scenes)
-    json.dump(scene(scenes.make(*sys.argv[1:])), sys.stdout)
+    json.dump(scene(scenes().make(*sys.argv[1:])), sys.stdout)
