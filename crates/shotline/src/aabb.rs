@@ -1,6 +1,6 @@
 //! Axis-aligned boxes and bounding spheres that never lose a point to rounding.
 
-use crate::math::{Affine, HALF_ULP, Vec3, length};
+use crate::math::{Affine, HALF_ULP, Vec3};
 use crate::ray::{Line, Span};
 
 /// An axis-aligned box, closed; infinite where unbounded; `min > max` where empty.
@@ -111,7 +111,7 @@ impl Aabb {
     pub fn bounding_sphere(&self) -> (Vec3, f64) {
         let c = self.centre();
         let reach = (self.max - c).abs().max((c - self.min).abs());
-        (c, length(reach) * (1.0 + 8.0 * HALF_ULP) + c.abs().max_element() * 2.0 * HALF_ULP)
+        (c, reach.length() * (1.0 + 8.0 * HALF_ULP) + c.abs().max_element() * 2.0 * HALF_ULP)
     }
 }
 
@@ -174,20 +174,6 @@ impl BoxRay {
     /// The span this ray was prepared for.
     pub fn span(&self) -> Span {
         self.span
-    }
-
-    /// Along one axis: the origin as far ahead as it can be, and as far behind, and the reciprocal of the direction:
-    /// NaN where the axis cannot cull, infinite where the line is exactly parallel to its planes.
-    pub(crate) fn along(&self, axis: usize) -> (f64, f64, f64) {
-        (self.ahead[axis], self.behind[axis], self.inverse[axis])
-    }
-
-    /// What rounding and the error of the direction do to `t`, relative, on the worst axis; less than 0.51.
-    ///
-    /// Where `t` is in the interval of a box, the point `t` steps from the origin is in the box on every axis that
-    /// can cull, but for the doubt of the origin and twice this share of the step.
-    pub(crate) fn doubt(&self) -> f64 {
-        self.grow - 1.0
     }
 
     /// Whether the planes of an axis are passed in ascending order. Where the axis cannot cull it is no matter.

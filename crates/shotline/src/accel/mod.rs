@@ -226,5 +226,4 @@ registry! {
     grid => |items| Box::new(grid::Grid::build(items.boxes)),
     octree => |items| Box::new(octree::Octree::build(items.boxes)),
     bsp => |items| Box::new(bsp::Bsp::build(items.boxes)),
-    bsp_oblique => |items| Box::new(bsp::Bsp::build_oblique(items.boxes)),
 }

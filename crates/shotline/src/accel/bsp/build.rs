@@ -1,14 +1,14 @@
 //! Building by the surface area heuristic over the edges of all boxes (Wald and Havran 2006, "On building fast
 //! kd-trees for ray tracing, and on doing that in O(N log N)").
 
-use super::{Bsp, MAX_DEPTH, Node, Normal};
+use super::{Bsp, MAX_DEPTH, Node};
 use crate::aabb::Aabb;
 use crate::accel::bounded::{Bounded, around, cut, divide, measure, sort_out};
 
 /// What passing a plane costs, in tests of an item.
-pub(super) const PLANE_COST: f64 = 1.0;
+const PLANE_COST: f64 = 1.0;
 /// How many times an item may be listed, in the mean. It bounds the memory.
-pub(super) const MAX_SPREAD: usize = 8;
+const MAX_SPREAD: usize = 8;
 
 /// A node whose contents are not decided. They may be listed `spare` times more than they are.
 struct Task {
@@ -35,21 +35,16 @@ pub(super) fn build(boxes: &[Aabb]) -> Bsp {
         return tree;
     }
     tree.nodes.push(UNDECIDED);
+    let deepest = (8.0 + 1.3 * (items.len() as f64).log2()) as usize;
     let spare = items.len() * (MAX_SPREAD - 1);
-    let depth = deepest(items.len());
-    let mut tasks = vec![Task { node: 0, bounds, items, depth, spare }];
+    let mut tasks = vec![Task { node: 0, bounds, items, depth: deepest.min(MAX_DEPTH - 1), spare }];
     while let Some(task) = tasks.pop() {
         decide(&mut tree, task, &mut tasks);
     }
     tree
 }
 
-/// How many planes may lie above a leaf, in a tree over so many items.
-pub(super) fn deepest(items: usize) -> usize {
-    ((8.0 + 1.3 * (items as f64).log2()) as usize).min(MAX_DEPTH - 1)
-}
-
-pub(super) const UNDECIDED: Node = Node::Leaf { first: 0, count: 0 };
+const UNDECIDED: Node = Node::Leaf { first: 0, count: 0 };
 
 fn decide(tree: &mut Bsp, task: Task, tasks: &mut Vec<Task>) {
     let Task { node, bounds, items, depth, spare } = task;
@@ -62,7 +57,7 @@ fn decide(tree: &mut Bsp, task: Task, tasks: &mut Vec<Task>) {
         let listed = below.len() + above.len();
         if listed - items.len() <= spare {
             let first = tree.nodes.len();
-            tree.nodes[node] = Node::Plane { normal: Normal::across(axis), first: first as u32, at };
+            tree.nodes[node] = Node::Plane { axis: axis as u8, first: first as u32, at };
             tree.nodes.extend([UNDECIDED; 2]);
             let spare = spare - (listed - items.len());
             for (node, bounds, items) in [(first + 1, high, above), (first, low, below)] {

@@ -7,10 +7,6 @@
 //! and no item is lost between them (see [`BoxRay::earliest`]).
 
 mod build;
-mod normal;
-mod oblique;
-
-use normal::{Normal, Passage};
 
 use super::{Accelerator, Offer, Pending, Visit, Work, words};
 use crate::aabb::{Aabb, BoxRay};
@@ -21,9 +17,9 @@ const MAX_DEPTH: usize = 64;
 /// Space on one side of all planes above it.
 #[derive(Clone, Copy, Debug)]
 enum Node {
-    /// Cut by a plane at `at` along its normal; the two sides are adjacent, the lower first.
+    /// Cut by the plane where a coordinate is `at`; the two sides are adjacent, the lower first.
     Plane {
-        normal: Normal,
+        axis: u8,
         first: u32,
         at: f64,
     },
@@ -57,11 +53,6 @@ impl Bsp {
         build::build(boxes)
     }
 
-    /// With planes across the diagonals too.
-    pub(super) fn build_oblique(boxes: &[Aabb]) -> Bsp {
-        oblique::build(boxes)
-    }
-
     fn items(&self, first: u32, count: u32) -> &[u32] {
         &self.items[first as usize..][..count as usize]
     }
@@ -88,18 +79,12 @@ impl Bsp {
 #[inline]
 fn sides(
     Stretch { enter, exit, .. }: Stretch,
-    (normal, first, at): (Normal, u32, f64),
+    (axis, first, at): (u8, u32, f64),
     ray: &BoxRay,
 ) -> [Option<Stretch>; 2] {
-    let Passage { ascends, behind, before } = match normal.axis() {
-        Some(axis) => Passage {
-            ascends: ray.ascends(axis),
-            behind: ray.earliest(axis, at),
-            before: ray.latest(axis, at),
-        },
-        None => normal.passage(at, ray, (enter, exit)),
-    };
-    let [near, far] = if ascends { [first, first + 1] } else { [first + 1, first] };
+    let axis = usize::from(axis);
+    let (behind, before) = (ray.earliest(axis, at), ray.latest(axis, at));
+    let [near, far] = if ray.ascends(axis) { [first, first + 1] } else { [first + 1, first] };
     [
         (enter <= before).then_some(Stretch {
             node: near,
@@ -127,10 +112,9 @@ impl Accelerator for Bsp {
     /// A part is a node with a plane, and where the ray leaves it.
     fn open(&self, part: u64, t: f64, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
         let (node, exit) = unpack(part);
-        if let Node::Plane { normal, first, at } = self.nodes[node as usize] {
+        if let Node::Plane { axis, first, at } = self.nodes[node as usize] {
             work.planes += 1;
-            for side in
-                sides(Stretch { node, enter: t, exit }, (normal, first, at), ray).into_iter().flatten()
+            for side in sides(Stretch { node, enter: t, exit }, (axis, first, at), ray).into_iter().flatten()
             {
                 self.offer(side, out);
             }
@@ -149,9 +133,9 @@ impl Accelerator for Bsp {
         loop {
             if let Some(stretch) = next.filter(|s| s.enter <= limit) {
                 match self.nodes[stretch.node as usize] {
-                    Node::Plane { normal, first, at } => {
+                    Node::Plane { axis, first, at } => {
                         work.planes += 1;
-                        match sides(stretch, (normal, first, at), ray) {
+                        match sides(stretch, (axis, first, at), ray) {
                             [Some(near), Some(far)] => {
                                 stack[height] = far;
                                 height += 1;
@@ -175,7 +159,9 @@ impl Accelerator for Bsp {
 
     fn describe(&self, part: u64, _ray: &BoxRay) -> String {
         match self.nodes[unpack(part).0 as usize] {
-            Node::Plane { normal, at, .. } => format!("plane {} = {}", normal.words(), words::number(at)),
+            Node::Plane { axis, at, .. } => {
+                format!("plane {} = {}", ["x", "y", "z"][usize::from(axis)], words::number(at))
+            }
             Node::Leaf { count, .. } => format!("leaf of {count}"),
         }
     }
