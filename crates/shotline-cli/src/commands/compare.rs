@@ -46,7 +46,7 @@ Examples:
 /// The size of the picture whose rays are cast and, on the sheet, of each heat map.
 const SIZE: (u32, u32) = (320, 240);
 /// Pictures beside each other on the sheet.
-const COLUMNS: u32 = 3;
+const COLUMNS: u32 = 5;
 /// How long one structure may cast.
 const PATIENCE: Duration = Duration::from_secs(3);
 /// Rays between looks at the clock.
