@@ -176,31 +176,50 @@ impl BoxRay {
         self.span
     }
 
-    /// Whether the planes of an axis are passed in ascending order. Where the axis cannot cull it is no matter.
+    /// How the line passes the planes across an axis.
     #[inline]
-    pub fn ascends(&self, axis: usize) -> bool {
-        self.inverse[axis] >= 0.0
+    pub fn slope(&self, axis: usize) -> Slope {
+        Slope {
+            ahead: self.ahead[axis],
+            behind: self.behind[axis],
+            inverse: self.inverse[axis],
+            shrink: self.shrink,
+            grow: self.grow,
+        }
     }
 
-    /// The first `t` at which the line may be behind the plane where a coordinate is `at`; ascends along the
-    /// line, and never exceeds [`BoxRay::latest`] of the same plane.
+    /// How the line passes the planes where the sum of two coordinates, the second times `sign`, is the same;
+    /// `sign` is 1 or -1.
     ///
-    /// Both are worked out as for the faces of boxes. So where planes cut a box into pieces, and `t` is in the
-    /// interval of the box, then it is in that of a piece: structures that cut space lose nothing.
+    /// At any `t` of a box' interval each nominal coordinate is outside of the box by the origin's error and a
+    /// relative doubt of its way at most. So the two together are by the sums; compared to the way across the
+    /// planes the doubt is large where the line runs along them, and from a quarter on they do not cull.
     #[inline]
-    pub fn earliest(&self, axis: usize, at: f64) -> f64 {
-        let t = (at - self.ahead[axis]) * self.inverse[axis];
-        let t = t * if t > 0.0 { self.shrink } else { self.grow };
-        // NaN, an axis that does not cull, becomes no bound at all.
-        if t > f64::NEG_INFINITY { t } else { f64::NEG_INFINITY }
-    }
-
-    /// The last `t` at which the line may be before that plane.
-    #[inline]
-    pub fn latest(&self, axis: usize, at: f64) -> f64 {
-        let t = (at - self.behind[axis]) * self.inverse[axis];
-        let t = t * if t > 0.0 { self.grow } else { self.shrink };
-        if t < f64::INFINITY { t } else { f64::INFINITY }
+    pub fn oblique_slope(&self, [i, j]: [usize; 2], sign: f64) -> Slope {
+        let (a, b) = (self.d[i], self.d[j] * sign);
+        let (way, both) = (a + b, a.abs() + b.abs());
+        // An ulp for the sum, and something for what is too small for ulps.
+        let margin = f64::MIN_POSITIVE * (1.0 + both);
+        let (i_ends, j_ends) =
+            ((self.ahead[i], self.behind[i]), (self.ahead[j] * sign, self.behind[j] * sign));
+        let high = (i_ends.0.max(i_ends.1) + j_ends.0.max(j_ends.1)).next_up() + margin;
+        let low = (i_ends.0.min(i_ends.1) + j_ends.0.min(j_ends.1)).next_down() - margin;
+        let (ahead, behind) = if way >= 0.0 { (high, low) } else { (low, high) };
+        let doubt = (2.0 * (self.grow - 1.0) + 16.0 * HALF_ULP) * (both / way.abs());
+        let inverse = 1.0 / way;
+        let culls = doubt <= 0.25
+            && !self.inverse[i].is_nan()
+            && !self.inverse[j].is_nan()
+            && inverse.is_finite()
+            && (high - low).is_finite();
+        let relative = 2.0 * doubt + 16.0 * HALF_ULP;
+        Slope {
+            ahead,
+            behind,
+            inverse: if culls { inverse } else { f64::NAN },
+            shrink: 1.0 - relative,
+            grow: 1.0 + relative,
+        }
     }
 
     /// About the coordinate reached at `t`: a first guess, without a bound.
@@ -264,6 +283,45 @@ impl BoxRay {
         let half = (half + doubt) / length;
         let (enter, exit) = ((foot - half).max(self.span.t_min()), (foot + half).min(self.span.t_max()));
         (enter <= exit).then_some(enter)
+    }
+}
+
+/// How a line passes parallel planes.
+#[derive(Clone, Copy, Debug)]
+pub struct Slope {
+    ahead: f64,
+    behind: f64,
+    inverse: f64,
+    shrink: f64,
+    grow: f64,
+}
+
+impl Slope {
+    /// Whether planes are passed in ascending order. Where they cannot cull it is no matter.
+    #[inline]
+    pub fn ascends(&self) -> bool {
+        self.inverse >= 0.0
+    }
+
+    /// The first `t` at which the line may be behind the plane at a height; ascends along the line, and never
+    /// exceeds [`Slope::latest`] of the same plane.
+    ///
+    /// Across an axis both are worked out as for the faces of boxes. So where planes cut a box into pieces, and
+    /// `t` is in the interval of the box, then it is in that of a piece: structures that cut space lose nothing.
+    #[inline]
+    pub fn earliest(&self, at: f64) -> f64 {
+        let t = (at - self.ahead) * self.inverse;
+        let t = t * if t > 0.0 { self.shrink } else { self.grow };
+        // NaN, planes that do not cull, becomes no bound at all.
+        if t > f64::NEG_INFINITY { t } else { f64::NEG_INFINITY }
+    }
+
+    /// The last `t` at which the line may be before that plane.
+    #[inline]
+    pub fn latest(&self, at: f64) -> f64 {
+        let t = (at - self.behind) * self.inverse;
+        let t = t * if t > 0.0 { self.grow } else { self.shrink };
+        if t < f64::INFINITY { t } else { f64::INFINITY }
     }
 }
 

@@ -44,7 +44,7 @@ Examples:
   shotline compare engine.json --rays rays.npy -o work.png";
 
 /// Pictures beside each other on the sheet.
-const COLUMNS: u32 = 3;
+const COLUMNS: u32 = 5;
 /// How long one structure may cast.
 const PATIENCE: Duration = Duration::from_secs(3);
 /// Rays between looks at the clock.

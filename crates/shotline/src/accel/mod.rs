@@ -225,5 +225,6 @@ registry! {
     bvh_spheres => |items| Box::new(bvh::Bvh::spheres(items.boxes)),
     grid => |items| Box::new(grid::Grid::build(items.boxes)),
     octree => |items| Box::new(octree::Octree::build(items.boxes)),
-    bsp => |items| Box::new(bsp::Bsp::build(items.boxes)),
+    bsp => |items| Box::new(bsp::Bsp::<bsp::Axis>::build(items.boxes)),
+    bsp_oblique => |items| Box::new(bsp::Bsp::<bsp::Oblique>::build(items.boxes)),
 }

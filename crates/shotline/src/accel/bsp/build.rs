@@ -1,12 +1,11 @@
 //! Building by the surface area heuristic over the edges of all boxes (Wald and Havran 2006, "On building fast
 //! kd-trees for ray tracing, and on doing that in O(N log N)").
 
+use super::direction::Direction;
 use super::{Bsp, MAX_DEPTH, Node};
 use crate::aabb::Aabb;
-use crate::accel::bounded::{Bounded, around, cut, divide, measure, sort_out};
+use crate::accel::bounded::{Bounded, around, sort_out};
 
-/// What passing a plane costs, in tests of an item.
-const PLANE_COST: f64 = 1.0;
 /// How many times an item may be listed, in the mean. It bounds the memory.
 const MAX_SPREAD: usize = 8;
 
@@ -21,20 +20,20 @@ struct Task {
 
 /// A plane, and what a ray through the node is expected to cost with it, in tests of an item.
 #[derive(Clone, Copy)]
-struct Split {
+struct Split<D> {
     cost: f64,
-    axis: usize,
+    across: D,
     at: f64,
 }
 
-pub(super) fn build(boxes: &[Aabb]) -> Bsp {
+pub(super) fn build<D: Direction>(boxes: &[Aabb]) -> Bsp<D> {
     let (items, unbounded) = sort_out(boxes);
     let bounds = around(&items);
     let mut tree = Bsp { bounds, nodes: Vec::new(), items: Vec::new(), unbounded };
     if items.is_empty() {
         return tree;
     }
-    tree.nodes.push(UNDECIDED);
+    tree.nodes.push(undecided());
     let deepest = (8.0 + 1.3 * (items.len() as f64).log2()) as usize;
     let spare = items.len() * (MAX_SPREAD - 1);
     let mut tasks = vec![Task { node: 0, bounds, items, depth: deepest.min(MAX_DEPTH - 1), spare }];
@@ -44,21 +43,23 @@ pub(super) fn build(boxes: &[Aabb]) -> Bsp {
     tree
 }
 
-const UNDECIDED: Node = Node::Leaf { first: 0, count: 0 };
+fn undecided<D>() -> Node<D> {
+    Node::Leaf { first: 0, count: 0 }
+}
 
-fn decide(tree: &mut Bsp, task: Task, tasks: &mut Vec<Task>) {
+fn decide<D: Direction>(tree: &mut Bsp<D>, task: Task, tasks: &mut Vec<Task>) {
     let Task { node, bounds, items, depth, spare } = task;
     let stay = items.len() as f64;
     if depth > 0
-        && let Some(Split { axis, at, .. }) = best_split(&bounds, &items).filter(|s| s.cost < stay)
+        && let Some(Split { across, at, .. }) = best_split::<D>(&bounds, &items).filter(|s| s.cost < stay)
     {
-        let (low, high) = cut(&bounds, axis, at);
-        let (below, above) = divide(&items, axis, at);
+        let (low, high) = across.cut(&bounds, at);
+        let (below, above) = across.divide(&items, at);
         let listed = below.len() + above.len();
         if listed - items.len() <= spare {
             let first = tree.nodes.len();
-            tree.nodes[node] = Node::Plane { axis: axis as u8, first: first as u32, at };
-            tree.nodes.extend([UNDECIDED; 2]);
+            tree.nodes[node] = Node::Plane { across, first: first as u32, at };
+            tree.nodes.extend([undecided(), undecided()]);
             let spare = spare - (listed - items.len());
             for (node, bounds, items) in [(first + 1, high, above), (first, low, below)] {
                 let spare = spare * items.len() / listed;
@@ -72,16 +73,14 @@ fn decide(tree: &mut Bsp, task: Task, tasks: &mut Vec<Task>) {
 }
 
 /// The cheapest plane through an edge of a box; `None` if there is none inside.
-fn best_split(bounds: &Aabb, items: &[Bounded]) -> Option<Split> {
-    let measure = measure(bounds);
-    let mut best: Option<Split> = None;
-    for axis in 0..3 {
-        let sorted = |end: fn(&Aabb) -> crate::math::Vec3| {
-            let mut ends: Vec<f64> = items.iter().map(|b| end(&b.bounds)[axis]).collect();
-            ends.sort_unstable_by(f64::total_cmp);
-            ends
-        };
-        let (starts, ends) = (sorted(|b| b.min), sorted(|b| b.max));
+fn best_split<D: Direction>(bounds: &Aabb, items: &[Bounded]) -> Option<Split<D>> {
+    let mut best: Option<Split<D>> = None;
+    for &across in D::ALL {
+        let extent = across.extent(bounds);
+        let (mut starts, mut ends): (Vec<f64>, Vec<f64>) =
+            items.iter().map(|b| across.extent(&b.bounds)).unzip();
+        starts.sort_unstable_by(f64::total_cmp);
+        ends.sort_unstable_by(f64::total_cmp);
         // How many begin before the plane, and how many end at or before it.
         let (mut begun, mut ended) = (0, 0);
         while begun < items.len() || ended < items.len() {
@@ -89,14 +88,11 @@ fn best_split(bounds: &Aabb, items: &[Bounded]) -> Option<Split> {
             while ended < items.len() && ends[ended] <= at {
                 ended += 1;
             }
-            if bounds.min[axis] < at && at < bounds.max[axis] {
+            if extent.0 < at && at < extent.1 {
                 let (below, above) = (begun.max(ended), items.len() - ended);
-                let (low, high) = cut(bounds, axis, at);
-                let expected =
-                    (measure(&low) * below as f64 + measure(&high) * above as f64) / measure(bounds);
-                let cost = PLANE_COST + expected;
+                let cost = across.cost(bounds, at, [below, above]);
                 if best.is_none_or(|b| cost < b.cost) {
-                    best = Some(Split { cost, axis, at });
+                    best = Some(Split { cost, across, at });
                 }
             }
             while begun < items.len() && starts[begun] <= at {

@@ -1,12 +1,18 @@
-//! A binary space partition: planes across the axes cut space in two, and again (Kaplan 1985; as a kd-tree by
-//! Havran 2000).
+//! A binary space partition: planes cut space in two, and again (Kaplan 1985; across the axes, as a kd-tree,
+//! Havran 2000), across the axes only or also halfway between two.
 //!
 //! A ray comes to a node with an interval of `t`, and a plane divides the interval; the near side is walked
 //! first. The `t` of a plane has a doubt: the near side keeps all up to the last `t` at which the ray may be
 //! before the plane, the far side begins with the first at which it may be behind. So the two intervals overlap,
-//! and no item is lost between them (see [`BoxRay::earliest`]).
+//! and no item is lost between them (see [`Slope::earliest`](crate::aabb::Slope::earliest)).
 
 mod build;
+mod direction;
+mod oblique;
+
+pub(super) use direction::Axis;
+use direction::Direction;
+pub(super) use oblique::Oblique;
 
 use super::{Accelerator, Offer, Pending, Visit, Work, words};
 use crate::aabb::{Aabb, BoxRay};
@@ -16,10 +22,10 @@ const MAX_DEPTH: usize = 64;
 
 /// Space on one side of all planes above it.
 #[derive(Clone, Copy, Debug)]
-enum Node {
-    /// Cut by the plane where a coordinate is `at`; the two sides are adjacent, the lower first.
+enum Node<D> {
+    /// Cut by the plane at a height along a direction; the two sides are adjacent, the lower first.
     Plane {
-        axis: u8,
+        across: D,
         first: u32,
         at: f64,
     },
@@ -39,17 +45,17 @@ struct Stretch {
 
 /// The tree.
 #[derive(Debug)]
-pub(super) struct Bsp {
+pub(super) struct Bsp<D> {
     bounds: Aabb,
     /// The root is the first. None without items.
-    nodes: Vec<Node>,
+    nodes: Vec<Node<D>>,
     items: Vec<u32>,
     /// Items without finite bounds, proposed first.
     unbounded: Vec<u32>,
 }
 
-impl Bsp {
-    pub(super) fn build(boxes: &[Aabb]) -> Bsp {
+impl<D: Direction> Bsp<D> {
+    pub(super) fn build(boxes: &[Aabb]) -> Bsp<D> {
         build::build(boxes)
     }
 
@@ -77,14 +83,14 @@ impl Bsp {
 
 /// The near and the far side of a plane, as far as the ray comes to them.
 #[inline]
-fn sides(
+fn sides<D: Direction>(
     Stretch { enter, exit, .. }: Stretch,
-    (axis, first, at): (u8, u32, f64),
+    (across, first, at): (D, u32, f64),
     ray: &BoxRay,
 ) -> [Option<Stretch>; 2] {
-    let axis = usize::from(axis);
-    let (behind, before) = (ray.earliest(axis, at), ray.latest(axis, at));
-    let [near, far] = if ray.ascends(axis) { [first, first + 1] } else { [first + 1, first] };
+    let slope = across.slope(ray);
+    let (behind, before) = (slope.earliest(at), slope.latest(at));
+    let [near, far] = if slope.ascends() { [first, first + 1] } else { [first + 1, first] };
     [
         (enter <= before).then_some(Stretch {
             node: near,
@@ -99,7 +105,7 @@ fn sides(
     ]
 }
 
-impl Accelerator for Bsp {
+impl<D: Direction> Accelerator for Bsp<D> {
     fn start(&self, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
         let t = ray.span().t_min();
         out.extend(self.unbounded.iter().map(|&i| Pending { t, what: Offer::Item(i) }));
@@ -112,9 +118,10 @@ impl Accelerator for Bsp {
     /// A part is a node with a plane, and where the ray leaves it.
     fn open(&self, part: u64, t: f64, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
         let (node, exit) = unpack(part);
-        if let Node::Plane { axis, first, at } = self.nodes[node as usize] {
+        if let Node::Plane { across, first, at } = self.nodes[node as usize] {
             work.planes += 1;
-            for side in sides(Stretch { node, enter: t, exit }, (axis, first, at), ray).into_iter().flatten()
+            for side in
+                sides(Stretch { node, enter: t, exit }, (across, first, at), ray).into_iter().flatten()
             {
                 self.offer(side, out);
             }
@@ -133,9 +140,9 @@ impl Accelerator for Bsp {
         loop {
             if let Some(stretch) = next.filter(|s| s.enter <= limit) {
                 match self.nodes[stretch.node as usize] {
-                    Node::Plane { axis, first, at } => {
+                    Node::Plane { across, first, at } => {
                         work.planes += 1;
-                        match sides(stretch, (axis, first, at), ray) {
+                        match sides(stretch, (across, first, at), ray) {
                             [Some(near), Some(far)] => {
                                 stack[height] = far;
                                 height += 1;
@@ -159,9 +166,7 @@ impl Accelerator for Bsp {
 
     fn describe(&self, part: u64, _ray: &BoxRay) -> String {
         match self.nodes[unpack(part).0 as usize] {
-            Node::Plane { axis, at, .. } => {
-                format!("plane {} = {}", ["x", "y", "z"][usize::from(axis)], words::number(at))
-            }
+            Node::Plane { across, at, .. } => format!("plane {} = {}", across.words(), words::number(at)),
             Node::Leaf { count, .. } => format!("leaf of {count}"),
         }
     }

@@ -7,7 +7,7 @@
 //! corner, or by, as near as rounding, all cells there are met.
 //!
 //! No item is lost: planes cut its box into pieces, one in each cell that it is listed in, and a `t` in the
-//! interval of the box is in that of a piece (see [`BoxRay::earliest`]), so in that of the piece's cell.
+//! interval of the box is in that of a piece (see [`Slope::earliest`](crate::aabb::Slope::earliest)), so in that of the piece's cell.
 //!
 //! Each met cell that is not met from the start is reached from one other: the one before it across the plane
 //! that was passed last, and of several passed at the same `t` across that of the highest axis. That one is met
@@ -51,7 +51,7 @@ impl<'a> March<'a> {
     #[inline]
     pub fn new(block: &'a Block, ray: &'a BoxRay) -> Option<March<'a>> {
         let (start, _) = ray.enter_exit(&block.bounds)?;
-        let ascends = [0, 1, 2].map(|axis| ray.ascends(axis));
+        let ascends = [0, 1, 2].map(|axis| ray.slope(axis).ascends());
         Some(March { block, ray, start, ascends, strides: block.strides() })
     }
 
@@ -92,7 +92,7 @@ impl<'a> March<'a> {
             last -= 1;
         }
         let mut first = last;
-        while first > 0 && self.ray.latest(axis, self.plane(axis, first)) >= self.start {
+        while first > 0 && self.ray.slope(axis).latest(self.plane(axis, first)) >= self.start {
             first -= 1;
         }
         (first, last)
@@ -148,12 +148,16 @@ impl<'a> March<'a> {
     #[inline]
     fn side(&self, axis: usize, place: u32, enter: f64) -> Side {
         let behind = self.plane(axis, place + 1);
-        Side { enter, leave: self.ray.earliest(axis, behind), exit: self.ray.latest(axis, behind) }
+        Side {
+            enter,
+            leave: self.ray.slope(axis).earliest(behind),
+            exit: self.ray.slope(axis).latest(behind),
+        }
     }
 
     #[inline]
     fn enters(&self, axis: usize, place: u32) -> f64 {
-        self.ray.earliest(axis, self.plane(axis, place))
+        self.ray.slope(axis).earliest(self.plane(axis, place))
     }
 
     /// The plane before a place.

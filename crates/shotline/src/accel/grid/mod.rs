@@ -201,7 +201,7 @@ impl Accelerator for Grid {
         let counts = self.blocks[block as usize].counts;
         let along = |axis: usize| {
             let i = place[axis];
-            (if ray.ascends(axis) { i } else { counts[axis] - 1 - i }).to_string()
+            (if ray.slope(axis).ascends() { i } else { counts[axis] - 1 - i }).to_string()
         };
         let ([x, y, z], [nx, ny, nz]) = ([0, 1, 2].map(along), counts);
         format!("cell {x},{y},{z} of {nx} x {ny} x {nz} at depth {}", self.depth(block))

@@ -1,0 +1,75 @@
+//! The directions across which planes cut, and the axes among them.
+
+use std::fmt::Debug;
+
+use crate::aabb::{Aabb, BoxRay, Slope};
+use crate::accel::bounded::{self, Bounded, measure};
+
+/// A direction, with heights along it.
+pub(in crate::accel) trait Direction: Copy + Debug + Send + Sync + 'static {
+    /// All directions across which a tree may cut.
+    const ALL: &'static [Self];
+
+    /// The height along it, for people.
+    fn words(self) -> String;
+
+    /// How a ray passes the planes across it.
+    fn slope(self, ray: &BoxRay) -> Slope;
+
+    /// The lowest and the greatest height in a box, rounded outward.
+    fn extent(self, b: &Aabb) -> (f64, f64);
+
+    /// Boxes around the parts of a box below and above a plane, perhaps rounded.
+    fn cut(self, b: &Aabb, at: f64) -> (Aabb, Aabb);
+
+    /// Items below and above a plane, or what of them is.
+    fn divide(self, items: &[Bounded], at: f64) -> (Vec<Bounded>, Vec<Bounded>);
+
+    /// What a ray through a box is expected to cost, in tests of an item, if a plane cuts it and so many items
+    /// are below and above.
+    fn cost(self, b: &Aabb, at: f64, items: [usize; 2]) -> f64;
+}
+
+/// What passing a plane across an axis costs, in tests of an item.
+const PLANE_COST: f64 = 1.0;
+
+/// An axis; heights are coordinates.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::accel) struct Axis(pub u8);
+
+impl Axis {
+    fn index(self) -> usize {
+        self.0.into()
+    }
+}
+
+impl Direction for Axis {
+    const ALL: &'static [Axis] = &[Axis(0), Axis(1), Axis(2)];
+
+    fn words(self) -> String {
+        ["x", "y", "z"][self.index()].to_owned()
+    }
+
+    #[inline]
+    fn slope(self, ray: &BoxRay) -> Slope {
+        ray.slope(self.index())
+    }
+
+    fn extent(self, b: &Aabb) -> (f64, f64) {
+        (b.min[self.index()], b.max[self.index()])
+    }
+
+    fn cut(self, b: &Aabb, at: f64) -> (Aabb, Aabb) {
+        bounded::cut(b, self.index(), at)
+    }
+
+    fn divide(self, items: &[Bounded], at: f64) -> (Vec<Bounded>, Vec<Bounded>) {
+        bounded::divide(items, self.index(), at)
+    }
+
+    fn cost(self, b: &Aabb, at: f64, [below, above]: [usize; 2]) -> f64 {
+        let (low, high) = self.cut(b, at);
+        let measure = measure(b);
+        PLANE_COST + (measure(&low) * below as f64 + measure(&high) * above as f64) / measure(b)
+    }
+}
