@@ -1,6 +1,6 @@
 //! Axis-aligned boxes and bounding spheres that never lose a point to rounding.
 
-use crate::math::{Affine, HALF_ULP, Vec3};
+use crate::math::{Affine, HALF_ULP, Vec3, length};
 use crate::ray::{Line, Span};
 
 /// An axis-aligned box, closed; infinite where unbounded; `min > max` where empty.
@@ -111,7 +111,7 @@ impl Aabb {
     pub fn bounding_sphere(&self) -> (Vec3, f64) {
         let c = self.centre();
         let reach = (self.max - c).abs().max((c - self.min).abs());
-        (c, reach.length() * (1.0 + 8.0 * HALF_ULP) + c.abs().max_element() * 2.0 * HALF_ULP)
+        (c, length(reach) * (1.0 + 8.0 * HALF_ULP) + c.abs().max_element() * 2.0 * HALF_ULP)
     }
 }
 
@@ -380,6 +380,14 @@ mod tests {
             prop_assert!(UNIT.transformed(&t).contains(t.point(p)));
             let (c, r) = UNIT.transformed(&t).bounding_sphere();
             prop_assert!((t.point(p) - c).length() <= r);
+        }
+    }
+
+    #[test]
+    fn tiny_boxes_have_a_sphere_around_them() {
+        for size in [1e-200, 1e-310, 1e160] {
+            let (c, r) = Aabb::new(Vec3::ZERO, Vec3::splat(size)).bounding_sphere();
+            assert!(r >= 0.86 * size && length(c) <= r, "{c} {r}");
         }
     }
 }
