@@ -274,7 +274,13 @@ impl BoxRay {
         let doubt = 32.0 * HALF_ULP * reach + f64::MIN_POSITIVE * (length + 1.0 / length);
         let radius = (radius + pad) * (1.0 + 8.0 * HALF_ULP) + 2.0 * doubt;
         let foot = to.dot(self.d) / squared;
-        let distance = (to - self.d * foot).length();
+        let beside = to - self.d * foot;
+        let distance_squared = beside.length_squared();
+        // Most spheres are missed by far: that needs no root.
+        if radius > 1e-140 && distance_squared > radius * radius * (1.0 + 16.0 * HALF_ULP) {
+            return None;
+        }
+        let distance = distance_squared.sqrt();
         if distance > radius {
             return None;
         }
