@@ -56,10 +56,11 @@ fuzz: ## hostile input for every reader and random combinations, FUZZ_SECONDS=60
 			-- -max_total_time=$(FUZZ_SECONDS) -timeout=5 -rss_limit_mb=2048 -dict=fuzz/json.dict || exit 1; \
 	done
 
-pictures: build ## the pictures of the README again (minutes)
+pictures: build ## the pictures of the README and of the flake again (minutes)
 	for scene in section tori instances quadrics; do \
 		$(SHOTLINE) render scenes/$$scene.json -o docs/pictures/$$scene.png --size 720x540 --samples 48 --lighting soft || exit 1; \
 	done
+	$(SHOTLINE) render scenes/flake.json -o docs/pictures/flake.png --size 640x480 --samples 8
 	$(SHOTLINE) render scenes/section.json -o docs/pictures/section-thickness.png --size 720x540 --samples 16 --look thickness
 
 docs-pictures: build ## the pictures of docs/accelerators.md again, of the bunny where it is

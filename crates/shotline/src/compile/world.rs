@@ -6,7 +6,7 @@ use super::names::{NameId, Names};
 use crate::aabb::Aabb;
 use crate::accel::Accelerator;
 use crate::csg::Program;
-use crate::math::Affine;
+use crate::math::{Affine, Chain};
 use crate::solid::Solid;
 use crate::solid::mesh::MeshSolid;
 
@@ -158,18 +158,39 @@ impl World {
     /// The name of an instance path, as in `world/arm[2]/bolt[0]`; empty for a number not in use.
     pub fn path_name(&self, path: u64) -> String {
         let mut name = String::new();
-        let (mut level, mut rest) = (self.root(), path);
-        while rest < level.path_count {
-            let i = level.placements.partition_point(|p| p.first_path <= rest) - 1;
-            let placed = &level.placements[i];
-            self.names.write(placed.name, &mut name);
-            rest -= placed.first_path;
-            match placed.target {
-                Target::Body(_) => break,
-                Target::Level(next) => level = self.level(next),
-            }
-        }
+        self.way(path).for_each(|placed| self.names.write(placed.name, &mut name));
         name
+    }
+
+    /// The matrix of an instance path, all transforms on the way together: world coordinates from those of what is
+    /// placed. Of a solid or a mesh alone these are its own, of a combination those it is written in if it is shared, else
+    /// those of the group around it. `None` for a number not in use.
+    pub fn path_transform(&self, path: u64) -> Option<Affine> {
+        let way: Vec<&Placed> = self.way(path).collect();
+        let Target::Body(body) = way.last()?.target else { return None };
+        let local = match self.body(body) {
+            Body::Surface(b) => &b.local_from_body,
+            Body::Solid(b) if b.leaves.len() == 1 => &b.leaves[0].local_from_body,
+            Body::Solid(_) => &Affine::IDENTITY,
+        };
+        let down = way.iter().rev().map(|placed| &placed.local_from_parent);
+        let local_from_world = down.fold(Chain::IDENTITY.then(local), |chain, step| chain.then(step));
+        local_from_world.placement().ok().map(|placement| placement.local_from_parent)
+    }
+
+    /// The placements of an instance path, outermost first; none for a number not in use.
+    fn way(&self, path: u64) -> impl Iterator<Item = &Placed> {
+        let (mut level, mut rest) = (Some(self.root()), path);
+        std::iter::from_fn(move || {
+            let here = level.take().filter(|level| rest < level.path_count)?;
+            let i = here.placements.partition_point(|p| p.first_path <= rest) - 1;
+            let placed = &here.placements[i];
+            rest -= placed.first_path;
+            if let Target::Level(next) = placed.target {
+                level = Some(self.level(next));
+            }
+            Some(placed)
+        })
     }
 
     /// The name of a leaf surface: what leaf of its body, by kind and number where there are several, and

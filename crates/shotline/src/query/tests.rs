@@ -1,21 +1,20 @@
 //! Whole worlds: every query agrees with every other, with membership, and with every accelerator.
 
+mod structures;
+
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::batch::{self, Run};
 use super::{Caster, Hit, HitKind, Overlaps, Seed};
-use crate::accel;
 use crate::compile::{Options, World, compile};
 use crate::math::{Affine, Vec3};
 use crate::ray::{Ray, Span};
-use crate::scene::{Node, NodeId, Op, Scene};
+use crate::scene::{Node, Op, Scene};
 use crate::solid::Value;
 use crate::solid::mesh::TriangleMesh;
-use crate::solid::mesh::shapes::{ball, sheet};
 use crate::testkit::random::Random;
 use crate::testkit::scene::random_scene;
-use crate::trace::Act;
 
 fn world(scene: &Scene, accel: &'static str) -> World {
     compile(scene, Options { accel: Some(accel) }).unwrap_or_else(|e| panic!("{e:?}"))
@@ -47,213 +46,41 @@ fn assert_same(a: &[Hit], b: &[Hit], context: &str) {
     assert_eq!(format!("{a:?}"), format!("{b:?}"), "{context}");
 }
 
-/// Everything asked of a ray under every accelerator, held to what `brute` says.
-fn assert_all_accelerators_agree(scene: &Scene, rays: &[Ray], spans: &[Span], context: &str) {
-    let oracle = world(scene, "brute");
-    // Of another accelerator's world too: a seed says where to look first, no more.
-    let mut seeds = [Seed::default(), Seed::default()];
-    for name in accel::NAMES {
-        let other = world(scene, name);
-        let mut caster = Caster::new(&other);
-        for (i, ray) in rays.iter().enumerate() {
-            // Whether the steps are recorded is no matter.
-            if i % 2 == 0 {
-                caster.record(100);
-            }
-            let context = format!("{context}, {name}, {ray:?}");
-            let span = spans[i % spans.len()];
-            let expected = crossings(&oracle, ray, span);
-            let mut list = Vec::new();
-            caster.crossings(ray, span, &mut list);
-            assert_same(&expected, &list, &context);
-            let closest = caster.closest(ray, span);
-            assert_same(&expected[..expected.len().min(1)], closest.as_slice(), &context);
-            let seeded = caster.closest_from(&mut seeds[0], ray, span);
-            assert_same(closest.as_slice(), seeded.as_slice(), &context);
-            assert_eq!(caster.any(ray, span), !expected.is_empty(), "{context}");
-            assert_eq!(caster.any_from(&mut seeds[1], ray, span), !expected.is_empty(), "{context}");
-            assert_eq!(caster.count(ray, span), expected.len() as u64, "{context}");
-            assert_eq!(caster.take_trace().steps.is_empty(), i % 2 == 1);
-        }
-    }
-}
-
+/// What a path's matrix takes to the world is where the ray meets it, through levels in levels.
 #[test]
-fn every_accelerator_gives_the_same_bits() {
-    let mut random = Random::new(3);
-    for case in 0..40 {
-        let scene = random_scene(&mut random);
-        let rays = rays(&mut random, 40);
-        assert_all_accelerators_agree(&scene, &rays, &[Span::FORWARD], &format!("scene {case}"));
-    }
-}
-
-/// A crowd for every structure: many placements of a level of many placements, a body of many leaves, meshes
-/// of many triangles as leaf, operand and surface, and a solid without end. So that items lie in many cells,
-/// they are of all sizes.
-fn crowded_scene(random: &mut Random) -> Scene {
+fn paths_have_matrices() {
+    let mut random = Random::new(17);
     let mut scene = Scene::default();
-    let mesh = |scene: &mut Scene, mesh| scene.add(Node::Mesh { mesh: Arc::new(mesh), file: None });
-    let (ball, sheet) = (mesh(&mut scene, ball(3)), mesh(&mut scene, sheet(6)));
-    let sphere = scene.add_solid("sphere", &[Value::Number(1.0)]).expect("sphere");
-    let block = scene.add_solid("box", &[Value::Vector([-0.5; 3]), Value::Vector([0.5; 3])]).expect("box");
-    let below = [Value::Vector([0.0, 0.0, 1.0]), Value::Number(-0.9)];
-    let ground = scene.add_solid("halfspace", &below).expect("halfspace");
-    let mut placed = |scene: &mut Scene, node, size: f64| {
-        let size = size * random.number(0.2, 2.0);
-        let child = scene.add_transform(Affine::scaling(Vec3::splat(size)), node);
-        scene.add_transform(Affine::translation(random.point(-1.0, 1.0)), child)
-    };
-    let members = (0..24).map(|i| placed(&mut scene, [sphere, block, ball, sheet][i % 4], 0.1)).collect();
-    let crowd = scene.add(Node::Group { members });
-    let members = (0..24).map(|_| placed(&mut scene, crowd, 0.3)).collect();
-    let crowds = scene.add(Node::Group { members });
-    let holes = (0..40).map(|i| placed(&mut scene, [sphere, ball][i % 2], 0.2));
-    let args = [block].into_iter().chain(holes).collect();
-    let sponge = scene.add_csg(Op::Difference, args);
-    let sponge = scene.add(Node::Group { members: vec![sponge, ground] });
-    scene.add_object("crowds", None, crowds);
-    scene.add_object("sponge", None, sponge);
-    scene
-}
-
-#[test]
-fn crowds_are_the_same_to_every_accelerator() {
-    let mut random = Random::new(13);
-    let scene = crowded_scene(&mut random);
-    let rays = rays(&mut random, 300);
-    let spans = [Span::FORWARD, Span::new(0.5, 1.25).expect("an interval")];
-    assert_all_accelerators_agree(&scene, &rays, &spans, "crowds");
-}
-
-/// Rays that go alike are blocked by the same body, and a seed of one scene leads nowhere in another.
-#[test]
-fn seeds_save_the_walk_and_are_harmless_elsewhere() {
-    let mut random = Random::new(15);
-    let crowd = world(&crowded_scene(&mut random), "bvh");
-    let mut caster = Caster::new(&crowd);
-    let mut seed = Seed::default();
-    let fan = |i: u32| {
-        Ray::new(Vec3::new(-8.0, 0.0, 0.0), Vec3::new(1.0, 1e-4 * f64::from(i), 0.0)).expect("a ray")
-    };
-    assert!((0..100).all(|i| caster.any_from(&mut seed, &fan(i), Span::FORWARD)));
-    let work = caster.take_work();
-    assert_eq!(work.seeded, 100);
-    assert!(work.seeded_right > 80, "{work:?}");
-    assert!((0..100).all(|i| caster.any(&fan(i), Span::FORWARD)));
-    assert!(caster.take_work().boxes > 2 * work.boxes, "{work:?}");
-    let small = two_boxes(0, 0.5);
-    let mut caster = Caster::new(&small);
-    for ray in rays(&mut random, 50) {
-        assert_eq!(caster.any_from(&mut seed.clone(), &ray, Span::FORWARD), caster.any(&ray, Span::FORWARD));
+    let ball = scene.add_solid("sphere", &[Value::Number(1.0)]).expect("a sphere");
+    let mut node = ball;
+    for _ in 0..6 {
+        let mut place = |node| {
+            let turn = Affine::rotation_xyz(random.point(-90.0, 90.0));
+            let shrunk = turn.then_after(&Affine::scaling(Vec3::new(0.5, 0.6, 0.7)));
+            scene.add_transform(Affine::translation(random.point(-2.0, 2.0)).then_after(&shrunk), node)
+        };
+        let members = (0..4).map(|_| place(node)).collect();
+        node = scene.add(Node::Group { members });
     }
-}
-
-/// A trace tells every test, every tag and every boundary, and where it is cut how much is missing.
-#[test]
-fn traces_are_complete() {
-    let mut random = Random::new(14);
-    let scene = crowded_scene(&mut random);
-    let rays = rays(&mut random, 100);
-    for name in accel::NAMES {
-        let world = world(&scene, name);
-        let mut caster = Caster::new(&world);
-        for ray in &rays {
-            caster.take_work();
-            caster.record(usize::MAX);
-            let mut hits = Vec::new();
-            caster.crossings(ray, Span::FORWARD, &mut hits);
-            let (whole, work) = (caster.take_trace(), caster.take_work());
-            let (mut tests, mut alone, mut saved, mut boundaries) = (0, 0, 0, 0);
-            for step in &whole.steps {
-                match &step.act {
-                    // Placed alone, perhaps a surface: then it is not counted as a solid.
-                    Act::Test { item } if item == "mesh" => alone += 1,
-                    Act::Test { .. } => tests += 1,
-                    Act::Saved { .. } => saved += 1,
-                    Act::Run { tested, saved: by_tags, .. } => {
-                        tests += tested;
-                        saved += by_tags;
-                    }
-                    Act::Boundary { .. } | Act::Start | Act::End => boundaries += 1,
-                    _ => {}
-                }
-            }
-            assert_eq!((saved, boundaries), (work.tags_saved, hits.len()), "{name}");
-            assert!(tests <= work.solids && work.solids <= tests + alone, "{name}: {tests}, {work:?}");
-            caster.record(10);
-            caster.crossings(ray, Span::FORWARD, &mut hits);
-            let cut = caster.take_trace();
-            assert_eq!(cut.steps, whole.steps[..whole.steps.len().min(10)]);
-            assert_eq!(cut.steps.len() + cut.left_out as usize, whole.steps.len());
+    scene.add_object("tree", None, node);
+    let world = world(&scene, "bvh");
+    let mut caster = Caster::new(&world);
+    let mut met = 0;
+    for path in (0..world.path_count()).step_by(17) {
+        let transform = world.path_transform(path).expect("it is in use");
+        let o = random.direction() * 20.0;
+        let ray = Ray::new(o, transform.point(Vec3::ZERO) - o).expect("a ray");
+        let mut hits = Vec::new();
+        caster.crossings(&ray, Span::FORWARD, &mut hits);
+        let own: Vec<&Hit> = hits.iter().filter(|hit| hit.path == path).collect();
+        assert_eq!(own.len(), 2, "path {path}");
+        for hit in own {
+            let inside = transform.inverse().expect("it has one").point(ray.at(hit.t));
+            assert!((inside.length() - 1.0).abs() < 1e-9, "path {path}: {inside}");
+            met += 1;
         }
     }
-}
-
-/// Each part is looked through by the structure that it chooses, and no answer depends on it.
-#[test]
-fn parts_choose_their_accelerators() {
-    let mut random = Random::new(16);
-    let plain = crowded_scene(&mut random);
-    let rays = rays(&mut random, 60);
-    let lists = |scene: &Scene, accel| {
-        let world = compile(scene, Options { accel }).expect("it compiles");
-        let mut caster = Caster::new(&world);
-        let mut hits = Vec::new();
-        rays.iter().for_each(|ray| caster.crossings(ray, Span::FORWARD, &mut hits));
-        (hits, caster.take_work())
-    };
-    let (expected, work) = lists(&plain, None);
-    assert!(work.cells == 0 && work.planes == 0, "{work:?}");
-    let chosen = |choose: &dyn Fn(&mut Scene)| {
-        let mut scene = plain.clone();
-        choose(&mut scene);
-        let (hits, work) = lists(&scene, None);
-        assert_same(&hits, &expected, "with choices");
-        let (hits, everywhere) = lists(&scene, Some("bvh"));
-        assert_same(&hits, &expected, "bvh everywhere");
-        assert!(everywhere.cells == 0 && everywhere.planes == 0, "{everywhere:?}");
-        work
-    };
-    let all = |is: fn(&Node) -> bool, name: &'static str| {
-        let nodes = (0..).map(NodeId).zip(&plain.nodes).filter(move |(_, node)| is(node));
-        nodes.map(|(id, _)| (id, name)).collect::<Vec<_>>()
-    };
-    for is in [
-        |n: &Node| matches!(n, Node::Mesh { .. }),
-        |n: &Node| matches!(n, Node::Csg { .. }),
-        |n: &Node| matches!(n, Node::Group { .. }),
-    ] {
-        let work = chosen(&|scene| scene.accels.extend(all(is, "octree")));
-        assert!(work.cells > 5, "{:?} {work:?}", all(is, "octree"));
-        assert!(chosen(&|scene| scene.accels.extend(all(is, "bsp"))).planes > 5);
-    }
-    assert!(chosen(&|scene| scene.accel = Some("octree")).cells > 5);
-    let mut scene = plain.clone();
-    scene.accels.insert(NodeId(0), "tree");
-    let errors = compile(&scene, Options::default()).expect_err("there is no such accelerator");
-    assert!(errors[0].message.contains("'tree'") && errors[0].node == Some(NodeId(0)), "{errors:?}");
-}
-
-/// Structures that list an item in many cells intersect it once.
-#[test]
-fn tags_save_tests() {
-    let mut random = Random::new(14);
-    let scene = crowded_scene(&mut random);
-    let rays = rays(&mut random, 100);
-    let work = |name| {
-        let world = world(&scene, name);
-        let mut caster = Caster::new(&world);
-        rays.iter().for_each(|ray| caster.crossings(ray, Span::FORWARD, &mut Vec::new()));
-        caster.take_work()
-    };
-    let most = work("brute").solids;
-    for name in accel::NAMES.iter().filter(|name| **name != "brute") {
-        let work = work(name);
-        assert!(work.solids < most / 4, "{name}: {work:?}, of {most}");
-        let cuts_space = ["grid", "octree", "bsp"].iter().any(|kind| name.starts_with(kind));
-        assert_eq!(work.tags_saved > 0, cuts_space, "{name}: {work:?}");
-    }
+    assert!(met > 400 && world.path_transform(world.path_count()).is_none());
 }
 
 /// Between crossings membership is what `contains` says, and crossings of a path alternate.
