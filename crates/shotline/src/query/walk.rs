@@ -42,10 +42,21 @@ pub(super) struct Meeting {
     placement: u32,
 }
 
-/// What a placement leads to.
-enum Step<'w> {
-    Body(Meeting),
-    Level(Visit<'w>),
+/// The ray in a placement, before what is placed is known to be a body or a level.
+struct Passed {
+    target: Target,
+    line: Line,
+    object: u32,
+    path: u64,
+    visit: u32,
+    placement: u32,
+}
+
+impl Passed {
+    fn into_body(self, body: u32) -> Meeting {
+        let Passed { line, object, path, visit, placement, .. } = self;
+        Meeting { body, line, object, path, visit, placement }
+    }
 }
 
 /// The memory of a walk; reused from ray to ray.
@@ -78,12 +89,10 @@ impl<'w> Walk<'w> {
             let Visit { level, ray, .. } = &self.visits[visit as usize];
             work.boxes += 1;
             ray.enter_exit(&level.placements.get(item as usize)?.bounds)?;
-            match self.step(world, visit, item) {
-                Step::Body(meeting) => return Some(meeting),
-                Step::Level(next) => {
-                    self.visits.push(next);
-                    visit = (self.visits.len() - 1) as u32;
-                }
+            let passed = self.pass(visit, item);
+            match passed.target {
+                Target::Body(body) => return Some(passed.into_body(body)),
+                Target::Level(level) => visit = self.descend(world.level(level), passed),
             }
         }
         None
@@ -115,55 +124,60 @@ impl<'w> Walk<'w> {
                 below.log.add(0, Some(t), || Act::Done { pending: 1 + self.heap.len() });
                 return None;
             }
-            let visit = self.visits[entry.visit as usize];
             if below.log.is_on() {
                 below.log.depth = 1 + self.above(entry.visit).count();
             }
             match entry.what {
                 Offer::Part(part) => {
-                    if let Some(accel) = &visit.level.accel {
-                        below.log.add(0, Some(t), || Act::Open { part: accel.describe(part, &visit.ray) });
-                        accel.open(part, t, &visit.ray, &mut self.offers, &mut below.work);
+                    let Visit { level, ray, .. } = &self.visits[entry.visit as usize];
+                    if let Some(accel) = &level.accel {
+                        below.log.add(0, Some(t), || Act::Open { part: accel.describe(part, ray) });
+                        accel.open(part, t, ray, &mut self.offers, &mut below.work);
                     }
                     self.take_offers(world, entry.visit, below);
                 }
-                Offer::Item(item) => match self.step(world, entry.visit, item) {
-                    Step::Body(meeting) => {
-                        below.log.add(0, Some(t), || Act::EnterBody {
-                            path: world.path_name(meeting.path),
-                            leaves: world.body(meeting.body).leaf_count() as usize,
-                        });
-                        return Some(meeting);
+                Offer::Item(item) => {
+                    let passed = self.pass(entry.visit, item);
+                    match passed.target {
+                        Target::Body(body) => {
+                            below.log.add(0, Some(t), || Act::EnterBody {
+                                path: world.path_name(passed.path),
+                                leaves: world.body(body).leaf_count() as usize,
+                            });
+                            return Some(passed.into_body(body));
+                        }
+                        Target::Level(level) => {
+                            let visit = self.descend(world.level(level), passed);
+                            self.enter(world, visit, t, below);
+                        }
                     }
-                    Step::Level(visit) => {
-                        self.visits.push(visit);
-                        self.enter(world, (self.visits.len() - 1) as u32, t, below);
-                    }
-                },
+                }
             }
         }
         None
     }
 
     /// Passes into a placement of a visited level.
-    fn step(&self, world: &'w World, from: u32, placement: u32) -> Step<'w> {
-        let visit = &self.visits[from as usize];
-        let placed = &visit.level.placements[placement as usize];
-        let line = visit.line.in_frame(&placed.local_from_parent);
-        let object = placed.object.unwrap_or(visit.object);
-        let path = visit.first_path + placed.first_path;
-        match placed.target {
-            Target::Body(body) => Step::Body(Meeting { body, line, object, path, visit: from, placement }),
-            Target::Level(level) => Step::Level(Visit {
-                level: world.level(level),
-                line,
-                ray: BoxRay::new(&line, visit.ray.span()),
-                above: Some((from, placement)),
-                object,
-                first_path: path,
-                first_tag: None,
-            }),
+    fn pass(&self, visit: u32, placement: u32) -> Passed {
+        let above = &self.visits[visit as usize];
+        let placed = &above.level.placements[placement as usize];
+        Passed {
+            target: placed.target,
+            line: above.line.in_frame(&placed.local_from_parent),
+            object: placed.object.unwrap_or(above.object),
+            path: above.first_path + placed.first_path,
+            visit,
+            placement,
         }
+    }
+
+    /// Visits a level, and answers the number of the visit.
+    fn descend(&mut self, level: &'w Level, passed: Passed) -> u32 {
+        let Passed { line, object, path, visit, placement, .. } = passed;
+        let ray = BoxRay::new(&line, self.visits[visit as usize].ray.span());
+        let above = Some((visit, placement));
+        self.visits.push(Visit { level, line, ray, above, object, first_path: path, first_tag: None });
+        (self.visits.len() - 1) as u32
     }
 
     /// A normal in the frame of a body, in world terms: `(T^-1)^T n` on every level of the way up.
