@@ -22,7 +22,8 @@ use crate::{input, interrupt, output};
 /// Compare the accelerators
 ///
 /// Builds the model once for every accelerator, casts the same rays on one thread and prints a table: build time,
-/// memory, time a ray for the closest crossing, how many times as long as the fastest, and what was counted a ray.
+/// memory, time a ray for the closest crossing (the best of five passes), how many times as long as the fastest, and
+/// what was counted a ray.
 /// The rays are those of a picture, or yours. Slow structures are given a few seconds and answer only the first of
 /// them. That all give the same answers is checked, bit for bit.
 #[derive(Args, Debug)]
@@ -47,6 +48,8 @@ Examples:
 const COLUMNS: u32 = 5;
 /// How long one structure may cast.
 const PATIENCE: Duration = Duration::from_secs(3);
+/// The fastest of so many counts, where all of them fit into that.
+const PASSES: u32 = 5;
 /// Rays between looks at the clock.
 const CHUNK: usize = 256;
 
@@ -127,8 +130,21 @@ fn entry(name: &'static str, document: &Document, rays: &[Ray]) -> Result<Entry,
             break;
         }
     }
-    let ns_a_ray = begin.elapsed().as_secs_f64() * 1e9 / answers.t.len().max(1) as f64;
+    let mut seconds = begin.elapsed().as_secs_f64();
+    // The first pass also fetched everything from memory, and whatever else the machine did is in it.
+    for _ in 1..PASSES {
+        if answers.t.len() < rays.len() || begin.elapsed() > PATIENCE {
+            break;
+        }
+        let pass = Instant::now();
+        for chunk in rays.chunks(CHUNK) {
+            batch::closest(&world, chunk, Span::FORWARD, Run { work: None, ..run })
+                .map_err(|e| Failure::new(e.to_string()))?;
+        }
+        seconds = seconds.min(pass.elapsed().as_secs_f64());
+    }
     let work = work.into_inner().unwrap_or_default();
+    let ns_a_ray = seconds * 1e9 / answers.t.len().max(1) as f64;
     Ok(Entry { name, world, build_s, ns_a_ray, work, answers })
 }
 
