@@ -263,30 +263,26 @@ impl BoxRay {
         let to = Vec3::select(self.inverse.is_nan_mask(), Vec3::ZERO, centre - self.ahead);
         let reach = to.abs().element_sum();
         let squared = self.d.length_squared();
-        if !((1e-280..1e280).contains(&squared) && reach < 1e140) {
-            // Squares might vanish or overflow.
-            return Some(self.span.t_min());
-        }
-        let length = squared.sqrt();
         let spread = (self.ahead - self.behind).abs().element_sum();
         let relative = self.grow - 1.0 + 16.0 * HALF_ULP;
         let pad = spread + 2.0 * relative * (reach + radius + spread);
-        let doubt = 32.0 * HALF_ULP * reach + f64::MIN_POSITIVE * (length + 1.0 / length);
+        let doubt = 32.0 * HALF_ULP * reach;
         let radius = (radius + pad) * (1.0 + 8.0 * HALF_ULP) + 2.0 * doubt;
+        if !((1e-280..1e280).contains(&squared) && reach < 1e140 && (1e-140..1e140).contains(&radius)) {
+            // Squares might vanish or overflow.
+            return Some(self.span.t_min());
+        }
         let foot = to.dot(self.d) / squared;
-        let beside = to - self.d * foot;
-        let distance_squared = beside.length_squared();
-        // Most spheres are missed by far: that needs no root.
-        if radius > 1e-140 && distance_squared > radius * radius * (1.0 + 16.0 * HALF_ULP) {
+        // The square of half of what is inside, and more by the rounding of both squares.
+        let within = radius * radius * (1.0 + 32.0 * HALF_ULP) - (to - self.d * foot).length_squared();
+        if within < 0.0 {
             return None;
         }
-        let distance = distance_squared.sqrt();
-        if distance > radius {
-            return None;
-        }
-        // As a product of roots it does not vanish.
-        let half = (radius - distance).sqrt() * (radius + distance).sqrt() * (1.0 + 16.0 * HALF_ULP);
-        let half = (half + doubt) / length;
+        // The direction is no shorter than its longest side: so the least reciprocal bounds that of its length, without
+        // a root. `min` passes over NaN.
+        let inverse = self.inverse.abs();
+        let inverse = inverse.x.min(inverse.y).min(inverse.z) * (1.0 + 8.0 * HALF_ULP);
+        let half = (within / squared).sqrt() * (1.0 + 16.0 * HALF_ULP) + doubt * inverse;
         let (enter, exit) = ((foot - half).max(self.span.t_min()), (foot + half).min(self.span.t_max()));
         (enter <= exit).then_some(enter)
     }
