@@ -250,39 +250,73 @@ impl BoxRay {
         let exit = (exit * self.shrink).max(exit * self.grow).min(self.span.t_max());
         (enter <= exit).then_some((enter, exit))
     }
+}
 
-    /// The first `t` of the span at which the line may be in a sphere, or in any box inside it as
-    /// [`BoxRay::enter_exit`] sees the box; `None` if it passes by all of them.
+/// A line prepared for tests against many spheres of one frame.
+///
+/// A sphere is met wherever [`BoxRay::enter_exit`] meets a box inside it. At any `t` of a box' interval the nominal
+/// point `ahead + t d` is, on each axis that culls, not farther outside of the box than the origin's error and a
+/// relative doubt of the way to its faces: the sphere is padded by as much. Along axes that do not cull it is a
+/// cylinder.
+#[derive(Clone, Copy, Debug)]
+pub struct SphereRay {
+    ahead: Vec3,
+    d: Vec3,
+    /// 1, and 0 for axes that do not cull.
+    culls: Vec3,
+    /// One over the square of the direction's length.
+    inverse_squared: f64,
+    /// At least one over that length.
+    inverse: f64,
+    /// How far the origin's error spreads.
+    spread: f64,
+    /// Twice the relative doubt of the way to a face.
+    doubt: f64,
+    /// Infinite where squares might vanish or overflow, so that everything is met.
+    least: f64,
+    span: Span,
+}
+
+impl SphereRay {
+    /// Prepares what the line is for boxes.
+    pub fn new(ray: &BoxRay) -> SphereRay {
+        let squared = ray.d.length_squared();
+        // The direction is no shorter than its longest side: so the least reciprocal bounds that of its length, without
+        // a root. `min` passes over NaN.
+        let inverse = ray.inverse.abs();
+        SphereRay {
+            ahead: ray.ahead,
+            d: ray.d,
+            culls: Vec3::select(ray.inverse.is_nan_mask(), Vec3::ZERO, Vec3::ONE),
+            inverse_squared: 1.0 / squared,
+            inverse: inverse.x.min(inverse.y).min(inverse.z) * (1.0 + 8.0 * HALF_ULP),
+            spread: (ray.ahead - ray.behind).abs().element_sum(),
+            doubt: 2.0 * (ray.grow - 1.0 + 16.0 * HALF_ULP),
+            least: if (1e-280..1e280).contains(&squared) { 1e-140 } else { f64::INFINITY },
+            span: ray.span,
+        }
+    }
+
+    /// The first `t` of the span at which the line may be in a sphere; `None` if it passes by.
     ///
-    /// At any `t` of a box' interval the nominal point `ahead + t d` is, on each axis that culls, not farther
-    /// outside of the box than the origin's error and a relative doubt of the way to its faces: the sphere is
-    /// padded by as much. Along axes that do not cull it is a cylinder. What rounding does to the foot of the
-    /// centre on the line, and to its distance, is below `doubt`, a length.
+    /// What rounding does to the foot of the centre on the line, and to its distance, is below `doubt`, a length.
     #[inline]
-    pub fn enter_sphere(&self, centre: Vec3, radius: f64) -> Option<f64> {
-        let to = Vec3::select(self.inverse.is_nan_mask(), Vec3::ZERO, centre - self.ahead);
+    pub fn enter(&self, centre: Vec3, radius: f64) -> Option<f64> {
+        let to = (centre - self.ahead) * self.culls;
         let reach = to.abs().element_sum();
-        let squared = self.d.length_squared();
-        let spread = (self.ahead - self.behind).abs().element_sum();
-        let relative = self.grow - 1.0 + 16.0 * HALF_ULP;
-        let pad = spread + 2.0 * relative * (reach + radius + spread);
         let doubt = 32.0 * HALF_ULP * reach;
+        let pad = self.spread + self.doubt * (reach + radius + self.spread);
         let radius = (radius + pad) * (1.0 + 8.0 * HALF_ULP) + 2.0 * doubt;
-        if !((1e-280..1e280).contains(&squared) && reach < 1e140 && (1e-140..1e140).contains(&radius)) {
-            // Squares might vanish or overflow.
+        if !(reach < 1e140 && (self.least..1e140).contains(&radius)) {
             return Some(self.span.t_min());
         }
-        let foot = to.dot(self.d) / squared;
+        let foot = to.dot(self.d) * self.inverse_squared;
         // The square of half of what is inside, and more by the rounding of both squares.
         let within = radius * radius * (1.0 + 32.0 * HALF_ULP) - (to - self.d * foot).length_squared();
         if within < 0.0 {
             return None;
         }
-        // The direction is no shorter than its longest side: so the least reciprocal bounds that of its length, without
-        // a root. `min` passes over NaN.
-        let inverse = self.inverse.abs();
-        let inverse = inverse.x.min(inverse.y).min(inverse.z) * (1.0 + 8.0 * HALF_ULP);
-        let half = (within / squared).sqrt() * (1.0 + 16.0 * HALF_ULP) + doubt * inverse;
+        let half = (within * self.inverse_squared).sqrt() * (1.0 + 16.0 * HALF_ULP) + doubt * self.inverse;
         let (enter, exit) = ((foot - half).max(self.span.t_min()), (foot + half).min(self.span.t_max()));
         (enter <= exit).then_some(enter)
     }

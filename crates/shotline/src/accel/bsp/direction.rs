@@ -1,6 +1,7 @@
 //! The directions across which planes cut, and the axes among them.
 
 use std::fmt::Debug;
+use std::ops::Index;
 
 use crate::aabb::{Aabb, BoxRay, Slope};
 use crate::accel::bounded::{self, Bounded, measure};
@@ -10,11 +11,20 @@ pub(in crate::accel) trait Direction: Copy + Debug + Send + Sync + 'static {
     /// All directions across which a tree may cut.
     const ALL: &'static [Self];
 
+    /// Its place among all.
+    fn place(self) -> usize;
+
     /// The height along it, for people.
     fn words(self) -> String;
 
     /// How a ray passes the planes across it.
     fn slope(self, ray: &BoxRay) -> Slope;
+
+    /// How a ray passes the planes across each direction, by place.
+    type Slopes: Index<usize, Output = Slope>;
+
+    /// Works them out.
+    fn slopes(ray: &BoxRay) -> Self::Slopes;
 
     /// The lowest and the greatest height in a box, rounded outward.
     fn extent(self, b: &Aabb) -> (f64, f64);
@@ -37,34 +47,38 @@ const PLANE_COST: f64 = 1.0;
 #[derive(Clone, Copy, Debug)]
 pub(in crate::accel) struct Axis(pub u8);
 
-impl Axis {
-    fn index(self) -> usize {
-        self.0.into()
-    }
-}
-
 impl Direction for Axis {
     const ALL: &'static [Axis] = &[Axis(0), Axis(1), Axis(2)];
 
-    fn words(self) -> String {
-        ["x", "y", "z"][self.index()].to_owned()
+    #[inline]
+    fn place(self) -> usize {
+        self.0.into()
     }
 
-    #[inline]
+    fn words(self) -> String {
+        ["x", "y", "z"][self.place()].to_owned()
+    }
+
     fn slope(self, ray: &BoxRay) -> Slope {
-        ray.slope(self.index())
+        ray.slope(self.place())
+    }
+
+    type Slopes = [Slope; 3];
+
+    fn slopes(ray: &BoxRay) -> [Slope; 3] {
+        [0, 1, 2].map(|axis| ray.slope(axis))
     }
 
     fn extent(self, b: &Aabb) -> (f64, f64) {
-        (b.min[self.index()], b.max[self.index()])
+        (b.min[self.place()], b.max[self.place()])
     }
 
     fn cut(self, b: &Aabb, at: f64) -> (Aabb, Aabb) {
-        bounded::cut(b, self.index(), at)
+        bounded::cut(b, self.place(), at)
     }
 
     fn divide(self, items: &[Bounded], at: f64) -> (Vec<Bounded>, Vec<Bounded>) {
-        bounded::divide(items, self.index(), at)
+        bounded::divide(items, self.place(), at)
     }
 
     fn cost(self, b: &Aabb, at: f64, [below, above]: [usize; 2]) -> f64 {

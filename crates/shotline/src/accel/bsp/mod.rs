@@ -15,7 +15,7 @@ use direction::Direction;
 pub(super) use oblique::Oblique;
 
 use super::{Accelerator, Offer, Pending, Visit, Work, words};
-use crate::aabb::{Aabb, BoxRay};
+use crate::aabb::{Aabb, BoxRay, Slope};
 
 /// Deeper trees are not built, see `build`; so a walk's stack is an array.
 const MAX_DEPTH: usize = 64;
@@ -83,12 +83,7 @@ impl<D: Direction> Bsp<D> {
 
 /// The near and the far side of a plane, as far as the ray comes to them.
 #[inline]
-fn sides<D: Direction>(
-    Stretch { enter, exit, .. }: Stretch,
-    (across, first, at): (D, u32, f64),
-    ray: &BoxRay,
-) -> [Option<Stretch>; 2] {
-    let slope = across.slope(ray);
+fn sides(Stretch { enter, exit, .. }: Stretch, first: u32, at: f64, slope: &Slope) -> [Option<Stretch>; 2] {
     let (behind, before) = (slope.earliest(at), slope.latest(at));
     let [near, far] = if slope.ascends() { [first, first + 1] } else { [first + 1, first] };
     [
@@ -120,9 +115,8 @@ impl<D: Direction> Accelerator for Bsp<D> {
         let (node, exit) = unpack(part);
         if let Node::Plane { across, first, at } = self.nodes[node as usize] {
             work.planes += 1;
-            for side in
-                sides(Stretch { node, enter: t, exit }, (across, first, at), ray).into_iter().flatten()
-            {
+            let sides = sides(Stretch { node, enter: t, exit }, first, at, &across.slope(ray));
+            for side in sides.into_iter().flatten() {
                 self.offer(side, out);
             }
         }
@@ -134,7 +128,10 @@ impl<D: Direction> Accelerator for Bsp<D> {
             limit = visit(&self.unbounded, work);
         }
         work.boxes += 1;
-        let mut next = self.root(ray);
+        let Some(root) = self.root(ray) else { return };
+        // Worked out once: planes across few directions are passed by the dozen.
+        let slopes = D::slopes(ray);
+        let mut next = Some(root);
         let mut stack = [Stretch::default(); MAX_DEPTH];
         let mut height = 0;
         loop {
@@ -142,7 +139,7 @@ impl<D: Direction> Accelerator for Bsp<D> {
                 match self.nodes[stretch.node as usize] {
                     Node::Plane { across, first, at } => {
                         work.planes += 1;
-                        match sides(stretch, (across, first, at), ray) {
+                        match sides(stretch, first, at, &slopes[across.place()]) {
                             [Some(near), Some(far)] => {
                                 stack[height] = far;
                                 height += 1;

@@ -45,12 +45,26 @@ impl Direction for Oblique {
     }
 
     #[inline]
+    fn place(self) -> usize {
+        usize::from(match self {
+            Oblique::Axis(Axis(i)) => i,
+            Sum(i, j) => 2 + i + j,
+            Difference(i, j) => 5 + i + j,
+        })
+    }
+
     fn slope(self, ray: &BoxRay) -> Slope {
         match self {
             Oblique::Axis(axis) => axis.slope(ray),
             Sum(i, j) => ray.oblique_slope([i.into(), j.into()], 1.0),
             Difference(i, j) => ray.oblique_slope([i.into(), j.into()], -1.0),
         }
+    }
+
+    type Slopes = [Slope; 9];
+
+    fn slopes(ray: &BoxRay) -> [Slope; 9] {
+        std::array::from_fn(|place| Self::ALL[place].slope(ray))
     }
 
     fn extent(self, b: &Aabb) -> (f64, f64) {
@@ -147,6 +161,11 @@ mod tests {
     use crate::math::Vec3;
     use crate::ray::{Line, Span};
     use crate::testkit::random::Random;
+
+    #[test]
+    fn places() {
+        assert!(Oblique::ALL.iter().enumerate().all(|(i, direction)| direction.place() == i));
+    }
 
     #[test]
     fn parts_of_a_box() {

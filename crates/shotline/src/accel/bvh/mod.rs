@@ -30,8 +30,14 @@ pub(super) trait Volume: Copy + PartialEq + Debug + Send + Sync + 'static {
     /// A volume around both.
     fn union(&self, other: &Self) -> Self;
 
+    /// A ray prepared for tests against many of these.
+    type Ray<'r>;
+
+    /// Prepares a ray.
+    fn prepare(ray: &BoxRay) -> Self::Ray<'_>;
+
     /// Where a ray enters it; `None` if it passes by.
-    fn enter(&self, ray: &BoxRay) -> Option<f64>;
+    fn enter(&self, ray: &Self::Ray<'_>) -> Option<f64>;
 
     /// In proportion to the chance of a line to meet it.
     fn area(&self) -> f64;
@@ -49,8 +55,14 @@ impl Volume for Aabb {
         self.union(other)
     }
 
+    type Ray<'r> = &'r BoxRay;
+
+    fn prepare(ray: &BoxRay) -> &BoxRay {
+        ray
+    }
+
     #[inline]
-    fn enter(&self, ray: &BoxRay) -> Option<f64> {
+    fn enter(&self, ray: &&BoxRay) -> Option<f64> {
         ray.enter_exit(self).map(|(enter, _)| enter)
     }
 
@@ -125,7 +137,8 @@ impl<V: Volume> Bvh<V> {
         }
     }
 
-    fn enter(&self, index: u32, ray: &BoxRay) -> Option<f64> {
+    #[inline]
+    fn enter(&self, index: u32, ray: &V::Ray<'_>) -> Option<f64> {
         self.nodes[index as usize].bounds.enter(ray)
     }
 }
@@ -136,7 +149,7 @@ impl<V: Volume> Accelerator for Bvh<V> {
         out.extend(self.unbounded.iter().map(|&i| Pending { t, what: Offer::Item(i) }));
         if !self.nodes.is_empty() {
             work.boxes += 1;
-            if let Some(t) = self.enter(0, ray) {
+            if let Some(t) = self.enter(0, &V::prepare(ray)) {
                 self.offer(0, t, out);
             }
         }
@@ -144,10 +157,10 @@ impl<V: Volume> Accelerator for Bvh<V> {
 
     /// A part is the first of two children.
     fn open(&self, part: u64, t: f64, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
-        let first = part as u32;
+        let (first, ray) = (part as u32, V::prepare(ray));
         work.boxes += 2;
         for child in [first, first + 1] {
-            if let Some(enter) = self.enter(child, ray) {
+            if let Some(enter) = self.enter(child, &ray) {
                 self.offer(child, enter.max(t), out);
             }
         }
@@ -162,7 +175,8 @@ impl<V: Volume> Accelerator for Bvh<V> {
             return;
         }
         work.boxes += 1;
-        let Some(t) = self.enter(0, ray) else { return };
+        let ray = V::prepare(ray);
+        let Some(t) = self.enter(0, &ray) else { return };
         let mut stack = [(0.0, 0); MAX_DEPTH];
         let mut height = 0;
         let mut next = (t, 0);
@@ -174,7 +188,7 @@ impl<V: Volume> Accelerator for Bvh<V> {
                 } else {
                     work.boxes += 2;
                     let (a, b) = (node.first, node.first + 1);
-                    match (self.enter(a, ray), self.enter(b, ray)) {
+                    match (self.enter(a, &ray), self.enter(b, &ray)) {
                         (Some(ta), Some(tb)) => {
                             let (near, far) = if ta <= tb { ((ta, a), (tb, b)) } else { ((tb, b), (ta, a)) };
                             stack[height] = far;

@@ -1,7 +1,7 @@
 //! Spheres instead of boxes: the same trees with another volume. Whitted (1980) began with spheres.
 
 use super::{Bvh, Node, Volume, balanced};
-use crate::aabb::{Aabb, BoxRay};
+use crate::aabb::{Aabb, BoxRay, SphereRay};
 use crate::accel::words;
 use crate::math::{HALF_ULP, Vec3, length};
 
@@ -63,9 +63,15 @@ impl Volume for Sphere {
         Sphere { centre, radius: reach(small).max(reach(large)) }
     }
 
+    type Ray<'r> = SphereRay;
+
+    fn prepare(ray: &BoxRay) -> SphereRay {
+        SphereRay::new(ray)
+    }
+
     #[inline]
-    fn enter(&self, ray: &BoxRay) -> Option<f64> {
-        ray.enter_sphere(self.centre, self.radius)
+    fn enter(&self, ray: &SphereRay) -> Option<f64> {
+        ray.enter(self.centre, self.radius)
     }
 
     fn area(&self) -> f64 {
