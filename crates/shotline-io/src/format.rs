@@ -1,6 +1,7 @@
 //! What a file format declares.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use shotline::solid::mesh::TriangleMesh;
 
@@ -42,11 +43,13 @@ pub enum Reach {
     Anywhere,
 }
 
-/// How the mesh files that a scene names are read, whatever their format.
+/// Where the meshes that a scene names come from.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct MeshSource {
-    pub(crate) read: fn(&Path) -> Result<MeshFile, ReadError>,
-    pub(crate) reach: Reach,
+pub(crate) enum MeshSource<'a> {
+    /// Files, read whatever their format.
+    Files { read: fn(&Path) -> Result<MeshFile, ReadError>, reach: Reach },
+    /// These, named by their number.
+    Given(&'a [Arc<TriangleMesh>]),
 }
 
 /// A mesh as the bytes of a file.

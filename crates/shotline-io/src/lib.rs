@@ -21,6 +21,7 @@ mod format;
 #[cfg(feature = "testkit")]
 pub mod fuzz;
 mod obj;
+mod packed;
 mod ply;
 mod polygon;
 mod registry;
@@ -33,6 +34,7 @@ mod whole;
 pub use document::{Document, Source};
 pub use error::{Place, Problem, ReadError, Snippet, WriteError};
 pub use format::{Format, Reach};
+pub use packed::{Packed, pack};
 pub use registry::{FORMATS, load, load_with, parse_scene, read_mesh};
 pub use save::save;
 pub use scene_json::{scene_schema, write_scene};

@@ -66,7 +66,7 @@ impl Format {
 
     fn read_with(&self, path: &Path, bytes: Vec<u8>, reach: Reach) -> Result<Document, ReadError> {
         match self.content {
-            Content::Scene { read } => read(path, bytes, MeshSource { read: read_mesh_file, reach }),
+            Content::Scene { read } => read(path, bytes, MeshSource::Files { read: read_mesh_file, reach }),
             Content::Mesh { read, .. } => {
                 let found = read(&bytes).map_err(|f| mesh_error(path, &bytes, f))?;
                 Ok(mesh_document(path, found))
@@ -125,6 +125,6 @@ fn most_bytes(path: &Path) -> u64 {
 /// # Errors
 /// [`ReadError`] with everything that is wrong.
 pub fn parse_scene(text: impl Into<String>, folder: Option<&Path>) -> Result<Document, ReadError> {
-    let meshes = MeshSource { read: read_mesh_file, reach: Reach::Folder };
+    let meshes = MeshSource::Files { read: read_mesh_file, reach: Reach::Folder };
     scene_json::parse(text.into(), None, folder, meshes)
 }

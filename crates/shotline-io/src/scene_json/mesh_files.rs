@@ -1,4 +1,4 @@
-//! Mesh files named by a scene: found below the scene's folder, read once each.
+//! The meshes named by a scene: files below the scene's folder, read once each, or those that are at hand.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -6,15 +6,63 @@ use std::sync::Arc;
 
 use shotline::solid::mesh::TriangleMesh;
 
-use crate::format::{MeshSource, Reach};
+use crate::error::ReadError;
+use crate::format::{MeshFile, MeshSource, Reach};
 
 /// The meshes of one scene.
+pub(super) enum Meshes<'a> {
+    Files(MeshFiles),
+    /// These, named by their number.
+    Given(&'a [Arc<TriangleMesh>]),
+}
+
+impl<'a> Meshes<'a> {
+    /// Files are named relative to a folder; without one there are none.
+    pub(super) fn of(folder: Option<&Path>, source: MeshSource<'a>) -> Meshes<'a> {
+        match source {
+            MeshSource::Given(meshes) => Meshes::Given(meshes),
+            MeshSource::Files { read, reach } => Meshes::Files(MeshFiles {
+                folder: folder.map(Into::into),
+                reader: read,
+                reach,
+                read: HashMap::new(),
+                notes: Vec::new(),
+            }),
+        }
+    }
+
+    /// The mesh of a name in the scene.
+    pub(super) fn load(&mut self, name: &str) -> Result<Arc<TriangleMesh>, Refusal> {
+        match self {
+            Meshes::Files(files) => files.load(name),
+            Meshes::Given(meshes) => {
+                let mesh = name.parse().ok().and_then(|i: usize| meshes.get(i).cloned());
+                mesh.ok_or_else(|| Refusal {
+                    why: format!("there is no mesh '{name}'"),
+                    help: format!("{} meshes are given, and named by their numbers from 0", meshes.len()),
+                })
+            }
+        }
+    }
+
+    /// The file of a mesh, if it has one.
+    pub(super) fn file(&self, name: &str) -> Option<String> {
+        matches!(self, Meshes::Files(_)).then(|| name.to_owned())
+    }
+
+    /// What a user may want to know about the files.
+    pub(super) fn into_notes(self) -> Vec<String> {
+        if let Meshes::Files(files) = self { files.notes } else { Vec::new() }
+    }
+}
+
+/// Mesh files.
 pub(super) struct MeshFiles {
     folder: Option<PathBuf>,
-    source: MeshSource,
+    reader: fn(&Path) -> Result<MeshFile, ReadError>,
+    reach: Reach,
     read: HashMap<PathBuf, Result<Arc<TriangleMesh>, Refusal>>,
-    /// What a user may want to know about the files.
-    pub(super) notes: Vec<String>,
+    notes: Vec<String>,
 }
 
 /// Why a mesh file is not used.
@@ -29,18 +77,13 @@ fn refuse<T>(why: impl Into<String>, help: impl Into<String>) -> Result<T, Refus
 }
 
 impl MeshFiles {
-    /// Files named relative to a folder; without one there are none.
-    pub(super) fn of(folder: Option<&Path>, source: MeshSource) -> MeshFiles {
-        MeshFiles { folder: folder.map(Into::into), source, read: HashMap::new(), notes: Vec::new() }
-    }
-
     /// The mesh of a file named as in the scene.
-    pub(super) fn load(&mut self, file: &str) -> Result<Arc<TriangleMesh>, Refusal> {
+    fn load(&mut self, file: &str) -> Result<Arc<TriangleMesh>, Refusal> {
         let path = self.found(file)?;
         if let Some(known) = self.read.get(&path) {
             return known.clone();
         }
-        let mesh = match (self.source.read)(&path) {
+        let mesh = match (self.reader)(&path) {
             Ok(found) => {
                 self.notes.extend(found.note().map(|note| format!("{file}: {note}")));
                 Ok(Arc::new(found.mesh))
@@ -64,7 +107,7 @@ impl MeshFiles {
                 "read the scene from a file",
             );
         };
-        let confined = self.source.reach == Reach::Folder;
+        let confined = self.reach == Reach::Folder;
         let drive = file.as_bytes().get(1) == Some(&b':') && file.as_bytes()[0].is_ascii_alphabetic();
         if confined && (drive || file.starts_with(['/', '\\']) || Path::new(file).is_absolute()) {
             return refuse("the path of this file is absolute", INSIDE);

@@ -17,7 +17,7 @@ mod write;
 use std::path::Path;
 
 use self::keys::{TOP, names};
-use self::mesh_files::MeshFiles;
+use self::mesh_files::Meshes;
 use self::nodes::Graph;
 pub use self::schema::scene_schema;
 use self::tree::ValueId;
@@ -66,7 +66,7 @@ pub(crate) fn parse(
     meshes: MeshSource,
 ) -> Result<Document, ReadError> {
     let mut faults = Faults::default();
-    let document = document(&text, MeshFiles::of(folder, meshes), &mut faults);
+    let document = document(&text, Meshes::of(folder, meshes), &mut faults);
     match document {
         Some((scene, spans, notes)) if faults.is_empty() => {
             Ok(Document { scene, notes, source: Source::text_of(path, text, spans, find_param) })
@@ -77,9 +77,11 @@ pub(crate) fn parse(
 
 type Parts = (shotline::scene::Scene, Vec<std::ops::Range<usize>>, Vec<String>);
 
-fn document(text: &str, meshes: MeshFiles, faults: &mut Faults) -> Option<Parts> {
-    if text.len() as u64 > MAX_BYTES {
-        faults.push(too_large(MAX_BYTES));
+fn document(text: &str, meshes: Meshes, faults: &mut Faults) -> Option<Parts> {
+    // Only what comes from outside is suspected; places in the text are 32 bits wide.
+    let most = if let Meshes::Given(_) = meshes { u32::MAX.into() } else { MAX_BYTES };
+    if text.len() as u64 > most {
+        faults.push(too_large(most));
         return None;
     }
     let (tree, root) = syntax::parse(text, faults)?;
@@ -101,7 +103,7 @@ fn document(text: &str, meshes: MeshFiles, faults: &mut Faults) -> Option<Parts>
     (scene.units, scene.camera, scene.lights) = (units, camera, lights);
     scene.accel = accel;
     scene.motions = motions.into_iter().map(|(motion, _)| motion).collect();
-    Some((scene, spans, meshes.notes))
+    Some((scene, spans, meshes.into_notes()))
 }
 
 fn check_version(values: &mut Values, root: ValueId) {

@@ -11,7 +11,7 @@ use shotline::scene::{Material, Node, NodeId, Op, Scene};
 use shotline::solid::{self, ParamType, Params, Value};
 
 use super::keys::{ACCEL, MESH, MESH_FILE, OBJECT, OPS, PLACEMENT, names};
-use super::mesh_files::MeshFiles;
+use super::mesh_files::Meshes;
 use super::placement;
 use super::tree::{Member, ValueId};
 use super::values::Values;
@@ -23,7 +23,7 @@ pub(super) struct Graph<'r, 't> {
     pub(super) scene: Scene,
     /// Where each node was written.
     pub(super) spans: Vec<Range<usize>>,
-    pub(super) meshes: MeshFiles,
+    pub(super) meshes: Meshes<'r>,
     defs: HashMap<&'r str, NodeId>,
     materials: HashSet<String>,
     unnamed: usize,
@@ -62,7 +62,7 @@ impl<'r, 't> Graph<'r, 't> {
     /// Nothing but materials yet.
     pub(super) fn new(
         values: Values<'r, 't>,
-        meshes: MeshFiles,
+        meshes: Meshes<'r>,
         materials: Vec<(String, Material)>,
     ) -> Graph<'r, 't> {
         Graph {
@@ -298,7 +298,7 @@ impl<'r, 't> Graph<'r, 't> {
         let at = self.values.required(value, "this mesh", MESH_FILE.name)?;
         let file = self.values.text(at, "\"file\"")?;
         match self.meshes.load(file) {
-            Ok(mesh) => Some(Node::Mesh { mesh, file: Some(file.to_string()) }),
+            Ok(mesh) => Some(Node::Mesh { mesh, file: self.meshes.file(file) }),
             Err(refusal) => {
                 self.values.fault(at, refusal.why, refusal.help);
                 None

@@ -1,0 +1,62 @@
+//! Packed scenes answer as what they were packed from, and pack to the same again.
+
+use std::sync::Arc;
+
+use shotline::compile::{Options, compile};
+use shotline::query::Caster;
+use shotline::ray::{Ray, Span};
+use shotline::scene::{Node, Scene};
+use shotline::solid::mesh::TriangleMesh;
+use shotline::testkit::random::Random;
+use shotline::testkit::scene::random_scene;
+use shotline_io::pack;
+
+fn tetrahedron(size: f64) -> Arc<TriangleMesh> {
+    let at = |x: f64, y: f64, z: f64| [x, y, z].map(|c| c * size).into();
+    let vertices = vec![at(0.0, 0.0, 0.0), at(1.0, 0.0, 0.0), at(0.0, 1.0, 0.0), at(0.0, 0.0, 1.0)];
+    Arc::new(TriangleMesh { vertices, faces: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]] })
+}
+
+fn answers(scene: &Scene, rays: &[Ray]) -> String {
+    let world = compile(scene, Options::default()).unwrap();
+    let mut caster = Caster::new(&world);
+    let mut hits = Vec::new();
+    rays.iter().for_each(|ray| caster.crossings(ray, Span::FORWARD, &mut hits));
+    format!("{hits:?}")
+}
+
+#[test]
+fn packed_scenes_answer_the_same() {
+    let mut random = Random::new(31);
+    let mut crossings = 0;
+    for _ in 0..40 {
+        let mut scene = random_scene(&mut random);
+        let small = scene.add(Node::Mesh { mesh: tetrahedron(0.3), file: Some("kept/out.ply".into()) });
+        let large = scene.add(Node::Mesh { mesh: tetrahedron(3.0), file: None });
+        let group = scene.add(Node::Group { members: vec![small, large, small] });
+        scene.add_object("meshes", None, group);
+        let ray = |_| Ray::new(random.direction() * 6.0, random.direction()).unwrap();
+        let rays: Vec<Ray> =
+            (0..60).map(ray).map(|r| Ray::new(r.origin(), r.direction() - r.origin()).unwrap()).collect();
+        let packed = pack(&scene).unwrap();
+        assert_eq!(packed.meshes.len(), 2);
+        let unpacked = packed.clone().unpack().unwrap().scene;
+        assert!(unpacked.nodes.iter().all(|n| !matches!(n, Node::Mesh { file: Some(_), .. })));
+        assert_eq!(pack(&unpacked).unwrap(), packed);
+        let (before, after) = (answers(&scene, &rays), answers(&unpacked, &rays));
+        assert_eq!(before, after);
+        crossings += before.matches("t_err").count();
+    }
+    assert!(crossings > 1000, "{crossings}");
+}
+
+#[test]
+fn meshes_that_are_not_given_are_told() {
+    let mut scene = Scene::default();
+    let mesh = scene.add(Node::Mesh { mesh: tetrahedron(1.0), file: None });
+    scene.add_object("it", None, mesh);
+    let mut packed = pack(&scene).unwrap();
+    packed.meshes.clear();
+    let error = packed.unpack().unwrap_err().to_string();
+    assert!(error.contains("there is no mesh '0'") && error.contains("0 meshes are given"), "{error}");
+}
