@@ -1,0 +1,41 @@
+"""Every crossing of rays with exact solids, in order, entering or exiting.
+
+>>> import shotline
+>>> plate = shotline.Box(min=(-2, -2, 0), max=(2, 2, 1)) - shotline.Cylinder(radius=0.5, z0=0, z1=1)
+>>> scene = shotline.Scene(plate.named("plate"))
+>>> hits = scene.crossings([-4, 0, 0.5], [2, 0, 0])
+>>> hits.t.tolist(), hits.entering.tolist()
+([1.0, 1.75, 2.25, 3.0], [True, False, True, False])
+
+A ray is `o + t d`; `d` is any finite non-zero vector and `t` counts lengths of `d`. Lengths are in the units that the
+scene is written in; nothing is converted. Everything is float64.
+"""
+
+from ._native import __version__
+from .looks import Camera, Light, Material
+from .mesh import Mesh
+from .nodes import Difference, Group, Intersection, Node, Object, Union
+from .results import Closest, Crossings, Segments
+from .scene import Scene, load
+from .solids import *  # noqa: F403
+from .solids import __all__ as _solids
+
+__all__ = [
+    "Camera",
+    "Closest",
+    "Crossings",
+    "Difference",
+    "Group",
+    "Intersection",
+    "Light",
+    "Material",
+    "Mesh",
+    "Node",
+    "Object",
+    "Scene",
+    "Segments",
+    "Union",
+    "__version__",
+    "load",
+    *_solids,
+]

@@ -1,0 +1,114 @@
+"""Triangle meshes from arrays and from what other packages hold."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _native
+from .nodes import Node
+
+
+class Mesh(Node):
+    """A triangle mesh, as a part of a scene.
+
+    `vertices` has shape (n, 3), float64 in the scene's units; `faces` has shape (m, 3), three numbers of vertices each,
+    counter-clockwise seen from outside. Both are copied. Instead of two arrays one object may be given that has
+    `vertices` and `faces` (trimesh), `vertices` and `triangles` (Open3D, also `vertex.positions` and
+    `triangle.indices`), or `points` and `cells_dict` with triangles (meshio).
+
+    A closed mesh is a solid. One that is not has hits, but no inside: combinations, segments and `contains` refuse it.
+    Raises ValueError for faces that name vertices which are not there, for NaN, and for no face at all.
+
+    >>> corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+    >>> mesh = Mesh(corners, [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
+    >>> mesh
+    <Mesh: 4 vertices, 4 faces, closed>
+    """
+
+    __slots__ = ("_native", "_accel")
+
+    def __init__(self, vertices: Any, faces: ArrayLike | None = None, *, accel: str | None = None) -> None:
+        if faces is None:
+            vertices, faces = _of_object(vertices)
+        self._native = _native.Mesh(_points(vertices), _faces(faces))
+        self._accel = accel
+
+    @classmethod
+    def _of_native(cls, native: _native.Mesh, accel: str | None = None) -> Mesh:
+        mesh = cls.__new__(cls)
+        mesh._native, mesh._accel = native, accel
+        return mesh
+
+    @property
+    def vertices(self) -> np.ndarray:
+        """The vertices, (n, 3) float64; a copy."""
+        return self._native.vertices()
+
+    @property
+    def faces(self) -> np.ndarray:
+        """The faces, (m, 3) uint32; a copy."""
+        return self._native.faces()
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether along every edge as many faces run one way as the other, so that the mesh is a solid."""
+        return self._native.is_closed()
+
+    @property
+    def why_open(self) -> str | None:
+        """How many edges are open and where the first is; None for a closed mesh."""
+        return self._native.why_open()
+
+    def _keys(self) -> dict[str, Any]:
+        return {"kind": "mesh"} | ({"accel": self._accel} if self._accel else {})
+
+    def __reduce__(self) -> Any:
+        return _again, (self.vertices, self.faces, self._accel)
+
+    def __repr__(self) -> str:
+        state = "closed" if self.is_closed else "open"
+        return f"<Mesh: {len(self.vertices)} vertices, {len(self.faces)} faces, {state}>"
+
+
+def _again(vertices: np.ndarray, faces: np.ndarray, accel: str | None) -> Mesh:
+    return Mesh(vertices, faces, accel=accel)
+
+
+def _points(vertices: ArrayLike) -> np.ndarray:
+    array = np.require(vertices, np.float64, ["C", "A"])
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"vertices have shape (n, 3), not {array.shape}")
+    return array
+
+
+def _faces(faces: ArrayLike) -> np.ndarray:
+    array = np.asarray(faces)
+    if array.size == 0:
+        array = array.reshape(0, 3).astype(np.uint32)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"faces have shape (m, 3), not {array.shape}; cut polygons into triangles first")
+    if array.dtype.kind not in "iu":
+        raise TypeError(f"faces are numbers of vertices, so integers, not {array.dtype}")
+    if array.size and (array.min() < 0 or array.max() > 0xFFFFFFFF):
+        row = int(np.argmax(((array < 0) | (array > 0xFFFFFFFF)).any(axis=1)))
+        raise ValueError(f"face {row} is {array[row].tolist()}, but vertices are numbered from 0 to 4294967295")
+    return np.require(array, np.uint32, ["C", "A"])
+
+
+def _of_object(source: Any) -> tuple[Any, Any]:
+    """Vertices and triangles of what another package made."""
+    if hasattr(source, "points") and hasattr(source, "cells_dict"):  # meshio
+        cells = source.cells_dict
+        if set(cells) != {"triangle"}:
+            raise ValueError(f"this mesh has cells {sorted(cells)}; only triangles make a surface mesh")
+        return source.points, cells["triangle"]
+    if hasattr(source, "vertices") and hasattr(source, "faces"):  # trimesh
+        return source.vertices, source.faces
+    if hasattr(source, "vertices") and hasattr(source, "triangles"):  # Open3D
+        return np.asarray(source.vertices), np.asarray(source.triangles)
+    if hasattr(source, "vertex") and hasattr(source, "triangle"):  # Open3D's tensors
+        return source.vertex.positions.numpy(), source.triangle.indices.numpy()
+    raise TypeError(f"a mesh takes vertices and faces, or a mesh of another package, not {type(source).__name__}")

@@ -1,0 +1,60 @@
+"""Rays as users hold them, made ready for the core: float64, native byte order, C order; copied only if they are not."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+
+class Rays(NamedTuple):
+    """Checked shapes; the core checks the numbers."""
+
+    shape: tuple[int, ...]
+    count: int
+    origins: np.ndarray
+    directions: np.ndarray | None
+
+
+def floats(values: ArrayLike, what: str) -> np.ndarray:
+    """Real numbers as float64."""
+    array = np.asarray(values)
+    if array.dtype.kind not in "fiub":
+        raise TypeError(f"{what} must be real numbers, not {array.dtype}")
+    return np.require(array, np.float64, ["C", "A"])
+
+
+def points(values: ArrayLike, what: str) -> np.ndarray:
+    """An array of shape (..., 3)."""
+    array = floats(values, what)
+    if array.ndim == 0 or array.shape[-1] != 3:
+        raise ValueError(f"{what} must have shape (..., 3), not {array.shape}")
+    return array
+
+
+def rays(o: ArrayLike, d: ArrayLike | None) -> Rays:
+    """Rays from origins and directions that broadcast against each other, or from both in one array."""
+    if d is None:
+        both = floats(o, "rays")
+        if both.ndim == 0 or both.shape[-1] != 6:
+            raise ValueError(f"without d, o must have shape (..., 6): origin, direction; it has {both.shape}")
+        flat = both.reshape(-1, 6)
+        return Rays(both.shape[:-1], len(flat), flat, None)
+    origins, directions = points(o, "o"), points(d, "d")
+    try:
+        shape = np.broadcast_shapes(origins.shape[:-1], directions.shape[:-1])
+    except ValueError:
+        message = f"o of shape {origins.shape} and d of shape {directions.shape} do not broadcast"
+        raise ValueError(message) from None
+    count = int(np.prod(shape, dtype=np.int64))
+    return Rays(shape, count, _spread(origins, shape, count), _spread(directions, shape, count))
+
+
+def _spread(vectors: np.ndarray, shape: tuple[int, ...], count: int) -> Any:
+    """One vector for all rays, or one for each."""
+    if vectors.size == 3:
+        return vectors.reshape(3)
+    if vectors.shape[:-1] == shape:
+        return vectors.reshape(count, 3)
+    return np.ascontiguousarray(np.broadcast_to(vectors, (*shape, 3))).reshape(count, 3)

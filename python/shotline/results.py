@@ -1,0 +1,189 @@
+"""What queries answer: named tuples of arrays, which print as tables."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+# How many rows of a table are shown at each end.
+SHOWN = 5
+
+
+class _Table:
+    """Columns of one length, with other names for some of them."""
+
+    __slots__ = ()
+    _aliases: dict[str, str] = {}
+
+    def to_dict(self) -> dict[str, np.ndarray]:
+        """The arrays by name; they are not copied."""
+        return self._asdict()  # type: ignore[attr-defined]
+
+    def __getitem__(self, key: Any) -> Any:
+        """By position as any tuple, or by name, also by Open3D's names: `hits["t_hit"]`."""
+        if not isinstance(key, str):
+            return tuple.__getitem__(self, key)  # type: ignore[type-var]
+        name = self._aliases.get(key, key)
+        if name in self._fields or name in self._aliases:  # type: ignore[attr-defined]
+            return getattr(self, name)
+        raise KeyError(f"{key!r}; the names are {', '.join([*self._fields, *self._aliases])}")  # type: ignore[attr-defined]
+
+    def _rows(self) -> tuple[int, list[tuple[str, Any]]]:
+        raise NotImplementedError
+
+    def _heading(self) -> str:
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        count, columns = self._rows()
+        rows = list(range(count)) if count <= 2 * SHOWN + 1 else [*range(SHOWN), *range(count - SHOWN, count)]
+        table = [[name, *(_cell(column[row]) for row in rows)] for name, column in columns]
+        table.insert(0, ["", *map(str, rows)])
+        if len(rows) < count:
+            for column in table:
+                column.insert(1 + SHOWN, "...")
+        widths = [max(map(len, column)) for column in table]
+        lines = ["  ".join(cell.rjust(width) for cell, width in zip(line, widths)) for line in zip(*table)]
+        return "\n".join([self._heading(), *lines])
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, np.ndarray):
+        return "(" + ", ".join(_cell(x) for x in value) + ")"
+    # Adding zero turns -0 into 0.
+    return f"{value + 0.0:.6g}" if isinstance(value, (float, np.floating)) else str(value)
+
+
+class _ClosestFields(NamedTuple):
+    t: np.ndarray
+    normal: np.ndarray
+    object: np.ndarray
+    surface: np.ndarray
+    primitive: np.ndarray
+    path: np.ndarray
+    entering: np.ndarray
+    t_err: np.ndarray
+
+
+class Closest(_Table, _ClosestFields):
+    """The first crossing of each ray; all arrays have the rays' shape (...).
+
+    t: (...) float64, in lengths of the direction; inf for a miss.
+    normal: (..., 3) float64, of unit length, out of the solid, in world coordinates; NaN for a miss and for a ray that
+        begins inside, where there is no surface.
+    object, surface: (...) int32, numbers to be looked up in `scene.object_names` and `scene.surface_name`; -1 for none.
+    primitive: (...) int32, the triangle of a mesh; -1 for none.
+    path: (...) int64, the instance, for `scene.path_name`; -1 for a miss.
+    entering: (...) bool.
+    t_err: (...) float64, a bound on the error of t; NaN for a miss.
+
+    Open3D's names are aliases: `t_hit`, `geometry_ids`, `primitive_ids`, `primitive_normals`.
+    """
+
+    __slots__ = ()
+    _aliases = {"t_hit": "t", "geometry_ids": "object", "primitive_ids": "primitive", "primitive_normals": "normal"}
+
+    t_hit = property(lambda self: self.t)
+    geometry_ids = property(lambda self: self.object)
+    primitive_ids = property(lambda self: self.primitive)
+    primitive_normals = property(lambda self: self.normal)
+
+    def _rows(self) -> tuple[int, list[tuple[str, Any]]]:
+        columns = [(n, c.reshape(-1, 3) if n == "normal" else c.reshape(-1)) for n, c in self._asdict().items()]
+        return self.t.size, columns
+
+    def _heading(self) -> str:
+        return f"closest crossings of rays of shape {self.t.shape}: {int(np.isfinite(self.t).sum())} hit"
+
+
+class _Ragged(_Table):
+    """Rows that belong to rays."""
+
+    __slots__ = ()
+
+    @property
+    def ray_ids(self) -> np.ndarray:
+        """The ray of each row, (rows,) int64."""
+        splits = self.ray_splits  # type: ignore[attr-defined]
+        return np.repeat(np.arange(len(splits) - 1), np.diff(splits))
+
+    def _rows(self) -> tuple[int, list[tuple[str, Any]]]:
+        splits = self.ray_splits  # type: ignore[attr-defined]
+        columns = [(n, c) for n, c in self._asdict().items() if isinstance(c, np.ndarray) and n != "ray_splits"]  # type: ignore[attr-defined]
+        return int(splits[-1]), [("ray", _RayOfRow(splits)), *columns]
+
+
+class _RayOfRow:
+    """The column of `ray_ids`, worked out only where it is looked at."""
+
+    def __init__(self, splits: np.ndarray) -> None:
+        self.splits = splits
+
+    def __getitem__(self, row: int) -> int:
+        return int(np.searchsorted(self.splits, row, side="right")) - 1
+
+
+class _CrossingsFields(NamedTuple):
+    ray_splits: np.ndarray
+    t: np.ndarray
+    normal: np.ndarray
+    entering: np.ndarray
+    object: np.ndarray
+    surface: np.ndarray
+    primitive: np.ndarray
+    path: np.ndarray
+    kind: np.ndarray
+    t_err: np.ndarray
+
+
+class Crossings(_Ragged, _CrossingsFields):
+    """Every crossing of n rays, a row each, grouped by ray, ascending in t, alternating for each path.
+
+    ray_splits: (n + 1,) int64; the rows of ray i are `ray_splits[i]` to `ray_splits[i + 1]`. Rays of several axes are
+        numbered in C order.
+    t, normal, entering, object, surface, primitive, path, t_err: as of `Closest`, (rows,) and (rows, 3).
+    kind: (rows,) int8; 0 a surface, 1 start (the ray begins inside, at t_min), 2 end (it ends inside, at t_max).
+
+    Open3D's names are aliases: `t_hit`, `ray_ids`, `geometry_ids`, `primitive_ids`, `primitive_normals`.
+    """
+
+    __slots__ = ()
+    _aliases = Closest._aliases | {"ray_ids": "ray_ids"}
+
+    t_hit = property(lambda self: self.t)
+    geometry_ids = property(lambda self: self.object)
+    primitive_ids = property(lambda self: self.primitive)
+    primitive_normals = property(lambda self: self.normal)
+
+    def _heading(self) -> str:
+        return f"{len(self.t)} crossings of {len(self.ray_splits) - 1} rays"
+
+
+class _SegmentsFields(NamedTuple):
+    ray_splits: np.ndarray
+    t_in: np.ndarray
+    t_out: np.ndarray
+    length: np.ndarray
+    material: np.ndarray
+    object: np.ndarray
+    path: np.ndarray
+
+
+class Segments(_Ragged, _SegmentsFields):
+    """The stretches of n rays inside objects, a row each, grouped by ray.
+
+    ray_splits: (n + 1,) int64; the rows of ray i are `ray_splits[i]` to `ray_splits[i + 1]`.
+    t_in, t_out: (rows,) float64, in lengths of the direction.
+    length: (rows,) float64, in world units.
+    material: (rows,) int32, for `scene.material_names`; -1 for an object without one.
+    object: (rows,) int32. path: (rows,) int64.
+    """
+
+    __slots__ = ()
+    _aliases = {"ray_ids": "ray_ids", "geometry_ids": "object"}
+
+    geometry_ids = property(lambda self: self.object)
+
+    def _heading(self) -> str:
+        return f"{len(self.t_in)} segments of {len(self.ray_splits) - 1} rays"

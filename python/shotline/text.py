@@ -1,0 +1,145 @@
+"""Scenes as the words of a scene file: the one way in which Python hands a scene over.
+
+A file can name a part only where it is defined, in `defs`. So that is where parts go that stand in several places, that
+have a name, or in which a deep nest is broken, since readers refuse deep ones.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from .mesh import Mesh
+from .nodes import Node, Object, Part, Placed, Solid
+
+# Nodes within nodes before the next is put into `defs`.
+NESTED = 100
+
+
+class Writer:
+    """The nodes of one scene on their way to text."""
+
+    def __init__(self, roots: Sequence[Node]) -> None:
+        self.meshes: list[Mesh] = []
+        self.defs: dict[str, dict[str, Any]] = {}
+        self._order = _inner_first(roots)
+        self._places = _places(roots, self._order)
+        # By the number of a node; nodes live as long as the roots do.
+        self._written: dict[int, dict[str, Any]] = {}
+        self._depth: dict[int, int] = {}
+        self._names: dict[str, Node] = {}
+        for node in self._order:
+            if isinstance(node, Part):
+                self._take(node._name, node)
+        for node in self._order:
+            self._write(node)
+
+    def of(self, node: Node) -> dict[str, Any]:
+        """The words of a root."""
+        return self._written[id(node)]
+
+    def _take(self, name: str, node: Node) -> None:
+        other = self._names.setdefault(name, node)
+        if _named_by(other) is not _named_by(node):
+            raise ValueError(f"two parts are named {name!r}; a name stands for one part")
+
+    def _free_name(self, node: Node) -> str:
+        """A name for a part that needs one: after what it is, since it will show in the names of paths."""
+        word, count = _word(node), 1
+        name = word
+        while name in self._names:
+            count += 1
+            name = f"{word}_{count}"
+        self._names[name] = node
+        return name
+
+    def _write(self, node: Node) -> None:
+        children = [self._written[id(child)] for child in node._children()]
+        depth = 1 + max((self._depth[id(child)] for child in node._children()), default=0)
+        keys = node._keys()
+        if isinstance(node, Mesh):
+            keys["file"] = str(len(self.meshes))
+            self.meshes.append(node)
+        elif isinstance(node, Placed):
+            keys, depth = children[0] | node._placement(), depth - 1
+        elif isinstance(node, Part):
+            keys = children[0]
+        elif isinstance(node, Object):
+            keys["node"] = children[0]
+        elif children:
+            keys["args"] = children
+        if isinstance(node, Part):
+            keys = self._define(node._name, keys)
+        elif not isinstance(node, Placed) and (self._places[id(node)] > 1 or depth > NESTED):
+            keys, depth = self._define(self._free_name(node), keys), 0
+        self._written[id(node)], self._depth[id(node)] = keys, depth
+
+    def _define(self, name: str, keys: dict[str, Any]) -> dict[str, Any]:
+        self.defs.setdefault(name, keys)
+        return {"ref": name}
+
+
+def _named_by(node: Node) -> Node:
+    return node._child if isinstance(node, Part) else node
+
+
+def _word(node: Node) -> str:
+    if isinstance(node, Object):
+        return node.name
+    return node._kind if isinstance(node, Solid) else type(node).__name__.lower()
+
+
+def _is_object(node: Node) -> bool:
+    while isinstance(node, (Part, Placed)):
+        node = node._child
+    return isinstance(node, Object)
+
+
+def _inner_first(roots: Iterable[Node]) -> list[Node]:
+    """Every node once, its children before it. Without recursion: scenes may be deep."""
+    order: list[Node] = []
+    seen: set[int] = set()
+    stack = [(root, False) for root in roots][::-1]
+    while stack:
+        node, opened = stack.pop()
+        if opened:
+            order.append(node)
+        elif id(node) not in seen:
+            seen.add(id(node))
+            stack.append((node, True))
+            stack.extend((child, False) for child in reversed(node._children()))
+    return order
+
+
+def _places(roots: Iterable[Node], inner_first: Sequence[Node]) -> dict[int, int]:
+    """In how many places of the text each node stands. What is placed is written out with its placement, wherever that
+    is; everything else that has several places is written once and referred to."""
+    count: dict[int, int] = {}
+    for root in roots:
+        count[id(root)] = count.get(id(root), 0) + 1
+    for node in reversed(inner_first):
+        places = count[id(node)] if isinstance(node, Placed) else 1
+        for child in node._children():
+            count[id(child)] = count.get(id(child), 0) + places
+    return count
+
+
+def write(
+    roots: Sequence[Node],
+    materials: dict[str, dict[str, Any]],
+    camera: dict[str, Any] | None,
+    lights: list[dict[str, Any]],
+    units: str | None,
+    accel: str | None,
+) -> tuple[str, list[Mesh]]:
+    """The text of a scene, and the meshes it names by their numbers."""
+    writer = Writer(roots)
+    objects = [writer.of(root) if _is_object(root) else {"node": writer.of(root)} for root in roots]
+    document: dict[str, Any] = {"shotline": 1}
+    parts = {"units": units, "defs": writer.defs, "accel": accel, "materials": materials, "camera": camera}
+    document |= {key: value for key, value in parts.items() if value}
+    document["objects"] = objects
+    if lights:
+        document["lights"] = lights
+    return json.dumps(document, allow_nan=False), writer.meshes

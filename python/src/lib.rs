@@ -1,0 +1,33 @@
+//! The native half of the Python package: arrays in, arrays out. Names, shapes and documentation are the business of
+//! the Python half, `python/shotline`.
+
+mod mesh;
+mod rays;
+mod registry;
+mod scene;
+mod waiting;
+
+use std::ffi::OsString;
+
+use pyo3::prelude::*;
+
+/// Runs the command line and answers its exit code.
+#[pyfunction]
+fn main(py: Python, argv: Vec<OsString>) -> u8 {
+    py.detach(|| shotline_cli::main(argv))
+}
+
+#[pymodule]
+mod _native {
+    #[pymodule_export]
+    use super::main;
+    #[pymodule_export]
+    use super::mesh::Mesh;
+    #[pymodule_export]
+    use super::registry::{accelerators, check_solid, compose, kinds};
+    #[pymodule_export]
+    use super::scene::Scene;
+    #[pymodule_export]
+    #[allow(non_upper_case_globals)]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
+}

@@ -1,0 +1,75 @@
+//! Rays read from arrays in place.
+
+use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use shotline::math::Vec3;
+use shotline::ray::{InvalidRay, Ray};
+
+/// Rows of numbers of which each ray takes three for its origin and three for its direction.
+#[derive(Clone, Copy, Debug)]
+pub struct RayRows<'a> {
+    origins: Rows<'a>,
+    directions: Rows<'a>,
+    count: usize,
+}
+
+/// Three numbers a row, a step apart; with a step of 0 all rows are the same.
+#[derive(Clone, Copy, Debug)]
+struct Rows<'a> {
+    numbers: &'a [f64],
+    step: usize,
+}
+
+impl Rows<'_> {
+    #[inline]
+    fn get(&self, row: usize) -> Vec3 {
+        // Whoever made the rows has seen to it that there are so many numbers.
+        self.numbers
+            .get(row * self.step..)
+            .and_then(|rest| rest.first_chunk())
+            .map_or(Vec3::NAN, |&v| v.into())
+    }
+}
+
+impl<'a> RayRows<'a> {
+    /// Origins and directions of shape (n, 3), or (3,) for one that all rays have; or both in one array of shape (n, 6).
+    pub fn new(
+        count: usize,
+        origins: &'a PyReadonlyArrayDyn<f64>,
+        directions: Option<&'a PyReadonlyArrayDyn<f64>>,
+    ) -> PyResult<RayRows<'a>> {
+        let rows = |array: &'a PyReadonlyArrayDyn<f64>| -> PyResult<Rows<'a>> {
+            let numbers = array.as_slice()?;
+            match array.shape() {
+                [3] => Ok(Rows { numbers, step: 0 }),
+                [n, 3] if *n == count => Ok(Rows { numbers, step: 3 }),
+                shape => Err(PyValueError::new_err(format!(
+                    "not an array of {count} points: its shape is {shape:?}"
+                ))),
+            }
+        };
+        match directions {
+            Some(directions) => Ok(RayRows { origins: rows(origins)?, directions: rows(directions)?, count }),
+            None => {
+                let numbers = origins.as_slice()?;
+                if origins.shape() != [count, 6] {
+                    return Err(PyValueError::new_err(format!(
+                        "not an array of {count} rays of six numbers"
+                    )));
+                }
+                let directions = Rows { numbers: numbers.get(3..).unwrap_or_default(), step: 6 };
+                Ok(RayRows { origins: Rows { numbers, step: 6 }, directions, count })
+            }
+        }
+    }
+
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    #[inline]
+    pub fn ray(&self, row: usize) -> Result<Ray, InvalidRay> {
+        Ray::new(self.origins.get(row), self.directions.get(row))
+    }
+}

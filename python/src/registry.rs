@@ -1,0 +1,81 @@
+//! What the core declares, for the Python half to make classes of.
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use shotline::accel;
+use shotline::math::{Affine, Chain};
+use shotline::solid::{self, KINDS, ParamError, ParamType, Params, Value};
+
+/// A parameter: its name, how many numbers it takes, and what it is.
+type Parameter = (&'static str, usize, &'static str);
+
+/// The kinds of solids: name, summary, parameters.
+#[pyfunction]
+pub fn kinds() -> Vec<(&'static str, &'static str, Vec<Parameter>)> {
+    let count = |ty: ParamType| match ty {
+        ParamType::Number => 1,
+        ParamType::Numbers(n) => n,
+    };
+    let parameters =
+        |kind: &solid::Kind| kind.params.iter().map(|p| (p.name, count(p.ty), p.summary)).collect();
+    KINDS.iter().map(|kind| (kind.name, kind.summary, parameters(kind))).collect()
+}
+
+/// Checks the parameters of a solid, given in the order of its kind.
+#[pyfunction]
+pub fn check_solid(kind: &str, values: Vec<Vec<f64>>) -> PyResult<()> {
+    let kind =
+        solid::kind(kind).ok_or_else(|| PyValueError::new_err(format!("there is no solid '{kind}'")))?;
+    let values: Option<Vec<Value>> = values.iter().map(|v| Value::from_numbers(v)).collect();
+    let values = values.ok_or_else(|| PyValueError::new_err("a parameter takes 1, 3 or 10 numbers"))?;
+    match (kind.build)(&Params::of(kind, &values)) {
+        Ok(_) => Ok(()),
+        Err(ParamError { param, why }) => Err(PyValueError::new_err(format!("{param} {why}"))),
+    }
+}
+
+/// The names of the accelerators, and which is the default.
+#[pyfunction]
+pub fn accelerators() -> (Vec<&'static str>, &'static str) {
+    (accel::NAMES.to_vec(), accel::DEFAULT)
+}
+
+/// What a step of a placement takes: a rotation about an axis, or numbers.
+#[derive(FromPyObject)]
+pub enum Amount {
+    About {
+        #[pyo3(item)]
+        axis: [f64; 3],
+        #[pyo3(item)]
+        degrees: f64,
+    },
+    Numbers(Vec<f64>),
+}
+
+/// The matrix of steps, the innermost first: worked out in double-double and rounded once, 12 numbers.
+#[pyfunction]
+pub fn compose(steps: Vec<(String, Amount)>) -> PyResult<[f64; 12]> {
+    let bad = |name: &str| PyValueError::new_err(format!("{name} takes other numbers"));
+    let mut chain = Chain::IDENTITY;
+    for (name, amount) in steps.iter().rev() {
+        let matrix = match (name.as_str(), amount) {
+            (_, Amount::About { axis, degrees }) => Affine::rotation_about((*axis).into(), *degrees),
+            ("transform", Amount::Numbers(n)) => {
+                Affine::from_row_major(n.as_slice().try_into().map_err(|_| bad(name))?)
+            }
+            (_, Amount::Numbers(n)) => {
+                let v = <[f64; 3]>::try_from(n.as_slice()).map_err(|_| bad(name))?.into();
+                match name.as_str() {
+                    "translate" => Affine::translation(v),
+                    "rotate" => Affine::rotation_xyz(v),
+                    "scale" => Affine::scaling(v),
+                    _ => return Err(bad(name)),
+                }
+            }
+        };
+        chain = chain.then(&matrix);
+    }
+    let placement = chain.placement().map_err(|e| PyValueError::new_err(e.to_string()))?;
+    let rows = placement.parent_from_local.rows;
+    Ok(std::array::from_fn(|i| rows[i / 4][i % 4]))
+}

@@ -1,0 +1,274 @@
+//! A compiled scene.
+
+use std::path::PathBuf;
+
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArrayDyn};
+use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+use shotline::accel;
+use shotline::compile::{Options, World, compile};
+use shotline::query::batch::{self, BatchError, ClosestRows, CrossingRows, Run, SegmentRows};
+use shotline::query::{Overlaps, QueryError};
+use shotline::ray::{Ray, Span};
+use shotline_io::{Document, Packed, Reach};
+
+use crate::mesh::Mesh;
+use crate::rays::RayRows;
+use crate::waiting::work;
+
+/// A scene and its world; immutable.
+#[pyclass(frozen, module = "shotline._native")]
+#[derive(Debug)]
+pub struct Scene {
+    document: Document,
+    world: World,
+}
+
+/// What is asked: how many rays, origins, directions, `t_min`, `t_max`, threads, and what is told of progress.
+#[derive(FromPyObject)]
+struct Ask<'py>(
+    usize,
+    PyReadonlyArrayDyn<'py, f64>,
+    Option<PyReadonlyArrayDyn<'py, f64>>,
+    f64,
+    f64,
+    usize,
+    Option<Bound<'py, PyAny>>,
+);
+
+impl Ask<'_> {
+    /// The answer of a query over all rays.
+    fn answer<T: Send>(
+        &self,
+        py: Python,
+        query: impl FnOnce(&[Ray], Span, Run) -> Result<T, BatchError> + Send,
+    ) -> PyResult<T> {
+        let Ask(count, origins, directions, t_min, t_max, threads, progress) = self;
+        let span = Span::new(*t_min, *t_max).map_err(|e| PyValueError::new_err(e.to_string()))?;
+        let rows = RayRows::new(*count, origins, directions.as_ref())?;
+        let bad =
+            |row: usize, why: &dyn std::fmt::Display| PyValueError::new_err(format!("ray {row}: {why}"));
+        let rays: Vec<Ray> =
+            (0..rows.len()).map(|row| rows.ray(row).map_err(|e| bad(row, &e))).collect::<Result<_, _>>()?;
+        work(py, *count, *threads, progress.as_ref(), |run| query(&rays, span, run))?.map_err(failure)
+    }
+}
+
+/// What a batch ends with as an exception.
+fn failure(error: BatchError) -> PyErr {
+    PyValueError::new_err(match &error {
+        BatchError::TooMany { .. } => {
+            format!("{error}; cast fewer rays at a time, or ask for closest or count")
+        }
+        BatchError::World(error) | BatchError::Query { error, .. } => format!("{error}; {}", help(error)),
+        BatchError::Cancelled => error.to_string(),
+    })
+}
+
+/// What to do about it.
+fn help(error: &QueryError) -> &'static str {
+    match error {
+        QueryError::NotASolid { .. } => {
+            "close the mesh (`shotline check` lists its defects) or ask for crossings"
+        }
+        QueryError::Overlap { .. } => {
+            "give one of them a higher priority, or choose overlaps=\"priority\" or \"all\""
+        }
+        QueryError::TooMany { .. } => {
+            "take a part of the ray with t_min and t_max, or ask for closest or count"
+        }
+    }
+}
+
+/// Rows of three numbers as an array.
+fn vectors(py: Python, rows: Vec<[f64; 3]>) -> PyResult<Bound<PyArray2<f64>>> {
+    let count = rows.len();
+    rows.into_flattened().into_pyarray(py).reshape([count, 3])
+}
+
+fn options(accel: Option<&str>) -> PyResult<Options> {
+    let Some(name) = accel else { return Ok(Options::default()) };
+    let known = accel::NAMES.iter().copied().find(|known| *known == name);
+    let known = known.ok_or_else(|| {
+        PyValueError::new_err(format!(
+            "there is no accelerator {name:?}; the names are {}",
+            accel::NAMES.join(", ")
+        ))
+    })?;
+    Ok(Options { accel: Some(known) })
+}
+
+impl Scene {
+    fn of(py: Python, document: Document, accel: Option<&str>) -> PyResult<Scene> {
+        let options = options(accel)?;
+        let world = py.detach(|| compile(&document.scene, options));
+        let world = world.map_err(|errors| PyValueError::new_err(document.explain(&errors).to_string()))?;
+        Ok(Scene { document, world })
+    }
+}
+
+#[pymethods]
+impl Scene {
+    /// From the words of a scene file, and the meshes it names by number.
+    #[staticmethod]
+    fn parse(py: Python, text: String, meshes: Vec<PyRef<Mesh>>, accel: Option<&str>) -> PyResult<Scene> {
+        let packed = Packed { text, meshes: meshes.iter().map(|m| m.mesh.clone()).collect() };
+        let document = py.detach(|| packed.unpack()).map_err(|e| PyValueError::new_err(e.to_string()))?;
+        Scene::of(py, document, accel)
+    }
+
+    /// From a file, and what a user may want to know about it.
+    #[staticmethod]
+    fn load(
+        py: Python,
+        path: PathBuf,
+        accel: Option<&str>,
+        allow_outside: bool,
+    ) -> PyResult<(Scene, Vec<String>)> {
+        let reach = if allow_outside { Reach::Anywhere } else { Reach::Folder };
+        let document = py.detach(|| shotline_io::load_with(&path, reach));
+        let document = document.map_err(|e| PyValueError::new_err(e.to_string()))?;
+        let notes = document.notes.clone();
+        Ok((Scene::of(py, document, accel)?, notes))
+    }
+
+    /// Writes a file, and answers what was lost.
+    fn save(&self, py: Python, path: PathBuf) -> PyResult<Vec<String>> {
+        let notes = py.detach(|| shotline_io::save(&path, &self.document.scene));
+        notes.map_err(|e| PyValueError::new_err(e.to_string()))
+    }
+
+    /// The words of a scene file, and the meshes it names by number.
+    fn pack(&self, py: Python) -> PyResult<(String, Vec<Mesh>)> {
+        let packed = py.detach(|| shotline_io::pack(&self.document.scene));
+        let Packed { text, meshes } = packed.map_err(|e| PyValueError::new_err(e.to_string()))?;
+        Ok((text, meshes.into_iter().map(Mesh::of).collect::<PyResult<_>>()?))
+    }
+
+    fn object_names(&self) -> Vec<String> {
+        self.world.object_names().to_vec()
+    }
+
+    fn material_names(&self) -> Vec<String> {
+        self.world.material_names().to_vec()
+    }
+
+    fn surface_name(&self, surface: u32) -> PyResult<String> {
+        named(self.world.surface_name(surface), "surface")
+    }
+
+    fn path_name(&self, path: u64) -> PyResult<String> {
+        named(self.world.path_name(path), "path")
+    }
+
+    /// The matrix of a path, 12 numbers.
+    fn path_transform(&self, path: u64) -> PyResult<[f64; 12]> {
+        let matrix = self.world.path_transform(path).ok_or_else(|| no_such("path"))?;
+        Ok(std::array::from_fn(|i| matrix.rows[i / 4][i % 4]))
+    }
+
+    fn path_count(&self) -> u64 {
+        self.world.path_count()
+    }
+
+    /// The least and the greatest corner.
+    fn bounds(&self) -> ([f64; 3], [f64; 3]) {
+        let bounds = self.world.bounds();
+        (bounds.min.to_array(), bounds.max.to_array())
+    }
+
+    fn stats<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let stats = self.world.stats();
+        let out = PyDict::new(py);
+        out.set_item("nodes", stats.nodes)?;
+        out.set_item("objects", stats.objects)?;
+        out.set_item("leaves", stats.leaves)?;
+        out.set_item("virtual_leaves", stats.virtual_leaves)?;
+        out.set_item("memory_bytes", stats.memory_bytes)?;
+        out.set_item("condition", stats.condition)?;
+        Ok(out)
+    }
+
+    fn closest<'py>(&self, py: Python<'py>, ask: Ask<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let rows = ask.answer(py, |rays, span, run| batch::closest(&self.world, rays, span, run))?;
+        let ClosestRows { t, normal, object, surface, primitive, path, entering, t_err } = rows;
+        (
+            t.into_pyarray(py),
+            vectors(py, normal)?,
+            object.into_pyarray(py),
+            surface.into_pyarray(py),
+            primitive.into_pyarray(py),
+            path.into_pyarray(py),
+            entering.into_pyarray(py),
+            t_err.into_pyarray(py),
+        )
+            .into_pyobject(py)
+    }
+
+    fn any<'py>(&self, py: Python<'py>, ask: Ask<'py>) -> PyResult<Bound<'py, PyArray1<bool>>> {
+        let rows = ask.answer(py, |rays, span, run| batch::any(&self.world, rays, span, run))?;
+        Ok(rows.into_pyarray(py))
+    }
+
+    fn count<'py>(&self, py: Python<'py>, ask: Ask<'py>) -> PyResult<Bound<'py, PyArray1<i64>>> {
+        let rows = ask.answer(py, |rays, span, run| batch::count(&self.world, rays, span, run))?;
+        Ok(rows.into_pyarray(py))
+    }
+
+    fn crossings<'py>(&self, py: Python<'py>, ask: Ask<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let rows = ask.answer(py, |rays, span, run| batch::crossings(&self.world, rays, span, run))?;
+        let CrossingRows { ray_splits, t, normal, entering, object, surface, primitive, path, kind, t_err } =
+            rows;
+        (
+            ray_splits.into_pyarray(py),
+            t.into_pyarray(py),
+            vectors(py, normal)?,
+            entering.into_pyarray(py),
+            object.into_pyarray(py),
+            surface.into_pyarray(py),
+            primitive.into_pyarray(py),
+            path.into_pyarray(py),
+            kind.into_pyarray(py),
+            t_err.into_pyarray(py),
+        )
+            .into_pyobject(py)
+    }
+
+    fn segments<'py>(&self, py: Python<'py>, ask: Ask<'py>, overlaps: &str) -> PyResult<Bound<'py, PyTuple>> {
+        let overlaps = policy(overlaps)?;
+        let rows =
+            ask.answer(py, |rays, span, run| batch::segments(&self.world, rays, span, overlaps, run))?;
+        let SegmentRows { ray_splits, t_in, t_out, length, material, object, path, overlaps } = rows;
+        (
+            ray_splits.into_pyarray(py),
+            t_in.into_pyarray(py),
+            t_out.into_pyarray(py),
+            length.into_pyarray(py),
+            material.into_pyarray(py),
+            object.into_pyarray(py),
+            path.into_pyarray(py),
+            overlaps,
+        )
+            .into_pyobject(py)
+    }
+}
+
+fn policy(name: &str) -> PyResult<Overlaps> {
+    match name {
+        "error" => Ok(Overlaps::Error),
+        "priority" => Ok(Overlaps::Priority),
+        "all" => Ok(Overlaps::All),
+        _ => Err(PyValueError::new_err(format!(
+            "overlaps is {name:?}, but must be \"error\", \"priority\" or \"all\""
+        ))),
+    }
+}
+
+fn no_such(what: &str) -> PyErr {
+    PyIndexError::new_err(format!("the scene has no such {what}"))
+}
+
+fn named(name: String, what: &str) -> PyResult<String> {
+    if name.is_empty() { Err(no_such(what)) } else { Ok(name) }
+}
