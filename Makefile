@@ -11,7 +11,7 @@ SHOTLINE := $(abspath $(or $(CARGO_TARGET_DIR),target))/release/shotline
 VENV := .venv
 export SHOTLINE
 
-.PHONY: help build demo test truth soak bench fuzz pictures docs-pictures clean
+.PHONY: help build demo test package truth soak bench fuzz pictures docs-pictures clean
 .NOTPARALLEL:
 
 help: ## this list
@@ -27,9 +27,16 @@ test: $(VENV)/ready ## format, lints, documentation, tests of the libraries and 
 	$(CARGO) fmt --check
 	$(CARGO) clippy --workspace --all-targets --all-features -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --no-deps --all-features
-	$(CARGO) test --workspace --all-features
+	$(CARGO) test --workspace --exclude shotline-python --all-features
 	$(CARGO) build --release
-	$(VENV)/bin/python -m pytest -q -p no:cacheprovider tests
+	$(MAKE) package
+	$(VENV)/bin/ruff format --check
+	$(VENV)/bin/ruff check
+	$(VENV)/bin/mypy
+	$(VENV)/bin/python -m pytest -q -p no:cacheprovider tests python/tests
+
+package: $(VENV)/ready ## the Python package, into .venv
+	PATH="$(abspath $(VENV))/bin:$$PATH" pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --force-reinstall .
 
 ifneq ($(wildcard $(SHARED)/truth/run.py),)
 truth: build $(VENV)/ready ## score the program against the full truth sets, where they are

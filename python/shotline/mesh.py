@@ -28,7 +28,7 @@ class Mesh(Node):
     <Mesh: 4 vertices, 4 faces, closed>
     """
 
-    __slots__ = ("_native", "_accel")
+    __slots__ = ("_accel", "_native")
 
     def __init__(self, vertices: Any, faces: ArrayLike | None = None, *, accel: str | None = None) -> None:
         if faces is None:

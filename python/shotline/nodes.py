@@ -33,13 +33,13 @@ class Node:
     __slots__ = ()
 
     def __or__(self, other: Node) -> Union:
-        return _combined(Union, self, other)
+        return Union(*_chain(Union, self, other)) if isinstance(other, Node) else NotImplemented
 
     def __and__(self, other: Node) -> Intersection:
-        return _combined(Intersection, self, other)
+        return Intersection(*_chain(Intersection, self, other)) if isinstance(other, Node) else NotImplemented
 
     def __sub__(self, other: Node) -> Difference:
-        return _combined(Difference, self, other)
+        return Difference(*_chain(Difference, self, other)) if isinstance(other, Node) else NotImplemented
 
     def translate(self, *offset: Any) -> Placed:
         """Move by an offset, given as three numbers or as one vector.
@@ -151,12 +151,12 @@ class Solid(Node):
 
 
 class _Several(Node):
-    __slots__ = ("_args", "_accel")
+    __slots__ = ("_accel", "_args")
     _op = ""
 
     def __init__(self, *args: Node | Iterable[Node], accel: str | None = None) -> None:
         if len(args) == 1 and not isinstance(args[0], Node):
-            args = tuple(args[0])  # type: ignore[arg-type]
+            args = tuple(args[0])
         if not args:
             raise ValueError(f"{type(self).__name__} needs at least one part")
         self._args: tuple[Node, ...] = tuple(_checked(arg) for arg in args)
@@ -209,18 +209,17 @@ class Group(_Several):
     _op = "group"
 
 
-def _combined(kind: type, left: Any, right: Any) -> Any:
-    if not isinstance(right, Node):
-        return NotImplemented
-    # Chains are one operation of many parts: ((a - b) - c) - d.
-    parts = left._args if type(left) is kind and left._accel is None else (left,)
-    return kind(*parts, right)
+def _chain(kind: type[_Several], left: Node, right: Node) -> tuple[Node, ...]:
+    """The parts of a combination: chains are one operation of many parts, ((a - b) - c) - d."""
+    if type(left) is kind and isinstance(left, _Several) and left._accel is None:
+        return (*left._args, right)
+    return (left, right)
 
 
 class Placed(Node):
     """A node with a placement: what `translate`, `rotate`, `scale` and `transform` return."""
 
-    __slots__ = ("_steps", "_child")
+    __slots__ = ("_child", "_steps")
 
     def __init__(self, steps: tuple[tuple[str, Any], ...], child: Node) -> None:
         # The innermost step is the first.
@@ -265,7 +264,7 @@ def _placed(node: Node, step: tuple[str, Any]) -> Placed:
 class Part(Node):
     """A node with a name of its own: see `Node.part`."""
 
-    __slots__ = ("_name", "_child")
+    __slots__ = ("_child", "_name")
 
     def __init__(self, node: Node, name: str) -> None:
         self._child, self._name = _checked(node), str(name)
@@ -284,7 +283,7 @@ class Object(Node):
     in combinations.
     """
 
-    __slots__ = ("_node", "_name", "_material", "_priority")
+    __slots__ = ("_material", "_name", "_node", "_priority")
 
     def __init__(self, node: Node, name: str, material: str | None = None, priority: int = 0) -> None:
         self._node, self._name, self._material, self._priority = _checked(node), str(name), material, int(priority)

@@ -17,9 +17,10 @@ def callback(progress: Any) -> Told | None:
         return _bar()
     if hasattr(progress, "update"):
         return _steps(progress)
-    if callable(progress):
-        return progress
-    raise TypeError("progress is True, a callable of (done, total), or a bar such as tqdm's")
+    if not callable(progress):
+        raise TypeError("progress is True, a callable of (done, total), or a bar such as tqdm's")
+    tell: Told = progress
+    return tell
 
 
 def _steps(bar: Any) -> Told:

@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike
 
 
 class Rays(NamedTuple):
-    """Checked shapes; the core checks the numbers."""
+    """Rays with their shape checked; the core checks the numbers."""
 
     shape: tuple[int, ...]
-    count: int
+    number: int
     origins: np.ndarray
     directions: np.ndarray | None
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -10,24 +10,27 @@ import numpy as np
 SHOWN = 5
 
 
-class _Table:
-    """Columns of one length, with other names for some of them."""
+class _Table(tuple[Any, ...]):
+    """Columns of one length, with other names for some of them. Mixed into named tuples."""
 
     __slots__ = ()
-    _aliases: dict[str, str] = {}
+    _aliases: ClassVar[dict[str, str]] = {}
+
+    def _names(self) -> tuple[str, ...]:
+        raise NotImplementedError
 
     def to_dict(self) -> dict[str, np.ndarray]:
         """The arrays by name; they are not copied."""
-        return self._asdict()  # type: ignore[attr-defined]
+        return dict(zip(self._names(), self, strict=True))
 
     def __getitem__(self, key: Any) -> Any:
         """By position as any tuple, or by name, also by Open3D's names: `hits["t_hit"]`."""
         if not isinstance(key, str):
-            return tuple.__getitem__(self, key)  # type: ignore[type-var]
+            return super().__getitem__(key)
         name = self._aliases.get(key, key)
-        if name in self._fields or name in self._aliases:  # type: ignore[attr-defined]
+        if name in self._names() or name in self._aliases:
             return getattr(self, name)
-        raise KeyError(f"{key!r}; the names are {', '.join([*self._fields, *self._aliases])}")  # type: ignore[attr-defined]
+        raise KeyError(f"{key!r}; the names are {', '.join([*self._names(), *self._aliases])}")
 
     def _rows(self) -> tuple[int, list[tuple[str, Any]]]:
         raise NotImplementedError
@@ -44,7 +47,10 @@ class _Table:
             for column in table:
                 column.insert(1 + SHOWN, "...")
         widths = [max(map(len, column)) for column in table]
-        lines = ["  ".join(cell.rjust(width) for cell, width in zip(line, widths)) for line in zip(*table)]
+        lines = [
+            "  ".join(cell.rjust(width) for cell, width in zip(line, widths, strict=True))
+            for line in zip(*table, strict=True)
+        ]
         return "\n".join([self._heading(), *lines])
 
 
@@ -82,7 +88,12 @@ class Closest(_Table, _ClosestFields):
     """
 
     __slots__ = ()
-    _aliases = {"t_hit": "t", "geometry_ids": "object", "primitive_ids": "primitive", "primitive_normals": "normal"}
+    _aliases: ClassVar[dict[str, str]] = {
+        "t_hit": "t",
+        "geometry_ids": "object",
+        "primitive_ids": "primitive",
+        "primitive_normals": "normal",
+    }
 
     t_hit = property(lambda self: self.t)
     geometry_ids = property(lambda self: self.object)
@@ -90,8 +101,11 @@ class Closest(_Table, _ClosestFields):
     primitive_normals = property(lambda self: self.normal)
 
     def _rows(self) -> tuple[int, list[tuple[str, Any]]]:
-        columns = [(n, c.reshape(-1, 3) if n == "normal" else c.reshape(-1)) for n, c in self._asdict().items()]
+        columns = [(n, c.reshape(-1, 3) if n == "normal" else c.reshape(-1)) for n, c in self.to_dict().items()]
         return self.t.size, columns
+
+    def _names(self) -> tuple[str, ...]:
+        return self._fields
 
     def _heading(self) -> str:
         return f"closest crossings of rays of shape {self.t.shape}: {int(np.isfinite(self.t).sum())} hit"
@@ -101,16 +115,17 @@ class _Ragged(_Table):
     """Rows that belong to rays."""
 
     __slots__ = ()
+    ray_splits: np.ndarray
 
     @property
     def ray_ids(self) -> np.ndarray:
         """The ray of each row, (rows,) int64."""
-        splits = self.ray_splits  # type: ignore[attr-defined]
+        splits = self.ray_splits
         return np.repeat(np.arange(len(splits) - 1), np.diff(splits))
 
     def _rows(self) -> tuple[int, list[tuple[str, Any]]]:
-        splits = self.ray_splits  # type: ignore[attr-defined]
-        columns = [(n, c) for n, c in self._asdict().items() if isinstance(c, np.ndarray) and n != "ray_splits"]  # type: ignore[attr-defined]
+        splits = self.ray_splits
+        columns = [(n, c) for n, c in self.to_dict().items() if isinstance(c, np.ndarray) and n != "ray_splits"]
         return int(splits[-1]), [("ray", _RayOfRow(splits)), *columns]
 
 
@@ -156,6 +171,9 @@ class Crossings(_Ragged, _CrossingsFields):
     primitive_ids = property(lambda self: self.primitive)
     primitive_normals = property(lambda self: self.normal)
 
+    def _names(self) -> tuple[str, ...]:
+        return self._fields
+
     def _heading(self) -> str:
         return f"{len(self.t)} crossings of {len(self.ray_splits) - 1} rays"
 
@@ -181,9 +199,12 @@ class Segments(_Ragged, _SegmentsFields):
     """
 
     __slots__ = ()
-    _aliases = {"ray_ids": "ray_ids", "geometry_ids": "object"}
+    _aliases: ClassVar[dict[str, str]] = {"ray_ids": "ray_ids", "geometry_ids": "object"}
 
     geometry_ids = property(lambda self: self.object)
+
+    def _names(self) -> tuple[str, ...]:
+        return self._fields
 
     def _heading(self) -> str:
         return f"{len(self.t_in)} segments of {len(self.ray_splits) - 1} rays"

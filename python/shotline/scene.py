@@ -35,7 +35,7 @@ class Scene:
     3.0
     """
 
-    __slots__ = ("_accel", "_hash", "_native", "_packed", "__weakref__")
+    __slots__ = ("__weakref__", "_accel", "_hash", "_native", "_packed")
 
     def __init__(
         self,
@@ -47,7 +47,7 @@ class Scene:
         accel: str | None = None,
     ) -> None:
         if len(objects) == 1 and not isinstance(objects[0], Node):
-            objects = tuple(objects[0])  # type: ignore[arg-type]
+            objects = tuple(objects[0])
         for item in objects:
             if not isinstance(item, Node):
                 raise TypeError(f"a scene is made of objects and other nodes, not of {type(item).__name__}")
@@ -265,7 +265,9 @@ class Scene:
         return f"<Scene: {len(names)} object{'' if len(names) == 1 else 's'} ({shown})>"
 
 
-def _ask(o: Any, d: Any, t_min: float, t_max: float, threads: int, progress: Any) -> tuple[tuple[int, ...], tuple]:
+def _ask(
+    o: Any, d: Any, t_min: float, t_max: float, threads: int, progress: Any
+) -> tuple[tuple[int, ...], tuple[Any, ...]]:
     """A query in the terms of the core, and the shape of its answer."""
     threads = int(threads)
     if not 0 <= threads <= 1024:

@@ -1,0 +1,227 @@
+import pickle
+
+import numpy as np
+import pytest
+import shotline
+from shotline import Box, Camera, Cylinder, Difference, Group, Light, Mesh, Scene, Sphere, Torus, Union, _native
+
+CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+FACES = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]
+
+
+def ts(scene, o, d):
+    return scene.crossings(o, d).t.tolist()
+
+
+def test_every_kind_has_a_class():
+    kinds = _native.kinds()
+    assert len(kinds) >= 11
+    for kind, summary, parameters in kinds:
+        cls = getattr(shotline, "".join(word.capitalize() for word in kind.split("_")))
+        assert cls.__doc__.startswith(summary)
+        assert all(f"    {name}: " in cls.__doc__ for name, _, _ in parameters)
+        with pytest.raises(TypeError, match="is missing"):
+            cls()
+
+
+def test_parameters_are_kept_and_shown():
+    box = Box(min=np.array([0, 0, 0]), max=[1, 2, 3])
+    assert box.min == (0.0, 0.0, 0.0) and Sphere(radius=np.float32(0.5)).radius == 0.5
+    assert repr(box) == "Box(min=(0.0, 0.0, 0.0), max=(1.0, 2.0, 3.0))"
+    with pytest.raises(AttributeError):
+        box.radius
+
+
+@pytest.mark.parametrize(
+    "wrong, message",
+    [
+        (lambda: Sphere(radius=-1), "radius is -1, but must be positive"),
+        (lambda: Sphere(radius=float("nan")), "radius is .*finite"),
+        (lambda: Box(min=(0, 0), max=(1, 1, 1)), "min takes 3 numbers, not 2"),
+        (lambda: Box(min=(0, 0, 0), max=(1, 1, -1)), "max"),
+        (lambda: Sphere(radius=1).scale(1, 0, 1), "no factor may be zero"),
+        (lambda: Sphere(radius=1).rotate(axis=(0, 0, 0), degrees=3), "no direction"),
+        (lambda: Sphere(radius=1).rotate(1, 2, 3, axis=(0, 0, 1), degrees=3), "together"),
+        (lambda: Sphere(radius=1).transform(np.ones((3, 4))), "singular"),
+        (lambda: Sphere(radius=1).transform(np.ones((4, 4))), "last row"),
+        (lambda: Sphere(radius=1).transform(np.ones((2, 2))), "shape"),
+        (lambda: Union(), "at least one"),
+        (lambda: Scene(Sphere(radius=1).named("a", material="steel")), "steel"),
+        (lambda: Scene(Sphere(radius=1), accel="magic"), "magic"),
+        (lambda: Scene(Sphere(radius=1).named("a") - Sphere(radius=2)), "object"),
+        (lambda: Scene(Sphere(radius=1).part("x"), Box(min=(0, 0, 0), max=(1, 1, 1)).part("x")), "named 'x'"),
+        (lambda: Camera(eye=(0, 0, 0)), "fov"),
+        (lambda: Light(), "one of"),
+    ],
+)
+def test_what_is_wrong_is_told(wrong, message):
+    with pytest.raises(ValueError, match=message):
+        wrong()
+
+
+def test_wrong_types_are_told():
+    for wrong in [
+        lambda: Sphere(r=1),
+        lambda: Sphere(radius=1) | 3,
+        lambda: Scene(3),
+        lambda: Group(Sphere(radius=1), 3),
+    ]:
+        with pytest.raises(TypeError):
+            wrong()
+
+
+def test_operators_make_flat_chains():
+    a, b, c = (Sphere(radius=1).translate(i, 0, 0) for i in range(3))
+    assert isinstance(a - b - c, Difference) and len((a - b - c)._args) == 3
+    assert len((a | b | c)._args) == 3 and len((a & b & c)._args) == 3
+    assert len((a - (b - c))._args) == 2
+    o, d = [-5, 0, 0], [1, 0, 0]
+    assert ts(Scene(a | b | c), o, d) == [4, 8]
+    assert ts(Scene(a & b), o, d) == [5, 6]
+    assert ts(Scene(a - b), o, d) == [4, 5]
+
+
+def test_placements():
+    ball = Sphere(radius=1)
+    o, d = [0, 0, -10], [0, 0, 1]
+    assert ts(Scene(ball.translate(0, 0, 3)), o, d) == [12, 14]
+    assert ts(Scene(ball.translate((0, 0, 3)).scale(2)), o, d) == [14, 18]
+    assert ts(Scene(ball.scale(1, 1, 2).translate(0, 0, 3)), o, d) == [11, 15]
+    assert ts(Scene(Cylinder(radius=1, z0=0, z1=5).rotate(180, 0, 0)), o, d) == [5, 10]
+    assert ts(Scene(Cylinder(radius=1, z0=0, z1=5).rotate(axis=(0, 1, 0), degrees=90)), o, d) == []
+    matrix = np.eye(4)
+    matrix[2, 3] = 3
+    for shape in [(4, 4), (3, 4), (12,)]:
+        given = matrix if shape == (4, 4) else matrix[:3].reshape(shape)
+        assert ts(Scene(ball.transform(given)), o, d) == [12, 14]
+    np.testing.assert_array_equal(
+        ball.translate(0, 0, 1.5).scale(2).matrix, matrix[:3] * [[2, 1, 1, 1], [1, 2, 1, 1], [1, 1, 2, 1]]
+    )
+
+
+def test_chains_of_placements_are_products(rng):
+    """Whatever the order of steps, the points go where numpy's product of matrices says."""
+    for _ in range(20):
+        node, expected = Sphere(radius=1), np.eye(4)
+        for step in rng.integers(0, 4, 4):
+            v = rng.uniform(0.5, 2, 3)
+            if step == 3:
+                matrix = np.vstack([rng.normal(size=(3, 4)) + 2 * np.eye(3, 4), [0, 0, 0, 1]])
+                node = node.transform(matrix)
+            else:
+                node = (node.translate, node.scale, node.rotate)[step](*v)
+                alone = (Sphere(radius=1).translate, Sphere(radius=1).scale, Sphere(radius=1).rotate)[step](*v)
+                matrix = np.vstack([alone.matrix, [0, 0, 0, 1]])
+            expected = matrix @ expected
+        np.testing.assert_allclose(node.matrix, expected[:3], rtol=1e-13, atol=1e-13)
+        scene = Scene(node)
+        np.testing.assert_allclose(scene.path_transform(0), expected[:3], rtol=1e-12, atol=1e-12)
+
+
+def test_parts_are_shared():
+    ball = Sphere(radius=1)
+    level = Group(ball, ball.translate(3, 0, 0))
+    for i in range(30):
+        level = Group(level, level.translate(7.0 * 2**i, 0, 0))
+    scene = Scene(level)
+    assert scene.stats["virtual_leaves"] == 2**31 and scene.stats["memory_bytes"] < 100_000
+    assert int(scene.count([-5, 0, 0], [1, 0, 0], t_max=13.5)) == 6
+
+
+def test_names_of_paths():
+    arm = Group(Sphere(radius=1).part("ball"), Torus(R=3, r=0.5).translate(0, 0, 1))
+    scene = Scene(Group(arm, arm.translate(0, 0, 9)).named("robot"))
+    names = [scene.path_name(i) for i in range(scene.path_count)]
+    assert names == [
+        "robot/group[0]/ball[0]",
+        "robot/group[0]/torus[1]",
+        "robot/group[1]/ball[0]",
+        "robot/group[1]/torus[1]",
+    ]
+    assert scene.path_transform(3)[2, 3] == 10
+    assert scene.surface_name(int(scene.closest([0, 0, -5], [0, 0, 1]).surface)) == "sphere"
+    for wrong in (lambda: scene.path_name(4), lambda: scene.path_name(-1), lambda: scene.surface_name(99)):
+        with pytest.raises(IndexError):
+            wrong()
+
+
+def test_deep_nests():
+    node = Sphere(radius=1)
+    for i in range(3000):
+        other = Sphere(radius=1).translate(0.001 * i, 0, 0)
+        node = Union(node, other) if i % 2 else Difference(node, other.translate(0, 9, 0))
+    assert Scene(node).stats["leaves"] == 3001
+
+
+def test_meshes_take_any_arrays():
+    expected = ts(Scene(Mesh(CORNERS, FACES)), [0.1, 0.2, -1], [0, 0, 1])
+    assert expected == pytest.approx([1, 1.7])
+    points = np.zeros((8, 6), ">f8")[::2, ::2]
+    points[...] = CORNERS
+    for vertices in (points, np.asarray(CORNERS, np.float32), np.asfortranarray(np.asarray(CORNERS, float))):
+        for faces in (np.asarray(FACES, np.int64), np.asarray(FACES, np.uint8), np.asarray(FACES, ">i4")):
+            assert ts(Scene(Mesh(vertices, faces)), [0.1, 0.2, -1], [0, 0, 1]) == expected
+    mesh = Mesh(CORNERS, FACES)
+    assert mesh.is_closed and mesh.why_open is None
+    assert (
+        mesh.vertices.tolist() == np.array(CORNERS, float).tolist()
+        and mesh.faces.tolist() == np.array(FACES).tolist()
+    )
+    again = pickle.loads(pickle.dumps(mesh))
+    assert again.vertices.tobytes() == mesh.vertices.tobytes() and again.faces.tobytes() == mesh.faces.tobytes()
+
+
+@pytest.mark.parametrize(
+    "vertices, faces, error, message",
+    [
+        (CORNERS, [(0, 1, 9)], ValueError, "vertex 9"),
+        (CORNERS, [(0, 1, -1)], ValueError, "face 0"),
+        (CORNERS, [(0.0, 1.0, 2.0)], TypeError, "integers"),
+        (CORNERS, [(0, 1, 2, 3)], ValueError, "polygons"),
+        (CORNERS, [], ValueError, "no face"),
+        ([(0, 0), (1, 1)], FACES, ValueError, r"\(n, 3\)"),
+        ([(0, 0, 0), (1, 0, 0), (0, np.nan, 0), (0, 0, 1)], FACES, ValueError, "vertex 2"),
+    ],
+)
+def test_what_is_no_mesh_is_told(vertices, faces, error, message):
+    with pytest.raises(error, match=message):
+        Mesh(vertices, faces)
+
+
+def test_open_meshes_have_hits_but_no_inside():
+    mesh = Mesh(CORNERS, FACES[:3])
+    assert not mesh.is_closed and "open" in mesh.why_open
+    scene = Scene(mesh)
+    assert int(scene.count([0.1, 0.2, -1], [0, 0, 1])) == 2
+    with pytest.raises(ValueError, match="not closed"):
+        scene.segments([0.1, 0.2, -1], [0, 0, 1])
+
+
+class Bag:
+    def __init__(self, **attributes):
+        vars(self).update(attributes)
+
+
+def test_meshes_of_other_packages():
+    v, f = np.array(CORNERS, float), np.array(FACES)
+
+    def tensor(array):
+        return Bag(numpy=lambda: array)
+
+    others = [
+        Bag(vertices=v, faces=f),
+        Bag(vertices=v, triangles=f),
+        Bag(vertex=Bag(positions=tensor(v)), triangle=Bag(indices=tensor(f))),
+        Bag(points=v, cells_dict={"triangle": f}),
+    ]
+    assert all(Mesh(other).is_closed for other in others)
+    with pytest.raises(ValueError, match="quad"):
+        Mesh(Bag(points=v, cells_dict={"quad": f}))
+    with pytest.raises(TypeError, match="Bag"):
+        Mesh(Bag())
+
+
+def test_real_trimesh():
+    trimesh = pytest.importorskip("trimesh", reason="trimesh is not installed")
+    mesh = Mesh(trimesh.creation.icosphere(subdivisions=2))
+    assert mesh.is_closed and len(mesh.faces) == 320

@@ -1,0 +1,167 @@
+"""Calls that take long: Ctrl-C, progress, threads and processes."""
+
+import concurrent.futures
+import multiprocessing
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+
+import numpy as np
+import pytest
+import shotline
+
+# Rays that meet 2^40 spheres are never done.
+ENDLESS = """
+import shotline
+level = shotline.Sphere(radius=1)
+for i in range(40):
+    level = shotline.Group(level, level.translate(3.0 * 2**i, 0, 0))
+scene = shotline.Scene(level)
+"""
+
+
+def run(script, **options):
+    return subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(script)], stdout=subprocess.PIPE, text=True, **options
+    )
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_ctrl_c_ends_a_long_call(threads):
+    script = f"""
+        import os, signal, sys, threading, time
+        import numpy as np
+        import shotline
+        rng = np.random.default_rng(1)
+        scene = shotline.Scene([shotline.Torus(R=1, r=0.3).translate(rng.normal(size=3)) for _ in range(300)])
+        o = rng.normal(size=(10_000_000, 3))
+        before = threading.active_count()
+        def later():
+            time.sleep(0.5)
+            print("now", time.monotonic(), flush=True)
+            os.kill(os.getpid(), signal.SIGINT)
+        threading.Thread(target=later).start()
+        try:
+            scene.crossings(o, -o, threads={threads})
+        except KeyboardInterrupt:
+            print("ended", time.monotonic(), flush=True)
+        time.sleep(0.05)
+        print("threads", threading.active_count() - before, len(os.listdir("/proc/self/task")))
+        print("again", int(scene.count([9, 0, 0], [-1, 0, 0]) >= 0))
+    """
+    out, _ = run(script).communicate(timeout=60)
+    lines = dict(line.split(maxsplit=1) for line in out.splitlines())
+    assert float(lines["ended"]) - float(lines["now"]) < 5, out  # all of it takes minutes
+    assert lines["threads"].startswith("0 ") and lines["again"] == "1"
+
+
+def test_ctrl_c_ends_the_command(tmp_path):
+    random = np.random.default_rng(2)
+    np.save(tmp_path / "rays.npy", random.normal(size=(3_000_000, 6)))
+    scene = shotline.Scene([shotline.Torus(R=1, r=0.3).translate(*random.normal(size=3)) for _ in range(300)])
+    scene.save(tmp_path / "tori.json")
+    words = ["-m", "shotline", "cast", "tori.json", "--rays", "rays.npy", "--query", "crossings", "-o", "out.npz"]
+    process = subprocess.Popen([sys.executable, *words], cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+    time.sleep(1.5)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=20)
+    assert process.returncode == 130 and "interrupted" in errors
+    assert not (tmp_path / "out.npz").exists()
+
+
+def test_progress_is_told(part):
+    o = np.random.default_rng(3).normal(size=(300_000, 3)) * 9
+    told = []
+    expected = part.count(o, -o)
+    assert (part.count(o, -o, progress=lambda done, total: told.append((done, total))) == expected).all()
+    assert told[-1] == (300_000, 300_000) and told == sorted(told)
+
+    class Bar:
+        total, n = None, 0
+
+        def update(self, steps):
+            self.n += steps
+
+    bar = Bar()
+    part.count(o, -o, progress=bar)
+    assert bar.n == bar.total == 300_000
+    with pytest.raises(TypeError, match="progress"):
+        part.count(o, -o, progress=3)
+
+
+def test_progress_on_stderr(part, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "tqdm", None)
+    monkeypatch.setitem(sys.modules, "tqdm.auto", None)
+    part.count(np.ones((1000, 3)), [1, 0, 0], progress=True)
+    assert "1000 of 1000 rays" in capsys.readouterr().err
+
+
+def test_what_progress_raises_ends_the_call(part):
+    o = np.random.default_rng(4).normal(size=(2_000_000, 3)) * 9
+
+    def fail(done, total):
+        raise RuntimeError(f"enough at {done}")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        part.crossings(o, -o, progress=fail)
+    assert part.any([9, 9, 9], [-1, -1, -1]).shape == ()
+
+
+def test_the_gil_is_released(part):
+    o = np.random.default_rng(5).normal(size=(400_000, 3)) * 9
+    ticks, stop = 0, threading.Event()
+
+    def tick():
+        nonlocal ticks
+        while not stop.is_set():
+            ticks += 1
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    begin = time.monotonic()
+    part.crossings(o, -o, threads=1)
+    took = time.monotonic() - begin
+    stop.set()
+    thread.join()
+    assert ticks > 20 * took
+
+
+def test_threads_may_ask_at_once(part, aimed):
+    expected = part.crossings(*aimed)
+    with concurrent.futures.ThreadPoolExecutor(4) as pool:
+        for rows in pool.map(lambda _: part.crossings(*aimed, threads=2), range(12)):
+            assert rows.t.tobytes() == expected.t.tobytes()
+
+
+def ask(arguments):
+    scene, o, d = arguments
+    return scene.crossings(np.tile(o, (20, 1)), np.tile(d, (20, 1)), threads=2).t.tobytes()
+
+
+@pytest.mark.parametrize("method", ["fork", "spawn"])
+@pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
+def test_processes(part, aimed, method):
+    """Also where the parent has cast with threads before the fork."""
+    expected = ask((part, *aimed))
+    with multiprocessing.get_context(method).Pool(2) as pool:
+        answers = pool.map_async(ask, [(part, *aimed)] * 4).get(timeout=60)
+    assert answers == [expected] * 4
+
+
+def test_import_needs_numpy_only():
+    script = """
+        import sys
+        class Refuse:
+            def find_spec(self, name, path=None, target=None):
+                if name.split(".")[0] in {"matplotlib", "pandas", "scipy", "tqdm", "dask", "trimesh", "PIL", "IPython"}:
+                    raise ImportError(name)
+        sys.meta_path.insert(0, Refuse())
+        import shotline
+        print(shotline.Scene(shotline.Sphere(radius=1)).closest([0, 0, -3], [0, 0, 1]).t)
+    """
+    out, _ = run(script, env={}).communicate(timeout=60)
+    assert out.strip() == "2.0"
