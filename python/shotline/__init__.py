@@ -12,6 +12,7 @@ scene is written in; nothing is converted. Everything is float64.
 """
 
 from ._native import __version__
+from .image import Image
 from .looks import Camera, Light, Material
 from .mesh import Mesh
 from .nodes import Difference, Group, Intersection, Node, Object, Union
@@ -26,6 +27,7 @@ __all__ = [
     "Crossings",
     "Difference",
     "Group",
+    "Image",
     "Intersection",
     "Light",
     "Material",

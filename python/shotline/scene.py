@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import math
 import os
 import warnings
@@ -13,9 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native, text
+from .image import Image
 from .looks import Camera, Light, Material
 from .mesh import Mesh
-from .nodes import Node
+from .nodes import Node, affine
 from .progress import callback
 from .rays import rays
 from .results import Closest, Crossings, Segments
@@ -177,6 +179,62 @@ class Scene:
         *columns, _met = self._native.segments(ask, overlaps)
         return Segments(*columns)
 
+    # --- pictures
+
+    def render(
+        self,
+        camera: Camera | None = None,
+        *,
+        size: tuple[int, int] = (800, 600),
+        samples: int = 4,
+        look: str = "lit",
+        lighting: str = "sharp",
+        background: str | None = None,
+        counter: str = "boxes",
+        threads: int = 0,
+        progress: Any = None,
+    ) -> Image:
+        """A picture, with the scene's materials and lights.
+
+        Args:
+            camera: from where; None for the scene's own camera, or one that frames everything.
+            size: width and height in pixels.
+            samples: samples a pixel; more make smoother edges.
+            look: what it shows: "lit", "normal", "depth", "thickness" or "cost".
+            lighting: "sharp" or, with 32 samples or more, "soft".
+            background: "studio", "white", "black", "transparent" or a colour such as "#336699"; None leaves it to the
+                look.
+            counter: what the look "cost" counts: "boxes", "cells", "planes", "solids", "tags", "heap" or "all".
+
+        Returns:
+            `Image`, an array of shape (height, width, 3), or 4 with a transparent background, uint8 sRGB.
+
+        Raises:
+            ValueError: for a camera that sees nothing, a size out of range, a name that is none.
+        """
+        width, height = size
+        seen = (camera.eye, camera.target, camera.up, camera.fov, camera.height) if camera else None
+        style = (width, height, samples, look, lighting, counter, background)
+        return Image(_native.render(self._native, style, seen, _threads(threads), callback(progress)))
+
+    def plot_ray(
+        self, o: ArrayLike, d: ArrayLike, *, ax: Any = None, t_min: float = 0.0, t_max: float = math.inf
+    ) -> Any:
+        """Draw the stretches of one ray inside each path as bars over t, with `matplotlib`; crossings are marked by
+        triangles that point right where the ray enters and left where it leaves.
+
+        Args:
+            o, d: one ray, (3,) each.
+            ax: the axes to draw on; None for new ones.
+            t_min, t_max: as of `closest`.
+
+        Returns:
+            The axes. Raises ImportError without matplotlib (`pip install shotline[plot]`).
+        """
+        from .plot import plot_ray
+
+        return plot_ray(self, o, d, ax=ax, t_min=t_min, t_max=t_max)
+
     # --- names and sizes
 
     @property
@@ -216,6 +274,28 @@ class Scene:
         """Sizes: nodes, objects, leaves, virtual_leaves (every placement counted), memory_bytes, and the largest
         condition number of a matrix on the way to a solid."""
         return self._native.stats()
+
+    def with_moved(self, path: str, transform: ArrayLike) -> Scene:
+        """A scene in which one thing is placed elsewhere; this one stays as it is.
+
+        Only what lies above the move is worked out again, and the rest is shared between the two scenes. The first call
+        takes as long as compiling; those after it, and those of the scenes it returns, hardly any time.
+
+        Args:
+            path: what to move: the name of a path, or the beginning of one, as `path_name` tells it:
+                "robot/arm[2]/bolt[0]", "robot/arm[2]" or "robot". A part that is shared moves wherever it is.
+            transform: of shape (3, 4), (4, 4) or (12,): the coordinates of the group it is in from its own, instead of
+                all that placed it there.
+
+        Raises:
+            ValueError: for a path that is none, and a matrix that is singular.
+
+        >>> scene = Scene(Sphere(radius=1).named("ball"))
+        >>> moved = scene.with_moved("ball", [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 5]])
+        >>> float(moved.closest([0, 0, 0], [0, 0, 1]).t), float(scene.closest([0, 0, -3], [0, 0, 1]).t)
+        (4.0, 2.0)
+        """
+        return Scene._of(self._native.with_moved(path, affine(transform)), self._accel)
 
     # --- keeping and sending
 
@@ -264,16 +344,24 @@ class Scene:
         shown = ", ".join(names[:5]) + (", ..." if len(names) > 5 else "")
         return f"<Scene: {len(names)} object{'' if len(names) == 1 else 's'} ({shown})>"
 
+    def _repr_html_(self) -> str:
+        from .tree import html
+
+        return html(json.loads(self._pack()[0]), repr(self))
+
 
 def _ask(
     o: Any, d: Any, t_min: float, t_max: float, threads: int, progress: Any
 ) -> tuple[tuple[int, ...], tuple[Any, ...]]:
     """A query in the terms of the core, and the shape of its answer."""
-    threads = int(threads)
+    shape, count, origins, directions = rays(o, d)
+    return shape, (count, origins, directions, float(t_min), float(t_max), _threads(threads), callback(progress))
+
+
+def _threads(threads: int) -> int:
     if not 0 <= threads <= 1024:
         raise ValueError(f"threads is {threads}, but must be from 0 (one a core) to 1024")
-    shape, count, origins, directions = rays(o, d)
-    return shape, (count, origins, directions, float(t_min), float(t_max), threads, callback(progress))
+    return int(threads)
 
 
 def _number(value: int, what: str) -> int:

@@ -25,6 +25,8 @@ class Writer:
         self.defs: dict[str, dict[str, Any]] = {}
         self._order = _inner_first(roots)
         self._places = _places(roots, self._order)
+        # An object is placed by a reference to it.
+        self._placed = {id(n._child) for n in self._order if isinstance(n, Placed) and isinstance(n._child, Object)}
         # By the number of a node; nodes live as long as the roots do.
         self._written: dict[int, dict[str, Any]] = {}
         self._depth: dict[int, int] = {}
@@ -71,7 +73,9 @@ class Writer:
             keys["args"] = children
         if isinstance(node, Part):
             keys = self._define(node._name, keys)
-        elif not isinstance(node, Placed) and (self._places[id(node)] > 1 or depth > NESTED):
+        elif not isinstance(node, Placed) and (
+            self._places[id(node)] > 1 or depth > NESTED or id(node) in self._placed
+        ):
             keys, depth = self._define(self._free_name(node), keys), 0
         self._written[id(node)], self._depth[id(node)] = keys, depth
 
@@ -90,10 +94,26 @@ def _word(node: Node) -> str:
     return node._kind if isinstance(node, Solid) else type(node).__name__.lower()
 
 
-def _is_object(node: Node) -> bool:
-    while isinstance(node, (Part, Placed)):
-        node = node._child
-    return isinstance(node, Object)
+def _rooted(node: Node) -> Object:
+    """The roots of a scene are objects, and a placed one is one of a placed shape."""
+    if isinstance(node, Object):
+        return node
+    if isinstance(node, Placed) and isinstance(node._child, Object):
+        inner = node._child
+        return Object(Placed(node._steps, inner.node), inner.name, inner.material, inner.priority)
+    return Unnamed(node)
+
+
+class Unnamed(Object):
+    """An object that readers name by its number."""
+
+    __slots__ = ()
+
+    def __init__(self, node: Node) -> None:
+        super().__init__(node, "")
+
+    def _keys(self) -> dict[str, Any]:
+        return {}
 
 
 def _inner_first(roots: Iterable[Node]) -> list[Node]:
@@ -134,12 +154,12 @@ def write(
     accel: str | None,
 ) -> tuple[str, list[Mesh]]:
     """The text of a scene, and the meshes it names by their numbers."""
+    roots = [_rooted(root) for root in roots]
     writer = Writer(roots)
-    objects = [writer.of(root) if _is_object(root) else {"node": writer.of(root)} for root in roots]
     document: dict[str, Any] = {"shotline": 1}
     parts = {"units": units, "defs": writer.defs, "accel": accel, "materials": materials, "camera": camera}
     document |= {key: value for key, value in parts.items() if value}
-    document["objects"] = objects
+    document["objects"] = [writer.of(root) for root in roots]
     if lights:
         document["lights"] = lights
     return json.dumps(document, allow_nan=False), writer.meshes

@@ -2,6 +2,7 @@
 //! the Python half, `python/shotline`.
 
 mod mesh;
+mod picture;
 mod rays;
 mod registry;
 mod scene;
@@ -23,6 +24,8 @@ mod _native {
     use super::main;
     #[pymodule_export]
     use super::mesh::Mesh;
+    #[pymodule_export]
+    use super::picture::{encode_png, render, save_png};
     #[pymodule_export]
     use super::registry::{accelerators, check_solid, compose, kinds};
     #[pymodule_export]

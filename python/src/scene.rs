@@ -1,17 +1,19 @@
 //! A compiled scene.
 
 use std::path::PathBuf;
+use std::sync::{Arc, OnceLock};
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArrayDyn};
-use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::exceptions::{PyIndexError, PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use shotline::accel;
-use shotline::compile::{Options, World, compile};
+use shotline::compile::{Live, Options, SceneError, World, compile};
+use shotline::math::Affine;
 use shotline::query::batch::{self, BatchError, ClosestRows, CrossingRows, Run, SegmentRows};
 use shotline::query::{Overlaps, QueryError};
 use shotline::ray::{Ray, Span};
-use shotline_io::{Document, Packed, Reach};
+use shotline_io::{Document, Packed, Reach, WriteError};
 
 use crate::mesh::Mesh;
 use crate::rays::RayRows;
@@ -21,8 +23,11 @@ use crate::waiting::work;
 #[pyclass(frozen, module = "shotline._native")]
 #[derive(Debug)]
 pub struct Scene {
-    document: Document,
-    world: World,
+    pub scene: Arc<shotline::scene::Scene>,
+    pub world: Arc<World>,
+    options: Options,
+    /// What scenes that differ in a placement are made of; made when first asked for.
+    live: OnceLock<Live>,
 }
 
 /// What is asked: how many rays, origins, directions, `t_min`, `t_max`, threads, and what is told of progress.
@@ -81,6 +86,15 @@ fn help(error: &QueryError) -> &'static str {
     }
 }
 
+/// What could not be written as an exception.
+pub fn unwritten(error: WriteError) -> PyErr {
+    let message = error.to_string();
+    match error {
+        WriteError::Io { .. } => PyOSError::new_err(message),
+        _ => PyValueError::new_err(message),
+    }
+}
+
 /// Rows of three numbers as an array.
 fn vectors(py: Python, rows: Vec<[f64; 3]>) -> PyResult<Bound<PyArray2<f64>>> {
     let count = rows.len();
@@ -104,7 +118,20 @@ impl Scene {
         let options = options(accel)?;
         let world = py.detach(|| compile(&document.scene, options));
         let world = world.map_err(|errors| PyValueError::new_err(document.explain(&errors).to_string()))?;
-        Ok(Scene { document, world })
+        Ok(Scene { scene: Arc::new(document.scene), world: Arc::new(world), options, live: OnceLock::new() })
+    }
+
+    fn with(&self, path: &str, matrix: Affine) -> Result<Scene, Vec<SceneError>> {
+        let mut live = match self.live.get() {
+            Some(live) => live.clone(),
+            None => {
+                let live = Live::new((*self.scene).clone(), self.options)?;
+                self.live.get_or_init(|| live).clone()
+            }
+        };
+        live.place(path, matrix)?;
+        let (scene, world) = (live.scene().clone(), live.world().clone());
+        Ok(Scene { scene, world, options: self.options, live: OnceLock::from(live) })
     }
 }
 
@@ -135,15 +162,27 @@ impl Scene {
 
     /// Writes a file, and answers what was lost.
     fn save(&self, py: Python, path: PathBuf) -> PyResult<Vec<String>> {
-        let notes = py.detach(|| shotline_io::save(&path, &self.document.scene));
-        notes.map_err(|e| PyValueError::new_err(e.to_string()))
+        let notes = py.detach(|| shotline_io::save(&path, &self.scene));
+        notes.map_err(unwritten)
     }
 
     /// The words of a scene file, and the meshes it names by number.
     fn pack(&self, py: Python) -> PyResult<(String, Vec<Mesh>)> {
-        let packed = py.detach(|| shotline_io::pack(&self.document.scene));
+        let packed = py.detach(|| shotline_io::pack(&self.scene));
         let Packed { text, meshes } = packed.map_err(|e| PyValueError::new_err(e.to_string()))?;
         Ok((text, meshes.into_iter().map(Mesh::of).collect::<PyResult<_>>()?))
+    }
+
+    /// A scene in which what a path names is placed by another matrix, of 12 numbers.
+    fn with_moved(&self, py: Python, path: &str, matrix: [f64; 12]) -> PyResult<Scene> {
+        let moved = py.detach(|| self.with(path, Affine::from_row_major(matrix)));
+        let words = |e: SceneError| match e.hint {
+            Some(hint) => format!("{}; {hint}", e.message),
+            None => e.message,
+        };
+        moved.map_err(|errors| {
+            PyValueError::new_err(errors.into_iter().map(words).collect::<Vec<_>>().join("\n"))
+        })
     }
 
     fn object_names(&self) -> Vec<String> {

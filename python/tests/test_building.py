@@ -145,6 +145,17 @@ def test_names_of_paths():
             wrong()
 
 
+def test_objects_are_placed():
+    ball = Sphere(radius=1).named("ball", priority=2)
+    scene = Scene(ball.translate(0, 0, 5), Group(ball, ball.translate(9, 0, 0)).named("both"))
+    assert scene.object_names == ["ball", "both", "ball"]
+    assert [scene.path_name(i) for i in range(3)] == ["ball", "both/ball[0]", "both/ball[1]"]
+    assert (
+        float(scene.closest([9, 0, -5], [0, 0, 1]).t) == 4 and int(scene.closest([9, 0, -5], [0, 0, 1]).object) == 2
+    )
+    assert ball.name == "ball" and ball.priority == 2 and ball.material is None and ball.node.radius == 1
+
+
 def test_deep_nests():
     node = Sphere(radius=1)
     for i in range(3000):

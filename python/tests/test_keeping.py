@@ -67,8 +67,12 @@ def test_what_cannot_be_loaded_or_saved(tmp_path, part):
     with pytest.raises(ValueError, match="magic"):
         part.save(tmp_path / "good.json")
         shotline.load(tmp_path / "good.json", accel="magic")
-    for name, message in [("part.xyz", "xyz"), ("part.stl", "triangles only"), ("no/such/folder.json", "folder")]:
-        with pytest.raises(ValueError, match=message):
+    for name, error, message in [
+        ("part.xyz", ValueError, "xyz"),
+        ("part.stl", ValueError, "triangles only"),
+        ("no/such/folder.json", OSError, "folder"),
+    ]:
+        with pytest.raises(error, match=message):
             part.save(tmp_path / name)
     assert not (tmp_path / "part.stl").exists()
 

@@ -71,7 +71,7 @@ pub fn animate<E>(
     }
     moving.set(&mut live, 0).map_err(|e| AnimationError::Scene(vec![e]))?;
     let mut setup = Setup::new(live.world(), live.scene(), settings)?;
-    let rest = setup.camera.clone();
+    let rest = setup.camera;
     for number in 0..frames {
         moving.set(&mut live, number).map_err(|e| AnimationError::Scene(vec![e]))?;
         setup.camera = orbited(&rest, orbit * moving.share(number));

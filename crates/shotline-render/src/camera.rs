@@ -125,7 +125,7 @@ impl View {
 pub(crate) fn orbited(camera: &Camera, degrees: f64) -> Camera {
     let turn = Affine::rotation_about(camera.up, degrees);
     let eye = camera.target + turn.vector(camera.eye - camera.target);
-    Camera { eye: if degrees == 0.0 { camera.eye } else { eye }, ..camera.clone() }
+    Camera { eye: if degrees == 0.0 { camera.eye } else { eye }, ..*camera }
 }
 
 /// Forward, right and up: unit vectors at right angles.

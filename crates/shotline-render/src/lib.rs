@@ -32,6 +32,6 @@ pub use image::Image;
 pub use light::Lighting;
 pub use look::{LOOKS, Look, look};
 pub use movie::Movie;
-pub use png::encode_png;
+pub use png::{encode_bytes, encode_png};
 pub use render::{Settings, render, view};
 pub use sight::Coherence;

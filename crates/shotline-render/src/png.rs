@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use ::png::{BitDepth, ColorType, Encoder, Filter, SrgbRenderingIntent};
+use ::png::{BitDepth, ColorType, Encoder, EncodingError, Filter, SrgbRenderingIntent};
 
 use crate::image::Image;
 
@@ -11,10 +11,18 @@ use crate::image::Image;
 ///
 /// The bytes are complete, so that a caller can write the file whole or not at all.
 pub fn encode_png(image: &Image) -> Vec<u8> {
+    // An image has at least one pixel and as many bytes as its size says, and memory does not fail to write.
+    encode_bytes(image.width(), image.height(), image.to_bytes()).expect("an image has the bytes of its size")
+}
+
+/// The PNG of eight-bit sRGB pixels, row by row from the top: of 3 bytes each, or of 4 with alpha.
+///
+/// # Errors
+/// If there are no pixels, or other than 3 or 4 bytes for each.
+pub fn encode_bytes(width: u32, height: u32, mut bytes: Vec<u8>) -> Result<Vec<u8>, EncodingError> {
     let mut out = Vec::new();
-    let mut encoder = Encoder::new(&mut out, image.width(), image.height());
-    let mut bytes = image.to_bytes();
-    if image.channels() == 4 {
+    let mut encoder = Encoder::new(&mut out, width, height);
+    if bytes.len() as u64 == u64::from(width) * u64::from(height) * 4 {
         encoder.set_color(ColorType::Rgba);
     } else if let Some(Indexed { palette, indices }) = Indexed::new(&bytes) {
         encoder.set_color(ColorType::Indexed);
@@ -26,11 +34,10 @@ pub fn encode_png(image: &Image) -> Vec<u8> {
     }
     encoder.set_depth(BitDepth::Eight);
     encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
-    // An image has at least one pixel and as many bytes as its size says, and memory does not fail to write.
-    let mut writer = encoder.write_header().expect("an image has a size that PNG takes");
-    writer.write_image_data(&bytes).expect("an image has the bytes of its size");
-    writer.finish().expect("a PNG in memory ends");
-    out
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&bytes)?;
+    writer.finish()?;
+    Ok(out)
 }
 
 /// A picture of at most 256 colours.

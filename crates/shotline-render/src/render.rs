@@ -25,6 +25,8 @@ pub struct Settings {
     pub height: u32,
     /// Samples a pixel: more make smoother edges.
     pub samples: u32,
+    /// From where; `None` for the scene's camera, or one that frames everything.
+    pub camera: Option<Camera>,
     /// What it shows.
     pub look: &'static Look,
     /// What is behind everything; `None` for the look's own.
@@ -43,6 +45,7 @@ impl Default for Settings {
             width: 800,
             height: 600,
             samples: 4,
+            camera: None,
             look: LOOKS[0],
             backdrop: None,
             lighting: Lighting::Sharp,
@@ -72,7 +75,11 @@ pub(crate) struct Setup {
 impl Setup {
     pub fn new(world: &World, scene: &Scene, settings: &Settings) -> Result<Setup, RenderError> {
         let size = framing::subject(world, scene).map_or(1.0, |b| b.size().max_element());
-        Ok(Setup { camera: camera(world, scene, settings.width, settings.height)?, size })
+        let camera = match settings.camera {
+            Some(camera) => camera,
+            None => camera(world, scene, settings.width, settings.height)?,
+        };
+        Ok(Setup { camera, size })
     }
 }
 
@@ -108,7 +115,7 @@ pub fn view(world: &World, scene: &Scene, width: u32, height: u32) -> Result<Vie
 fn camera(world: &World, scene: &Scene, width: u32, height: u32) -> Result<Camera, RenderError> {
     let aspect = f64::from(width) / f64::from(height);
     let framed = || framing::subject(world, scene).and_then(|bounds| framing::frame(&bounds, aspect));
-    scene.camera.clone().or_else(framed).ok_or(RenderError::NothingToFrame)
+    scene.camera.or_else(framed).ok_or(RenderError::NothingToFrame)
 }
 
 pub(crate) fn check(settings: &Settings) -> Result<(), RenderError> {

@@ -4,7 +4,7 @@ use super::{Accelerator, Offer, Pending, Visit, Work};
 use crate::aabb::{Aabb, BoxRay};
 
 /// Proposes everything at once.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Brute {
     items: Vec<u32>,
 }

@@ -10,7 +10,7 @@ use super::{Accelerator, Items, Offer, Pending, Work, words};
 use crate::aabb::{Aabb, BoxRay};
 
 /// A box around what the user has put together.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Group {
     bounds: Aabb,
     /// First of its members, which lie beside each other.
@@ -34,7 +34,7 @@ struct Place {
 }
 
 /// The tree of groups.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Hierarchy {
     /// Outer before inner; the first holds everything.
     groups: Vec<Group>,

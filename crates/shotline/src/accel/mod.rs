@@ -117,7 +117,7 @@ pub type Visit<'a> = dyn FnMut(&[u32], &mut Work) -> f64 + 'a;
 ///
 /// The same item may be proposed more than once, see [`Tags`]. Every item whose box the ray meets within its span is
 /// proposed, with a bound not above the first such `t`.
-pub trait Accelerator: Send + Sync + Debug {
+pub trait Accelerator: Duplicate + Send + Sync + Debug {
     /// Appends what a walk begins with.
     fn start(&self, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work);
 
@@ -162,6 +162,24 @@ pub trait Accelerator: Send + Sync + Debug {
 
     /// Bytes used.
     fn memory(&self) -> usize;
+}
+
+/// Copies of what is known only as some accelerator. Whatever is [`Clone`] has this.
+pub trait Duplicate {
+    /// A copy.
+    fn duplicate(&self) -> Box<dyn Accelerator>;
+}
+
+impl<A: Accelerator + Clone + 'static> Duplicate for A {
+    fn duplicate(&self) -> Box<dyn Accelerator> {
+        Box::new(self.clone())
+    }
+}
+
+impl Clone for Box<dyn Accelerator> {
+    fn clone(&self) -> Box<dyn Accelerator> {
+        (**self).duplicate()
+    }
 }
 
 /// What a structure is built over.

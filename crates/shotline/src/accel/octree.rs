@@ -33,7 +33,7 @@ struct Cell {
 }
 
 /// The tree.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Octree {
     /// The root is the first. None without items.
     cells: Vec<Cell>,

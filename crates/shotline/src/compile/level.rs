@@ -1,16 +1,18 @@
 //! Levels: the placements of a group, under one accelerator. A group with several parents is a level of its
 //! own, placed like a body; other groups dissolve into the level around them.
 
+use std::sync::Arc;
+
 use std::collections::HashMap;
 use std::ops::Range;
 
 use super::body::{BodyBuilder, is_body};
 use super::choice::Choice;
 use super::graph::Graph;
-use super::names::{Labels, NameId, Names};
+use super::names::{Labels, NameId};
 use super::parts::Parts;
 use super::sites::{SiteId, Sites};
-use super::world::{Body, Level, ObjectInfo, Placed, Target, World};
+use super::world::{Level, ObjectInfo, Placed, Target, World};
 use super::{SceneError, Stats};
 use crate::aabb::Aabb;
 use crate::accel::{self, Items};
@@ -124,7 +126,7 @@ impl<'s> Builder<'s> {
 
     fn body(&mut self, node: NodeId, chain: &Chain) -> Result<Target, SceneError> {
         let body = self.bodies.build(node, chain)?;
-        self.world.bodies.push(body);
+        self.world.bodies.push(Arc::new(body));
         Ok(Target::Body((self.world.bodies.len() - 1) as u32))
     }
 
@@ -161,7 +163,7 @@ impl<'s> Builder<'s> {
         let boxes: Vec<Aabb> = level.placements.iter().map(|p| p.bounds).collect();
         level.bounds = boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(b));
         level.accel = accel::build(accel, Items { boxes: &boxes, groups: Some(&groups.ranges) });
-        self.world.levels.push(level);
+        self.world.levels.push(Arc::new(level));
         Ok((self.world.levels.len() - 1) as u32)
     }
 
@@ -179,7 +181,8 @@ impl<'s> Builder<'s> {
         let site = group.and_then(|g| g.site);
         for (i, &node) in members.iter().enumerate() {
             let parent = group.map(|g| g.name);
-            let name = self.world.names.add(parent, self.labels.of(node), indexed.then_some(i));
+            let name =
+                Arc::make_mut(&mut self.world.names).add(parent, self.labels.of(node), indexed.then_some(i));
             stack.push(Visit { node, chain, object, name, site });
         }
         stack[start..].reverse();
@@ -239,11 +242,11 @@ impl World {
         World {
             levels: Vec::new(),
             root: 0,
-            bodies: Vec::<Body>::new(),
+            bodies: Vec::new(),
             objects: Vec::new(),
             object_names: Vec::new(),
             material_names: scene.materials.iter().map(|(name, _)| name.clone()).collect(),
-            names: Names::default(),
+            names: Arc::default(),
             surface: None,
             stats: Stats::default(),
         }

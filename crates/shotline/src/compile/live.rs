@@ -1,9 +1,11 @@
 //! A world that is kept up to date while things move.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use super::body::BodyBuilder;
 use super::choice::Choice;
+use super::find::{find, place_above, transforms};
 use super::graph::Graph;
 use super::parts::Parts;
 use super::sites::{Place, Sites};
@@ -11,13 +13,15 @@ use super::world::{Body, Target, World};
 use super::{Options, SceneError, Stats, level};
 use crate::aabb::Aabb;
 use crate::accel::{self, Accelerator};
-use crate::math::{Chain, Placement};
+use crate::math::{Affine, Chain, Placement};
 use crate::scene::{LocalTransform, Node, NodeId, Scene};
 
 /// A scene with its world, in which transforms may change. Only what lies above a change is worked out again: the
 /// placements below the transform, the combinations it is an operand's transform in, and the boxes of all levels
 /// above. The world is the same as if it were compiled anew, but for the shape of its accelerators, which no
 /// answer depends on.
+///
+/// A clone shares everything until one of the two changes, and then all but the levels and bodies that change.
 ///
 /// ```
 /// use shotline::compile::{Live, Options};
@@ -37,12 +41,12 @@ use crate::scene::{LocalTransform, Node, NodeId, Scene};
 /// let ray = Ray::new(Vec3::ZERO, Vec3::Z).unwrap();
 /// assert_eq!(Caster::new(live.world()).closest(&ray, Span::FORWARD).unwrap().t, 2.0);
 /// ```
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Live {
-    scene: Scene,
-    world: World,
-    parts: Parts,
-    sites: Sites,
+    scene: Arc<Scene>,
+    world: Arc<World>,
+    parts: Arc<Parts>,
+    sites: Arc<Sites>,
     options: Options,
 }
 
@@ -57,17 +61,18 @@ impl Live {
         let parts = Parts::build(&scene, &graph, choice)?;
         let mut sites = Sites::default();
         let world = level::build(&scene, &graph, &parts, choice, Some(&mut sites))?;
-        Ok(Live { scene, world, parts, sites, options })
+        let (parts, sites) = (Arc::new(parts), Arc::new(sites));
+        Ok(Live { scene: Arc::new(scene), world: Arc::new(world), parts, sites, options })
     }
 
     /// The scene as it is now.
-    pub fn scene(&self) -> &Scene {
+    pub fn scene(&self) -> &Arc<Scene> {
         &self.scene
     }
 
     /// The world as it is now. Of its [`Stats`] the memory is that of the beginning, and the condition the worst
     /// that has been.
-    pub fn world(&self) -> &World {
+    pub fn world(&self) -> &Arc<World> {
         &self.world
     }
 
@@ -90,9 +95,34 @@ impl Live {
         done
     }
 
+    /// Places what a path names, or the beginning of one as in `robot/arm[2]`, by a matrix instead of all transforms
+    /// that stood between it and its group: parent from local. A part that is shared moves wherever it is. What has
+    /// no transform gets one, for which everything is compiled anew.
+    ///
+    /// # Errors
+    /// [`SceneError`]s: there is no such path, or the matrix cannot be inverted. Nothing is changed then.
+    pub fn place(&mut self, path: &str, matrix: Affine) -> Result<(), Vec<SceneError>> {
+        let member = find(&self.scene, path).ok_or_else(|| {
+            let error = SceneError::general(format!("no path begins with '{path}'"));
+            vec![error.with_hint("paths are named as the answers name them, as in robot/arm[2]/bolt[0]")]
+        })?;
+        let matrix = LocalTransform::Matrix(matrix);
+        let still = LocalTransform::Matrix(Affine::IDENTITY);
+        let nodes = transforms(&self.scene, member);
+        if nodes.is_empty() {
+            let mut scene = (*self.scene).clone();
+            place_above(&mut scene, member, matrix);
+            *self = Live::new(scene, self.options)?;
+            return Ok(());
+        }
+        let changes: Vec<_> =
+            nodes.iter().enumerate().map(|(i, &node)| (node, if i == 0 { matrix } else { still })).collect();
+        self.set(&changes).map_err(|error| vec![error])
+    }
+
     /// A box, in world coordinates, around all that a transform moves. Infinite where some of it is an operand, or
     /// is in a shared part and so in many places.
-    pub fn reach(&mut self, node: NodeId) -> Aabb {
+    pub fn reach(&self, node: NodeId) -> Aabb {
         if !self.sites.within(&self.scene, node).is_empty() {
             return Aabb::EVERYTHING;
         }
@@ -104,9 +134,9 @@ impl Live {
 
     /// Writes transforms into the scene and answers those that were there, so that writing them undoes it.
     fn write(&mut self, transforms: &[(NodeId, LocalTransform)]) -> Vec<(NodeId, LocalTransform)> {
-        let mut old = Vec::new();
+        let (mut old, scene) = (Vec::new(), Arc::make_mut(&mut self.scene));
         for (id, new) in transforms {
-            if let Node::Transform { transform, .. } = &mut self.scene.nodes[id.0 as usize] {
+            if let Node::Transform { transform, .. } = &mut scene.nodes[id.0 as usize] {
                 old.push((*id, std::mem::replace(transform, *new)));
             }
         }
@@ -132,7 +162,7 @@ impl Live {
         }
         let rebuilt = bodies.iter().map(|(&body, &place)| Ok((body, self.rebuilt(body, place)?)));
         for (body, new) in rebuilt.collect::<Result<Vec<_>, SceneError>>()? {
-            self.world.bodies[body as usize] = new;
+            Arc::make_mut(&mut self.world).bodies[body as usize] = Arc::new(new);
             self.sites.of_body(body).iter().for_each(|&place| dirty.add(place));
         }
         // Levels come after those that they place.
@@ -177,13 +207,14 @@ impl Live {
         let mut boxes = Vec::new();
         for &placement in placements {
             let new = self.placement((level, placement))?;
-            self.world.stats.condition = self.world.stats.condition.max(new.condition);
-            let placed = &mut self.world.levels[level as usize].placements[placement as usize];
+            let world = Arc::make_mut(&mut self.world);
+            world.stats.condition = world.stats.condition.max(new.condition);
+            let placed = &mut Arc::make_mut(&mut world.levels[level as usize]).placements[placement as usize];
             placed.local_from_parent = new.local_from_parent;
             let target = placed.target;
-            boxes.push(self.world.bounds_of(target).transformed(&new.parent_from_local));
+            boxes.push(world.bounds_of(target).transformed(&new.parent_from_local));
         }
-        let level = &mut self.world.levels[level as usize];
+        let level = Arc::make_mut(&mut Arc::make_mut(&mut self.world).levels[level as usize]);
         let before = level.bounds;
         // A box that did not reach the level's faces does not move them by leaving.
         let mut faces_stay = true;
@@ -267,6 +298,56 @@ mod tests {
             }
         }
         assert!(moves > 200, "{moves}");
+    }
+
+    /// A clone that moves leaves the other as it was, and answers as a new world does.
+    #[test]
+    fn clones_move_apart() {
+        let mut random = Random::new(23);
+        for case in 0..30 {
+            let scene = random_scene(&mut random);
+            let options = Options { accel: Some(accel::NAMES[case % accel::NAMES.len()]) };
+            let first = Live::new(scene, options).unwrap();
+            let ray = |_| Ray::new(random.direction() * 6.0, random.direction() * -1.0).unwrap();
+            let rays: Vec<Ray> = (0..40).map(ray).collect();
+            let before = format!("{:?}", hits(first.world(), &rays));
+            let names: Vec<String> =
+                (0..first.world().path_count().min(3)).map(|p| first.world().path_name(p)).collect();
+            let mut moved = first.clone();
+            for name in &names {
+                let cut = name.match_indices('/').map(|(i, _)| i).nth(case % 3).unwrap_or(name.len());
+                let shift = Affine::translation(random.point(-1.0, 1.0));
+                moved.place(&name[..cut], shift).unwrap();
+            }
+            let anew = compile(moved.scene(), options).unwrap();
+            assert_eq!(format!("{:?}", hits(moved.world(), &rays)), format!("{:?}", hits(&anew, &rays)));
+            assert_eq!(format!("{:?}", hits(first.world(), &rays)), before);
+        }
+    }
+
+    #[test]
+    fn paths_are_placed() {
+        let mut scene = Scene::default();
+        let ball = scene.add_solid("sphere", &[crate::solid::Value::Number(1.0)]).unwrap();
+        let far = scene.add_transform(Affine::translation(crate::math::Vec3::X * 9.0), ball);
+        let group = scene.add(Node::Group { members: vec![ball, far] });
+        scene.add_object("a/b", None, group);
+        let mut live = Live::new(scene, Options::default()).unwrap();
+        let x_of = |live: &Live, path: u64| live.world().path_transform(path).unwrap().rows[0][3];
+        let shift = |x: f64| Affine::translation(crate::math::Vec3::X * x);
+        live.place("a/b/sphere[1]", shift(5.0)).unwrap();
+        assert_eq!((x_of(&live, 0), x_of(&live, 1)), (0.0, 5.0));
+        live.place("a/b/sphere[0]", shift(2.0)).unwrap();
+        live.place("a/b", shift(-10.0)).unwrap();
+        assert_eq!((x_of(&live, 0), x_of(&live, 1)), (-8.0, -5.0));
+        live.place("a/b", shift(1.0)).unwrap();
+        assert_eq!((x_of(&live, 0), x_of(&live, 1)), (3.0, 6.0));
+        for wrong in ["", "a", "a/b/sphere", "a/b/sphere[2]", "a/b/sphere[1]/x"] {
+            let errors = live.place(wrong, shift(1.0)).unwrap_err();
+            assert!(errors[0].message.contains(&format!("'{wrong}'")), "{errors:?}");
+        }
+        assert!(live.place("a/b", Affine::scaling(crate::math::Vec3::ZERO)).is_err());
+        assert_eq!(x_of(&live, 1), 6.0);
     }
 
     #[test]

@@ -7,6 +7,7 @@
 mod body;
 mod choice;
 mod error;
+mod find;
 mod graph;
 mod level;
 mod live;

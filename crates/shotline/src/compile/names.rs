@@ -19,7 +19,7 @@ struct Link {
 }
 
 /// All names of a world.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Names {
     links: Vec<Link>,
     labels: Vec<String>,

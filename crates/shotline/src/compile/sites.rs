@@ -1,6 +1,7 @@
 //! Where each transform of a scene counts in its world: what has to be placed anew when it changes.
 
 use std::collections::HashMap;
+use std::sync::OnceLock;
 
 use super::graph::children;
 use super::world::Target;
@@ -45,7 +46,7 @@ pub(super) struct Sites {
     bodies: HashMap<u32, Vec<Place>>,
     levels: HashMap<u32, Vec<Place>>,
     /// Where nodes are used that are operands, or within operands: as found when first asked.
-    operands: Option<HashMap<NodeId, Vec<Place>>>,
+    operands: OnceLock<HashMap<NodeId, Vec<Place>>>,
 }
 
 impl Sites {
@@ -119,8 +120,8 @@ impl Sites {
     }
 
     /// A place of each body in which a transform stands: above an operand.
-    pub(super) fn within(&mut self, scene: &Scene, node: NodeId) -> Vec<Place> {
-        let operands = self.operands.get_or_insert_with(|| find_operands(scene, &self.origins, &self.bodies));
+    pub(super) fn within(&self, scene: &Scene, node: NodeId) -> Vec<Place> {
+        let operands = self.operands.get_or_init(|| find_operands(scene, &self.origins, &self.bodies));
         operands.get(&node).cloned().unwrap_or_default()
     }
 }

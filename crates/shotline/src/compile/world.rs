@@ -28,28 +28,29 @@ pub struct Stats {
 }
 
 /// A scene compiled for casting: immutable and shared by all threads.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct World {
-    pub(super) levels: Vec<Level>,
+    /// Levels and bodies are shared with worlds that differ in others: see [`super::Live`].
+    pub(super) levels: Vec<Arc<Level>>,
     pub(super) root: u32,
-    pub(super) bodies: Vec<Body>,
+    pub(super) bodies: Vec<Arc<Body>>,
     pub(super) objects: Vec<ObjectInfo>,
     pub(super) object_names: Vec<String>,
     pub(super) material_names: Vec<String>,
-    pub(super) names: Names,
+    pub(super) names: Arc<Names>,
     /// An object with a body that is not a solid, and that body.
     pub(super) surface: Option<(u32, u32)>,
     pub(super) stats: Stats,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct ObjectInfo {
     pub material: Option<u32>,
     pub priority: i32,
 }
 
 /// The placements of a group.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Level {
     pub placements: Vec<Placed>,
     pub accel: Option<Box<dyn Accelerator>>,
@@ -61,7 +62,7 @@ pub(crate) struct Level {
 }
 
 /// A body or a level, placed.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Placed {
     /// The `T^-1` that rays are met with.
     pub local_from_parent: Affine,
@@ -197,7 +198,7 @@ impl World {
     /// which of its surfaces, as in `cylinder#2.side`; empty for a number not in use.
     pub fn surface_name(&self, surface: u32) -> String {
         let i = self.bodies.partition_point(|b| b.first_surface() <= surface);
-        let Some(body) = i.checked_sub(1).map(|i| &self.bodies[i]) else { return String::new() };
+        let Some(body) = i.checked_sub(1).map(|i| &*self.bodies[i]) else { return String::new() };
         let (kind, leaf, within, names) = match body {
             Body::Surface(b) => ("mesh", "mesh".into(), surface - b.first_surface, b.mesh.surfaces()),
             Body::Solid(b) => {
@@ -296,7 +297,7 @@ impl World {
         let bodies: usize = self
             .bodies
             .iter()
-            .map(|b| match b {
+            .map(|b| match &**b {
                 Body::Solid(b) => {
                     b.leaves.iter().map(leaf).sum::<usize>() + b.program.memory() + accel(&b.accel)
                 }

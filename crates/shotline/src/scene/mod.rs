@@ -113,7 +113,7 @@ pub struct Material {
 }
 
 /// A camera, in world coordinates.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// Where the eye is.
     pub eye: Vec3,

@@ -44,7 +44,7 @@ struct Stretch {
 }
 
 /// The tree.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Bsp<D> {
     bounds: Aabb,
     /// The root is the first. None without items.

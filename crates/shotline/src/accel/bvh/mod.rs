@@ -86,7 +86,7 @@ struct Node<V> {
 }
 
 /// The hierarchy. Children are found behind their parents.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Bvh<V = Aabb> {
     /// Children are adjacent; the root is node 0. Empty without items.
     nodes: Vec<Node<V>>,

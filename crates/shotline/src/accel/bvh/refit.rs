@@ -15,7 +15,7 @@ const ASIDE: u32 = u32::MAX;
 const NOWHERE: u32 = u32::MAX - 1;
 
 /// The way up, worked out when it is first needed.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Links {
     /// Of each node; the root has none.
     parents: Vec<u32>,

@@ -74,7 +74,7 @@ impl Cell {
 }
 
 /// The grid.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Grid {
     /// The first is the whole. None without items.
     blocks: Vec<Block>,

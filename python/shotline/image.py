@@ -1,0 +1,48 @@
+"""Pictures."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _native
+
+
+class Image(np.ndarray[Any, np.dtype[np.uint8]]):
+    """A picture: an array of shape (height, width, 3), or 4 with alpha, uint8 sRGB, rows from the top.
+
+    It is an ordinary array, shows itself in notebooks, and saves itself as PNG.
+
+    >>> picture = Scene(Sphere(radius=1)).render(size=(32, 24), samples=1)
+    >>> picture.shape, picture.dtype
+    ((24, 32, 3), dtype('uint8'))
+    """
+
+    def __new__(cls, pixels: ArrayLike) -> Image:
+        """From an array of that shape and type; it is not copied."""
+        array = np.asarray(pixels)
+        if array.dtype != np.uint8 or array.ndim != 3 or array.shape[2] not in (3, 4) or array.size == 0:
+            raise ValueError(f"a picture is uint8 of shape (h, w, 3 or 4), not {array.dtype} of {array.shape}")
+        return array.view(cls)
+
+    def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
+        """What is computed from a picture is no picture, but an ordinary array or a number."""
+        plain = np.asarray(array)
+        return plain[()] if plain.ndim == 0 else plain
+
+    def to_png(self) -> bytes:
+        """The picture as the bytes of a PNG file."""
+        return _native.encode_png(np.ascontiguousarray(self, np.uint8))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write a PNG file, whole or not at all."""
+        path = os.fspath(path)
+        if not path.lower().endswith(".png"):
+            raise ValueError(f"pictures are saved as .png, not as {path}")
+        _native.save_png(path, np.ascontiguousarray(self, np.uint8))
+
+    def _repr_png_(self) -> bytes | None:
+        return self.to_png() if self.ndim == 3 and self.dtype == np.uint8 and self.shape[2] in (3, 4) else None

@@ -1,0 +1,41 @@
+"""Drawings of rays, with matplotlib."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+if TYPE_CHECKING:
+    from .scene import Scene
+
+
+def plot_ray(scene: Scene, o: ArrayLike, d: ArrayLike, *, ax: Any, t_min: float, t_max: float) -> Any:
+    """See `Scene.plot_ray`."""
+    try:
+        from matplotlib import pyplot
+    except ImportError as error:
+        raise ImportError("plot_ray draws with matplotlib: pip install shotline[plot]") from error
+    hits = scene.crossings(o, d, t_min=t_min, t_max=t_max)
+    if len(hits.ray_splits) != 2:
+        raise ValueError(f"plot_ray draws one ray, not {len(hits.ray_splits) - 1}")
+    paths = sorted(set(hits.path.tolist()), key=lambda path: float(hits.t[hits.path == path][0]))
+    if ax is None:
+        _, ax = pyplot.subplots(figsize=(8, 1 + 0.5 * max(len(paths), 1)), layout="constrained")
+    finite = hits.t[np.isfinite(hits.t)]
+    end = float(finite.max() + 0.05 * np.ptp(finite) + 1e-9) if len(finite) else 1.0
+    for row, path in enumerate(paths):
+        mine = hits.path == path
+        t, entering, kind = np.minimum(hits.t[mine], end), hits.entering[mine], hits.kind[mine]
+        color = f"C{int(hits.object[mine][0]) % 10}"
+        if entering[::2].all() and not entering[1::2].any() and len(t) % 2 == 0:
+            ax.barh([row] * (len(t) // 2), t[1::2] - t[::2], left=t[::2], height=0.5, color=color, alpha=0.45)
+        for way, marker in ((True, ">"), (False, "<")):
+            surface = (entering == way) & (kind == 0)
+            ax.plot(t[surface], np.full(surface.sum(), row), marker, color=color, markersize=7)
+    ax.set_yticks(range(len(paths)), [scene.path_name(path) for path in paths])
+    ax.set_ylim(len(paths) - 0.5 if paths else 0.5, -0.5)
+    ax.set_xlabel("t, in lengths of the direction")
+    ax.set_xlim(min(t_min, float(finite.min())) if len(finite) else t_min, end)
+    return ax

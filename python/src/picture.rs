@@ -1,0 +1,114 @@
+//! Pictures as arrays.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use numpy::{IntoPyArray, PyArray3, PyArrayMethods, PyReadonlyArray3, PyUntypedArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use shotline::accel::COUNTERS;
+use shotline::scene::{Camera, Lens};
+use shotline_io::write_whole;
+use shotline_render::{LOOKS, Lighting, Settings, encode_bytes, look};
+
+use crate::scene::{Scene, unwritten};
+use crate::waiting::work;
+
+/// Where a picture is seen from: the eye, the target, what is up, and the angle of view or the height.
+#[derive(FromPyObject)]
+pub struct Sight([f64; 3], [f64; 3], [f64; 3], Option<f64>, Option<f64>);
+
+impl Sight {
+    fn camera(&self) -> PyResult<Camera> {
+        let Sight(eye, target, up, fov, height) = *self;
+        let lens = match (fov, height) {
+            (Some(fov), None) => Lens::Pinhole { fov },
+            (None, Some(height)) => Lens::Orthographic { height },
+            _ => return Err(PyValueError::new_err("a camera takes either fov or height")),
+        };
+        Ok(Camera { eye: eye.into(), target: target.into(), up: up.into(), lens })
+    }
+}
+
+/// What a picture shows: width, height, samples, look, lighting, counter, and the background.
+#[derive(FromPyObject)]
+pub struct Style(u32, u32, u32, String, String, String, Option<String>);
+
+impl Style {
+    fn settings(&self, camera: Option<Sight>) -> PyResult<Settings> {
+        let Style(width, height, samples, look_name, lighting, counter, background) = self;
+        let unknown = |what: &str, name: &str, known: Vec<&str>| {
+            PyValueError::new_err(format!("there is no {what} {name:?}; the names are {}", known.join(", ")))
+        };
+        let counters = || COUNTERS.iter().map(|c| c.name).collect();
+        Ok(Settings {
+            width: *width,
+            height: *height,
+            samples: *samples,
+            camera: camera.as_ref().map(Sight::camera).transpose()?,
+            look: look(look_name)
+                .ok_or_else(|| unknown("look", look_name, LOOKS.iter().map(|l| l.name).collect()))?,
+            lighting: match lighting.as_str() {
+                "sharp" => Lighting::Sharp,
+                "soft" => Lighting::Soft,
+                _ => return Err(unknown("lighting", lighting, vec!["sharp", "soft"])),
+            },
+            counter: COUNTERS
+                .iter()
+                .find(|c| c.name == counter)
+                .ok_or_else(|| unknown("counter", counter, counters()))?,
+            backdrop: match background {
+                Some(name) => {
+                    Some(name.parse().map_err(|e| PyValueError::new_err(format!("background: {e}")))?)
+                }
+                None => None,
+            },
+            ..Settings::default()
+        })
+    }
+}
+
+/// Eight-bit sRGB of shape (height, width, 3), or 4 with alpha.
+#[pyfunction]
+pub fn render<'py>(
+    py: Python<'py>,
+    scene: PyRef<'py, Scene>,
+    style: Style,
+    camera: Option<Sight>,
+    threads: usize,
+    progress: Option<Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyArray3<u8>>> {
+    let settings = style.settings(camera)?;
+    let rays = settings.width as usize * settings.height as usize * settings.samples as usize;
+    let (world, described) = (&*scene.world, &*scene.scene);
+    let image = work(py, rays, threads, progress.as_ref(), |run| {
+        shotline_render::render(world, described, &settings, run)
+    })?;
+    let image = image.map_err(|e| PyValueError::new_err(e.to_string()))?;
+    let shape = [image.height() as usize, image.width() as usize, image.channels()];
+    image.to_bytes().into_pyarray(py).reshape(shape)
+}
+
+/// The PNG of eight-bit sRGB of shape (height, width, 3 or 4).
+#[pyfunction]
+pub fn encode_png<'py>(py: Python<'py>, pixels: PyReadonlyArray3<'py, u8>) -> PyResult<Bound<'py, PyBytes>> {
+    Ok(PyBytes::new(py, &png(&pixels)?))
+}
+
+/// Writes that PNG to a file, whole or not at all.
+#[pyfunction]
+pub fn save_png(path: PathBuf, pixels: PyReadonlyArray3<u8>) -> PyResult<()> {
+    let png = png(&pixels)?;
+    write_whole(&path, |out| out.write_all(&png)).map_err(unwritten)
+}
+
+fn png(pixels: &PyReadonlyArray3<u8>) -> PyResult<Vec<u8>> {
+    let [height, width, channels] = [0, 1, 2].map(|axis| pixels.shape()[axis]);
+    let side = |n: usize| u32::try_from(n).map_err(|_| PyValueError::new_err("the picture is too large"));
+    if !(3..=4).contains(&channels) {
+        return Err(PyValueError::new_err(format!("a picture has 3 or 4 channels, not {channels}")));
+    }
+    encode_bytes(side(width)?, side(height)?, pixels.as_slice()?.to_vec())
+        .map_err(|e| PyValueError::new_err(e.to_string()))
+}

@@ -1,0 +1,43 @@
+import numpy as np
+import pytest
+from shotline import Group, Scene, Sphere, Torus
+
+
+def at(x, y, z):
+    return [[1, 0, 0, x], [0, 1, 0, y], [0, 0, 1, z]]
+
+
+def test_moved_scenes_are_as_built_so(aimed):
+    def built(*place):
+        arm = Group(Sphere(radius=1), Torus(R=2, r=0.4).transform(at(*place)))
+        return Scene(
+            Group(arm, arm.translate(6, 0, 0), Sphere(radius=1.5).translate(0, 0, 4) - Sphere(radius=1)).named(
+                "robot"
+            )
+        )
+
+    scene = built(0, 0, 1)
+    before = scene.crossings(*aimed)
+    for place in [(0, 0, 2), (1, 2, 3), (0.1, 0.2, 0.3)]:
+        moved = scene.with_moved("robot/group[1]/torus[1]", at(*place))
+        for a, b in zip(moved.crossings(*aimed), built(*place).crossings(*aimed), strict=True):
+            assert a.tobytes() == b.tobytes()
+        assert moved == built(*place) and moved != scene
+        for a, b in zip(scene.crossings(*aimed), before, strict=True):
+            assert a.tobytes() == b.tobytes()
+    chain = scene
+    for i in range(5):
+        chain = chain.with_moved("robot/group[1]", at(i, 0, 0)).with_moved("robot", at(0, 0, i))
+    np.testing.assert_array_equal(chain.path_transform(2), at(4, 0, 4))
+    assert float(chain.closest([4, 0, 20], [0, 0, -1]).t) == 15
+
+
+def test_what_cannot_be_moved():
+    scene = Scene(Sphere(radius=1).named("ball"))
+    with pytest.raises(ValueError, match="no path begins with 'bal'"):
+        scene.with_moved("bal", at(0, 0, 1))
+    with pytest.raises(ValueError, match="singular"):
+        scene.with_moved("ball", np.zeros((3, 4)))
+    with pytest.raises(ValueError, match="shape"):
+        scene.with_moved("ball", np.eye(3))
+    assert float(scene.closest([0, 0, -3], [0, 0, 1]).t) == 2

@@ -1,0 +1,85 @@
+import io
+import struct
+
+import numpy as np
+import pytest
+from shotline import Box, Camera, Image, Light, Scene, Sphere
+
+SCENE = Scene(Sphere(radius=1).named("ball"), Box(min=(-3, -3, -1.2), max=(3, 3, -1.1)))
+
+
+def test_pictures_are_arrays(tmp_path):
+    picture = SCENE.render(size=(40, 30), samples=1)
+    assert isinstance(picture, Image) and picture.shape == (30, 40, 3) and picture.dtype == np.uint8
+    assert SCENE.render(size=(40, 30), samples=1, background="transparent").shape == (30, 40, 4)
+    assert picture.std() > 5 and (picture[:5] != 0).any() and isinstance(picture.mean(), float)
+    png = picture._repr_png_()
+    assert png.startswith(b"\x89PNG") and struct.unpack(">II", png[16:24]) == (40, 30)
+    picture.save(tmp_path / "ball.png")
+    assert (tmp_path / "ball.png").read_bytes() == png
+    Image(picture[::-1, ::2]).save(str(tmp_path / "half.png"))
+    assert picture[0]._repr_png_() is None
+    pyplot = pytest.importorskip("matplotlib.pyplot", reason="matplotlib is not installed")
+    assert (np.rint(pyplot.imread(io.BytesIO(png)) * 255).astype(np.uint8)[..., :3] == picture).all()
+
+
+def test_the_same_picture_for_any_threads():
+    one = SCENE.render(size=(80, 60), threads=1)
+    assert (SCENE.render(size=(80, 60), threads=3) == one).all()
+
+
+def test_cameras_and_looks():
+    front = SCENE.render(
+        Camera(eye=(0, -5, 0), fov=40), size=(40, 40), samples=1, background="#000000", look="normal"
+    )
+    assert (front[20, 20] > 0).any() and (front[0, 0] == 0).all()
+    flat = SCENE.render(
+        Camera(eye=(0, 0, 9), up=(0, 1, 0), height=20), size=(40, 40), samples=1, background="black", look="depth"
+    )
+    assert (flat[20, 20] > 0).any() and (flat[0, 0] == 0).all()
+    lights = [Light(direction=(0, 0, -1)), Light(ambient=True, intensity=0.2)]
+    lit = Scene(Sphere(radius=1), lights=lights, camera=Camera(eye=(0, -5, 0), fov=40)).render(
+        size=(40, 40), samples=1
+    )
+    assert lit[12, 20].sum() > lit[28, 20].sum()
+    for look in ("thickness", "cost"):
+        assert SCENE.render(look=look, size=(20, 20), samples=1).std() > 1
+
+
+@pytest.mark.parametrize(
+    "wrong, error, message",
+    [
+        (lambda: SCENE.render(look="x"), ValueError, "lit, normal"),
+        (lambda: SCENE.render(lighting="x"), ValueError, "sharp, soft"),
+        (lambda: SCENE.render(counter="x"), ValueError, "boxes"),
+        (lambda: SCENE.render(background="red"), ValueError, "#336699"),
+        (lambda: SCENE.render(size=(0, 3)), ValueError, "0x3"),
+        (lambda: SCENE.render(samples=0), ValueError, "samples"),
+        (lambda: SCENE.render(Camera(eye=(0, 0, 0), fov=30)), ValueError, "same point"),
+        (lambda: SCENE.render(size=(2, 2)).save("/no/such/folder/x.png"), OSError, "folder"),
+        (lambda: SCENE.render(size=(2, 2)).save("x.jpg"), ValueError, "png"),
+        (lambda: Image(np.zeros((3, 3))), ValueError, "uint8"),
+    ],
+)
+def test_what_is_wrong_is_told(wrong, error, message):
+    with pytest.raises(error, match=message):
+        wrong()
+
+
+def test_trees():
+    text = SCENE._repr_html_()
+    assert "ball" in text and "radius=1" in text and text.count("<ul>") == text.count("</ul>")
+    many = Scene([Sphere(radius=1).named(f"<{i}>").translate(i, 0, 0) for i in range(100)])
+    assert "... 80 more" in many._repr_html_() and "&lt;1&gt;" in many._repr_html_()
+
+
+def test_rays_are_drawn():
+    pytest.importorskip("matplotlib", reason="matplotlib is not installed").use("agg")
+    ax = SCENE.plot_ray([0, 0, 5], [0, 0, -1])
+    assert [label.get_text() for label in ax.get_yticklabels()] == ["ball", "object1"]
+    assert sorted((bar.get_x(), bar.get_width()) for bar in ax.patches) == [(4.0, 2.0), pytest.approx((6.1, 0.1))]
+    assert SCENE.plot_ray([0, 0, 5], [0, 0, 1]) is not ax
+    inside = SCENE.plot_ray([0, 0, 0], [0, 0, -1], ax=ax)
+    assert inside is ax
+    with pytest.raises(ValueError, match="one ray, not 2"):
+        SCENE.plot_ray([[0, 0, 5]] * 2, [0, 0, 1])
