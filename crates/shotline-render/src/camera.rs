@@ -183,9 +183,9 @@ mod tests {
     fn cameras_that_cannot_see_are_refused() {
         let pinhole = camera(Lens::Pinhole { fov: 40.0 });
         let refused = |c: Camera| View::new(&c, 8, 6).unwrap_err();
-        assert_eq!(refused(Camera { target: pinhole.eye, ..pinhole.clone() }), CameraError::NoDirection);
-        assert_eq!(refused(Camera { up: Vec3::Y * -3.0, ..pinhole.clone() }), CameraError::NoUp);
-        assert_eq!(refused(Camera { up: Vec3::ZERO, ..pinhole.clone() }), CameraError::NoUp);
+        assert_eq!(refused(Camera { target: pinhole.eye, ..pinhole }), CameraError::NoDirection);
+        assert_eq!(refused(Camera { up: Vec3::Y * -3.0, ..pinhole }), CameraError::NoUp);
+        assert_eq!(refused(Camera { up: Vec3::ZERO, ..pinhole }), CameraError::NoUp);
         assert_eq!(refused(Camera { eye: Vec3::NAN, ..pinhole }), CameraError::NotFinite("eye"));
         assert_eq!(refused(camera(Lens::Pinhole { fov: 180.0 })), CameraError::Fov(180.0));
         assert_eq!(refused(camera(Lens::Orthographic { height: -1.0 })), CameraError::Height(-1.0));
