@@ -165,6 +165,7 @@ impl Command {
             cancel: Some(cancel),
             work: Some(work),
             most_rows: self.max_crossings,
+            ..Run::default()
         };
         let valid = &rays.valid;
         let answer = match self.query {
@@ -191,6 +192,10 @@ impl Command {
             error @ BatchError::TooMany { .. } => {
                 let help = "cast fewer rays at a time, ask for closest or count, or raise --max-crossings";
                 return Failure::of_file(&self.rays, format!("{error}\nhelp: {help}"));
+            }
+            // Rays that were read are rays: other rows were told of or set aside.
+            error @ (BatchError::Ray { .. } | BatchError::Point { .. }) => {
+                return Failure::of_file(&self.rays, error);
             }
             BatchError::World(error) => (String::new(), error),
             BatchError::Query { row, error } => {
