@@ -65,8 +65,7 @@ pub struct Command {
     on_invalid: OnInvalid,
     #[command(flatten)]
     span: SpanOfT,
-    /// End with an error if the answer has more rows than this; a million take about 200 MB while they are
-    /// gathered
+    /// End with an error if the answer has more rows than this; a million take about 65 MB
     #[arg(long, value_name = "N", default_value_t = Run::default().most_rows)]
     max_crossings: u64,
     /// Print one line of JSON on stdout: sizes, times, memory

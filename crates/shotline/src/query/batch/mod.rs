@@ -18,7 +18,7 @@ use super::{MAX_OF_A_RAY, Overlaps, QueryError};
 use crate::compile::World;
 use crate::ray::{InvalidRay, Span};
 use rays::{OfPoints, OfRays};
-use run::{Batch, CHUNK};
+use run::{Batch, CHUNK, empty};
 
 /// Why a batch has no answer.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -132,7 +132,7 @@ pub fn crossings(
     run: Run,
 ) -> Result<CrossingRows, BatchError> {
     Batch::new(world, OfRays(rays), run).gather(|worker, ray, rows: &mut CrossingRows| {
-        worker.hits.clear();
+        empty(&mut worker.hits);
         worker.caster.crossings_up_to(ray, span, MAX_OF_A_RAY, &mut worker.hits)?;
         rows.push_ray(&worker.hits);
         Ok(worker.hits.len())
@@ -153,7 +153,7 @@ pub fn segments(
 ) -> Result<SegmentRows, BatchError> {
     all_solid(world).map_err(BatchError::World)?;
     Batch::new(world, OfRays(rays), run).gather(|worker, ray, rows: &mut SegmentRows| {
-        worker.segments.clear();
+        empty(&mut worker.segments);
         rows.overlaps += worker.caster.segments(ray, span, overlaps, &mut worker.segments)?;
         rows.push_ray(&worker.segments);
         Ok(worker.segments.len())
@@ -182,7 +182,7 @@ pub fn thickness(
         rest.split_off_mut(..size)
     });
     Batch::new(world, OfRays(rays), run).fill(parts, |worker, ray, part, i| {
-        worker.segments.clear();
+        empty(&mut worker.segments);
         let new = worker.caster.segments(ray, span, overlaps, &mut worker.segments)?;
         met.fetch_add(new, Ordering::Relaxed);
         let lengths = &mut part[i * materials..][..materials];
@@ -204,7 +204,7 @@ pub fn contains(world: &World, points: &(impl Points + ?Sized), run: Run) -> Res
     all_solid(world).map_err(BatchError::World)?;
     let mut out = vec![false; points.len()];
     Batch::new(world, OfPoints(points), run).fill(out.chunks_mut(CHUNK), |worker, &point, part, i| {
-        worker.objects.clear();
+        empty(&mut worker.objects);
         worker.caster.contains(point, &mut worker.objects)?;
         part[i] = !worker.objects.is_empty();
         Ok(())
@@ -223,7 +223,7 @@ pub fn objects_containing(
 ) -> Result<ObjectRows, BatchError> {
     all_solid(world).map_err(BatchError::World)?;
     Batch::new(world, OfPoints(points), run).gather(|worker, &point, rows: &mut ObjectRows| {
-        worker.objects.clear();
+        empty(&mut worker.objects);
         worker.caster.contains(point, &mut worker.objects)?;
         rows.push_point(&worker.objects);
         Ok(worker.objects.len())

@@ -20,10 +20,9 @@ use crate::query::{Caster, Hit, QueryError, Segment};
 /// How to run a batch.
 #[derive(Clone, Copy)]
 pub struct Run<'a> {
-    /// Threads; 0 for one a core, 1 for none but the caller's own.
+    /// Threads; 0 for one a core. With 1, and for batches of a few thousand rows, the caller's own does the work.
     pub threads: usize,
-    /// Threads kept by the caller, all of which are used instead of new ones, unless `threads` is 1. Starting threads
-    /// for a batch takes from 0.05 ms (two) to some tenths (sixteen).
+    /// Threads kept by the caller: where new ones would be started, all of these are used instead.
     pub pool: Option<&'a ThreadPool>,
     /// Called from time to time with the number of rows done since the last call, from any thread.
     pub progress: Option<&'a (dyn Fn(u64) + Sync)>,
@@ -65,6 +64,12 @@ pub(super) struct Worker<'w> {
     pub hits: Vec<Hit>,
     pub segments: Vec<Segment>,
     pub objects: Vec<u32>,
+}
+
+/// Empties what a worker keeps from row to row, and frees what only a rare row needs.
+pub(super) fn empty<T>(kept: &mut Vec<T>) {
+    kept.clear();
+    kept.shrink_to(4096);
 }
 
 /// A batch on its way.

@@ -195,6 +195,20 @@ fn row_of_balls(n: i32) -> World {
 }
 
 #[test]
+fn threads_are_started_for_many_rays_only() {
+    let (world, rays) = (ball(), some_rays(&mut Random::new(37), 50_000));
+    let here = std::thread::current().id();
+    for (n, threads, alone) in [(4096, 0, true), (4096, 3, true), (50_000, 1, true), (50_000, 3, false)] {
+        let elsewhere = AtomicBool::new(false);
+        let progress = |_| _ = elsewhere.fetch_or(std::thread::current().id() != here, Ordering::Relaxed);
+        let run = Run { progress: Some(&progress), ..run(threads) };
+        any(&world, &rays[..n], Span::FORWARD, run).expect("any");
+        crossings(&world, &rays[..n], Span::FORWARD, run).expect("crossings");
+        assert_eq!(elsewhere.into_inner(), !alone, "{n} rays, {threads} threads");
+    }
+}
+
+#[test]
 fn bad_rows_are_named_before_any_work() {
     let (world, mut random) = (ball(), Random::new(32));
     for n in [3_000, 50_000] {
