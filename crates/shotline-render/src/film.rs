@@ -90,15 +90,18 @@ pub fn expose(
         }
         done
     };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(run.threads).build();
-    let pool = pool.map_err(|e| RenderError::Threads { threads: run.threads, why: e.to_string() })?;
-    let done: Vec<_> = pool.install(|| {
-        tiles
-            .par_iter()
-            .enumerate()
-            .map_init(|| Eye::new(world, settings.coherence, before.swept.as_ref()), one)
-            .collect()
-    });
+    let all = || {
+        let eye = || Eye::new(world, settings.coherence, before.swept.as_ref());
+        tiles.par_iter().enumerate().map_init(eye, one).collect()
+    };
+    let done: Vec<_> = match run.pool {
+        Some(pool) => pool.install(all),
+        None => {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(run.threads).build();
+            let pool = pool.map_err(|e| RenderError::Threads { threads: run.threads, why: e.to_string() })?;
+            pool.install(all)
+        }
+    };
     let mut exposure = Exposure { width, height, samples: vec![Sample::NOTHING; area(width, height)] };
     let mut still = vec![None; if kept.swept.is_some() { area(width, height) } else { 0 }];
     for (tile, pixels) in tiles.iter().zip(done) {

@@ -128,6 +128,7 @@ impl Command {
             BatchError::Cancelled => return Failure::Interrupted,
             BatchError::TooMany { .. } => "bench fewer rays, or ask for closest or count",
             BatchError::World(error) | BatchError::Query { error, .. } => help(error),
+            BatchError::Ray { .. } | BatchError::Point { .. } => "mend the rays",
         };
         Failure::of_file(&self.model.path, format!("{error}\nhelp: {help}"))
     }

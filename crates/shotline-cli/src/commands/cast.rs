@@ -65,8 +65,7 @@ pub struct Command {
     on_invalid: OnInvalid,
     #[command(flatten)]
     span: SpanOfT,
-    /// End with an error if the answer has more rows than this; a million take about 200 MB while they are
-    /// gathered
+    /// End with an error if the answer has more rows than this; a million take about 65 MB
     #[arg(long, value_name = "N", default_value_t = Run::default().most_rows)]
     max_crossings: u64,
     /// Print one line of JSON on stdout: sizes, times, memory
@@ -165,6 +164,7 @@ impl Command {
             cancel: Some(cancel),
             work: Some(work),
             most_rows: self.max_crossings,
+            ..Run::default()
         };
         let valid = &rays.valid;
         let answer = match self.query {
@@ -191,6 +191,10 @@ impl Command {
             error @ BatchError::TooMany { .. } => {
                 let help = "cast fewer rays at a time, ask for closest or count, or raise --max-crossings";
                 return Failure::of_file(&self.rays, format!("{error}\nhelp: {help}"));
+            }
+            // Rays that were read are rays: other rows were told of or set aside.
+            error @ (BatchError::Ray { .. } | BatchError::Point { .. }) => {
+                return Failure::of_file(&self.rays, error);
             }
             BatchError::World(error) => (String::new(), error),
             BatchError::Query { row, error } => {

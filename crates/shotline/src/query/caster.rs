@@ -41,9 +41,14 @@ pub struct Caster<'w> {
     walk: Walk<'w>,
     stream: StreamScratch,
     hits: Vec<Crossing>,
+    /// Boundaries of the last ray: memory only.
+    found: Vec<(Meeting, Boundary)>,
     state: ProgramState,
     scratch: Scratch,
 }
+
+/// The memory of so many boundaries is kept for the next ray.
+const KEPT: usize = 4096;
 
 /// Where the fold stands after a boundary.
 enum Go {
@@ -63,6 +68,7 @@ impl<'w> Caster<'w> {
             walk: Walk::default(),
             stream: StreamScratch::default(),
             hits: Vec::new(),
+            found: Vec::new(),
             state: ProgramState::default(),
             scratch: Scratch::default(),
         }
@@ -170,7 +176,8 @@ impl<'w> Caster<'w> {
         most: usize,
         out: &mut Vec<Hit>,
     ) -> Result<(), QueryError> {
-        let mut all: Vec<(Meeting, Boundary)> = Vec::new();
+        let mut all = std::mem::take(&mut self.found);
+        all.clear();
         self.fold(ray, span, Wanted::All, &[], &mut |meeting, boundary| {
             all.push((*meeting, boundary));
             if all.len() > most { Go::Stop } else { Go::UpTo(f64::INFINITY) }
@@ -181,6 +188,9 @@ impl<'w> Caster<'w> {
         // Stable: boundaries of one body keep their order.
         all.sort_by(|(m, a), (n, b)| a.crossing.t.total_cmp(&b.crossing.t).then(m.path.cmp(&n.path)));
         out.extend(all.iter().map(|(meeting, boundary)| self.hit(ray, meeting, boundary)));
+        if all.len() <= KEPT {
+            self.found = all;
+        }
         Ok(())
     }
 

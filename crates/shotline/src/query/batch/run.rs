@@ -1,0 +1,309 @@
+//! How a batch runs: rows are handed out in chunks, in their order, to workers on all threads.
+//!
+//! Each answer depends on its row only, so neither the split nor the number of threads can change it. What is handed
+//! out is always the front of what is left: so of several rows without an answer the first is found, whoever is faster.
+
+use std::iter;
+use std::ops::Range;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use super::BatchError;
+use super::rays::Asked;
+use super::rows::Ragged;
+use crate::accel::Work;
+use crate::compile::World;
+use crate::query::{Caster, Hit, QueryError, Segment};
+
+/// How to run a batch.
+#[derive(Clone, Copy)]
+pub struct Run<'a> {
+    /// Threads; 0 for one a core. With 1, and for batches of a few thousand rows, the caller's own does the work.
+    pub threads: usize,
+    /// Threads kept by the caller: where new ones would be started, all of these are used instead.
+    pub pool: Option<&'a ThreadPool>,
+    /// Called from time to time with the number of rows done since the last call, from any thread.
+    pub progress: Option<&'a (dyn Fn(u64) + Sync)>,
+    /// Set to end the batch early.
+    pub cancel: Option<&'a AtomicBool>,
+    /// Where the work done is added up.
+    pub work: Option<&'a Mutex<Work>>,
+    /// More rows than this, of crossings or segments, are an error, told before they fill the memory.
+    pub most_rows: u64,
+}
+
+impl Default for Run<'_> {
+    fn default() -> Self {
+        Run { threads: 0, pool: None, progress: None, cancel: None, work: None, most_rows: 1_000_000_000 }
+    }
+}
+
+/// Rows handed to a worker at once: few enough that dear ones are spread over the threads.
+pub(super) const CHUNK: usize = 256;
+
+/// Rows between looks at the cancel flag: a dear ray takes a millisecond.
+const BLOCK: usize = 64;
+
+/// Rows checked at once before the work starts.
+const CHECKED: usize = 1 << 14;
+
+/// Batches of no more rows are not worth starting threads for.
+const FEW: usize = 4096;
+
+/// Rows of an answer that a worker gathers before it counts them with those of the others.
+const COUNTED: u64 = 4096;
+
+/// Rows of an answer, about 16 MB, that workers gather for themselves before they are appended to the answer.
+const WAVE: u64 = if cfg!(test) { 2_000 } else { 1 << 18 };
+
+/// One thread's memory.
+pub(super) struct Worker<'w> {
+    pub caster: Caster<'w>,
+    pub hits: Vec<Hit>,
+    pub segments: Vec<Segment>,
+    pub objects: Vec<u32>,
+}
+
+/// Empties what a worker keeps from row to row, and frees what only a rare row needs.
+pub(super) fn empty<T>(kept: &mut Vec<T>) {
+    kept.clear();
+    kept.shrink_to(4096);
+}
+
+/// A batch on its way.
+pub(super) struct Batch<'a, A> {
+    world: &'a World,
+    asked: A,
+    run: Run<'a>,
+    /// Workers that wait for the next wave.
+    idle: Mutex<Vec<Worker<'a>>>,
+    counted: AtomicU64,
+    /// The first row that is known to have no answer, and why.
+    failed: AtomicUsize,
+    failure: Mutex<Option<(usize, BatchError)>>,
+}
+
+impl<'a, A: Asked> Batch<'a, A> {
+    pub fn new(world: &'a World, asked: A, run: Run<'a>) -> Batch<'a, A> {
+        Batch {
+            world,
+            asked,
+            run,
+            idle: Mutex::default(),
+            counted: AtomicU64::new(0),
+            failed: AtomicUsize::new(usize::MAX),
+            failure: Mutex::default(),
+        }
+    }
+
+    /// An answer of one row for each: every worker writes its part of the columns, of [`CHUNK`] rows, in place.
+    pub fn fill<P: Send>(
+        &self,
+        parts: impl Iterator<Item = P> + Send,
+        answer: impl Fn(&mut Worker<'a>, &A::One, &mut P, usize) -> Result<(), QueryError> + Sync,
+    ) -> Result<(), BatchError> {
+        self.on_threads(|workers| {
+            self.check(workers)?;
+            self.hand_out(workers, self.chunks(CHUNK).zip(parts), |worker, (rows, mut part)| {
+                let first = rows.start;
+                self.answer(worker, rows, |worker, one, row| {
+                    answer(worker, one, &mut part, row - first).map(|()| 0)
+                });
+            });
+            self.outcome()
+        })
+    }
+
+    /// An answer of any number of rows for each, which `answer` appends and tells. Workers gather those of a chunk
+    /// for themselves, a wave of chunks at a time; while they do, those of the wave before are appended to the answer.
+    pub fn gather<T: Ragged>(
+        &self,
+        answer: impl Fn(&mut Worker<'a>, &A::One, &mut T) -> Result<usize, QueryError> + Sync,
+    ) -> Result<T, BatchError> {
+        self.on_threads(|workers| {
+            self.check(workers)?;
+            let mut all = T::empty();
+            if workers == 1 {
+                let mut worker = self.worker();
+                self.answer(&mut worker, 0..self.asked.len(), |worker, one, _| answer(worker, one, &mut all));
+                self.dismiss(worker);
+                return self.outcome().map(|()| all);
+            }
+            let mut chunks = self.chunks(CHUNK);
+            let mut done = Vec::new();
+            loop {
+                let wave = || self.wave(workers, &mut chunks, &answer);
+                let (next, ()) = rayon::join(wave, || done.drain(..).for_each(|(_, part)| all.append(part)));
+                self.outcome()?;
+                if next.is_empty() {
+                    return Ok(all);
+                }
+                done = next;
+            }
+        })
+    }
+
+    /// The answers of the next chunks, in order.
+    fn wave<T: Ragged>(
+        &self,
+        workers: usize,
+        chunks: &mut (impl Iterator<Item = Range<usize>> + Send),
+        answer: &(impl Fn(&mut Worker<'a>, &A::One, &mut T) -> Result<usize, QueryError> + Sync),
+    ) -> Vec<(usize, T)> {
+        let (size, done) = (AtomicU64::new(0), Mutex::new(Vec::new()));
+        let next = || if size.load(Ordering::Relaxed) < WAVE { chunks.next() } else { None };
+        self.hand_out(workers, iter::from_fn(next), |worker, rows| {
+            let (first, mut part) = (rows.start, T::empty());
+            self.answer(worker, rows, |worker, one, _| answer(worker, one, &mut part));
+            // A row without crossings takes memory too.
+            size.fetch_add((part.len() + CHUNK) as u64, Ordering::Relaxed);
+            if let Ok(mut done) = done.lock() {
+                done.push((first, part));
+            }
+        });
+        let mut done = done.into_inner().unwrap_or_default();
+        done.sort_unstable_by_key(|(first, _)| *first);
+        done
+    }
+
+    /// Runs work that is told how many workers there are: 1 stands for the caller's thread.
+    fn on_threads<T: Send>(&self, work: impl FnOnce(usize) -> T + Send) -> T {
+        if self.run.threads == 1 || self.asked.len() <= FEW {
+            return work(1);
+        }
+        if let Some(pool) = self.run.pool {
+            return pool.install(|| work(pool.current_num_threads()));
+        }
+        match ThreadPoolBuilder::new().num_threads(self.run.threads).build() {
+            Ok(pool) => pool.install(|| work(pool.current_num_threads())),
+            // Without threads to be had, the work is done by this one.
+            Err(_) => work(1),
+        }
+    }
+
+    /// Gives tasks, in their order, to so many workers, until there is none left or one has failed.
+    fn hand_out<T: Send>(
+        &self,
+        workers: usize,
+        tasks: impl Iterator<Item = T> + Send,
+        work: impl Fn(&mut Worker<'a>, T) + Sync,
+    ) {
+        let tasks = Mutex::new(tasks);
+        let next = || tasks.lock().ok()?.next().filter(|_| self.failed.load(Ordering::Relaxed) == usize::MAX);
+        let one = || {
+            let mut worker = self.worker();
+            while let Some(task) = next() {
+                work(&mut worker, task);
+            }
+            self.dismiss(worker);
+        };
+        if workers == 1 {
+            one();
+        } else {
+            rayon::scope(|scope| (0..workers).for_each(|_| scope.spawn(|_| one())));
+        }
+    }
+
+    fn worker(&self) -> Worker<'a> {
+        let idle = self.idle.lock().ok().and_then(|mut idle| idle.pop());
+        let new = || Caster::new(self.world);
+        idle.unwrap_or_else(|| Worker { caster: new(), hits: vec![], segments: vec![], objects: vec![] })
+    }
+
+    fn dismiss(&self, mut worker: Worker<'a>) {
+        let done = worker.caster.take_work();
+        if let Some(mut work) = self.run.work.and_then(|work| work.lock().ok()) {
+            *work += done;
+        }
+        if let Ok(mut idle) = self.idle.lock() {
+            idle.push(worker);
+        }
+    }
+
+    fn chunks(&self, size: usize) -> impl Iterator<Item = Range<usize>> + Send + use<'a, A> {
+        let rows = self.asked.len();
+        (0..rows).step_by(size).map(move |first| first..rows.min(first + size))
+    }
+
+    /// Looks at everything that is asked, before any of it is answered.
+    fn check(&self, workers: usize) -> Result<(), BatchError> {
+        self.hand_out(workers, self.chunks(CHECKED), |_, rows| {
+            let first = rows.start;
+            let checked = self.go_on().map_err(|error| (first, error));
+            if let Err((row, error)) = checked.and_then(|()| self.asked.check(rows)) {
+                self.fail(row, error);
+            }
+        });
+        self.outcome()
+    }
+
+    /// Answers rows one after the other, up to one that has no answer or that comes after such a row.
+    fn answer(
+        &self,
+        worker: &mut Worker<'a>,
+        rows: Range<usize>,
+        mut answer: impl FnMut(&mut Worker<'a>, &A::One, usize) -> Result<usize, QueryError>,
+    ) {
+        let mut first = rows.start;
+        while first < rows.end && first < self.failed.load(Ordering::Relaxed) {
+            let block = first..rows.end.min(first + BLOCK);
+            first = block.end;
+            if let Err((row, error)) = self.answer_block(worker, block, &mut answer) {
+                return self.fail(row, error);
+            }
+        }
+    }
+
+    fn answer_block(
+        &self,
+        worker: &mut Worker<'a>,
+        rows: Range<usize>,
+        answer: &mut impl FnMut(&mut Worker<'a>, &A::One, usize) -> Result<usize, QueryError>,
+    ) -> Result<(), (usize, BatchError)> {
+        let (first, count) = (rows.start, rows.len());
+        self.go_on().map_err(|error| (first, error))?;
+        let mut made = 0;
+        for row in rows {
+            let one = self.asked.one(row).map_err(|error| (row, error))?;
+            let new = answer(worker, &one, row);
+            made += new.map_err(|error| (row, BatchError::Query { row, error }))? as u64;
+            if made >= COUNTED {
+                self.count(std::mem::take(&mut made)).map_err(|error| (row, error))?;
+            }
+        }
+        self.count(made).map_err(|error| (first, error))?;
+        if let Some(progress) = self.run.progress {
+            progress(count as u64);
+        }
+        Ok(())
+    }
+
+    fn go_on(&self) -> Result<(), BatchError> {
+        let cancelled = self.run.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed));
+        if cancelled { Err(BatchError::Cancelled) } else { Ok(()) }
+    }
+
+    fn count(&self, rows: u64) -> Result<(), BatchError> {
+        let most = self.run.most_rows;
+        let too_many = self.counted.fetch_add(rows, Ordering::Relaxed) + rows > most;
+        if too_many { Err(BatchError::TooMany { most }) } else { Ok(()) }
+    }
+
+    fn fail(&self, row: usize, error: BatchError) {
+        self.failed.fetch_min(row, Ordering::Relaxed);
+        if let Ok(mut failure) = self.failure.lock()
+            && failure.as_ref().is_none_or(|(first, _)| row < *first)
+        {
+            *failure = Some((row, error));
+        }
+    }
+
+    fn outcome(&self) -> Result<(), BatchError> {
+        match self.failure.lock().ok().and_then(|mut failure| failure.take()) {
+            Some((_, error)) => Err(error),
+            None => Ok(()),
+        }
+    }
+}
