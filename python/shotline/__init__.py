@@ -16,7 +16,8 @@ from .image import Image
 from .looks import Camera, Light, Material
 from .mesh import Mesh
 from .nodes import Difference, Group, Intersection, Node, Object, Union
-from .results import Closest, Crossings, Segments
+from .radiography import Detector, radiograph
+from .results import Closest, Cost, Crossings, Segments
 from .scene import Scene, load
 from .solids import *  # noqa: F403
 from .solids import __all__ as _solids
@@ -24,7 +25,9 @@ from .solids import __all__ as _solids
 __all__ = [
     "Camera",
     "Closest",
+    "Cost",
     "Crossings",
+    "Detector",
     "Difference",
     "Group",
     "Image",
@@ -39,5 +42,6 @@ __all__ = [
     "Union",
     "__version__",
     "load",
+    "radiograph",
     *_solids,
 ]

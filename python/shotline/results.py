@@ -178,6 +178,36 @@ class Crossings(_Ragged, _CrossingsFields):
         return f"{len(self.t)} crossings of {len(self.ray_splits) - 1} rays"
 
 
+class _CostFields(NamedTuple):
+    boxes: np.ndarray
+    cells: np.ndarray
+    planes: np.ndarray
+    solids: np.ndarray
+    tags: np.ndarray
+    heap: np.ndarray
+    all: np.ndarray
+
+
+class Cost(_Table, _CostFields):
+    """What finding the first crossing of each ray took; all arrays have the rays' shape (...), int64.
+
+    boxes: boxes tested. cells: cells visited. planes: splitting planes met. solids: solids and triangles intersected.
+    tags: intersections saved by tags. heap: entries pushed on heaps. all: boxes, cells, planes and solids together.
+    """
+
+    __slots__ = ()
+
+    def _rows(self) -> tuple[int, list[tuple[str, Any]]]:
+        return self.all.size, [(name, column.reshape(-1)) for name, column in self.to_dict().items()]
+
+    def _names(self) -> tuple[str, ...]:
+        return self._fields
+
+    def _heading(self) -> str:
+        mean = float(self.all.mean()) if self.all.size else 0.0
+        return f"costs of rays of shape {self.all.shape}: {mean:.4g} in the mean"
+
+
 class _SegmentsFields(NamedTuple):
     ray_splits: np.ndarray
     t_in: np.ndarray

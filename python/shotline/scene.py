@@ -19,8 +19,8 @@ from .looks import Camera, Light, Material
 from .mesh import Mesh
 from .nodes import Node, affine
 from .progress import callback
-from .rays import rays
-from .results import Closest, Crossings, Segments
+from .rays import points, rays
+from .results import Closest, Cost, Crossings, Segments
 
 
 class Scene:
@@ -178,6 +178,60 @@ class Scene:
         _, ask = _ask(o, d, t_min, t_max, threads, progress)
         *columns, _met = self._native.segments(ask, overlaps)
         return Segments(*columns)
+
+    def thickness(
+        self,
+        o: ArrayLike,
+        d: ArrayLike | None = None,
+        *,
+        overlaps: str = "error",
+        t_min: float = 0.0,
+        t_max: float = math.inf,
+        threads: int = 0,
+        progress: Any = None,
+    ) -> np.ndarray:
+        """How far each ray goes through each material: (..., n_materials) float64, in world units, in the order of
+        `material_names`. Objects without a material count for none.
+
+        It is the sum of `segments` by material, and takes and raises what that does.
+
+        >>> scene = Scene(Sphere(radius=1).named("ball", material="lead"), materials={"lead": {"mu": 1.2}})
+        >>> scene.thickness([[-5, 0, 0], [-5, 0.6, 0]], [2, 0, 0]).round(12).tolist()
+        [[2.0], [1.6]]
+        """
+        shape, ask = _ask(o, d, t_min, t_max, threads, progress)
+        lengths, _met = self._native.thickness(ask, overlaps)
+        return lengths.reshape(*shape, -1) if lengths.size else np.zeros((*shape, len(self.material_names)))
+
+    def cost(
+        self,
+        o: ArrayLike,
+        d: ArrayLike | None = None,
+        *,
+        t_min: float = 0.0,
+        t_max: float = math.inf,
+        threads: int = 0,
+        progress: Any = None,
+    ) -> Cost:
+        """What finding the first crossing of each ray takes: see `Cost`. Takes and raises what `closest` does."""
+        shape, ask = _ask(o, d, t_min, t_max, threads, progress)
+        return Cost(*(column.reshape(shape) for column in self._native.cost(ask).T))
+
+    def contains(self, p: ArrayLike, *, threads: int = 0, progress: Any = None) -> np.ndarray:
+        """Whether points of shape (..., 3) are inside of any object: (...) bool. No promise within rounding of a
+        surface.
+
+        Raises ValueError for a point with NaN or infinite numbers, by its row, and where a mesh is not closed.
+        """
+        where = points(p, "p")
+        inside = self._native.contains(where.reshape(-1, 3), _threads(threads), callback(progress))
+        return inside.reshape(where.shape[:-1])
+
+    def objects_at(self, p: ArrayLike, *, threads: int = 0, progress: Any = None) -> tuple[np.ndarray, np.ndarray]:
+        """The objects that hold each of n points: `splits`, (n + 1,) int64, and `object`, (rows,) int32; those of point
+        i are `object[splits[i] : splits[i + 1]]`, ascending. Takes and raises what `contains` does."""
+        where = points(p, "p")
+        return self._native.objects_containing(where.reshape(-1, 3), _threads(threads), callback(progress))
 
     # --- pictures
 

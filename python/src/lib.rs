@@ -27,7 +27,7 @@ mod _native {
     #[pymodule_export]
     use super::picture::{encode_png, render, save_png};
     #[pymodule_export]
-    use super::registry::{accelerators, check_solid, compose, kinds};
+    use super::registry::{accelerators, check_solid, compose, counters, kinds};
     #[pymodule_export]
     use super::scene::Scene;
     #[pymodule_export]

@@ -1,9 +1,10 @@
-//! Rays read from arrays in place.
+//! Rays and points read from arrays in place.
 
-use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use numpy::{PyReadonlyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use shotline::math::Vec3;
+use shotline::query::batch::{Points, Rays};
 use shotline::ray::{InvalidRay, Ray};
 
 /// Rows of numbers of which each ray takes three for its origin and three for its direction.
@@ -63,13 +64,39 @@ impl<'a> RayRows<'a> {
             }
         }
     }
+}
 
-    pub fn len(&self) -> usize {
+impl Rays for RayRows<'_> {
+    fn len(&self) -> usize {
         self.count
     }
 
     #[inline]
-    pub fn ray(&self, row: usize) -> Result<Ray, InvalidRay> {
+    fn ray(&self, row: usize) -> Result<Ray, InvalidRay> {
         Ray::new(self.origins.get(row), self.directions.get(row))
+    }
+}
+
+/// Points of shape (n, 3).
+#[derive(Clone, Copy, Debug)]
+pub struct PointRows<'a>(Rows<'a>);
+
+impl<'a> PointRows<'a> {
+    pub fn new(points: &'a PyReadonlyArray2<f64>) -> PyResult<PointRows<'a>> {
+        if points.shape()[1] != 3 {
+            return Err(PyValueError::new_err("points have three coordinates"));
+        }
+        Ok(PointRows(Rows { numbers: points.as_slice()?, step: 3 }))
+    }
+}
+
+impl Points for PointRows<'_> {
+    fn len(&self) -> usize {
+        self.0.numbers.len() / 3
+    }
+
+    #[inline]
+    fn point(&self, row: usize) -> Vec3 {
+        self.0.get(row)
     }
 }

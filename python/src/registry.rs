@@ -40,6 +40,12 @@ pub fn accelerators() -> (Vec<&'static str>, &'static str) {
     (accel::NAMES.to_vec(), accel::DEFAULT)
 }
 
+/// What is counted: names and summaries.
+#[pyfunction]
+pub fn counters() -> Vec<(&'static str, &'static str)> {
+    accel::COUNTERS.iter().map(|counter| (counter.name, counter.summary)).collect()
+}
+
 /// What a step of a placement takes: a rotation about an axis, or numbers.
 #[derive(FromPyObject)]
 pub enum Amount {

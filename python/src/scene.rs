@@ -3,20 +3,22 @@
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArrayDyn};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyReadonlyArrayDyn};
 use pyo3::exceptions::{PyIndexError, PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use shotline::accel;
+use shotline::accel::{self, COUNTERS};
 use shotline::compile::{Live, Options, SceneError, World, compile};
 use shotline::math::Affine;
-use shotline::query::batch::{self, BatchError, ClosestRows, CrossingRows, Run, SegmentRows};
+use shotline::query::batch::{
+    self, BatchError, ClosestRows, CrossingRows, ObjectRows, Points, Run, SegmentRows,
+};
 use shotline::query::{Overlaps, QueryError};
-use shotline::ray::{Ray, Span};
+use shotline::ray::Span;
 use shotline_io::{Document, Packed, Reach, WriteError};
 
 use crate::mesh::Mesh;
-use crate::rays::RayRows;
+use crate::rays::{PointRows, RayRows};
 use crate::waiting::work;
 
 /// A scene and its world; immutable.
@@ -47,15 +49,11 @@ impl Ask<'_> {
     fn answer<T: Send>(
         &self,
         py: Python,
-        query: impl FnOnce(&[Ray], Span, Run) -> Result<T, BatchError> + Send,
+        query: impl FnOnce(&RayRows, Span, Run) -> Result<T, BatchError> + Send,
     ) -> PyResult<T> {
         let Ask(count, origins, directions, t_min, t_max, threads, progress) = self;
         let span = Span::new(*t_min, *t_max).map_err(|e| PyValueError::new_err(e.to_string()))?;
-        let rows = RayRows::new(*count, origins, directions.as_ref())?;
-        let bad =
-            |row: usize, why: &dyn std::fmt::Display| PyValueError::new_err(format!("ray {row}: {why}"));
-        let rays: Vec<Ray> =
-            (0..rows.len()).map(|row| rows.ray(row).map_err(|e| bad(row, &e))).collect::<Result<_, _>>()?;
+        let rays = RayRows::new(*count, origins, directions.as_ref())?;
         work(py, *count, *threads, progress.as_ref(), |run| query(&rays, span, run))?.map_err(failure)
     }
 }
@@ -66,8 +64,10 @@ fn failure(error: BatchError) -> PyErr {
         BatchError::TooMany { .. } => {
             format!("{error}; cast fewer rays at a time, or ask for closest or count")
         }
-        BatchError::World(error) | BatchError::Query { error, .. } => format!("{error}; {}", help(error)),
-        BatchError::Cancelled => error.to_string(),
+        BatchError::World(inner) | BatchError::Query { error: inner, .. } => {
+            format!("{error}; {}", help(inner))
+        }
+        _ => error.to_string(),
     })
 }
 
@@ -290,6 +290,56 @@ impl Scene {
             overlaps,
         )
             .into_pyobject(py)
+    }
+
+    /// Lengths in materials, (rays, materials), and how many overlaps were met.
+    fn thickness<'py>(
+        &self,
+        py: Python<'py>,
+        ask: Ask<'py>,
+        overlaps: &str,
+    ) -> PyResult<(Bound<'py, PyArray2<f64>>, u64)> {
+        let overlaps = policy(overlaps)?;
+        let found =
+            ask.answer(py, |rays, span, run| batch::thickness(&self.world, rays, span, overlaps, run))?;
+        let shape = [ask.0, self.world.material_names().len()];
+        Ok((found.lengths.into_pyarray(py).reshape(shape)?, found.overlaps))
+    }
+
+    /// What the closest crossing takes, (rays, counters).
+    fn cost<'py>(&self, py: Python<'py>, ask: Ask<'py>) -> PyResult<Bound<'py, PyArray2<i64>>> {
+        let costs = ask.answer(py, |rays, span, run| batch::cost(&self.world, rays, span, run))?;
+        costs.into_pyarray(py).reshape([ask.0, COUNTERS.len()])
+    }
+
+    /// Whether points of shape (n, 3) are inside.
+    fn contains<'py>(
+        &self,
+        py: Python<'py>,
+        points: PyReadonlyArray2<'py, f64>,
+        threads: usize,
+        progress: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray1<bool>>> {
+        let rows = PointRows::new(&points)?;
+        let inside =
+            work(py, rows.len(), threads, progress.as_ref(), |run| batch::contains(&self.world, &rows, run))?;
+        Ok(inside.map_err(failure)?.into_pyarray(py))
+    }
+
+    /// The objects that hold points of shape (n, 3): splits, objects.
+    fn objects_containing<'py>(
+        &self,
+        py: Python<'py>,
+        points: PyReadonlyArray2<'py, f64>,
+        threads: usize,
+        progress: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<(Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<i32>>)> {
+        let rows = PointRows::new(&points)?;
+        let found = work(py, rows.len(), threads, progress.as_ref(), |run| {
+            batch::objects_containing(&self.world, &rows, run)
+        })?;
+        let ObjectRows { point_splits, object } = found.map_err(failure)?;
+        Ok((point_splits.into_pyarray(py), object.into_pyarray(py)))
     }
 }
 

@@ -192,6 +192,46 @@ def test_overlaps():
         scene.segments(o, d, overlaps="perhaps")
 
 
+def test_thickness_is_the_sum_of_segments(part, aimed):
+    o, d = aimed
+    segments = part.segments(o, d, overlaps="priority")
+    expected = np.zeros((len(o), 2))
+    np.add.at(expected, (segments.ray_ids, segments.material), segments.length)
+    lengths = part.thickness(o, d, overlaps="priority")
+    assert lengths.shape == (500, 2) and lengths.tobytes() == expected.tobytes() and (lengths > 0).sum() > 300
+    assert part.thickness(o.reshape(50, 10, 3), d[0]).shape == (50, 10, 2)
+    assert BALL.thickness([[0, 0, -5]] * 3, [0, 0, 1]).shape == (3, 0)
+    assert part.thickness(np.zeros((0, 3)), [0, 0, 1]).shape == (0, 2)
+    assert part.thickness([0, 0, 9], [0, 0, -2]).shape == (2,)
+
+
+def test_points_are_inside(rng):
+    scene = Scene(Sphere(radius=1).named("a"), Box(min=(0, 0, 0), max=(2, 2, 2)).named("b"))
+    p = rng.uniform(-1.5, 2.5, (40, 50, 3))
+    in_a, in_b = (p**2).sum(-1) < 1, ((p > 0) & (p < 2)).all(-1)
+    inside = scene.contains(p)
+    assert inside.shape == (40, 50) and inside.dtype == bool and (inside == in_a | in_b).all()
+    splits, objects = scene.objects_at(p)
+    assert splits.dtype == np.int64 and objects.dtype == np.int32
+    assert objects.tolist() == [i for a, b in zip(in_a.flat, in_b.flat, strict=True) for i in [0] * int(a) + [1] * int(b)]
+    assert (np.diff(splits) == in_a.astype(int).ravel() + in_b.ravel()).all()
+    assert scene.contains([0, 0, 0.5]).shape == () and scene.contains(np.zeros((0, 3))).shape == (0,)
+    p[3, 4, 0] = np.nan
+    with pytest.raises(ValueError, match="point 154"):
+        scene.contains(p)
+    with pytest.raises(ValueError, match="shape"):
+        scene.contains([1, 2])
+
+
+def test_costs(part, aimed):
+    cost = part.cost(*aimed)
+    assert all(column.shape == (500,) and column.dtype == np.int64 for column in cost)
+    assert (cost.all == cost.boxes + cost.cells + cost.planes + cost.solids).all() and cost.boxes.min() >= 1
+    assert cost._fields == tuple(name for name, _ in shotline._native.counters())
+    assert repr(cost).startswith("costs of rays of shape (500,)")
+    assert part.cost([0, 0, 9], [0, 0, -1]).solids.shape == ()
+
+
 def test_no_leaks_at_edges_and_vertices(rng):
     """Rays at the corners and edges of a closed mesh: every list is even and alternates."""
     corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)

@@ -15,6 +15,7 @@ pub use run::Run;
 
 use super::caster::all_solid;
 use super::{MAX_OF_A_RAY, Overlaps, QueryError};
+use crate::accel::COUNTERS;
 use crate::compile::World;
 use crate::ray::{InvalidRay, Span};
 use rays::{OfPoints, OfRays};
@@ -194,6 +195,30 @@ pub fn thickness(
         Ok(())
     })?;
     Ok(Thickness { lengths, overlaps: met.into_inner() })
+}
+
+/// What the closest crossing of each ray takes: every counter of [`COUNTERS`], row by row.
+///
+/// # Errors
+/// [`BatchError`]: cancelled, or a row that is not a ray.
+pub fn cost(
+    world: &World,
+    rays: &(impl Rays + ?Sized),
+    span: Span,
+    run: Run,
+) -> Result<Vec<i64>, BatchError> {
+    let counters = COUNTERS.len();
+    let mut out = vec![0; rays.len() * counters];
+    Batch::new(world, OfRays(rays), run).fill(out.chunks_mut(CHUNK * counters), |worker, ray, part, i| {
+        worker.caster.take_work();
+        worker.caster.closest(ray, span);
+        let work = worker.caster.take_work();
+        for (count, counter) in part[i * counters..].iter_mut().zip(COUNTERS) {
+            *count = (counter.of)(&work) as i64;
+        }
+        Ok(())
+    })?;
+    Ok(out)
 }
 
 /// Whether each point is inside any object. No promise within rounding of a surface.

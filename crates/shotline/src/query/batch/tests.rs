@@ -367,3 +367,18 @@ fn points_that_are_nowhere_are_named() {
         }
     }
 }
+
+#[test]
+fn costs_are_those_of_the_closest_crossing() {
+    let mut random = Random::new(9);
+    let world = material_world(&mut random);
+    let rays = some_rays(&mut random, 2 * CHUNK + 3);
+    let costs = cost(&world, &rays, Span::FORWARD, run(2)).expect("an answer");
+    let mut caster = Caster::new(&world);
+    for (ray, costs) in rays.iter().zip(costs.chunks_exact(COUNTERS.len())) {
+        caster.closest(ray, Span::FORWARD);
+        let work = caster.take_work();
+        let expected: Vec<i64> = COUNTERS.iter().map(|counter| (counter.of)(&work) as i64).collect();
+        assert_eq!(costs, expected);
+    }
+}

@@ -1,0 +1,185 @@
+"""Radiographs: what of a beam comes through a scene, by the law of Beer and Lambert."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .progress import Told, callback
+from .rays import floats, points
+from .scene import Scene
+
+# Rays at a time: what they take beside the picture stays in bounds.
+_BLOCK = 1 << 20
+
+
+@dataclass(frozen=True, kw_only=True)
+class Detector:
+    """A flat detector of pixels.
+
+    Args:
+        center: the middle of the detector, in world coordinates.
+        right, up: the way from one pixel to the next along a row, and from one row to the one above it: their
+            lengths are the size of a pixel, in world units. They need not be at right angles.
+        shape: rows and columns of pixels.
+    """
+
+    center: ArrayLike
+    right: ArrayLike
+    up: ArrayLike
+    shape: tuple[int, int]
+
+    def __post_init__(self) -> None:
+        center, right, up = (points(v, name).reshape(-1) for v, name in self._vectors())
+        if not all(v.size == 3 and np.isfinite(v).all() for v in (center, right, up)):
+            raise ValueError("center, right and up are three finite numbers each")
+        if not np.cross(right, up).any():
+            raise ValueError("right and up lie in one line, so there is no plane of pixels")
+        rows, columns = self.shape
+        if rows < 1 or columns < 1:
+            raise ValueError(f"a detector has at least one row and one column, not {self.shape}")
+
+    def _vectors(self) -> list[tuple[ArrayLike, str]]:
+        return [(self.center, "center"), (self.right, "right"), (self.up, "up")]
+
+    @classmethod
+    def facing(cls, source: ArrayLike, center: ArrayLike, *, pixel: float, shape: tuple[int, int]) -> Detector:
+        """A detector of square pixels that faces a source; its rows are level, at right angles to z, or to y where the
+        way from the source is upright."""
+        way = points(center, "center") - points(source, "source")
+        if not np.isfinite(way).all() or not way.any():
+            raise ValueError("the source is in the middle of the detector")
+        axis = np.array([0.0, 0.0, 1.0])
+        right = np.cross(way, axis)
+        if np.linalg.norm(right) <= 1e-9 * np.linalg.norm(way):
+            right = np.cross(way, [0.0, 1.0, 0.0])
+        up = np.cross(right, way)
+        right, up = (pixel * v / np.linalg.norm(v) for v in (right, up))
+        return cls(center=center, right=right, up=up, shape=shape)
+
+    def pixels(self) -> np.ndarray:
+        """The middles of the pixels: (rows, columns, 3) float64, rows from the top."""
+        rows, columns = self.shape
+        across = np.arange(columns) - (columns - 1) / 2
+        down = (rows - 1) / 2 - np.arange(rows)
+        center, right, up = (np.asarray(v, np.float64) for v, _ in self._vectors())
+        return center + across[:, None] * right + down[:, None, None] * up
+
+
+def radiograph(
+    scene: Scene,
+    source: ArrayLike,
+    detector: Detector,
+    mu: Mapping[str, float] | ArrayLike,
+    *,
+    beam: str = "cone",
+    overlaps: str = "error",
+    quantity: str = "attenuation",
+    threads: int = 0,
+    progress: Any = None,
+) -> np.ndarray:
+    """What a detector sees of a source through a scene.
+
+    Each pixel takes one ray, to its middle; scattering and the width of source and pixels are not part of it, nor the
+    law of distances.
+
+    Args:
+        scene: its objects' materials attenuate; an object without one does not.
+        source: with `beam="cone"` the point from which the beam comes, outside of everything; with `beam="parallel"` the
+            direction in which it goes. World coordinates.
+        detector: where it goes.
+        mu: linear attenuation coefficients, one over world units: by the names of the materials, all of which must be
+            there; or an array in the order of `scene.material_names`, of shape (materials,), or (materials, energies)
+            for several energies at once.
+        beam: "cone" or "parallel". A parallel beam is followed from before everything that has an end.
+        overlaps: as of `Scene.segments`.
+        quantity: "attenuation" is the optical depth, the sum of mu times length; "transmission" is exp(-attenuation),
+            the part of the beam that arrives; "thickness" is the length in each material and does without mu.
+        threads, progress: as of `Scene.closest`.
+
+    Returns:
+        (rows, columns) float64; with several energies (rows, columns, energies); of thickness (rows, columns,
+        materials).
+
+    Raises:
+        ValueError: for a material without mu, negative or not finite mu, names that are none, and as `Scene.segments`.
+
+    >>> ball = Scene(Sphere(radius=1).named("ball", material="lead"), materials={"lead": {}})
+    >>> plate = Detector.facing([-10, 0, 0], [10, 0, 0], pixel=0.5, shape=(3, 3))
+    >>> radiograph(ball, [-10, 0, 0], plate, {"lead": 0.7})[1, 1].round(12)
+    np.float64(1.4)
+    """
+    if quantity not in ("attenuation", "transmission", "thickness"):
+        raise ValueError(f'quantity is {quantity!r}, but must be "attenuation", "transmission" or "thickness"')
+    coefficients = None if quantity == "thickness" else _coefficients(scene, mu)
+    pixels = detector.pixels()
+    origins, directions, t_max = _beam(scene, points(source, "source"), pixels, beam)
+    rows, columns = detector.shape
+    tail = (len(scene.material_names),) if coefficients is None else coefficients.shape[1:]
+    out = np.empty((rows, columns, *tail))
+    tell = callback(progress)
+    band = max(1, _BLOCK // columns)
+    for top in range(0, rows, band):
+        here = slice(top, min(top + band, rows))
+        lengths = scene.thickness(
+            *_rows(origins, directions, here),
+            overlaps=overlaps,
+            t_max=t_max,
+            threads=threads,
+            progress=_banded(tell, top * columns, rows * columns),
+        )
+        out[here] = lengths if coefficients is None else np.tensordot(lengths, coefficients, 1)
+    return np.exp(-out, out=out) if quantity == "transmission" else out
+
+
+def _rows(origins: np.ndarray, directions: np.ndarray, here: slice) -> tuple[np.ndarray, np.ndarray]:
+    return tuple(v if v.ndim == 1 else v[here] for v in (origins, directions))  # type: ignore[return-value]
+
+
+def _banded(tell: Told | None, before: int, total: int) -> Told | None:
+    """Progress of one band as progress of all."""
+    return None if tell is None else lambda done, _: tell(before + done, total)
+
+
+def _beam(scene: Scene, source: np.ndarray, pixels: np.ndarray, beam: str) -> tuple[np.ndarray, np.ndarray, float]:
+    """Origins, directions and the end of the rays."""
+    source = source.reshape(-1)
+    if source.size != 3 or not np.isfinite(source).all():
+        raise ValueError("source is three finite numbers")
+    if beam == "cone":
+        # A ray ends at its pixel.
+        return source, pixels - source, 1.0
+    if beam != "parallel":
+        raise ValueError(f'beam is {beam!r}, but must be "cone" or "parallel"')
+    if not source.any():
+        raise ValueError("a parallel beam goes in a direction, and that of source is none")
+    way = source / np.linalg.norm(source)
+    corners = np.array([*scene.bounds])
+    finite = np.where(np.isfinite(corners), corners, 0.0)
+    reach = float(np.linalg.norm(finite, axis=1).max() + np.linalg.norm(pixels, axis=-1).max())
+    reach = math.nextafter(2.0 * reach, math.inf)
+    # The way is of length 1, so the pixel is at t = reach.
+    return pixels - way * reach, way, reach
+
+
+def _coefficients(scene: Scene, mu: Any) -> np.ndarray:
+    names = scene.material_names
+    if isinstance(mu, Mapping):
+        missing = [name for name in names if name not in mu]
+        unknown = [name for name in mu if name not in names]
+        if missing or unknown:
+            wrong = [f"there is none for {name!r}" for name in missing]
+            wrong += [f"the scene has no material {name!r}" for name in unknown]
+            raise ValueError(f"mu: {'; '.join(wrong)}")
+        mu = [mu[name] for name in names]
+    array = floats(mu, "mu")
+    if array.ndim not in (1, 2) or len(array) != len(names):
+        raise ValueError(f"mu has a row for each of the {len(names)} materials, not shape {array.shape}")
+    if not (np.isfinite(array) & (array >= 0)).all():
+        raise ValueError("mu must be finite and not negative")
+    return array

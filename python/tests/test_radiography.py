@@ -1,0 +1,128 @@
+"""Radiographs held to closed forms."""
+
+import numpy as np
+import pytest
+import shotline
+from shotline import Box, Cylinder, Detector, Scene, Sphere, radiograph, radiography
+
+BALL = Scene(Sphere(radius=2).named("ball", material="lead"), materials={"lead": {}})
+
+
+def chord(source, pixels, radius):
+    """The length of the way from a source to pixels in a ball around the origin."""
+    way = pixels - source
+    length = np.linalg.norm(way, axis=-1)
+    off = np.linalg.norm(np.cross(way, -source), axis=-1) / length
+    return 2 * np.sqrt(np.maximum(radius**2 - off**2, 0))
+
+
+def test_a_ball_in_a_cone_beam():
+    source = np.array([-20.0, 1.0, 0.5])
+    detector = Detector.facing(source, [10, 0, 0], pixel=0.3, shape=(40, 50))
+    expected = chord(source, detector.pixels(), 2)
+    assert (expected > 0).sum() > 300 and (expected == 0).sum() > 100
+    seen = radiograph(BALL, source, detector, {"lead": 0.7})
+    assert seen.shape == (40, 50) and seen.dtype == np.float64
+    np.testing.assert_allclose(seen, 0.7 * expected, atol=1e-6, rtol=1e-12)
+    # Away from the edge, where the root of a small number is inexact, to the last digits.
+    well = expected > 0.5
+    np.testing.assert_allclose(seen[well], 0.7 * expected[well], rtol=1e-13)
+    through = radiograph(BALL, source, detector, {"lead": 0.7}, quantity="transmission")
+    np.testing.assert_array_equal(through, np.exp(-seen))
+    lengths = radiograph(BALL, source, detector, None, quantity="thickness")
+    assert lengths.shape == (40, 50, 1)
+    np.testing.assert_allclose(lengths[..., 0], expected, atol=1e-6)
+
+
+def test_a_ball_in_a_parallel_beam():
+    detector = Detector(center=[0, 0, -7], right=[0.1, 0, 0], up=[0, 0.1, 0], shape=(60, 60))
+    x, y, _ = np.moveaxis(detector.pixels(), -1, 0)
+    expected = 2 * np.sqrt(np.maximum(4 - x**2 - y**2, 0))
+    seen = radiograph(BALL, [0, 0, -3], detector, [1.0], beam="parallel")
+    np.testing.assert_allclose(seen, expected, atol=1e-6)
+    # The mean over the detector is the volume.
+    assert seen.sum() * 0.01 == pytest.approx(4 / 3 * np.pi * 8, rel=2e-3)
+    # A detector inside the ball sees the half before it.
+    inside = Detector(center=[0, 0, 0], right=[0.1, 0, 0], up=[0, 0.1, 0], shape=(3, 3))
+    assert radiograph(BALL, [0, 0, -1], inside, [1.0], beam="parallel")[1, 1] == pytest.approx(2, rel=1e-14)
+
+
+def test_materials_and_energies():
+    block = Box(min=(-3, -3, 0), max=(3, 3, 2)) - Cylinder(radius=1, z0=0, z1=2)
+    scene = Scene(
+        block.named("block", material="steel"),
+        Cylinder(radius=1, z0=0, z1=1).named("plug", material="wax"),
+        Sphere(radius=0.5).translate(0, 0, 9).named("nothing"),
+        materials={"steel": {}, "wax": {}},
+    )
+    detector = Detector(center=[0, 0, -5], right=[0.25, 0, 0], up=[0, 0.25, 0], shape=(21, 21))
+    energies = np.array([[2.0, 1.0, 0.5], [0.3, 0.2, 0.1]])
+    seen = radiograph(scene, [0, 0, -1], detector, energies, beam="parallel")
+    assert seen.shape == (21, 21, 3)
+    np.testing.assert_allclose(seen[10, 10], 1 * energies[1], rtol=1e-13)
+    np.testing.assert_allclose(seen[0, 0], 2 * energies[0], rtol=1e-13)
+    named = radiograph(scene, [0, 0, -1], detector, {"wax": 0.3, "steel": 2.0}, beam="parallel")
+    np.testing.assert_allclose(named, seen[..., 0], rtol=1e-15)
+
+
+def test_rows_run_down_and_columns_to_the_right():
+    detector = Detector.facing([0, -10, 0], [0, 10, 0], pixel=2, shape=(3, 5))
+    pixels = detector.pixels()
+    np.testing.assert_allclose(pixels[0, 0], [-4, 10, 2], atol=1e-12)
+    np.testing.assert_allclose(pixels[2, 4], [4, 10, -2], atol=1e-12)
+    upright = Detector.facing([0, 0, 10], [0, 0, -10], pixel=1, shape=(3, 3)).pixels()
+    assert np.isfinite(upright).all() and np.ptp(upright[..., 2]) == 0
+
+
+def test_bands_are_the_same_as_one(monkeypatch):
+    source, detector = [-20, 0, 0], Detector.facing([-20, 0, 0], [10, 0, 0], pixel=0.3, shape=(30, 20))
+    expected = radiograph(BALL, source, detector, [1.0])
+    monkeypatch.setattr(radiography, "_BLOCK", 100)
+    told = []
+    seen = radiograph(BALL, source, detector, [1.0], progress=lambda done, total: told.append((done, total)))
+    assert seen.tobytes() == expected.tobytes()
+    assert told[-1] == (600, 600) and told == sorted(told)
+
+
+@pytest.mark.parametrize(
+    "changes, message",
+    [
+        ({"mu": {}}, "none for 'lead'"),
+        ({"mu": {"lead": 1, "gold": 2}}, "no material 'gold'"),
+        ({"mu": [1, 2]}, "1 materials"),
+        ({"mu": [-1]}, "not negative"),
+        ({"beam": "fan"}, "cone"),
+        ({"quantity": "x"}, "attenuation"),
+        ({"source": [0, 0]}, r"\(..., 3\)|three"),
+        ({"source": [0, 0, 0], "beam": "parallel"}, "direction"),
+    ],
+)
+def test_what_is_wrong_is_told(changes, message):
+    detector = Detector(center=[0, 0, -5], right=[1, 0, 0], up=[0, 1, 0], shape=(3, 3))
+    given = {"source": [0, 0, 9], "detector": detector, "mu": [1.0]} | changes
+    with pytest.raises(ValueError, match=message):
+        radiograph(BALL, **given)
+
+
+def test_detectors_that_are_none():
+    for wrong in [
+        {"center": [0, 0, 0], "right": [1, 0, 0], "up": [2, 0, 0], "shape": (3, 3)},
+        {"center": [0, 0, np.nan], "right": [1, 0, 0], "up": [0, 1, 0], "shape": (3, 3)},
+        {"center": [0, 0, 0], "right": [1, 0, 0], "up": [0, 1, 0], "shape": (0, 3)},
+    ]:
+        with pytest.raises(ValueError):
+            Detector(**wrong)
+    with pytest.raises(ValueError, match="middle"):
+        Detector.facing([1, 2, 3], [1, 2, 3], pixel=1, shape=(3, 3))
+
+
+def test_overlaps_are_errors():
+    scene = Scene(Sphere(radius=1).named("a", "x"), Sphere(radius=1).named("b", "x"), materials={"x": {}})
+    detector = Detector(center=[0, 0, -5], right=[1, 0, 0], up=[0, 1, 0], shape=(3, 3))
+    with pytest.raises(ValueError, match="overlap"):
+        radiograph(scene, [0, 0, 9], detector, [1.0])
+    assert radiograph(scene, [0, 0, 9], detector, [1.0], overlaps="priority")[1, 1] == pytest.approx(2)
+
+
+def test_public():
+    assert shotline.radiograph is radiograph and shotline.Detector is Detector
