@@ -333,13 +333,13 @@ impl Scene {
         points: PyReadonlyArray2<'py, f64>,
         threads: usize,
         progress: Option<Bound<'py, PyAny>>,
-    ) -> PyResult<(Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<i32>>)> {
+    ) -> PyResult<Bound<'py, PyTuple>> {
         let rows = PointRows::new(&points)?;
         let found = work(py, rows.len(), threads, progress.as_ref(), |run| {
             batch::objects_containing(&self.world, &rows, run)
         })?;
         let ObjectRows { point_splits, object } = found.map_err(failure)?;
-        Ok((point_splits.into_pyarray(py), object.into_pyarray(py)))
+        (point_splits.into_pyarray(py), object.into_pyarray(py)).into_pyobject(py)
     }
 }
 
