@@ -54,6 +54,10 @@ class _Table(tuple[Any, ...]):
         return "\n".join([self._heading(), *lines])
 
 
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}{'' if count == 1 else 's'}"
+
+
 def _cell(value: Any) -> str:
     if isinstance(value, np.ndarray):
         return "(" + ", ".join(_cell(x) for x in value) + ")"
@@ -175,7 +179,7 @@ class Crossings(_Ragged, _CrossingsFields):
         return self._fields
 
     def _heading(self) -> str:
-        return f"{len(self.t)} crossings of {len(self.ray_splits) - 1} rays"
+        return f"{_counted(len(self.t), 'crossing')} of {_counted(len(self.ray_splits) - 1, 'ray')}"
 
 
 class _CostFields(NamedTuple):
@@ -237,4 +241,4 @@ class Segments(_Ragged, _SegmentsFields):
         return self._fields
 
     def _heading(self) -> str:
-        return f"{len(self.t_in)} segments of {len(self.ray_splits) - 1} rays"
+        return f"{_counted(len(self.t_in), 'segment')} of {_counted(len(self.ray_splits) - 1, 'ray')}"
