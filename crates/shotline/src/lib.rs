@@ -70,6 +70,7 @@ pub mod compile;
 pub mod crossing;
 pub mod csg;
 pub mod math;
+pub mod measure;
 pub mod query;
 pub mod ray;
 pub mod roots;

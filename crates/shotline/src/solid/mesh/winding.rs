@@ -46,6 +46,17 @@ pub(super) fn to_crossings(out: &mut Vec<Crossing>, start: usize, before: i32) {
     }
 }
 
+/// Whether the winding number is one of two numbers between all events of sorted hits, 0 before them.
+pub(super) fn stays_between(hits: &[Crossing], low: i32, high: i32) -> bool {
+    let (mut winding, mut reach) = (0, f64::NEG_INFINITY);
+    hits.iter().all(|hit| {
+        let sound = hit.t - SAME_EVENT * hit.t_err <= reach || winding == low || winding == high;
+        winding += step(hit);
+        reach = reach.max(hit.t + SAME_EVENT * hit.t_err);
+        sound
+    })
+}
+
 /// The first event that takes a line from outside to inside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FirstEntry {
@@ -98,6 +109,14 @@ mod tests {
         assert_eq!(crossings(&[(1.0, 1)], 0), [1.0, f64::INFINITY]);
         assert_eq!(crossings(&[], -1), [f64::NEG_INFINITY, f64::INFINITY]);
         assert_eq!(crossings(&[], 0), [0.0; 0]);
+    }
+
+    #[test]
+    fn what_stays_between_two_numbers_may_leave_them_within_an_event() {
+        let stays = |list: &[(f64, i32)]| stays_between(&hits(list), 0, 1);
+        assert!(stays(&[(1.0, 1), (2.0, 1), (2.05, -1), (3.0, -1)]));
+        assert!(!stays(&[(1.0, 1), (2.0, 1), (2.5, -1), (3.0, -1)]));
+        assert!(!stays(&[(1.0, -1), (2.0, 1)]) && stays_between(&hits(&[(1.0, -1), (2.0, 1)]), 0, -1));
     }
 
     #[test]
