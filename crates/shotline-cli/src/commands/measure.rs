@@ -140,7 +140,7 @@ impl Command {
             MeasureError::Unbounded { .. } => {
                 "intersect it with a box around what is meant, or choose others with --object"
             }
-            MeasureError::TooMany { .. } => "choose fewer --rays, or measure what is placed and multiply",
+            MeasureError::TooMany { .. } => "choose fewer --rays, or measure what is placed by itself",
             MeasureError::TooNested { .. } | MeasureError::NoObject { .. } => "choose fewer with --object",
         };
         Failure::of_file(&self.model.path, format!("{error}\nhelp: {help}"))

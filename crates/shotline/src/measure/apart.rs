@@ -18,7 +18,7 @@ pub(super) fn are_apart(mut boxes: Vec<Aabb>) -> bool {
     boxes.iter_mut().for_each(|b| *b = b.widened(-PADDING));
     // Each cut sorts a group: so much sorting is enough for grids and rows, and ends what goes on for long.
     let mut budget = 64 * boxes.len();
-    let mut groups = vec![0..boxes.len()];
+    let mut groups: Vec<Range<usize>> = std::iter::once(0..boxes.len()).collect();
     while let Some(group) = groups.pop() {
         let cut = (0..3).any(|axis| {
             budget = budget.saturating_sub(group.len());

@@ -104,7 +104,10 @@ pub enum MeasureError {
         count: usize,
     },
     /// An object without end, or none that its box can tell.
-    #[error("object '{object}' has no finite bounds: its box reaches from {:?} to {:?}", .bounds.min.to_array(), .bounds.max.to_array())]
+    #[error(
+        "object '{object}' has no finite bounds: its box reaches from {:?} to {:?}",
+        .bounds.min.to_array(), .bounds.max.to_array()
+    )]
     Unbounded {
         /// The object.
         object: String,
@@ -129,8 +132,11 @@ pub enum MeasureError {
 }
 
 /// Measures objects, in the order of their numbers. `scene` is what the world was compiled from; its materials tell
-/// the densities. Of `run`, `most_rows`, or a thousand a ray if that is more, limits the boxes and bodies that the rays of
-/// an object open, and 2^24 those of one ray, so that objects placed 10^12 times end; `progress` is told [`Settings::rays`] for an object that needs none as well.
+/// the densities.
+///
+/// Of `run`, `most_rows`, or a thousand a ray if that is more, limits the boxes and bodies that the rays of an object
+/// open, and 2^24 those of one ray: so parts placed 10^12 times over each other end with an error. `progress` is told of
+/// [`Settings::rays`] for an object that needs none as well.
 ///
 /// # Errors
 /// [`MeasureError`], for the first object that has one.

@@ -4,11 +4,13 @@
 //! placed: 10^12 spheres take no longer than the groups that hold them.
 
 use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
 
 use super::MeasureError;
 use super::apart::are_apart;
 use crate::aabb::Aabb;
 use crate::compile::{Body, Placed, Target, World};
+use crate::math::Affine;
 use crate::solid::Moments;
 
 /// More entries than this, an object in a placement each, take too much memory.
@@ -82,7 +84,8 @@ impl Survey<'_> {
             }
         };
         // It was inverted once, so it can be again, but for rounding.
-        let map = placed.local_from_parent.inverse().ok();
+        let baked = placed.local_from_parent.is_identity();
+        let map = if baked { Some(Affine::IDENTITY) } else { placed.local_from_parent.inverse().ok() };
         let moved = |extent: Extent| Extent {
             bounds: map
                 .map_or(placed.bounds, |map| extent.bounds.transformed(&map).intersection(&placed.bounds)),
@@ -98,7 +101,7 @@ impl Survey<'_> {
             Body::Solid(b) => {
                 let moments = match &b.leaves[..] {
                     [leaf] if self.closed_forms => {
-                        let key = std::sync::Arc::as_ptr(&leaf.solid).cast();
+                        let key = Arc::as_ptr(&leaf.solid).cast();
                         let own = *self.solids.entry(key).or_insert_with(|| leaf.solid.moments());
                         own.and_then(|m| Some(m.placed(&leaf.local_from_body.inverse().ok()?)))
                     }

@@ -117,8 +117,9 @@ impl Rays<'_> {
             return Ok((numbers(&moments).map(|value| Estimate { value, std_error: 0.0 }), 0));
         }
         let rays = self.settings.rays.div_ceil(STRATA).max(1);
+        let all_rays = rays.saturating_mul(STRATA);
         let (centre, half) = (bounds.centre(), bounds.size() * 0.5);
-        let most_steps = self.run.most_rows.max((rays * STRATA) as u64 * STEPS_OF_A_RAY);
+        let most_steps = self.run.most_rows.max((all_rays as u64).saturating_mul(STEPS_OF_A_RAY));
         let (stretches, steps) = (AtomicU64::new(0), AtomicU64::new(0));
         let task = Task { object, centre, half, rays, stretches, steps, most_steps };
         let samples = self.samples(&task)?;
@@ -127,7 +128,7 @@ impl Rays<'_> {
         if task.stretches.into_inner() < FEW {
             // As if what one ray stands for had been overlooked in a corner of the box.
             let (size, volume) = (bounds.size(), bounds.size().element_product());
-            let unseen = volume / (rays * STRATA) as f64;
+            let unseen = volume / all_rays as f64;
             let shift = size * (unseen / (numbers[0].value + unseen));
             let change = [unseen, shift.x, shift.y, shift.z].into_iter();
             let change = change.chain(std::iter::repeat(unseen * size.length_squared()));
@@ -135,7 +136,7 @@ impl Rays<'_> {
                 |(number, change): (&mut Estimate, f64)| number.std_error = number.std_error.hypot(change);
             numbers.iter_mut().zip(change).for_each(add);
         }
-        Ok((numbers, rays * STRATA))
+        Ok((numbers, all_rays))
     }
 
     /// The integrals over the object by each randomised sample, in coordinates in which its box reaches from -1 to 1.

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::MeshSolid;
 use super::probe::Triangle;
-use super::winding::stays_between;
+use super::winding::winds_once;
 use crate::accel::Scratch;
 use crate::math::{Affine, Dd, Vec3};
 use crate::ray::{Line, Span};
@@ -29,8 +29,8 @@ impl MeshSolid {
         Some(unscaled.placed(&Affine::scaling(self.size.unscale(Vec3::ONE))))
     }
 
-    /// Whether the winding number is 0 or one other number everywhere, 1 or -1, so that the volume it encloses is that of
-    /// the inside.
+    /// Whether the winding number is 0 or one other number everywhere, 1 or -1, so that the volume it encloses is
+    /// that of the inside.
     ///
     /// It changes only at faces. No two faces pass through each other, and a line through the middle of each face meets
     /// no other winding number. A face that lies in another, and is seen by none of these lines, might still be
@@ -48,7 +48,7 @@ impl MeshSolid {
             let before = self.bounds.size().max_element();
             let line = Line::exact(from - axis * before, axis * before);
             self.hits(&line, Span::FORWARD, &mut hits, &mut Scratch::default());
-            stays_between(&hits, 0, inside)
+            winds_once(&hits, inside)
         };
         self.is_closed() && self.triangles.par_iter().all(sound) && self.self_intersections().count == 0
     }

@@ -46,11 +46,11 @@ pub(super) fn to_crossings(out: &mut Vec<Crossing>, start: usize, before: i32) {
     }
 }
 
-/// Whether the winding number is one of two numbers between all events of sorted hits, 0 before them.
-pub(super) fn stays_between(hits: &[Crossing], low: i32, high: i32) -> bool {
+/// Whether the winding number between the events of sorted hits is 0, as before them, or `inside`.
+pub(super) fn winds_once(hits: &[Crossing], inside: i32) -> bool {
     let (mut winding, mut reach) = (0, f64::NEG_INFINITY);
     hits.iter().all(|hit| {
-        let sound = hit.t - SAME_EVENT * hit.t_err <= reach || winding == low || winding == high;
+        let sound = hit.t - SAME_EVENT * hit.t_err <= reach || winding == 0 || winding == inside;
         winding += step(hit);
         reach = reach.max(hit.t + SAME_EVENT * hit.t_err);
         sound
@@ -112,11 +112,11 @@ mod tests {
     }
 
     #[test]
-    fn what_stays_between_two_numbers_may_leave_them_within_an_event() {
-        let stays = |list: &[(f64, i32)]| stays_between(&hits(list), 0, 1);
-        assert!(stays(&[(1.0, 1), (2.0, 1), (2.05, -1), (3.0, -1)]));
-        assert!(!stays(&[(1.0, 1), (2.0, 1), (2.5, -1), (3.0, -1)]));
-        assert!(!stays(&[(1.0, -1), (2.0, 1)]) && stays_between(&hits(&[(1.0, -1), (2.0, 1)]), 0, -1));
+    fn what_winds_once_may_do_otherwise_within_an_event() {
+        let once = |list: &[(f64, i32)]| winds_once(&hits(list), 1);
+        assert!(once(&[(1.0, 1), (2.0, 1), (2.05, -1), (3.0, -1)]));
+        assert!(!once(&[(1.0, 1), (2.0, 1), (2.5, -1), (3.0, -1)]));
+        assert!(!once(&[(1.0, -1), (2.0, 1)]) && winds_once(&hits(&[(1.0, -1), (2.0, 1)]), -1));
     }
 
     #[test]
