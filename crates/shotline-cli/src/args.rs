@@ -10,7 +10,7 @@ use shotline::ray::Span;
 use shotline::scene::Scene;
 use shotline_io::Reach;
 
-use crate::commands::{bench, cast, check, compare, convert, info, render, shoot};
+use crate::commands::{bench, cast, check, compare, convert, info, measure, render, shoot};
 use crate::failure::Failure;
 
 /// Every crossing of rays with exact solids
@@ -35,6 +35,7 @@ pub enum Command {
     Shoot(shoot::Command),
     Check(check::Command),
     Info(info::Command),
+    Measure(measure::Command),
     Compare(compare::Command),
     Bench(bench::Command),
     Convert(convert::Command),
@@ -49,6 +50,7 @@ impl Command {
             Command::Shoot(c) => c.run(),
             Command::Check(c) => c.run(),
             Command::Info(c) => c.run(),
+            Command::Measure(c) => c.run(),
             Command::Compare(c) => c.run(),
             Command::Bench(c) => c.run(),
             Command::Convert(c) => c.run(),

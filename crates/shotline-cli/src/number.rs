@@ -29,6 +29,20 @@ fn trimmed(digits: &str) -> &str {
     if digits.contains('.') { digits.trim_end_matches('0').trim_end_matches('.') } else { digits }
 }
 
+/// A value with its standard error, both to two digits of the error or to whole numbers; the value alone where that
+/// is 0.
+pub fn uncertain(x: f64, error: f64) -> String {
+    if error == 0.0 {
+        return short(x);
+    }
+    let decimals = 1.0 - error.abs().log10().floor();
+    if x.abs().max(error) < 1e12 && decimals <= 12.0 {
+        let decimals = decimals.max(0.0) as usize;
+        return format!("{x:.decimals$} ± {error:.decimals$}");
+    }
+    format!("{} ± {}", short(x), significant(error, 2))
+}
+
 /// A point or vector in parentheses.
 pub fn short_vector(v: Vec3) -> String {
     format!("({}, {}, {})", short(v.x), short(v.y), short(v.z))
@@ -117,6 +131,20 @@ mod tests {
             (f64::INFINITY, "inf"),
         ] {
             assert_eq!(short(x), text);
+        }
+    }
+
+    #[test]
+    fn values_are_told_to_the_digits_of_their_error() {
+        for (x, error, text) in [
+            (523.598776, 0.0123, "523.599 ± 0.012"),
+            (-0.00001234567, 2.5e-9, "-0.0000123457 ± 0.0000000025"),
+            (1234567.0, 890.0, "1234567 ± 890"),
+            (6.02e23, 1e20, "6.02e23 ± 1e20"),
+            (0.5, f64::NAN, "0.5 ± NaN"),
+            (1.0 / 3.0, 0.0, "0.333333333"),
+        ] {
+            assert_eq!(uncertain(x, error), text);
         }
     }
 

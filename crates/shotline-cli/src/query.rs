@@ -1,7 +1,7 @@
 //! What is asked of many rays.
 
 use clap::ValueEnum;
-use shotline::query::QueryError;
+use shotline::query::{Overlaps, QueryError};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Query {
@@ -21,6 +21,27 @@ impl Query {
     /// As on the command line.
     pub fn name(self) -> String {
         self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+}
+
+/// What to do where objects of equal priority overlap.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum OverlapPolicy {
+    /// Refuse, naming both objects and the place
+    Error,
+    /// The later object owns the overlap; overlaps are counted
+    Priority,
+    /// Every object keeps its segment
+    All,
+}
+
+impl From<OverlapPolicy> for Overlaps {
+    fn from(policy: OverlapPolicy) -> Overlaps {
+        match policy {
+            OverlapPolicy::Error => Overlaps::Error,
+            OverlapPolicy::Priority => Overlaps::Priority,
+            OverlapPolicy::All => Overlaps::All,
+        }
     }
 }
 

@@ -42,4 +42,5 @@ fn ctrl_c_leaves_nothing_behind() {
     let place = slow();
     assert_ends_cleanly(&place, &[&["cast", "-o", "out.npz"], &model[..]].concat());
     assert_ends_cleanly(&place, &[&["bench"], &model[..]].concat());
+    assert_ends_cleanly(&place, &["measure", "scene.json", "--method", "rays", "--rays", "1000000000"]);
 }

@@ -52,6 +52,7 @@
 //! - [`scene`] describes, [`compile`] checks and builds, [`query`] casts; [`query::batch`] casts arrays of rays
 //!   over all cores.
 //! - [`solid`] has the solids, [`accel`] the accelerators: one file and one line to add one.
+//! - [`measure`] tells volume, mass, centroid and inertia of objects.
 //! - [`trace`] tells what a ray did, step by step.
 //! - [`csg`] has Roth's table and the programs and the sweep that replace it for many operands.
 //! - [`math`] and [`roots`] have planes as row vectors, affine maps and polynomial roots.
@@ -70,6 +71,7 @@ pub mod compile;
 pub mod crossing;
 pub mod csg;
 pub mod math;
+pub mod measure;
 pub mod query;
 pub mod ray;
 pub mod roots;

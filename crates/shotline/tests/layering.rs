@@ -27,7 +27,11 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("scene", &["math", "solid", "csg"]),
     ("compile", &["math", "aabb", "accel", "solid", "csg", "scene"]),
     ("query", &["math", "ray", "aabb", "crossing", "trace", "accel", "solid", "csg", "compile"]),
-    ("testkit", &["math", "ray", "aabb", "crossing", "accel", "solid", "scene", "compile", "query"]),
+    ("measure", &["math", "ray", "aabb", "solid", "scene", "compile", "query"]),
+    (
+        "testkit",
+        &["math", "ray", "aabb", "crossing", "accel", "solid", "scene", "compile", "query", "measure"],
+    ),
 ];
 
 /// Our crates, lowest first: what each depends on, and what its tests and examples use besides.

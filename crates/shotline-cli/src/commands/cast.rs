@@ -5,11 +5,10 @@ use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use serde_json::json;
 use shotline::accel::Work;
 use shotline::compile::World;
-use shotline::query::Overlaps;
 use shotline::query::batch::{self, BatchError, Run};
 use shotline::ray::Span;
 use shotline::scene::Scene;
@@ -19,7 +18,7 @@ use crate::columns::Columns;
 use crate::failure::Failure;
 use crate::number::counted;
 use crate::progress::{self, Quiet};
-use crate::query::{Query, help};
+use crate::query::{OverlapPolicy, Query, help};
 use crate::rays::{OnInvalid, Rays};
 use crate::{input, interrupt, output};
 
@@ -83,26 +82,6 @@ const EXAMPLES: &str = "\
 Examples:
   shotline cast engine.json --rays rays.npy --query crossings -o crossings.npz
   shotline cast bunny.ply --rays rays.npy --query closest -o closest.npz --accel bvh --stats";
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum OverlapPolicy {
-    /// Refuse, naming both objects and the place
-    Error,
-    /// The later object owns the overlap; overlaps are counted
-    Priority,
-    /// Every object keeps its segment
-    All,
-}
-
-impl From<OverlapPolicy> for Overlaps {
-    fn from(policy: OverlapPolicy) -> Overlaps {
-        match policy {
-            OverlapPolicy::Error => Overlaps::Error,
-            OverlapPolicy::Priority => Overlaps::Priority,
-            OverlapPolicy::All => Overlaps::All,
-        }
-    }
-}
 
 /// What was met on the way.
 struct Counts {

@@ -6,5 +6,6 @@ pub mod check;
 pub mod compare;
 pub mod convert;
 pub mod info;
+pub mod measure;
 pub mod render;
 pub mod shoot;

@@ -252,6 +252,11 @@ impl World {
         None
     }
 
+    /// All levels; what a level places comes before it, and the root is the last.
+    pub(crate) fn levels(&self) -> &[Level] {
+        &self.levels
+    }
+
     pub(crate) fn root(&self) -> &Level {
         self.level(self.root)
     }

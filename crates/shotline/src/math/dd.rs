@@ -37,6 +37,11 @@ pub fn two_prod(a: f64, b: f64) -> Dd {
     Dd { hi, lo: a.mul_add(b, -hi) }
 }
 
+/// The sum of numbers, gathered in double-double and rounded once.
+pub fn sum(numbers: impl IntoIterator<Item = f64>) -> f64 {
+    numbers.into_iter().fold(Dd::ZERO, |sum, x| sum + Dd::from(x)).hi
+}
+
 /// `a * b - c * d` within 1.5 ulp (Kahan; Jeannerod, Louvet, Muller 2013).
 #[inline(always)]
 pub fn difference_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {

@@ -6,7 +6,7 @@ mod length;
 mod plane;
 
 pub use affine::{Affine, Chain, MAX_CONDITION, Placement, SingularTransform};
-pub use dd::{Dd, difference_of_products, two_prod, two_sum};
+pub use dd::{Dd, difference_of_products, sum, two_prod, two_sum};
 pub use glam::DVec3 as Vec3;
 pub use length::{length, unit};
 pub use plane::Plane;

@@ -225,6 +225,50 @@ impl<'w> Caster<'w> {
         resolve(self.world, ray, intervals, overlaps, out)
     }
 
+    /// Appends the stretches inside one object, from and to which `t`, whatever else is there: ascending and apart.
+    /// Answers how many boxes and bodies were opened for it; memory does not grow with them.
+    ///
+    /// # Errors
+    /// [`QueryError::TooMany`] if these or the stretches are more than `most`.
+    pub(crate) fn stretches(
+        &mut self,
+        object: u32,
+        ray: &Ray,
+        span: Span,
+        most: usize,
+        out: &mut Vec<[f64; 2]>,
+    ) -> Result<usize, QueryError> {
+        let mut ends: Vec<f64> = Vec::new();
+        let (mut limit, mut steps) = (span.t_max(), most);
+        self.walk.begin(self.world, Line::of(ray), span);
+        self.walk.start(self.world, &mut self.scratch);
+        while let Some(meeting) = self.walk.next_deep(self.world, &mut steps, &mut self.scratch) {
+            if meeting.object == object {
+                // Of one body they alternate.
+                let _ = self.fold_body(&meeting, span, Wanted::All, &mut limit, &mut |_, boundary| {
+                    ends.push(boundary.crossing.t);
+                    Go::UpTo(f64::INFINITY)
+                });
+            }
+            if ends.len() > 2 * most {
+                break;
+            }
+        }
+        if steps == 0 || ends.len() > 2 * most {
+            return Err(QueryError::TooMany { most });
+        }
+        let mut stretches: Vec<[f64; 2]> = ends.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect();
+        stretches.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let start = out.len();
+        for [from, to] in stretches {
+            match out[start..].last_mut() {
+                Some(last) if from <= last[1] => last[1] = last[1].max(to),
+                _ => out.push([from, to]),
+            }
+        }
+        Ok(most - steps)
+    }
+
     /// Appends the objects whose interior holds a point, ascending. No promise within rounding of a surface.
     ///
     /// # Errors

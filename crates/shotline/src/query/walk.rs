@@ -64,6 +64,8 @@ impl Passed {
 pub(super) struct Walk<'w> {
     visits: Vec<Visit<'w>>,
     heap: Heap<Entry>,
+    /// What is pending where the order does not matter.
+    stack: Vec<(f64, Entry)>,
     offers: Vec<Pending>,
     tags: Tags,
     /// Tags given to visits of this ray.
@@ -75,6 +77,7 @@ impl<'w> Walk<'w> {
     pub(super) fn begin(&mut self, world: &'w World, line: Line, span: Span) {
         self.visits.clear();
         self.heap.clear();
+        self.stack.clear();
         self.tags.begin();
         self.tag_count = 0;
         let (level, ray) = (world.root(), BoxRay::new(&line, span));
@@ -155,6 +158,44 @@ impl<'w> Walk<'w> {
             }
         }
         None
+    }
+
+    /// The next body in whatever order: depth first, so that memory does not grow with what the ray meets. A walk is
+    /// done either by this or by [`Walk::next`]. `None` as well when there are no more `steps`, each an entry opened.
+    pub(super) fn next_deep(
+        &mut self,
+        world: &'w World,
+        steps: &mut usize,
+        below: &mut Scratch,
+    ) -> Option<Meeting> {
+        loop {
+            while let Some(offered) = self.heap.pop() {
+                self.stack.push(offered);
+            }
+            let (t, entry) = self.stack.pop()?;
+            *steps = steps.checked_sub(1)?;
+            // What was visited later is done with.
+            self.visits.truncate(entry.visit as usize + 1);
+            match entry.what {
+                Offer::Part(part) => {
+                    let Visit { level, ray, .. } = &self.visits[entry.visit as usize];
+                    if let Some(accel) = &level.accel {
+                        accel.open(part, t, ray, &mut self.offers, &mut below.work);
+                    }
+                    self.take_offers(world, entry.visit, below);
+                }
+                Offer::Item(item) => {
+                    let passed = self.pass(entry.visit, item);
+                    match passed.target {
+                        Target::Body(body) => return Some(passed.into_body(body)),
+                        Target::Level(level) => {
+                            let visit = self.descend(world.level(level), passed);
+                            self.enter(world, visit, t, below);
+                        }
+                    }
+                }
+            }
+        }
     }
 
     /// Passes into a placement of a visited level.

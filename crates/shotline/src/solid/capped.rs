@@ -1,9 +1,11 @@
 //! The solid behind most kinds: the interior of one quadric, cut off between two planes or not.
 
-use super::Solid;
-use super::form::Form;
+use std::f64::consts::PI;
+
+use super::form::{Form, rounded};
 use super::homogeneous::Homogeneous;
 use super::interval::{Interval, Slab};
+use super::{Moments, Solid};
 use crate::aabb::Aabb;
 use crate::crossing::Crossing;
 use crate::math::Vec3;
@@ -75,6 +77,26 @@ impl Solid for Capped {
 
     fn surfaces(&self) -> &'static [&'static str] {
         self.surfaces
+    }
+
+    /// An ellipsoid, or a solid of revolution: the square of the radius at a height is what the form lacks there to
+    /// zero, over the coefficient of `x^2`. It is cut into the stretches of the axis that are inside.
+    fn moments(&self) -> Option<Moments> {
+        let Form { centre, shrink, square, constant, .. } = self.form;
+        if !self.bounds.is_finite() {
+            return None;
+        }
+        if self.caps.is_none() {
+            let squares = (-constant.hi / rounded(&square)) / (shrink * shrink);
+            let volume = 4.0 / 3.0 * PI * squares.to_array().map(f64::sqrt).iter().product::<f64>();
+            return Some(Moments::along_axes(volume, centre, squares / 5.0));
+        }
+        let across = square[0].hi * shrink.x * shrink.x;
+        let square_of_radius = |z: f64| (-self.form.value(Vec3::new(0.0, 0.0, z)) / across).max(0.0);
+        let mut ends = Vec::new();
+        self.crossings(&Line::exact(Vec3::ZERO, Vec3::Z), &mut ends);
+        let part = |ends: &[Crossing]| Moments::of_revolution(ends[0].t, ends[1].t, square_of_radius);
+        Some(Moments::total(&ends.chunks_exact(2).map(part).collect::<Vec<_>>()))
     }
 
     fn homogeneous(&self, surface: u32) -> Option<Homogeneous> {

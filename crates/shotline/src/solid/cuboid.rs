@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::interval::{Interval, Slab};
-use super::{Kind, Param, ParamError, ParamType, Solid, Value};
+use super::{Kind, Moments, Param, ParamError, ParamType, Solid, Value};
 use crate::aabb::Aabb;
 use crate::crossing::Crossing;
 use crate::math::Vec3;
@@ -78,6 +78,11 @@ impl Solid for Cuboid {
 
     fn contains(&self, p: Vec3) -> bool {
         self.min.cmplt(p).all() && p.cmplt(self.max).all()
+    }
+
+    fn moments(&self) -> Option<Moments> {
+        let size = self.max - self.min;
+        Some(Moments::along_axes(size.element_product(), self.bounds().centre(), size * size / 12.0))
     }
 
     fn surfaces(&self) -> &'static [&'static str] {

@@ -18,6 +18,7 @@ mod hyperboloid2;
 mod interval;
 mod kind;
 pub mod mesh;
+mod moments;
 mod on_line;
 mod paraboloid;
 mod quadratic;
@@ -35,6 +36,7 @@ use crate::ray::{Line, Span};
 
 pub use homogeneous::Homogeneous;
 pub use kind::{Kind, Param, ParamError, ParamType, Params, Value};
+pub use moments::Moments;
 
 /// How much of a list is wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,6 +94,12 @@ pub trait Solid: Send + Sync + Debug {
 
     /// The surface as a quadric over homogeneous points, up to a positive factor; `None` where it is none.
     fn homogeneous(&self, _surface: u32) -> Option<Homogeneous> {
+        None
+    }
+
+    /// Volume and moments in closed form, exact but for rounding; `None` where there is none. A mesh takes as long
+    /// as a thorough check.
+    fn moments(&self) -> Option<Moments> {
         None
     }
 

@@ -5,6 +5,7 @@ pub mod accel;
 pub mod agreement;
 pub mod bytes;
 pub mod membership;
+pub mod moments;
 pub mod random;
 pub mod scene;
 pub mod solid;

@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 
+use super::moments::closed_form_agrees_with_rays;
 use super::random::Random;
 use crate::aabb::Aabb;
 use crate::crossing::{Crossing, is_alternating};
@@ -27,7 +28,7 @@ struct Case<'a> {
 ///
 /// # Panics
 /// Where the solid breaks a rule, with the kind, its parameters, the line and the rule.
-pub fn conformance(kind: &Kind) {
+pub fn conformance(kind: &'static Kind) {
     assert!(!kind.examples.is_empty(), "{} has no examples", kind.name);
     for example in kind.examples {
         let params = Params::of(kind, example);
@@ -35,6 +36,7 @@ pub fn conformance(kind: &Kind) {
             Ok(solid) => solid,
             Err(error) => panic!("{} refuses its own example {params:?}: {error}", kind.name),
         };
+        closed_form_agrees_with_rays(kind, &params);
         for line in lines(&solid.bounds()) {
             let list = cast(&*solid, &line);
             let case = Case { kind, params: &params, solid: &*solid, line, list };

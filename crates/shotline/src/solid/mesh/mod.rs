@@ -1,11 +1,12 @@
 //! Triangle meshes: closed ones are solids, others surfaces.
 //!
 //! [`TriangleMesh`] is plain data, [`Topology`] says what is right and wrong with it, [`MeshSolid`] answers
-//! rays and, asked for it, what takes longer to find out (`turned`, `intersections`). A line meets a triangle by signs that are decided exactly (`side`, `probe`), so that neighbours
+//! rays and, asked for it, what takes longer to find out (`turned`, `intersections`, `moments`). A line meets a triangle by signs that are decided exactly (`side`, `probe`), so that neighbours
 //! always agree about the edge they share; `winding` turns hits into crossings.
 
 mod found;
 mod intersections;
+mod moments;
 mod probe;
 mod shells;
 mod side;

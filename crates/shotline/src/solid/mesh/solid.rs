@@ -10,7 +10,7 @@ use crate::accel::{self, Accelerator, Scratch, Work};
 use crate::crossing::Crossing;
 use crate::math::Vec3;
 use crate::ray::{Line, Span};
-use crate::solid::{Solid, Wanted};
+use crate::solid::{Moments, Solid, Wanted};
 use crate::trace::Act;
 
 /// A mesh prepared for rays. As a [`Solid`] it means something only if it is closed; its inside is where the
@@ -21,7 +21,7 @@ use crate::trace::Act;
 pub struct MeshSolid {
     pub(super) mesh: Arc<TriangleMesh>,
     pub(super) topology: Topology,
-    bounds: Aabb,
+    pub(super) bounds: Aabb,
     pub(super) size: Size,
     /// Scaled; an accelerator's items are places in this list.
     pub(super) triangles: Vec<Triangle>,
@@ -302,6 +302,10 @@ impl Solid for MeshSolid {
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
         let area = |u: Vec3, v: Vec3| (u[i] * v[j] - u[j] * v[i]) / normal[k];
         Some([area(ap, ac), area(ab, ap)])
+    }
+
+    fn moments(&self) -> Option<Moments> {
+        self.by_tetrahedra()
     }
 
     fn memory(&self) -> usize {

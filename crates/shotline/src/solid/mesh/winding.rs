@@ -46,6 +46,17 @@ pub(super) fn to_crossings(out: &mut Vec<Crossing>, start: usize, before: i32) {
     }
 }
 
+/// Whether the winding number between the events of sorted hits is 0, as before them, or `inside`.
+pub(super) fn winds_once(hits: &[Crossing], inside: i32) -> bool {
+    let (mut winding, mut reach) = (0, f64::NEG_INFINITY);
+    hits.iter().all(|hit| {
+        let sound = hit.t - SAME_EVENT * hit.t_err <= reach || winding == 0 || winding == inside;
+        winding += step(hit);
+        reach = reach.max(hit.t + SAME_EVENT * hit.t_err);
+        sound
+    })
+}
+
 /// The first event that takes a line from outside to inside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FirstEntry {
@@ -98,6 +109,14 @@ mod tests {
         assert_eq!(crossings(&[(1.0, 1)], 0), [1.0, f64::INFINITY]);
         assert_eq!(crossings(&[], -1), [f64::NEG_INFINITY, f64::INFINITY]);
         assert_eq!(crossings(&[], 0), [0.0; 0]);
+    }
+
+    #[test]
+    fn what_winds_once_may_do_otherwise_within_an_event() {
+        let once = |list: &[(f64, i32)]| winds_once(&hits(list), 1);
+        assert!(once(&[(1.0, 1), (2.0, 1), (2.05, -1), (3.0, -1)]));
+        assert!(!once(&[(1.0, 1), (2.0, 1), (2.5, -1), (3.0, -1)]));
+        assert!(!once(&[(1.0, -1), (2.0, 1)]) && winds_once(&hits(&[(1.0, -1), (2.0, 1)]), -1));
     }
 
     #[test]

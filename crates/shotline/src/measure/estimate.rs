@@ -1,0 +1,58 @@
+//! Values with their standard errors.
+
+use super::rays::SHIFTS;
+use crate::math::Affine;
+use crate::solid::Moments;
+
+/// A value and how far it may be off.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Estimate {
+    /// The value.
+    pub value: f64,
+    /// Its standard error; 0 where it is exact but for rounding.
+    pub std_error: f64,
+}
+
+impl Estimate {
+    /// The value times a number.
+    pub fn times(self, factor: f64) -> Estimate {
+        Estimate { value: self.value * factor, std_error: self.std_error * factor.abs() }
+    }
+}
+
+/// Volume, centroid and inertia as one list.
+pub(super) const COUNT: usize = 13;
+
+pub(super) fn numbers(m: &Moments) -> [f64; COUNT] {
+    let [x, y, z] = m.inertia();
+    let mut out = [f64::NAN; COUNT];
+    out[0] = m.volume;
+    if m.volume != 0.0 {
+        let rest = m.centroid.to_array().into_iter().chain(x).chain(y).chain(z);
+        out[1..].iter_mut().zip(rest).for_each(|(out, x)| *out = x);
+    }
+    out
+}
+
+/// Volume, centroid and inertia of a body from its integrals by each of the randomised samples, in coordinates that
+/// `world_from_box` takes to the world.
+///
+/// The values are those of all samples together; the errors are the spread of what they are without each one (the
+/// jackknife), which for the volume is the standard error of a mean.
+pub(super) fn estimates(samples: &[[f64; 10]; SHIFTS], world_from_box: &Affine) -> [Estimate; COUNT] {
+    let mean_of = |but: Option<usize>| {
+        let kept = || (0..SHIFTS).filter(|i| Some(*i) != but);
+        let mean = |term: usize| kept().map(|i| samples[i][term]).sum::<f64>() / kept().count() as f64;
+        numbers(&Moments::from_integrals(std::array::from_fn(mean)).placed(world_from_box))
+    };
+    let values = mean_of(None);
+    let without: [[f64; COUNT]; SHIFTS] = std::array::from_fn(|i| mean_of(Some(i)));
+    std::array::from_fn(|k| {
+        let n = SHIFTS as f64;
+        // From one of them, so that nothing is lost where they are alike; NaN where without one nothing is left.
+        let away = without.map(|numbers| numbers[k] - values[k]);
+        let mean = away.iter().sum::<f64>() / n;
+        let squares = away.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>();
+        Estimate { value: values[k], std_error: (squares * (n - 1.0) / n).sqrt() }
+    })
+}

@@ -1,0 +1,275 @@
+//! Objects measured by rays along the axes.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use rayon::prelude::*;
+
+use super::estimate::{COUNT, Estimate, estimates, numbers};
+use super::objects::Extent;
+use super::{Measure, MeasureError, Settings};
+use crate::compile::{Body, World};
+use crate::math::{Affine, Dd, Vec3};
+use crate::query::batch::Run;
+use crate::query::{Caster, MAX_OF_A_RAY, Overlaps, QueryError};
+use crate::ray::{Ray, Span};
+use crate::scene::Scene;
+use crate::solid::Moments;
+
+/// Randomised samples, each of rays along all three axes.
+pub(super) const SHIFTS: usize = 16;
+
+/// Samples along one axis.
+const STRATA: usize = 3 * SHIFTS;
+
+/// So many steps are always granted to a ray on average.
+const STEPS_OF_A_RAY: u64 = 1000;
+
+/// Where fewer stretches are met than this, the samples are too few to tell how much they overlook.
+const FEW: u64 = 16 * SHIFTS as u64;
+
+/// Rays summed by one thread between looks at the cancel flag.
+const CHUNK: usize = 1024;
+
+/// Steps that a thread takes before it counts them with those of the others.
+const MANY: u64 = 1 << 16;
+
+/// Chunks that are shared out before their sums are gathered.
+const ROUND: usize = 256;
+
+/// The two steps of the additive sequence, as fractions of 2^64: one over the plastic number, and over its square.
+const STEPS: [u64; 2] = [0xc13f_a9a9_02a6_328f, 0x91e1_0da5_c79e_7b1d];
+
+/// Integrals as [`Moments::from_integrals`] takes them, as they are gathered.
+type Sums = [Dd; 10];
+
+/// What all objects are measured with.
+pub(super) struct Rays<'a> {
+    pub world: &'a World,
+    pub settings: &'a Settings,
+    pub run: Run<'a>,
+}
+
+/// An object to be sampled, and what has been met so far.
+struct Task {
+    object: u32,
+    centre: Vec3,
+    half: Vec3,
+    /// Rays of each shift along each axis.
+    rays: usize,
+    /// Stretches met.
+    stretches: AtomicU64,
+    /// Boxes and bodies opened to find them.
+    steps: AtomicU64,
+    most_steps: u64,
+}
+
+impl Rays<'_> {
+    /// Whether an object has an inside and an end.
+    ///
+    /// # Errors
+    /// [`MeasureError`] if not.
+    pub(super) fn check(&self, object: u32, extent: &Extent) -> Result<(), MeasureError> {
+        let Extent { bounds, open, .. } = *extent;
+        if let Some(Body::Surface(surface)) = open.map(|body| self.world.body(body)) {
+            let why = surface.mesh.topology().why_open();
+            return Err(MeasureError::Query(QueryError::NotASolid { object: self.name(object), why }));
+        }
+        if !bounds.is_empty() && !bounds.is_finite() {
+            return Err(MeasureError::Unbounded { object: self.name(object), bounds });
+        }
+        Ok(())
+    }
+
+    /// Measures an object that has passed [`Rays::check`].
+    ///
+    /// # Errors
+    /// [`MeasureError`].
+    pub(super) fn measure(
+        &self,
+        scene: &Scene,
+        object: u32,
+        extent: &Extent,
+    ) -> Result<Measure, MeasureError> {
+        let (numbers, rays) = self.numbers(object, extent)?;
+        let material = self.world.object_material(object).and_then(|m| scene.materials.get(m as usize));
+        let density = material.and_then(|(_, material)| material.density);
+        Ok(Measure {
+            object,
+            volume: numbers[0],
+            mass: density.map(|density| numbers[0].times(density)),
+            centroid: [numbers[1], numbers[2], numbers[3]],
+            inertia: std::array::from_fn(|i| std::array::from_fn(|j| numbers[4 + 3 * i + j])),
+            exact: rays == 0,
+            bounds: extent.bounds,
+            rays,
+        })
+    }
+
+    /// Volume, centroid and inertia, and how many rays were cast for them.
+    fn numbers(&self, object: u32, extent: &Extent) -> Result<([Estimate; COUNT], usize), MeasureError> {
+        let Extent { bounds, moments, .. } = *extent;
+        // Boxes are conservative: where one is flat there is no volume.
+        let flat = !bounds.min.cmplt(bounds.max).all();
+        if let Some(moments) = moments.or(flat.then_some(Moments::NOTHING)) {
+            if let Some(progress) = self.run.progress {
+                progress(self.settings.rays as u64);
+            }
+            return Ok((numbers(&moments).map(|value| Estimate { value, std_error: 0.0 }), 0));
+        }
+        let rays = self.settings.rays.div_ceil(STRATA).max(1);
+        let all_rays = rays.saturating_mul(STRATA);
+        let (centre, half) = (bounds.centre(), bounds.size() * 0.5);
+        let most_steps = self.run.most_rows.max((all_rays as u64).saturating_mul(STEPS_OF_A_RAY));
+        let (stretches, steps) = (AtomicU64::new(0), AtomicU64::new(0));
+        let task = Task { object, centre, half, rays, stretches, steps, most_steps };
+        let samples = self.samples(&task)?;
+        let world_from_box = Affine::translation(centre).then_after(&Affine::scaling(half));
+        let mut numbers = estimates(&samples, &world_from_box);
+        if task.stretches.into_inner() < FEW {
+            // As if what one ray stands for had been overlooked in a corner of the box.
+            let (size, volume) = (bounds.size(), bounds.size().element_product());
+            let unseen = volume / all_rays as f64;
+            let shift = size * (unseen / (numbers[0].value + unseen));
+            let change = [unseen, shift.x, shift.y, shift.z].into_iter();
+            let change = change.chain(std::iter::repeat(unseen * size.length_squared()));
+            let add =
+                |(number, change): (&mut Estimate, f64)| number.std_error = number.std_error.hypot(change);
+            numbers.iter_mut().zip(change).for_each(add);
+        }
+        Ok((numbers, all_rays))
+    }
+
+    /// The integrals over the object by each randomised sample, in coordinates in which its box reaches from -1 to 1.
+    fn samples(&self, task: &Task) -> Result<[[f64; 10]; SHIFTS], MeasureError> {
+        let mut sums = [[Dd::ZERO; 10]; SHIFTS];
+        let chunks = task.rays.div_ceil(CHUNK);
+        let mut round = 0..0;
+        while round.end < chunks * STRATA {
+            round = round.end..(round.end + ROUND).min(chunks * STRATA);
+            let one = |caster: &mut Caster, job: usize| self.chunk(caster, task, job / chunks, job % chunks);
+            let parts: Vec<_> =
+                round.clone().into_par_iter().map_init(|| Caster::new(self.world), one).collect();
+            // In order, so that sums have the same bits whoever worked them out.
+            for (job, part) in round.clone().zip(parts) {
+                let (sum, part) = (&mut sums[job / chunks / 3], part?);
+                *sum = std::array::from_fn(|i| sum[i] + part[i]);
+            }
+        }
+        // Each axis by itself would give the whole: a ray stands for a part of the square [-1, 1] x [-1, 1].
+        let weight = 4.0 / (3.0 * task.rays as f64);
+        Ok(sums.map(|sums| sums.map(|sum| sum.hi * weight)))
+    }
+
+    /// What the rays of one chunk of a stratum, an axis and a shift, add to the integrals.
+    fn chunk(
+        &self,
+        caster: &mut Caster,
+        task: &Task,
+        stratum: usize,
+        chunk: usize,
+    ) -> Result<Sums, MeasureError> {
+        if self.run.cancel.is_some_and(|c| c.load(Ordering::Relaxed)) {
+            return Err(MeasureError::Cancelled);
+        }
+        let axis = stratum % 3;
+        let across = [(axis + 1) % 3, (axis + 2) % 3];
+        let key = mixed(mixed(self.settings.seed) ^ u64::from(task.object)) ^ stratum as u64;
+        let shift = [mixed(key), mixed(key ^ (1 << 63))];
+        let mut sums = [Dd::ZERO; 10];
+        let (mut stretches, mut met, mut taken) = (Vec::new(), 0, 0);
+        let rays = chunk * CHUNK..((chunk + 1) * CHUNK).min(task.rays);
+        let cast = rays.len() as u64;
+        for i in rays {
+            let mut place = Vec3::ZERO;
+            for k in 0..2 {
+                let step = STEPS[k].wrapping_mul(i as u64).wrapping_add(shift[k]);
+                // The middle of one of 2^53 cells, less one half: from -1 to 1.
+                place[across[k]] = ((step >> 11) as f64 + 0.5) / (1u64 << 52) as f64 - 1.0;
+            }
+            stretches.clear();
+            let steps = self.stretches(caster, task, place, axis, &mut stretches)? as u64;
+            (met, taken) = (met + stretches.len() as u64, taken + steps);
+            if taken > MANY {
+                self.count(task, std::mem::take(&mut taken))?;
+            }
+            for &stretch in &stretches {
+                let terms = integrals(place, axis, stretch);
+                sums = std::array::from_fn(|k| sums[k] + Dd::from(terms[k]));
+            }
+        }
+        task.stretches.fetch_add(met, Ordering::Relaxed);
+        self.count(task, taken)?;
+        let done = caster.take_work();
+        if let Some(mut work) = self.run.work.and_then(|work| work.lock().ok()) {
+            *work += done;
+        }
+        if let Some(progress) = self.run.progress {
+            progress(cast);
+        }
+        Ok(sums)
+    }
+
+    /// The stretches inside the object of the ray through a place of its box along an axis, from -1 to 1, and how much
+    /// was opened for them.
+    fn stretches(
+        &self,
+        caster: &mut Caster,
+        task: &Task,
+        place: Vec3,
+        axis: usize,
+        out: &mut Vec<[f64; 2]>,
+    ) -> Result<usize, MeasureError> {
+        let ray = Ray::new(task.centre + place * task.half, Vec3::AXES[axis] * task.half[axis]);
+        // Only a box too far out for a ray to start has none.
+        let (Ok(ray), Ok(span)) = (ray, Span::new(-1.0, 1.0)) else { return Ok(0) };
+        let result = match self.settings.overlaps {
+            Overlaps::All => {
+                let left = task.most_steps.saturating_sub(task.steps.load(Ordering::Relaxed));
+                caster.stretches(task.object, &ray, span, left.min(MAX_OF_A_RAY as u64) as usize, out)
+            }
+            overlaps => {
+                let mut segments = Vec::new();
+                let result = caster.segments(&ray, span, overlaps, &mut segments);
+                let own = segments.iter().filter(|segment| segment.object == task.object);
+                out.extend(own.map(|segment| [segment.t_in, segment.t_out]));
+                result.map(|_| segments.len())
+            }
+        };
+        result.map_err(|error| match error {
+            QueryError::TooMany { .. } => {
+                // The other threads need not go on.
+                task.steps.fetch_max(task.most_steps, Ordering::Relaxed);
+                MeasureError::TooMany { object: self.name(task.object) }
+            }
+            error => MeasureError::Query(error),
+        })
+    }
+
+    fn count(&self, task: &Task, steps: u64) -> Result<(), MeasureError> {
+        let too_many = task.steps.fetch_add(steps, Ordering::Relaxed) + steps > task.most_steps;
+        if too_many { Err(MeasureError::TooMany { object: self.name(task.object) }) } else { Ok(()) }
+    }
+
+    fn name(&self, object: u32) -> String {
+        self.world.object_names()[object as usize].clone()
+    }
+}
+
+/// The integrals of all terms along a stretch of a ray along an axis.
+fn integrals(place: Vec3, axis: usize, [from, to]: [f64; 2]) -> [f64; 10] {
+    let length = to - from;
+    // Along the axis the means of the coordinate and of its square, across it the coordinates themselves.
+    let (mut mean, mut square) = (place, place * place);
+    mean[axis] = from.midpoint(to);
+    square[axis] = (from * from + from * to + to * to) / 3.0;
+    let Vec3 { x, y, z } = mean;
+    [1.0, x, y, z, square.x, square.y, square.z, y * z, x * z, x * y].map(|mean| mean * length)
+}
+
+/// Bits that have nothing to do with each other for numbers that have (SplitMix64: Steele, Lea, Flood 2014).
+fn mixed(x: u64) -> u64 {
+    let z = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
