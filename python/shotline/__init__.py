@@ -17,7 +17,7 @@ from .looks import Camera, Light, Material
 from .mesh import Mesh
 from .nodes import Difference, Group, Intersection, Node, Object, Union
 from .radiography import Detector, radiograph
-from .results import Closest, Cost, Crossings, Segments
+from .results import Closest, Cost, Crossings, Measures, Segments
 from .scene import Scene, load
 from .solids import *  # noqa: F403
 from .solids import __all__ as _solids
@@ -34,6 +34,7 @@ __all__ = [
     "Intersection",
     "Light",
     "Material",
+    "Measures",
     "Mesh",
     "Node",
     "Object",

@@ -182,6 +182,46 @@ class Crossings(_Ragged, _CrossingsFields):
         return f"{_counted(len(self.t), 'crossing')} of {_counted(len(self.ray_splits) - 1, 'ray')}"
 
 
+class _MeasuresFields(NamedTuple):
+    object: np.ndarray
+    volume: np.ndarray
+    volume_err: np.ndarray
+    mass: np.ndarray
+    mass_err: np.ndarray
+    centroid: np.ndarray
+    centroid_err: np.ndarray
+    inertia: np.ndarray
+    inertia_err: np.ndarray
+    exact: np.ndarray
+    bounds: np.ndarray
+    rays: np.ndarray
+
+
+class Measures(_Table, _MeasuresFields):
+    """Volume, mass, centroid and inertia of objects, a row each. Each `_err` is one standard error, and 0 where the
+    figure is exact but for rounding.
+
+    object: (n,) int32. volume: (n,) float64, all placements together; in cubed scene units.
+    mass: (n,) float64, the volume times the material's density; NaN without one.
+    centroid: (n, 3) float64, world coordinates; NaN where there is no volume.
+    inertia: (n, 3, 3) float64, about the centroid along the world's axes, for density 1: times the density it is that
+        of the mass.
+    exact: (n,) bool. bounds: (n, 2, 3) float64, the corners of a box around the object. rays: (n,) int64, the rays cast.
+    """
+
+    __slots__ = ()
+
+    def _rows(self) -> tuple[int, list[tuple[str, Any]]]:
+        shown = ("object", "volume", "volume_err", "mass", "mass_err", "centroid", "exact", "rays")
+        return len(self.object), [(name, column) for name, column in self.to_dict().items() if name in shown]
+
+    def _names(self) -> tuple[str, ...]:
+        return self._fields
+
+    def _heading(self) -> str:
+        return f"measures of {_counted(len(self.object), 'object')}"
+
+
 class _CostFields(NamedTuple):
     boxes: np.ndarray
     cells: np.ndarray

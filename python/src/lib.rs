@@ -1,6 +1,7 @@
 //! The native half of the Python package: arrays in, arrays out. Names, shapes and documentation are the business of
 //! the Python half, `python/shotline`.
 
+mod measure;
 mod mesh;
 mod picture;
 mod rays;
@@ -22,6 +23,8 @@ fn main(py: Python, argv: Vec<OsString>) -> u8 {
 mod _native {
     #[pymodule_export]
     use super::main;
+    #[pymodule_export]
+    use super::measure::measure;
     #[pymodule_export]
     use super::mesh::Mesh;
     #[pymodule_export]

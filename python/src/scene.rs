@@ -343,7 +343,8 @@ impl Scene {
     }
 }
 
-fn policy(name: &str) -> PyResult<Overlaps> {
+/// What a query does where objects overlap.
+pub fn policy(name: &str) -> PyResult<Overlaps> {
     match name {
         "error" => Ok(Overlaps::Error),
         "priority" => Ok(Overlaps::Priority),

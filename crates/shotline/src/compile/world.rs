@@ -253,7 +253,7 @@ impl World {
     }
 
     /// All levels; what a level places comes before it, and the root is the last.
-    pub(crate) fn levels(&self) -> &[Level] {
+    pub(crate) fn levels(&self) -> &[Arc<Level>] {
         &self.levels
     }
 
