@@ -12,6 +12,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import operator
 import re
@@ -91,7 +92,8 @@ def cast(
     """Ask a scene about many rays, on the workers of a Dask cluster.
 
     Args:
-        scene: it is sent once, and each worker process builds it once, for as long as this scene and the client live.
+        scene: it is sent once for as long as it and the client live. A worker process builds it once, and keeps the two
+            scenes that it was asked last.
         rays: a beam, which makes its rays on the workers (see `shotline.beams`): best, as nothing is sent. Or a pair
             of arrays (o, d), or one array (..., 6), as queries take them: each block is sent its own rows.
         client: a `dask.distributed.Client`; without it, the one that is in use. None is started.
@@ -179,10 +181,16 @@ class _Job(NamedTuple):
     reduce: Callable[[Any, Block], Any] | None
 
 
+@functools.lru_cache(maxsize=2)
+def _keep(scene: Scene, accel: str | None) -> None:
+    """Hold on to the scenes asked last: Dask drops copies that no task is waiting for, and they would be built again."""
+
+
 def _answer(scene: Scene, job: _Job, number: int, start: int, stop: int, sent: tuple[Any, Any] | None) -> Any:
     """What is sent back for a block: what `reduce` returns, or the columns of the answer, a row a ray."""
     if job.version != __version__:
         raise RuntimeError(f"the worker has shotline {__version__}, but the client {job.version}")
+    _keep(scene, scene._accel)
     o, d = job.beam.rays(start, stop) if sent is None else sent
     shape = checked(o, d).shape
     if math.prod(shape) != stop - start:
