@@ -41,7 +41,9 @@ class _Panel:
         if len(views) > 1:
             shapes = ", ".join(f"{name} {array.shape}" for name, array in arrays.items())
             raise ValueError(f"vectors must have shape (3,), or (views, 3) with the same views: {shapes}")
-        self._vectors = {name: np.broadcast_to(array, (*(views or (1,)), 3)).copy() for name, array in arrays.items()}
+        self._vectors = {
+            name: np.broadcast_to(array, (*(views or (1,)), 3)).copy() for name, array in arrays.items()
+        }
         self.shape = (*views, self._rows, self._columns)
 
     def __len__(self) -> int:

@@ -1,14 +1,18 @@
-"""Casts spread over the workers of a Dask cluster, bit for bit what one machine answers: `pip install shotline[dask]`.
+"""Casts on the workers of a Dask cluster, bit for bit what one machine answers: `pip install shotline[dask]`.
 
 >>> import shotline, shotline.dask
 >>> from dask.distributed import Client
 >>> scene = shotline.Scene(shotline.Sphere(radius=2).named("ball"))
->>> beam = shotline.dask.Parallel(direction=(0, 0, 1), center=(0, 0, -5), u=(0.01, 0, 0), v=(0, 0.01, 0), shape=(500, 500))
+>>> panel = {"center": (0, 0, -5), "u": (0.01, 0, 0), "v": (0, 0.01, 0), "shape": (500, 500)}
+>>> beam = shotline.dask.Parallel(direction=(0, 0, 1), **panel)
 >>> with Client(processes=False, dashboard_address=":0") as client:
 ...     hits = shotline.dask.cast(scene, beam, client)
 >>> hits.t.shape, round(float(hits.t.min()), 4)
 ((500, 500), 3.0)
 """
+
+# Dask is not typed throughout.
+# mypy: disable-error-code="no-untyped-call"
 
 from __future__ import annotations
 
@@ -33,12 +37,14 @@ from .results import Closest, Crossings, Segments
 from .scene import Scene
 
 try:
-    import cloudpickle
+    import cloudpickle  # type: ignore[import-untyped,unused-ignore]
     import dask
     from distributed import Client, Future, as_completed, default_client
     from distributed.scheduler import KilledWorker
 except ImportError as error:
-    raise ImportError("shotline.dask needs Dask's distributed: pip install 'shotline[dask]'", name=error.name) from error
+    raise ImportError(
+        "shotline.dask needs Dask's distributed: pip install 'shotline[dask]'", name=error.name
+    ) from error
 
 __all__ = ["Block", "BlockError", "Cone", "Function", "Parallel", "Random", "cast"]
 
@@ -132,16 +138,17 @@ def cast(
         options["overlaps"] = overlaps
     if (block := operator.index(block)) < 1:
         raise ValueError(f"block is {block}, but must be at least 1")
-    beam = rays if hasattr(rays, "rays") else None
-    sent = _Sent(rays) if beam is None else None
-    count = len(beam if sent is None else sent)
+    beam, sent = (rays, None) if hasattr(rays, "rays") else (None, _Sent(rays))
+    count = len(rays) if sent is None else len(sent)
     shape = tuple(getattr(rays, "shape", (count,))) if sent is None else sent.shape
     if reduce is None:
         share = -(-count // max(1, sum(client.nthreads().values())))
         block = min(block, max(share, _LEAST))
     # Without rays there is one empty block, which tells the types.
     spans = [(start, min(start + block, count)) for start in range(0, max(count, 1), block)]
-    answers = _Folded(combine) if reduce else _Ragged(_TABLES[query]) if query in _TABLES else _Rows(count, shape, query)
+    answers = (
+        _Folded(combine) if reduce else _Ragged(_TABLES[query]) if query in _TABLES else _Rows(count, shape, query)
+    )
     tell = callback(progress)
     done = 0
     run = _Run(client, scene, _Job(__version__, beam, query, options, reduce), sent, spans)
@@ -224,15 +231,18 @@ class _Sent:
 
     def part(self, start: int, stop: int) -> tuple[np.ndarray, np.ndarray | None]:
         """One vector for all rays stays one."""
-        cut = [array[start:stop] if array is not None and array.ndim == 2 else array for array in (self._o, self._d)]
-        return cut[0], cut[1]
+
+        def cut(vectors: np.ndarray) -> np.ndarray:
+            return vectors[start:stop] if vectors.ndim == 2 else vectors
+
+        return cut(self._o), None if self._d is None else cut(self._d)
 
 
 # The scenes that clients have sent, by client and accelerator.
-_shipped: weakref.WeakKeyDictionary[Scene, dict[tuple[str, str | None], Future]] = weakref.WeakKeyDictionary()
+_shipped: weakref.WeakKeyDictionary[Scene, dict[tuple[str, str | None], Future[Any]]] = weakref.WeakKeyDictionary()
 
 
-def _ship(client: Client, scene: Scene) -> Future:
+def _ship(client: Client, scene: Scene) -> Future[Any]:
     """The scene on the cluster. It is a task, not data of a worker, so that losing that worker does not lose it."""
     futures = _shipped.setdefault(scene, {})
     name = client.id, scene._accel
@@ -244,7 +254,7 @@ def _ship(client: Client, scene: Scene) -> Future:
     return futures[name]
 
 
-def _submit(client: Client, key: str, function: Callable[..., Any], *args: Any) -> Future:
+def _submit(client: Client, key: str, function: Callable[..., Any], *args: Any) -> Future[Any]:
     # Blocks in flight are few, so it is meant that rays are sent with their task: it can be run anywhere again.
     with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1 TB"}):
         return client.submit(function, *args, key=key, pure=False)
@@ -260,7 +270,7 @@ class _Run:
         self.id = uuid.uuid4().hex
         self.scene = _ship(client, scene)
         self.job = _submit(client, f"shotline-job-{self.id}", cloudpickle.loads, cloudpickle.dumps(job))
-        self.running: dict[Future, int] = {}
+        self.running: dict[Future[Any], int] = {}
         self.arriving = as_completed(loop=client.loop)
 
     def parts(self) -> Generator[tuple[int, Any], None, None]:
@@ -269,7 +279,7 @@ class _Run:
         Dask counts for each block how many workers died that had it, so a block that kills its worker takes down those
         beside it. Blocks it gives up are suspects, and run alone, where only the guilty one fails again.
         """
-        todo, suspects, alone = deque(range(len(self.spans))), deque(), None
+        todo, suspects, alone = deque(range(len(self.spans))), deque[int](), None
         try:
             while todo or suspects or self.running:
                 if not suspects and alone is None:
@@ -337,7 +347,7 @@ class _Rows:
     def put(self, number: int, start: int, part: list[np.ndarray]) -> None:
         if not self.columns:
             self.columns = [np.empty((self.count, *new.shape[1:]), new.dtype) for new in part]
-        for column, new in zip(self.columns, part):
+        for column, new in zip(self.columns, part, strict=True):
             column[start : start + len(new)] = new
 
     def whole(self) -> Any:
@@ -356,9 +366,9 @@ class _Ragged:
         self.parts[number] = part
 
     def whole(self) -> Any:
-        splits, *columns = zip(*(self.parts.pop(number) for number in sorted(self.parts)))
+        splits, *columns = zip(*(self.parts.pop(number) for number in sorted(self.parts)), strict=True)
         rows = np.cumsum([0, *(part[-1] for part in splits)])
-        shifted = [part[1:] + before for part, before in zip(splits, rows)]
+        shifted = [part[1:] + before for part, before in zip(splits, rows, strict=False)]
         return self.table(np.concatenate([splits[0][:1], *shifted]), *map(np.concatenate, columns))
 
 

@@ -1,6 +1,7 @@
 """Beams make the same rays whatever the stretch."""
 
 import hashlib
+import itertools
 import pickle
 
 import numpy as np
@@ -29,7 +30,7 @@ def test_any_split_gives_the_same_rays(name):
     random = np.random.default_rng(len(name))
     for _ in range(5):
         cuts = [0, *np.sort(random.integers(0, len(beam) + 1, 4)).tolist(), len(beam)]
-        for start, stop in zip(cuts, cuts[1:]):
+        for start, stop in itertools.pairwise(cuts):
             part = [np.broadcast_to(array, (stop - start, 3)) for array in beam.rays(start, stop)]
             assert bits(part) == bits([array[start:stop] for array in whole])
     if name != "function":

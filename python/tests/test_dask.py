@@ -3,6 +3,7 @@
 import doctest
 import operator
 import os
+import pathlib
 import pickle
 import re
 import signal
@@ -88,7 +89,9 @@ def test_options(client, scene):
     for overlaps in ("priority", "all"):
         local = overlapping.segments(*BEAM.rays(0, len(BEAM)), overlaps=overlaps)
         assert same(cast(overlapping, BEAM, client, query="segments", overlaps=overlaps, block=9000), local)
-    with pytest.raises(BlockError, match=r"block \d \(rays \d+ to \d+\): objects 'a' and 'b' of equal priority overlap") as raised:
+    with pytest.raises(
+        BlockError, match=r"block \d \(rays \d+ to \d+\): objects 'a' and 'b' of equal priority overlap"
+    ) as raised:
         cast(overlapping, BEAM, client, query="segments", block=9000)
     assert isinstance(raised.value.__cause__, ValueError)
 
@@ -116,7 +119,10 @@ def test_reduced_on_the_workers(client, scene):
         return np.histogram(answer.t, bins=20, range=(0, 10))[0]
 
     t = scene.closest(*BEAM.rays(0, len(BEAM))).t
-    assert (cast(scene, BEAM, client, block=1500, reduce=tracks) == np.histogram(t, bins=20, range=(0, 10))[0]).all()
+    assert (
+        cast(scene, BEAM, client, block=1500, reduce=tracks) == np.histogram(t, bins=20, range=(0, 10))[0]
+    ).all()
+
     # In the order of the blocks, although the first ones take longest.
     def slow(answer, block):
         time.sleep(0.2 if block.number < 2 else 0)
@@ -217,7 +223,9 @@ def test_a_block_that_kills_is_named(client, scene):
 def test_a_bad_ray_is_named_by_its_row(client, scene):
     rays = np.hstack(BEAM.rays(0, len(BEAM)))
     rays[33_333, 3:] = 0
-    with pytest.raises(BlockError, match=re.escape("block 3 (rays 30000 to 40000): ray 33333: the direction is zero")):
+    with pytest.raises(
+        BlockError, match=re.escape("block 3 (rays 30000 to 40000): ray 33333: the direction is zero")
+    ):
         cast(scene, rays, client, block=10_000)
 
 
@@ -284,7 +292,15 @@ def test_scenes_as_dask_sees_them(scene):
 
 def test_progress(client, scene):
     told = []
-    cast(scene, BEAM, client, block=10_000, query="any", progress=lambda *numbers: told.append(numbers), reduce=len_of)
+    cast(
+        scene,
+        BEAM,
+        client,
+        block=10_000,
+        query="any",
+        progress=lambda *numbers: told.append(numbers),
+        reduce=len_of,
+    )
     assert told == [(done, 40_000) for done in (10_000, 20_000, 30_000, 40_000)]
 
     def enough(done, total):
@@ -363,3 +379,5 @@ def test_the_import_error_names_the_extra():
 
 def test_examples():
     assert doctest.testmod(shotline.dask).failed == 0
+    page = pathlib.Path(__file__).parents[2] / "docs/python/dask.md"
+    assert doctest.testfile(str(page), module_relative=False).failed == 0
