@@ -16,7 +16,7 @@ from .looks import Camera, Light, Material
 from .mesh import Mesh
 from .nodes import Difference, Group, Intersection, Node, Object, Union
 from .results import Closest, Crossings, Segments
-from .scene import Scene, load
+from .scene import Scene, _unpacked, load  # noqa: F401
 from .solids import *  # noqa: F403
 from .solids import __all__ as _solids
 

@@ -146,9 +146,9 @@ def cast(
         block = min(block, max(share, _LEAST))
     # Without rays there is one empty block, which tells the types.
     spans = [(start, min(start + block, count)) for start in range(0, max(count, 1), block)]
-    answers = (
-        _Folded(combine) if reduce else _Ragged(_TABLES[query]) if query in _TABLES else _Rows(count, shape, query)
-    )
+    answers: Any = _Ragged(_TABLES[query]) if query in _TABLES else _Rows(count, shape, query)
+    if reduce is not None:
+        answers = _Folded(combine)
     tell = callback(progress)
     done = 0
     run = _Run(client, scene, _Job(__version__, beam, query, options, reduce), sent, spans)

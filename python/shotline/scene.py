@@ -303,6 +303,11 @@ def _unpacked(digest: str, words: str, meshes: list[tuple[np.ndarray, np.ndarray
         return scene
 
 
+# Pickles name it by the package: a thread that began with this module, beside another that imports the package, would
+# wait for that one, which waits for this module.
+_unpacked.__module__ = "shotline"
+
+
 def _built(words: str, meshes: list[tuple[np.ndarray, np.ndarray]], accel: str | None) -> Scene:
     natives = [Mesh(vertices, faces)._native for vertices, faces in meshes]
     return Scene._of(_native.Scene.parse(words, natives, accel), accel)
