@@ -18,7 +18,7 @@ from .mesh import Mesh
 from .nodes import Difference, Group, Intersection, Node, Object, Union
 from .radiography import Detector, radiograph
 from .results import Closest, Cost, Crossings, Measures, Segments
-from .scene import Scene, load
+from .scene import Scene, _unpacked, load  # noqa: F401
 from .solids import *  # noqa: F403
 from .solids import __all__ as _solids
 

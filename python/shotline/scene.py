@@ -6,7 +6,9 @@ import hashlib
 import json
 import math
 import os
+import threading
 import warnings
+import weakref
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -428,7 +430,10 @@ class Scene:
 
     def __reduce__(self) -> Any:
         words, meshes = self._pack()
-        return _unpacked, (words, [(mesh.vertices(), mesh.faces()) for mesh in meshes], self._accel)
+        return _unpacked, (self.content_hash, words, [(mesh.vertices(), mesh.faces()) for mesh in meshes], self._accel)
+
+    def __dask_tokenize__(self) -> tuple[str, str]:
+        return "shotline.Scene", self.content_hash
 
     def __copy__(self) -> Scene:
         return self
@@ -477,9 +482,38 @@ def _material(material: Material | Mapping[str, Any]) -> Material:
     return material if isinstance(material, Material) else Material(**material)
 
 
-def _unpacked(words: str, meshes: list[tuple[np.ndarray, np.ndarray]], accel: str | None) -> Scene:
+# Scenes that were unpickled and are in use, by content hash and accelerator: a process builds each only once.
+_known: weakref.WeakValueDictionary[tuple[str, str | None], Scene] = weakref.WeakValueDictionary()
+_building = threading.Lock()
+
+
+def _unpacked(digest: str, words: str, meshes: list[tuple[np.ndarray, np.ndarray]], accel: str | None) -> Scene:
+    with _building:
+        scene = _known.get((digest, accel))
+        if scene is None:
+            scene = _known[digest, accel] = _built(words, meshes, accel)
+            scene._hash = digest
+        return scene
+
+
+# Pickles name it by the package: a thread that began with this module, beside another that imports the package, would
+# wait for that one, which waits for this module.
+_unpacked.__module__ = "shotline"
+
+
+def _built(words: str, meshes: list[tuple[np.ndarray, np.ndarray]], accel: str | None) -> Scene:
     natives = [Mesh(vertices, faces)._native for vertices, faces in meshes]
     return Scene._of(_native.Scene.parse(words, natives, accel), accel)
+
+
+def _forget_building() -> None:
+    """In a forked child, whose parent may have been building in a thread that the child does not have."""
+    global _building
+    _building = threading.Lock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget_building)
 
 
 def load(path: str | os.PathLike[str], *, accel: str | None = None, allow_outside: bool = False) -> Scene:
