@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .beams import Cone, Parallel
 from .progress import Told, callback
 from .rays import floats, points
 from .scene import Scene
@@ -24,28 +25,28 @@ class Detector:
 
     Args:
         center: the middle of the detector, in world coordinates.
-        right, up: the way from one pixel to the next along a row, and from one row to the one above it: their
-            lengths are the size of a pixel, in world units. They need not be at right angles.
+        u: from the centre of a pixel to that of the next in its row.
+        v: to that of the one below. Their lengths are the size of a pixel; they need not be at right angles.
         shape: rows and columns of pixels.
     """
 
     center: ArrayLike
-    right: ArrayLike
-    up: ArrayLike
+    u: ArrayLike
+    v: ArrayLike
     shape: tuple[int, int]
 
     def __post_init__(self) -> None:
-        center, right, up = (points(v, name).reshape(-1) for v, name in self._vectors())
-        if not all(v.size == 3 and np.isfinite(v).all() for v in (center, right, up)):
-            raise ValueError("center, right and up are three finite numbers each")
-        if not np.cross(right, up).any():
-            raise ValueError("right and up lie in one line, so there is no plane of pixels")
+        vectors = [points(value, name).reshape(-1) for name, value in self._vectors().items()]
+        if not all(vector.size == 3 and np.isfinite(vector).all() for vector in vectors):
+            raise ValueError("center, u and v are three finite numbers each")
+        if not np.cross(vectors[1], vectors[2]).any():
+            raise ValueError("u and v lie in one line, so there is no plane of pixels")
         rows, columns = self.shape
         if rows < 1 or columns < 1:
             raise ValueError(f"a detector has at least one row and one column, not {self.shape}")
 
-    def _vectors(self) -> list[tuple[ArrayLike, str]]:
-        return [(self.center, "center"), (self.right, "right"), (self.up, "up")]
+    def _vectors(self) -> dict[str, ArrayLike]:
+        return {"center": self.center, "u": self.u, "v": self.v}
 
     @classmethod
     def facing(cls, source: ArrayLike, center: ArrayLike, *, pixel: float, shape: tuple[int, int]) -> Detector:
@@ -58,17 +59,25 @@ class Detector:
         right = np.cross(way, axis)
         if np.linalg.norm(right) <= 1e-9 * np.linalg.norm(way):
             right = np.cross(way, [0.0, 1.0, 0.0])
-        up = np.cross(right, way)
-        right, up = (pixel * v / np.linalg.norm(v) for v in (right, up))
-        return cls(center=center, right=right, up=up, shape=shape)
+        down = np.cross(way, right)
+        u, v = (pixel * side / np.linalg.norm(side) for side in (right, down))
+        return cls(center=center, u=u, v=v, shape=shape)
 
     def pixels(self) -> np.ndarray:
         """The middles of the pixels: (rows, columns, 3) float64, rows from the top."""
         rows, columns = self.shape
         across = np.arange(columns) - (columns - 1) / 2
-        down = (rows - 1) / 2 - np.arange(rows)
-        center, right, up = (np.asarray(v, np.float64) for v, _ in self._vectors())
-        return center + across[:, None] * right + down[:, None, None] * up
+        down = np.arange(rows) - (rows - 1) / 2
+        center, u, v = (np.asarray(value, np.float64) for value in self._vectors().values())
+        return center + across[:, None] * u + down[:, None, None] * v
+
+    def cone(self, source: ArrayLike) -> Cone:
+        """The rays from a point to the pixels as a beam, for `shotline.dask.cast`; the detector is at t = 1."""
+        return Cone(source=source, shape=self.shape, **self._vectors())
+
+    def parallel(self, direction: ArrayLike) -> Parallel:
+        """Rays in one direction that begin at the pixels, as a beam."""
+        return Parallel(direction=direction, shape=self.shape, **self._vectors())
 
 
 def radiograph(

@@ -21,11 +21,11 @@ from .looks import Camera, Light, Material
 from .mesh import Mesh
 from .nodes import Node, affine
 from .progress import callback
-from .rays import points, rays
-from .results import Closest, Cost, Crossings, Measures, Segments
+from .queries import Queries, number_of, threads_of
+from .results import Measures
 
 
-class Scene:
+class Scene(Queries):
     """A scene, compiled when it is made and immutable from then on; any number of threads may ask it.
 
     `objects` are objects (`node.named("bolt", material="steel")`) or plain nodes, which become objects named `object0`
@@ -77,163 +77,7 @@ class Scene:
         scene._set(native, accel)
         return scene
 
-    # --- queries
-
-    def closest(
-        self,
-        o: ArrayLike,
-        d: ArrayLike | None = None,
-        *,
-        t_min: float = 0.0,
-        t_max: float = math.inf,
-        threads: int = 0,
-        progress: Any = None,
-    ) -> Closest:
-        """The first crossing of each ray.
-
-        Args:
-            o: origins, (..., 3) in world coordinates; or, without `d`, rays of shape (..., 6): origin, direction.
-            d: directions, (..., 3), of any length but zero; broadcast against `o`.
-            t_min: only crossings from here on; a ray that is inside there has a crossing at `t_min` itself.
-            t_max: only crossings up to here.
-            threads: 0 for one a core. The bits are the same for any number.
-            progress: True, a callable of (done, total), or a bar with `update` such as tqdm's.
-
-        Arrays of float64 in C order are read in place: do not change them meanwhile from another thread.
-
-        Returns:
-            `Closest`, its arrays of the broadcast shape (...).
-
-        Raises:
-            ValueError: for shapes that do not fit, and for a ray with NaN, infinite numbers or without direction: its
-                row is named, numbered in C order, before any work is done.
-        """
-        shape, ask = _ask(o, d, t_min, t_max, threads, progress)
-        t, normal, *rest = self._native.closest(ask)
-        return Closest(t.reshape(shape), normal.reshape(*shape, 3), *(column.reshape(shape) for column in rest))
-
-    def any(
-        self,
-        o: ArrayLike,
-        d: ArrayLike | None = None,
-        *,
-        t_min: float = 0.0,
-        t_max: float = math.inf,
-        threads: int = 0,
-        progress: Any = None,
-    ) -> np.ndarray:
-        """Whether each ray has any crossing: (...) bool. Takes and raises what `closest` does."""
-        shape, ask = _ask(o, d, t_min, t_max, threads, progress)
-        return self._native.any(ask).reshape(shape)
-
-    def count(
-        self,
-        o: ArrayLike,
-        d: ArrayLike | None = None,
-        *,
-        t_min: float = 0.0,
-        t_max: float = math.inf,
-        threads: int = 0,
-        progress: Any = None,
-    ) -> np.ndarray:
-        """The number of crossings of each ray: (...) int64. Takes and raises what `closest` does."""
-        shape, ask = _ask(o, d, t_min, t_max, threads, progress)
-        return self._native.count(ask).reshape(shape)
-
-    def crossings(
-        self,
-        o: ArrayLike,
-        d: ArrayLike | None = None,
-        *,
-        t_min: float = 0.0,
-        t_max: float = math.inf,
-        threads: int = 0,
-        progress: Any = None,
-    ) -> Crossings:
-        """Every crossing of each ray, in order: see `Crossings`. Takes and raises what `closest` does; also ValueError
-        for more than 10^9 rows.
-
-        >>> torus = Scene(Torus(R=2, r=0.5))
-        >>> torus.crossings([-5, 0, 0], [1, 0, 0]).t.tolist()
-        [2.5, 3.5, 6.5, 7.5]
-        """
-        _, ask = _ask(o, d, t_min, t_max, threads, progress)
-        return Crossings(*self._native.crossings(ask))
-
-    def segments(
-        self,
-        o: ArrayLike,
-        d: ArrayLike | None = None,
-        *,
-        overlaps: str = "error",
-        t_min: float = 0.0,
-        t_max: float = math.inf,
-        threads: int = 0,
-        progress: Any = None,
-    ) -> Segments:
-        """The stretches of each ray inside objects, with their materials and lengths: see `Segments`.
-
-        Where objects overlap, the one of the higher priority owns the stretch. Of equal priority: with "error" that is a
-        ValueError, which names both and the place; with "priority" the later one owns it; with "all" both keep it.
-        Takes and raises what `closest` does; also ValueError where a mesh is not closed.
-        """
-        _, ask = _ask(o, d, t_min, t_max, threads, progress)
-        *columns, _met = self._native.segments(ask, overlaps)
-        return Segments(*columns)
-
-    def thickness(
-        self,
-        o: ArrayLike,
-        d: ArrayLike | None = None,
-        *,
-        overlaps: str = "error",
-        t_min: float = 0.0,
-        t_max: float = math.inf,
-        threads: int = 0,
-        progress: Any = None,
-    ) -> np.ndarray:
-        """How far each ray goes through each material: (..., n_materials) float64, in world units, in the order of
-        `material_names`. Objects without a material count for none.
-
-        It is the sum of `segments` by material, and takes and raises what that does.
-
-        >>> scene = Scene(Sphere(radius=1).named("ball", material="lead"), materials={"lead": {"mu": 1.2}})
-        >>> scene.thickness([[-5, 0, 0], [-5, 0.6, 0]], [2, 0, 0]).round(12).tolist()
-        [[2.0], [1.6]]
-        """
-        shape, ask = _ask(o, d, t_min, t_max, threads, progress)
-        lengths, _met = self._native.thickness(ask, overlaps)
-        return lengths.reshape(*shape, -1) if lengths.size else np.zeros((*shape, len(self.material_names)))
-
-    def cost(
-        self,
-        o: ArrayLike,
-        d: ArrayLike | None = None,
-        *,
-        t_min: float = 0.0,
-        t_max: float = math.inf,
-        threads: int = 0,
-        progress: Any = None,
-    ) -> Cost:
-        """What finding the first crossing of each ray takes: see `Cost`. Takes and raises what `closest` does."""
-        shape, ask = _ask(o, d, t_min, t_max, threads, progress)
-        return Cost(*(column.reshape(shape) for column in self._native.cost(ask).T))
-
-    def contains(self, p: ArrayLike, *, threads: int = 0, progress: Any = None) -> np.ndarray:
-        """Whether points of shape (..., 3) are inside of any object: (...) bool. No promise within rounding of a
-        surface.
-
-        Raises ValueError for a point with NaN or infinite numbers, by its row, and where a mesh is not closed.
-        """
-        where = points(p, "p")
-        inside = self._native.contains(where.reshape(-1, 3), _threads(threads), callback(progress))
-        return inside.reshape(where.shape[:-1])
-
-    def objects_at(self, p: ArrayLike, *, threads: int = 0, progress: Any = None) -> tuple[np.ndarray, np.ndarray]:
-        """The objects that hold each of n points: `splits`, (n + 1,) int64, and `object`, (rows,) int32; those of point
-        i are `object[splits[i] : splits[i + 1]]`, ascending. Takes and raises what `contains` does."""
-        where = points(p, "p")
-        return self._native.objects_containing(where.reshape(-1, 3), _threads(threads), callback(progress))
+    # --- more than rays
 
     def measure(
         self,
@@ -274,17 +118,15 @@ class Scene:
             raise ValueError(f"rays is {rays}, but must be positive")
         chosen = None if objects is None else [n for item in objects for n in self._objects(item)]
         how = (int(rays), int(seed), method == "best", overlaps, chosen)
-        return Measures(*_native.measure(self._native, how, _threads(threads), callback(progress)))
+        return Measures(*_native.measure(self._native, how, threads_of(threads), callback(progress)))
 
     def _objects(self, item: int | str) -> list[int]:
         if not isinstance(item, str):
-            return [_number(item, "object")]
+            return [number_of(item, "object")]
         found = [number for number, name in enumerate(self.object_names) if name == item]
         if not found:
             raise ValueError(f"there is no object {item!r}")
         return found
-
-    # --- pictures
 
     def render(
         self,
@@ -320,7 +162,7 @@ class Scene:
         width, height = size
         seen = (camera.eye, camera.target, camera.up, camera.fov, camera.height) if camera else None
         style = (width, height, samples, look, lighting, counter, background)
-        return Image(_native.render(self._native, style, seen, _threads(threads), callback(progress)))
+        return Image(_native.render(self._native, style, seen, threads_of(threads), callback(progress)))
 
     def plot_ray(
         self, o: ArrayLike, d: ArrayLike, *, ax: Any = None, t_min: float = 0.0, t_max: float = math.inf
@@ -339,46 +181,6 @@ class Scene:
         from .plot import plot_ray
 
         return plot_ray(self, o, d, ax=ax, t_min=t_min, t_max=t_max)
-
-    # --- names and sizes
-
-    @property
-    def object_names(self) -> list[str]:
-        """The names of the objects, in the order of their numbers."""
-        return self._native.object_names()
-
-    @property
-    def material_names(self) -> list[str]:
-        """The names of the materials, in the order of their numbers."""
-        return self._native.material_names()
-
-    def surface_name(self, surface: int) -> str:
-        """What a surface's number stands for, as in `cylinder#1.side`. IndexError for a number not in use."""
-        return self._native.surface_name(_number(surface, "surface"))
-
-    def path_name(self, path: int) -> str:
-        """What a path's number stands for, as in `world/arm[2]/bolt[0]`. IndexError for a number not in use."""
-        return self._native.path_name(_number(path, "path"))
-
-    def path_transform(self, path: int) -> np.ndarray:
-        """The matrix of a path, (3, 4) float64: world coordinates from those of what is placed there."""
-        return np.array(self._native.path_transform(_number(path, "path"))).reshape(3, 4)
-
-    @property
-    def path_count(self) -> int:
-        """How many instance paths there are; they are numbered from 0."""
-        return self._native.path_count()
-
-    @property
-    def bounds(self) -> np.ndarray:
-        """The least and the greatest corner of a box around everything, (2, 3) float64; infinite where it has no end."""
-        return np.array(self._native.bounds())
-
-    @property
-    def stats(self) -> dict[str, Any]:
-        """Sizes: nodes, objects, leaves, virtual_leaves (every placement counted), memory_bytes, and the largest
-        condition number of a matrix on the way to a solid."""
-        return self._native.stats()
 
     def with_moved(self, path: str, transform: ArrayLike) -> Scene:
         """A scene in which one thing is placed elsewhere; this one stays as it is.
@@ -430,7 +232,12 @@ class Scene:
 
     def __reduce__(self) -> Any:
         words, meshes = self._pack()
-        return _unpacked, (self.content_hash, words, [(mesh.vertices(), mesh.faces()) for mesh in meshes], self._accel)
+        return _unpacked, (
+            self.content_hash,
+            words,
+            [(mesh.vertices(), mesh.faces()) for mesh in meshes],
+            self._accel,
+        )
 
     def __dask_tokenize__(self) -> tuple[str, str]:
         return "shotline.Scene", self.content_hash
@@ -456,26 +263,6 @@ class Scene:
         from .tree import html
 
         return html(json.loads(self._pack()[0]), repr(self))
-
-
-def _ask(
-    o: Any, d: Any, t_min: float, t_max: float, threads: int, progress: Any
-) -> tuple[tuple[int, ...], tuple[Any, ...]]:
-    """A query in the terms of the core, and the shape of its answer."""
-    shape, count, origins, directions = rays(o, d)
-    return shape, (count, origins, directions, float(t_min), float(t_max), _threads(threads), callback(progress))
-
-
-def _threads(threads: int) -> int:
-    if not 0 <= threads <= 1024:
-        raise ValueError(f"threads is {threads}, but must be from 0 (one a core) to 1024")
-    return int(threads)
-
-
-def _number(value: int, what: str) -> int:
-    if value < 0:
-        raise IndexError(f"the scene has no such {what}: {value}")
-    return int(value)
 
 
 def _material(material: Material | Mapping[str, Any]) -> Material:

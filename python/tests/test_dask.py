@@ -98,7 +98,7 @@ def test_options(client, scene):
         local = overlapping.segments(*BEAM.rays(0, len(BEAM)), overlaps=overlaps)
         assert same(cast(overlapping, BEAM, client, query="segments", overlaps=overlaps, block=9000), local)
     with pytest.raises(
-        BlockError, match=r"block \d \(rays \d+ to \d+\): objects 'a' and 'b' of equal priority overlap"
+        BlockError, match=r"block \d \(rays \d+ to \d+\): ray \d+: objects 'a' and 'b' of equal priority overlap"
     ) as raised:
         cast(overlapping, BEAM, client, query="segments", block=9000)
     assert isinstance(raised.value.__cause__, ValueError)

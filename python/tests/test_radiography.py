@@ -35,7 +35,7 @@ def test_a_ball_in_a_cone_beam():
 
 
 def test_a_ball_in_a_parallel_beam():
-    detector = Detector(center=[0, 0, -7], right=[0.1, 0, 0], up=[0, 0.1, 0], shape=(60, 60))
+    detector = Detector(center=[0, 0, -7], u=[0.1, 0, 0], v=[0, -0.1, 0], shape=(60, 60))
     x, y, _ = np.moveaxis(detector.pixels(), -1, 0)
     expected = 2 * np.sqrt(np.maximum(4 - x**2 - y**2, 0))
     seen = radiograph(BALL, [0, 0, -3], detector, [1.0], beam="parallel")
@@ -43,7 +43,7 @@ def test_a_ball_in_a_parallel_beam():
     # The mean over the detector is the volume.
     assert seen.sum() * 0.01 == pytest.approx(4 / 3 * np.pi * 8, rel=2e-3)
     # A detector inside the ball sees the half before it.
-    inside = Detector(center=[0, 0, 0], right=[0.1, 0, 0], up=[0, 0.1, 0], shape=(3, 3))
+    inside = Detector(center=[0, 0, 0], u=[0.1, 0, 0], v=[0, -0.1, 0], shape=(3, 3))
     assert radiograph(BALL, [0, 0, -1], inside, [1.0], beam="parallel")[1, 1] == pytest.approx(2, rel=1e-14)
 
 
@@ -55,7 +55,7 @@ def test_materials_and_energies():
         Sphere(radius=0.5).translate(0, 0, 9).named("nothing"),
         materials={"steel": {}, "wax": {}},
     )
-    detector = Detector(center=[0, 0, -5], right=[0.25, 0, 0], up=[0, 0.25, 0], shape=(21, 21))
+    detector = Detector(center=[0, 0, -5], u=[0.25, 0, 0], v=[0, -0.25, 0], shape=(21, 21))
     energies = np.array([[2.0, 1.0, 0.5], [0.3, 0.2, 0.1]])
     seen = radiograph(scene, [0, 0, -1], detector, energies, beam="parallel")
     assert seen.shape == (21, 21, 3)
@@ -70,6 +70,10 @@ def test_rows_run_down_and_columns_to_the_right():
     pixels = detector.pixels()
     np.testing.assert_allclose(pixels[0, 0], [-4, 10, 2], atol=1e-12)
     np.testing.assert_allclose(pixels[2, 4], [4, 10, -2], atol=1e-12)
+    cone = detector.cone([0, -10, 0])
+    origins, directions = cone.rays(0, len(cone))
+    np.testing.assert_allclose((origins + directions).reshape(3, 5, 3), pixels, atol=1e-12)
+    np.testing.assert_array_equal(detector.parallel([0, -1, 0]).rays(0, 15)[0].reshape(3, 5, 3), pixels)
     upright = Detector.facing([0, 0, 10], [0, 0, -10], pixel=1, shape=(3, 3)).pixels()
     assert np.isfinite(upright).all() and np.ptp(upright[..., 2]) == 0
 
@@ -98,7 +102,7 @@ def test_bands_are_the_same_as_one(monkeypatch):
     ],
 )
 def test_what_is_wrong_is_told(changes, message):
-    detector = Detector(center=[0, 0, -5], right=[1, 0, 0], up=[0, 1, 0], shape=(3, 3))
+    detector = Detector(center=[0, 0, -5], u=[1, 0, 0], v=[0, -1, 0], shape=(3, 3))
     given = {"source": [0, 0, 9], "detector": detector, "mu": [1.0]} | changes
     with pytest.raises(ValueError, match=message):
         radiograph(BALL, **given)
@@ -106,9 +110,9 @@ def test_what_is_wrong_is_told(changes, message):
 
 def test_detectors_that_are_none():
     for wrong in [
-        {"center": [0, 0, 0], "right": [1, 0, 0], "up": [2, 0, 0], "shape": (3, 3)},
-        {"center": [0, 0, np.nan], "right": [1, 0, 0], "up": [0, 1, 0], "shape": (3, 3)},
-        {"center": [0, 0, 0], "right": [1, 0, 0], "up": [0, 1, 0], "shape": (0, 3)},
+        {"center": [0, 0, 0], "u": [1, 0, 0], "v": [2, 0, 0], "shape": (3, 3)},
+        {"center": [0, 0, np.nan], "u": [1, 0, 0], "v": [0, 1, 0], "shape": (3, 3)},
+        {"center": [0, 0, 0], "u": [1, 0, 0], "v": [0, 1, 0], "shape": (0, 3)},
     ]:
         with pytest.raises(ValueError):
             Detector(**wrong)
@@ -118,7 +122,7 @@ def test_detectors_that_are_none():
 
 def test_overlaps_are_errors():
     scene = Scene(Sphere(radius=1).named("a", "x"), Sphere(radius=1).named("b", "x"), materials={"x": {}})
-    detector = Detector(center=[0, 0, -5], right=[1, 0, 0], up=[0, 1, 0], shape=(3, 3))
+    detector = Detector(center=[0, 0, -5], u=[1, 0, 0], v=[0, -1, 0], shape=(3, 3))
     with pytest.raises(ValueError, match="overlap"):
         radiograph(scene, [0, 0, 9], detector, [1.0])
     assert radiograph(scene, [0, 0, 9], detector, [1.0], overlaps="priority")[1, 1] == pytest.approx(2)
