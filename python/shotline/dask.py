@@ -29,8 +29,10 @@ from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
-from . import __version__
+from . import __version__, _native
 from .beams import Cone, Function, Parallel, Random
+from .image import Image, settings
+from .looks import Camera
 from .progress import callback
 from .rays import rays as checked
 from .results import Closest, Crossings, Segments
@@ -46,7 +48,7 @@ except ImportError as error:
         "shotline.dask needs Dask's distributed: pip install 'shotline[dask]'", name=error.name
     ) from error
 
-__all__ = ["Block", "BlockError", "Cone", "Function", "Parallel", "Random", "cast"]
+__all__ = ["Block", "BlockError", "Cone", "Function", "Parallel", "Random", "cast", "render"]
 
 _TABLES = {"crossings": Crossings, "segments": Segments}
 _QUERIES = ("closest", "any", "count", "crossings", "segments", "thickness")
@@ -161,6 +163,46 @@ def cast(
     return answers.whole()
 
 
+def render(
+    scene: Scene,
+    camera: Camera | None = None,
+    client: Client | None = None,
+    *,
+    size: tuple[int, int] = (800, 600),
+    samples: int = 4,
+    look: str = "lit",
+    lighting: str = "sharp",
+    background: str | None = None,
+    counter: str = "boxes",
+    block: int = 32,
+    progress: Any = None,
+) -> Image:
+    """A picture, its rows exposed on the workers of a Dask cluster: bit for bit what `scene.render` makes.
+
+    `block` is the number of rows of a block; `client`, blocks, errors and `progress`, in rows, are as of `cast`, the rest as of
+    `Scene.render`. A `BlockError` tells rows where that of `cast` tells rays.
+    """
+    client = _client(client)
+    style, sight = settings(camera, size, samples, look, lighting, background, counter)
+    # What is wrong with the settings is told before anything is sent.
+    _native.expose(scene._native, (*style[:2], 1, *style[3:]), sight, (0, 1), 1)
+    width, height = size
+    if (block := operator.index(block)) < 1:
+        raise ValueError(f"block is {block}, but must be at least 1")
+    spans = [(top, min(top + block, height)) for top in range(0, height, block)]
+    exposed = np.empty((height, width, 4))
+    tell = callback(progress)
+    done = 0
+    job = _Job(__version__, None, "render", {"style": style, "sight": sight}, None)
+    with closing(_Run(client, scene, job, None, spans, _expose).parts()) as parts:
+        for number, part in parts:
+            exposed[slice(*spans[number])] = part
+            done += len(part)
+            if tell:
+                tell(done, height)
+    return Image(_native.develop(scene._native, style, sight, exposed))
+
+
 def _client(client: Client | None) -> Client:
     if client is None:
         try:
@@ -195,9 +237,7 @@ def _keep(scene: Scene, accel: str | None) -> None:
 
 def _answer(scene: Scene, job: _Job, number: int, start: int, stop: int, sent: tuple[Any, Any] | None) -> Any:
     """What is sent back for a block: what `reduce` returns, or the columns of the answer, a row a ray."""
-    if job.version != __version__:
-        raise RuntimeError(f"the worker has shotline {__version__}, but the client {job.version}")
-    _keep(scene, scene._accel)
+    _prepare(scene, job)
     o, d = job.beam.rays(start, stop) if sent is None else sent
     shape = checked(o, d).shape
     if math.prod(shape) != stop - start:
@@ -214,6 +254,18 @@ def _answer(scene: Scene, job: _Job, number: int, start: int, stop: int, sent: t
         return list(answer)
     columns = answer if job.query == "closest" else [answer]
     return [column.reshape(stop - start, *column.shape[len(shape) :]) for column in columns]
+
+
+def _expose(scene: Scene, job: _Job, number: int, start: int, stop: int, sent: None) -> np.ndarray:
+    """Rows of a picture."""
+    _prepare(scene, job)
+    return _native.expose(scene._native, job.options["style"], job.options["sight"], (start, stop), 1)
+
+
+def _prepare(scene: Scene, job: _Job) -> None:
+    if job.version != __version__:
+        raise RuntimeError(f"the worker has shotline {__version__}, but the client {job.version}")
+    _keep(scene, scene._accel)
 
 
 # --- on the client
@@ -264,9 +316,15 @@ class _Run:
     """Blocks on their way through the cluster."""
 
     def __init__(
-        self, client: Client, scene: Scene, job: _Job, sent: _Sent | None, spans: list[tuple[int, int]]
+        self,
+        client: Client,
+        scene: Scene,
+        job: _Job,
+        sent: _Sent | None,
+        spans: list[tuple[int, int]],
+        task: Callable[..., Any] = _answer,
     ) -> None:
-        self.client, self.sent, self.spans = client, sent, spans
+        self.client, self.sent, self.spans, self.task = client, sent, spans, task
         self.id = uuid.uuid4().hex
         self.scene = _ship(client, scene)
         self.job = _submit(client, f"shotline-job-{self.id}", cloudpickle.loads, cloudpickle.dumps(job))
@@ -318,7 +376,7 @@ class _Run:
         start, stop = self.spans[number]
         sent = self.sent.part(start, stop) if self.sent is not None else None
         key = f"shotline-block-{self.id}-{number}{note}"
-        future = _submit(self.client, key, _answer, self.scene, self.job, number, start, stop, sent)
+        future = _submit(self.client, key, self.task, self.scene, self.job, number, start, stop, sent)
         self.running[future] = number
         self.arriving.add(future)
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native
+from .looks import Camera
 
 
 class Image(np.ndarray[Any, np.dtype[np.uint8]]):
@@ -46,3 +47,18 @@ class Image(np.ndarray[Any, np.dtype[np.uint8]]):
 
     def _repr_png_(self) -> bytes | None:
         return self.to_png() if self.ndim == 3 and self.dtype == np.uint8 and self.shape[2] in (3, 4) else None
+
+
+def settings(
+    camera: Camera | None,
+    size: tuple[int, int],
+    samples: int,
+    look: str,
+    lighting: str,
+    background: str | None,
+    counter: str,
+) -> tuple[_native.Style, _native.Sight | None]:
+    """What `Scene.render` takes in the terms of the core."""
+    width, height = size
+    sight = (camera.eye, camera.target, camera.up, camera.fov, camera.height) if camera else None
+    return (width, height, samples, look, lighting, counter, background), sight

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native, text
-from .image import Image
+from .image import Image, settings
 from .looks import Camera, Light, Material
 from .mesh import Mesh
 from .nodes import Node, affine
@@ -159,10 +159,8 @@ class Scene(Queries):
         Raises:
             ValueError: for a camera that sees nothing, a size out of range, a name that is none.
         """
-        width, height = size
-        seen = (camera.eye, camera.target, camera.up, camera.fov, camera.height) if camera else None
-        style = (width, height, samples, look, lighting, counter, background)
-        return Image(_native.render(self._native, style, seen, threads_of(threads), callback(progress)))
+        style, sight = settings(camera, size, samples, look, lighting, background, counter)
+        return Image(_native.render(self._native, style, sight, threads_of(threads), callback(progress)))
 
     def plot_ray(
         self, o: ArrayLike, d: ArrayLike, *, ax: Any = None, t_min: float = 0.0, t_max: float = math.inf

@@ -10,7 +10,7 @@ use pyo3::types::PyBytes;
 use shotline::accel::COUNTERS;
 use shotline::scene::{Camera, Lens};
 use shotline_io::write_whole;
-use shotline_render::{LOOKS, Lighting, Settings, encode_bytes, look};
+use shotline_render::{Exposure, Image, LOOKS, Lighting, Sample, Settings, encode_bytes, look};
 
 use crate::scene::{Scene, unwritten};
 use crate::waiting::work;
@@ -69,6 +69,49 @@ impl Style {
     }
 }
 
+/// What the rays of rows from one to before another have seen: linear colours and alpha, (rows, width, 4).
+#[pyfunction]
+pub fn expose<'py>(
+    py: Python<'py>,
+    scene: PyRef<'py, Scene>,
+    style: Style,
+    camera: Option<Sight>,
+    rows: (u32, u32),
+    threads: usize,
+) -> PyResult<Bound<'py, PyArray3<f64>>> {
+    let settings = style.settings(camera)?;
+    let (world, described) = (&*scene.world, &*scene.scene);
+    let exposed = work(py, usize::MAX, threads, None, |run| {
+        shotline_render::expose(world, described, &settings, rows.0..rows.1, run)
+    })?;
+    let Exposure { width, height, samples } = exposed.map_err(|e| PyValueError::new_err(e.to_string()))?;
+    let numbers: Vec<f64> = samples.iter().flat_map(|s| [s.color.x, s.color.y, s.color.z, s.alpha]).collect();
+    numbers.into_pyarray(py).reshape([height as usize, width as usize, 4])
+}
+
+/// The picture of what all rows have seen.
+#[pyfunction]
+pub fn develop<'py>(
+    py: Python<'py>,
+    scene: PyRef<'py, Scene>,
+    style: Style,
+    camera: Option<Sight>,
+    samples: PyReadonlyArray3<'py, f64>,
+) -> PyResult<Bound<'py, PyArray3<u8>>> {
+    let settings = style.settings(camera)?;
+    let (pixels, _) = samples.as_slice()?.as_chunks::<4>();
+    let sample = |&[r, g, b, alpha]: &[f64; 4]| Sample { color: [r, g, b].into(), alpha };
+    let samples = pixels.iter().map(sample).collect();
+    let exposure = Exposure { width: settings.width, height: settings.height, samples };
+    let image = shotline_render::develop(&scene.world, &scene.scene, &settings, exposure);
+    array(py, &image.map_err(|e| PyValueError::new_err(e.to_string()))?)
+}
+
+fn array<'py>(py: Python<'py>, image: &Image) -> PyResult<Bound<'py, PyArray3<u8>>> {
+    let shape = [image.height() as usize, image.width() as usize, image.channels()];
+    image.to_bytes().into_pyarray(py).reshape(shape)
+}
+
 /// Eight-bit sRGB of shape (height, width, 3), or 4 with alpha.
 #[pyfunction]
 pub fn render<'py>(
@@ -85,9 +128,7 @@ pub fn render<'py>(
     let image = work(py, rays, threads, progress.as_ref(), |run| {
         shotline_render::render(world, described, &settings, run)
     })?;
-    let image = image.map_err(|e| PyValueError::new_err(e.to_string()))?;
-    let shape = [image.height() as usize, image.width() as usize, image.channels()];
-    image.to_bytes().into_pyarray(py).reshape(shape)
+    array(py, &image.map_err(|e| PyValueError::new_err(e.to_string()))?)
 }
 
 /// The PNG of eight-bit sRGB of shape (height, width, 3 or 4).

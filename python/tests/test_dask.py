@@ -21,7 +21,7 @@ pytest.importorskip("distributed", reason="needs Dask's distributed: pip install
 import cloudpickle
 import dask
 from distributed import Client, LocalCluster
-from shotline.dask import BlockError, Cone, Function, Random, cast
+from shotline.dask import BlockError, Cone, Function, Random, cast, render
 
 # Workers cannot import this file.
 cloudpickle.register_pickle_by_value(sys.modules[__name__])
@@ -410,3 +410,15 @@ def test_examples():
     assert doctest.testmod(shotline.dask).failed == 0
     page = pathlib.Path(__file__).parents[2] / "docs/python/dask.md"
     assert doctest.testfile(str(page), module_relative=False).failed == 0
+
+
+def test_pictures(client, scene):
+    told = []
+    options = {"size": (50, 41), "samples": 2, "background": "transparent"}
+    for look in ("lit", "depth", "cost"):
+        local = scene.render(look=look, **options)
+        picture = render(scene, client=client, look=look, block=7, progress=lambda *n: told.append(n), **options)
+        assert isinstance(picture, shotline.Image) and (picture == local).all()
+    assert told[-1] == (41, 41)
+    with pytest.raises(ValueError, match="no look"):
+        render(scene, client=client, look="x")

@@ -1,5 +1,6 @@
 //! Exposing a picture: tiles over a pool of threads.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
@@ -38,11 +39,14 @@ impl Sample {
     }
 }
 
-/// An exposed film: the mean of each pixel's samples, row by row from the top.
+/// Exposed rows of a film: the mean of each pixel's samples, row by row from the top.
 #[derive(Clone, Debug)]
 pub struct Exposure {
+    /// Pixels in a row.
     pub width: u32,
+    /// Rows.
     pub height: u32,
+    /// What each pixel has seen.
     pub samples: Vec<Sample>,
 }
 
@@ -55,30 +59,31 @@ impl Exposure {
     }
 }
 
-/// Exposes a picture. Each pixel is worked out by itself, in the same order of samples, so the threads and
-/// the tiles leave no trace in it.
+/// Exposes rows of a picture. Each pixel is worked out by itself, in the same order of samples, so the threads and
+/// the tiles leave no trace in it, nor does what rows are exposed together.
+#[allow(clippy::too_many_arguments)]
 pub fn expose(
     world: &World,
     view: &View,
     look: &Look,
     shader: &dyn Shader,
     settings: &Settings,
+    rows: Range<u32>,
     run: Run,
     kept: &mut Kept,
 ) -> Result<Exposure, RenderError> {
-    let &Settings { width, height, samples, .. } = settings;
-    let tiles = tiles(width, height);
+    let &Settings { width, samples, .. } = settings;
+    let (top, height) = (rows.start, rows.end - rows.start);
+    let tiles = tiles(width, rows);
+    let cancelled = || run.cancel.is_some_and(|c| c.load(Ordering::Relaxed));
     let failed = AtomicUsize::new(usize::MAX);
     let before: &Kept = kept;
     let one = |eye: &mut Eye, (number, tile): (usize, &Tile)| {
-        if run.cancel.is_some_and(|c| c.load(Ordering::Relaxed)) {
-            return Err(RenderError::Cancelled);
-        }
         // Tiles behind the first failure are not wanted; the ones before it decide which error is told.
         if failed.load(Ordering::Relaxed) < number {
             return Err(RenderError::Cancelled);
         }
-        let done = tile.expose(view, look, shader, settings, &before.pixels, eye);
+        let done = tile.expose(view, look, shader, settings, &before.pixels, eye, &cancelled);
         let work = eye.take_work();
         if let Some(mut all) = run.work.and_then(|all| all.lock().ok()) {
             *all += work;
@@ -106,9 +111,9 @@ pub fn expose(
     let mut still = vec![None; if kept.swept.is_some() { area(width, height) } else { 0 }];
     for (tile, pixels) in tiles.iter().zip(done) {
         let pixels = pixels?;
-        tile.paste(pixels.iter().map(|p| p.sample), width, &mut exposure.samples);
+        tile.paste(pixels.iter().map(|p| p.sample), width, top, &mut exposure.samples);
         if kept.swept.is_some() {
-            tile.paste(pixels.iter().map(|p| p.still.then_some(p.sample)), width, &mut still);
+            tile.paste(pixels.iter().map(|p| p.still.then_some(p.sample)), width, top, &mut still);
         }
     }
     kept.pixels = still;
@@ -133,12 +138,12 @@ struct Tile {
     height: u32,
 }
 
-/// All tiles, row by row.
-fn tiles(width: u32, height: u32) -> Vec<Tile> {
-    let starts = |length: u32| (0..length).step_by(TILE as usize);
-    starts(height)
-        .flat_map(|top| starts(width).map(move |left| (left, top)))
-        .map(|(left, top)| Tile { left, top, width: TILE.min(width - left), height: TILE.min(height - top) })
+/// All tiles of some rows, row by row.
+fn tiles(width: u32, rows: Range<u32>) -> Vec<Tile> {
+    let end = rows.end;
+    rows.step_by(TILE as usize)
+        .flat_map(|top| (0..width).step_by(TILE as usize).map(move |left| (left, top)))
+        .map(|(left, top)| Tile { left, top, width: TILE.min(width - left), height: TILE.min(end - top) })
         .collect()
 }
 
@@ -151,10 +156,14 @@ impl Tile {
         settings: &Settings,
         kept: &[Option<Sample>],
         eye: &mut Eye,
+        cancelled: &dyn Fn() -> bool,
     ) -> Result<Vec<Pixel>, RenderError> {
         let &Settings { width, samples: count, .. } = settings;
         let mut pixels = Vec::with_capacity(area(self.width, self.height));
         for row in self.top..self.top + self.height {
+            if cancelled() {
+                return Err(RenderError::Cancelled);
+            }
             for column in self.left..self.left + self.width {
                 let place = area(width, row) + column as usize;
                 if let Some(sample) = kept.get(place).copied().flatten() {
@@ -179,10 +188,10 @@ impl Tile {
         Ok(pixels)
     }
 
-    /// Puts what belongs to the tile's pixels where it belongs in a picture of a width.
-    fn paste<T>(&self, pixels: impl Iterator<Item = T>, width: u32, picture: &mut [T]) {
+    /// Puts what belongs to the tile's pixels where it belongs in rows of a picture, of a width and from a top on.
+    fn paste<T>(&self, pixels: impl Iterator<Item = T>, width: u32, top: u32, picture: &mut [T]) {
         for (i, pixel) in (0..).zip(pixels) {
-            let (column, row) = (self.left + i % self.width, self.top + i / self.width);
+            let (column, row) = (self.left + i % self.width, self.top - top + i / self.width);
             picture[area(width, row) + column as usize] = pixel;
         }
     }
@@ -196,13 +205,13 @@ mod tests {
     fn tiles_cover_each_pixel_once() {
         let (width, height) = (2 * TILE + 5, TILE + 1);
         let mut exposure = Exposure { width, height, samples: vec![Sample::NOTHING; area(width, height)] };
-        for tile in tiles(width, height) {
+        for tile in tiles(width, 0..height) {
             let pixel = |i: usize| {
                 let (column, row) = (tile.left + i as u32 % tile.width, tile.top + i as u32 / tile.width);
                 Sample::opaque(Vec3::new(f64::from(column), f64::from(row), 0.0))
             };
             let pixels: Vec<_> = (0..area(tile.width, tile.height)).map(pixel).collect();
-            tile.paste(pixels.into_iter(), width, &mut exposure.samples);
+            tile.paste(pixels.into_iter(), width, 0, &mut exposure.samples);
         }
         for (i, s) in exposure.samples.iter().enumerate() {
             let (column, row) = (i as u32 % width, i as u32 / width);

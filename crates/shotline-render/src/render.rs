@@ -1,5 +1,7 @@
 //! The one way in.
 
+use std::ops::Range;
+
 use shotline::accel::{COUNTERS, Counter};
 use shotline::compile::World;
 use shotline::query::batch::Run;
@@ -8,11 +10,11 @@ use shotline::scene::{Camera, Scene};
 use crate::backdrop::Backdrop;
 use crate::camera::View;
 use crate::error::{MAX_PIXELS, MAX_SAMPLES, MAX_SIDE, RenderError};
-use crate::film;
+use crate::film::{self, Exposure};
 use crate::framing;
 use crate::image::Image;
 use crate::light::Lighting;
-use crate::look::{LOOKS, Look, Stage};
+use crate::look::{LOOKS, Look, Shader, Stage};
 use crate::sight::Coherence;
 use crate::still::Kept;
 
@@ -92,15 +94,78 @@ pub(crate) fn frame(
     run: Run,
     kept: &mut Kept,
 ) -> Result<Image, RenderError> {
-    let &Settings { width, height, look, .. } = settings;
+    with_shader(world, scene, setup, settings, |view, shader| {
+        let rows = 0..settings.height;
+        let exposure = film::expose(world, view, settings.look, shader, settings, rows, run, kept)?;
+        Ok(finish(shader, settings, exposure))
+    })
+}
+
+/// What the rays of some rows of a picture have seen: so that its rows can be exposed in different places, and
+/// [developed](develop) in one.
+///
+/// # Errors
+/// [`RenderError`]; [`RenderError::Size`] for rows that are not in the picture.
+pub fn expose(
+    world: &World,
+    scene: &Scene,
+    settings: &Settings,
+    rows: Range<u32>,
+    run: Run,
+) -> Result<Exposure, RenderError> {
+    check(settings)?;
+    let &Settings { width, height, .. } = settings;
+    if rows.start >= rows.end || rows.end > height {
+        return Err(RenderError::Size { width, height: rows.end.saturating_sub(rows.start) });
+    }
+    with_shader(world, scene, &Setup::new(world, scene, settings)?, settings, |view, shader| {
+        film::expose(world, view, settings.look, shader, settings, rows, run, &mut Kept::default())
+    })
+}
+
+/// The picture of all its exposed rows: the same as [`render`] makes.
+///
+/// # Errors
+/// [`RenderError`]; [`RenderError::Size`] for an exposure of another size than the settings'.
+pub fn develop(
+    world: &World,
+    scene: &Scene,
+    settings: &Settings,
+    exposure: Exposure,
+) -> Result<Image, RenderError> {
+    check(settings)?;
+    let Exposure { width, height, ref samples } = exposure;
+    let all = width as usize * height as usize;
+    if (width, height, samples.len()) != (settings.width, settings.height, all) {
+        return Err(RenderError::Size { width, height });
+    }
+    with_shader(world, scene, &Setup::new(world, scene, settings)?, settings, |_, shader| {
+        Ok(finish(shader, settings, exposure))
+    })
+}
+
+/// Hands on what a look needs.
+fn with_shader<T>(
+    world: &World,
+    scene: &Scene,
+    setup: &Setup,
+    settings: &Settings,
+    then: impl FnOnce(&View, &dyn Shader) -> Result<T, RenderError>,
+) -> Result<T, RenderError> {
+    let &Settings { width, height, look, lighting, counter, .. } = settings;
     let view = View::new(&setup.camera, width, height)?;
-    let backdrop = settings.backdrop.unwrap_or(look.backdrop);
-    let &Settings { lighting, counter, .. } = settings;
-    let shader =
-        (look.shader)(&Stage { world, scene, size: setup.size, view: &view, backdrop, lighting, counter })?;
-    let mut exposure = film::expose(world, &view, look, &*shader, settings, run, kept)?;
+    let (size, backdrop) = (setup.size, backdrop(settings));
+    let shader = (look.shader)(&Stage { world, scene, size, view: &view, backdrop, lighting, counter })?;
+    then(&view, &*shader)
+}
+
+fn finish(shader: &dyn Shader, settings: &Settings, mut exposure: Exposure) -> Image {
     shader.develop(&mut exposure);
-    Ok(Image::compose(&exposure, backdrop))
+    Image::compose(&exposure, backdrop(settings))
+}
+
+fn backdrop(settings: &Settings) -> Backdrop {
+    settings.backdrop.unwrap_or(settings.look.backdrop)
 }
 
 /// The view of a picture: of the scene's camera, or of one that frames everything.
@@ -129,4 +194,36 @@ pub(crate) fn check(settings: &Settings) -> Result<(), RenderError> {
         return Err(RenderError::Samples(samples));
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use shotline::compile::{Options, compile};
+    use shotline::solid::Value;
+
+    use super::*;
+
+    /// Exposed in bands, a picture is the same, whatever the look.
+    #[test]
+    fn bands_make_the_same_picture() {
+        let mut scene = Scene::default();
+        let ball = scene.add_solid("sphere", &[Value::Number(1.0)]).expect("a sphere");
+        scene.add_object("ball", None, ball);
+        let world = compile(&scene, Options::default()).expect("a world");
+        for look in LOOKS.iter().copied() {
+            let settings = Settings { width: 50, height: 45, samples: 2, look, ..Settings::default() };
+            let whole = render(&world, &scene, &settings, Run::default()).expect("a picture");
+            let mut samples = Vec::new();
+            for rows in [0..7, 7..40, 40..45] {
+                let exposure = expose(&world, &scene, &settings, rows, Run::default()).expect("an exposure");
+                samples.extend(exposure.samples);
+            }
+            let exposure = Exposure { width: 50, height: 45, samples };
+            let other = develop(&world, &scene, &settings, exposure.clone()).expect("a picture");
+            assert_eq!(other, whole, "{}", look.name);
+            let smaller = Settings { height: 44, ..settings };
+            assert!(develop(&world, &scene, &smaller, exposure).is_err());
+            assert!(expose(&world, &scene, &settings, 40..46, Run::default()).is_err());
+        }
+    }
 }

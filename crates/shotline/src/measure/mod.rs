@@ -147,6 +147,9 @@ pub fn measure(
     run: Run,
 ) -> Result<Vec<Measure>, MeasureError> {
     let work = || measure_here(world, scene, settings, run);
+    if let Some(pool) = run.pool {
+        return pool.install(work);
+    }
     if run.threads == 1 {
         return work();
     }
