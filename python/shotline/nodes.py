@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,13 @@ Vector = tuple[float, float, float]
 
 def numbers(values: ArrayLike, count: int, what: str) -> tuple[float, ...]:
     """So many finite numbers, or an error that says what they were for."""
+    if (
+        isinstance(values, tuple)
+        and len(values) == count
+        and all(type(x) in (int, float) and isfinite(x) for x in values)
+    ):
+        # Scenes are made of many short tuples, and arrays of them would take ten times as long.
+        return tuple(map(float, values))
     array = np.asarray(values, dtype=np.float64).reshape(-1)
     if array.size != count:
         raise ValueError(f"{what} takes {count} numbers, not {array.size}")
@@ -236,9 +244,11 @@ class Placed(Node):
         return tuple(_native.compose(list(self._steps)))
 
     def _placement(self) -> dict[str, Any]:
+        if len(self._steps) == 1:
+            return dict(self._steps)
         order = ["scale", "rotate", "translate"]
         names = [name for name, _ in self._steps]
-        if names == ["transform"] or [n for n in order if n in names] == names:
+        if [name for name in order if name in names] == names:
             return dict(self._steps)
         return {"transform": self._matrix()}
 

@@ -11,7 +11,7 @@ use shotline::query::batch::Run;
 use crate::camera::View;
 use crate::color::Rgb;
 use crate::error::RenderError;
-use crate::look::{Look, Shader};
+use crate::look::Shader;
 use crate::render::Settings;
 use crate::sampling;
 use crate::sight::Eye;
@@ -61,11 +61,9 @@ impl Exposure {
 
 /// Exposes rows of a picture. Each pixel is worked out by itself, in the same order of samples, so the threads and
 /// the tiles leave no trace in it, nor does what rows are exposed together.
-#[allow(clippy::too_many_arguments)]
 pub fn expose(
     world: &World,
     view: &View,
-    look: &Look,
     shader: &dyn Shader,
     settings: &Settings,
     rows: Range<u32>,
@@ -83,7 +81,7 @@ pub fn expose(
         if failed.load(Ordering::Relaxed) < number {
             return Err(RenderError::Cancelled);
         }
-        let done = tile.expose(view, look, shader, settings, &before.pixels, eye, &cancelled);
+        let done = tile.expose(view, shader, settings, &before.pixels, eye, &cancelled);
         let work = eye.take_work();
         if let Some(mut all) = run.work.and_then(|all| all.lock().ok()) {
             *all += work;
@@ -151,14 +149,13 @@ impl Tile {
     fn expose(
         &self,
         view: &View,
-        look: &Look,
         shader: &dyn Shader,
         settings: &Settings,
         kept: &[Option<Sample>],
         eye: &mut Eye,
         cancelled: &dyn Fn() -> bool,
     ) -> Result<Vec<Pixel>, RenderError> {
-        let &Settings { width, samples: count, .. } = settings;
+        let &Settings { width, samples: count, look, .. } = settings;
         let mut pixels = Vec::with_capacity(area(self.width, self.height));
         for row in self.top..self.top + self.height {
             if cancelled() {

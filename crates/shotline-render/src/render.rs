@@ -96,7 +96,7 @@ pub(crate) fn frame(
 ) -> Result<Image, RenderError> {
     with_shader(world, scene, setup, settings, |view, shader| {
         let rows = 0..settings.height;
-        let exposure = film::expose(world, view, settings.look, shader, settings, rows, run, kept)?;
+        let exposure = film::expose(world, view, shader, settings, rows, run, kept)?;
         Ok(finish(shader, settings, exposure))
     })
 }
@@ -119,7 +119,7 @@ pub fn expose(
         return Err(RenderError::Size { width, height: rows.end.saturating_sub(rows.start) });
     }
     with_shader(world, scene, &Setup::new(world, scene, settings)?, settings, |view, shader| {
-        film::expose(world, view, settings.look, shader, settings, rows, run, &mut Kept::default())
+        film::expose(world, view, shader, settings, rows, run, &mut Kept::default())
     })
 }
 
