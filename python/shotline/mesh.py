@@ -70,7 +70,8 @@ class Mesh(Node):
 
     def __repr__(self) -> str:
         state = "closed" if self.is_closed else "open"
-        return f"<Mesh: {len(self.vertices)} vertices, {len(self.faces)} faces, {state}>"
+        vertices, faces = self._native.counts()
+        return f"<Mesh: {vertices} vertices, {faces} faces, {state}>"
 
 
 def _again(vertices: np.ndarray, faces: np.ndarray, accel: str | None) -> Mesh:

@@ -52,6 +52,11 @@ impl Mesh {
         self.mesh.faces.concat().into_pyarray(py).reshape([self.mesh.faces.len(), 3])
     }
 
+    /// How many vertices and faces there are.
+    fn counts(&self) -> (usize, usize) {
+        (self.mesh.vertices.len(), self.mesh.faces.len())
+    }
+
     fn is_closed(&self) -> bool {
         self.topology.is_closed()
     }

@@ -236,3 +236,51 @@ def test_real_trimesh():
     trimesh = pytest.importorskip("trimesh", reason="trimesh is not installed")
     mesh = Mesh(trimesh.creation.icosphere(subdivisions=2))
     assert mesh.is_closed and len(mesh.faces) == 320
+
+
+def test_sharing_changes_no_answer(rng):
+    """Random scenes whose parts are shared, named, placed and nested anyhow, and the same without anything shared."""
+    crossings = 0
+    for _ in range(40):
+        # Recipes are (maker, numbers of the recipes it takes, numbers); a scene is made of them with or without sharing.
+        recipes = [("sphere", [], rng.uniform(0.5, 1, 1)), ("box", [], rng.uniform(0.5, 1, 3))]
+        for _ in range(rng.integers(4, 12)):
+            kind = rng.choice(["union", "difference", "intersection", "group", "place", "place", "part"])
+            count = 1 if kind in ("place", "part") else rng.integers(2, 4)
+            recipes.append((kind, rng.integers(0, len(recipes), count).tolist(), rng.uniform(-1, 1, 6)))
+
+        def made(number, memo, recipes=recipes):
+            if memo is not None and number in memo:
+                return memo[number]
+            kind, takes, values = recipes[number]
+            args = [made(taken, memo) for taken in takes]
+            if kind == "sphere":
+                node = Sphere(radius=values[0])
+            elif kind == "box":
+                node = Box(min=-values, max=values)
+            elif kind == "place":
+                node = args[0].rotate(*(90 * values[:3])).translate(*values[3:])
+            elif kind == "part":
+                node = args[0].part(f"part {number}") if memo is not None else args[0]
+            else:
+                kinds = {
+                    "union": Union,
+                    "difference": Difference,
+                    "group": Group,
+                    "intersection": shotline.Intersection,
+                }
+                node = kinds[kind](args)
+            if memo is not None:
+                memo[number] = node
+            return node
+
+        top = len(recipes) - 1
+        shared, apart = Scene(made(top, {}).named("it")), Scene(made(top, None).named("it"))
+        o = rng.normal(size=(100, 3)) * 5
+        aim = rng.normal(size=(100, 3)) - o
+        a, b = shared.crossings(o, aim), apart.crossings(o, aim)
+        assert shared.path_count == apart.path_count
+        assert a.ray_splits.tolist() == b.ray_splits.tolist() and a.entering.tolist() == b.entering.tolist()
+        assert np.abs(a.t - b.t).max(initial=0) < 1e-12
+        crossings += len(a.t)
+    assert crossings > 2000
