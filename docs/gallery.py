@@ -287,7 +287,7 @@ def main():
             Pixels.fromarray(np.asarray(make())).quantize(256, dither=Pixels.Dither.NONE).save(path, optimize=True)
         else:
             fig = make()
-            fig.savefig(path)
+            fig.savefig(path, bbox_inches="tight")
             plt.close(fig)
         print(f"{path.name}: {path.stat().st_size / 1024:.0f} KiB")
 

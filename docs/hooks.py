@@ -1,10 +1,11 @@
-"""What the site has beside the pages of this folder (a hook of mkdocs): pages of the repository's root, the notebooks
-with what their cells answer, and the solids that the built package knows."""
+"""What the site has beside the pages of this folder (hooks of mkdocs): pages of the repository's root, the notebooks
+with what their cells answer, the solids that the built package knows; and docstrings made into Markdown."""
 
 import base64
 import re
 from pathlib import Path
 
+import griffe
 from mkdocs.structure.files import File
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -27,13 +28,23 @@ def on_page_markdown(markdown, page, config, files):
     return re.sub(r"\]\(\.\./(?=[A-Z]+\.md)", "](", markdown).replace(".ipynb)", ".md)")
 
 
+class Docstrings(griffe.Extension):
+    def on_instance(self, *, obj, **_):
+        if obj.docstring:
+            text = re.sub(r"^>>> (?:.+\n?)+", r"```pycon\n\g<0>\n```\n", obj.docstring.value, flags=re.MULTILINE)
+            # Fields of a tuple: "t, normal: ..." at the beginning of a line.
+            obj.docstring.value = re.sub(r"^([a-z_]+(?:, [a-z_]+)*): ", r"- `\1`: ", text, flags=re.MULTILINE)
+
+
 def notebook(path):
     """A notebook, run, as a page and its pictures: names and contents."""
     import nbformat
     from nbclient import NotebookClient
 
     book = nbformat.read(path, as_version=4)
-    NotebookClient(book, timeout=120, resources={"metadata": {"path": ROOT / "docs/notebooks"}}).execute()
+    NotebookClient(
+        book, timeout=120, coalesce_streams=True, resources={"metadata": {"path": ROOT / "docs/notebooks"}}
+    ).execute()
     words, pictures = [], []
     for cell in book.cells:
         if cell.cell_type == "markdown":
@@ -59,7 +70,6 @@ def solids():
     """A section for each kind of solid."""
     from shotline import _native
 
-    takes = {1: "a number", 3: "three numbers"}
     words = [
         "# Solids",
         "A class for each kind; parameters are given by keyword and kept as attributes. ValueError says which is wrong "
@@ -68,8 +78,7 @@ def solids():
     for kind, summary, parameters in _native.kinds():
         name = "".join(word.capitalize() for word in kind.split("_"))
         listed = ", ".join(parameter for parameter, _, _ in parameters)
-        words += [f"## {name}", f"```text\n{name}(*, {listed})\n```", summary]
-        words.append(
-            "\n".join(f"- `{p}`: {takes.get(count, f'{count} numbers')}. {text}" for p, count, text in parameters)
-        )
+        words += [f"## {name}", f"```python\n{name}(*, {listed})\n```", f"{summary[0].upper()}{summary[1:]}."]
+        takes = {p: "" if count == 1 else f" ({count} numbers)" for p, count, _ in parameters}
+        words.append("\n".join(f"- `{p}`{takes[p]}: {text}" for p, _, text in parameters))
     return "\n\n".join(words)
