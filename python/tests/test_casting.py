@@ -213,7 +213,9 @@ def test_points_are_inside(rng):
     assert inside.shape == (40, 50) and inside.dtype == bool and (inside == in_a | in_b).all()
     splits, objects = scene.objects_at(p)
     assert splits.dtype == np.int64 and objects.dtype == np.int32
-    assert objects.tolist() == [i for a, b in zip(in_a.flat, in_b.flat, strict=True) for i in [0] * int(a) + [1] * int(b)]
+    assert objects.tolist() == [
+        i for a, b in zip(in_a.flat, in_b.flat, strict=True) for i in [0] * int(a) + [1] * int(b)
+    ]
     assert (np.diff(splits) == in_a.astype(int).ravel() + in_b.ravel()).all()
     assert scene.contains([0, 0, 0.5]).shape == () and scene.contains(np.zeros((0, 3))).shape == (0,)
     p[3, 4, 0] = np.nan
