@@ -11,7 +11,7 @@ SHOTLINE := $(abspath $(or $(CARGO_TARGET_DIR),target))/release/shotline
 VENV := .venv
 export SHOTLINE
 
-.PHONY: help build demo test package truth soak bench fuzz pictures docs-pictures clean
+.PHONY: help build demo test package docs truth soak bench fuzz pictures docs-pictures clean
 .NOTPARALLEL:
 
 help: ## this list
@@ -37,6 +37,9 @@ test: $(VENV)/ready ## format, lints, documentation, tests of the libraries and 
 
 package: $(VENV)/ready ## the Python package, into .venv
 	PATH="$(abspath $(VENV))/bin:$$PATH" pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --force-reinstall .
+
+docs: $(VENV)/ready-docs package ## the documentation as a site, into out/site
+	NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --quiet --strict
 
 ifneq ($(wildcard $(SHARED)/truth/run.py),)
 truth: build $(VENV)/ready ## score the program against the full truth sets, where they are
@@ -70,8 +73,9 @@ pictures: build ## the pictures of the README and of the flake again (minutes)
 	$(SHOTLINE) render scenes/flake.json -o docs/pictures/flake.png --size 640x480 --samples 8
 	$(SHOTLINE) render scenes/section.json -o docs/pictures/section-thickness.png --size 720x540 --samples 16 --look thickness
 
-docs-pictures: build ## the pictures of docs/accelerators.md again, of the bunny where it is
+docs-pictures: build package ## the pictures of the documentation again, of the bunny where it is (minutes)
 	$(PYTHON) demo/work.py --program $(SHOTLINE) --data $(SHARED)/data
+	$(VENV)/bin/python docs/gallery.py
 
 clean: ## remove everything that was made
 	$(CARGO) clean
@@ -79,5 +83,9 @@ clean: ## remove everything that was made
 
 $(VENV)/ready: tests/requirements.txt
 	$(PYTHON) -m venv $(VENV)
+	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --no-cache-dir -r $<
+	touch $@
+
+$(VENV)/ready-docs: docs/requirements.txt $(VENV)/ready
 	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --no-cache-dir -r $<
 	touch $@

@@ -235,8 +235,13 @@ class _CostFields(NamedTuple):
 class Cost(_Table, _CostFields):
     """What finding the first crossing of each ray took; all arrays have the rays' shape (...), int64.
 
-    boxes: boxes tested. cells: cells visited. planes: splitting planes met. solids: solids and triangles intersected.
-    tags: intersections saved by tags. heap: entries pushed on heaps. all: boxes, cells, planes and solids together.
+    boxes: boxes tested.
+    cells: cells visited.
+    planes: splitting planes met.
+    solids: solids and triangles intersected.
+    tags: intersections saved by tags.
+    heap: entries pushed on heaps.
+    all: boxes, cells, planes and solids together.
     """
 
     __slots__ = ()
@@ -269,7 +274,8 @@ class Segments(_Ragged, _SegmentsFields):
     t_in, t_out: (rows,) float64, in lengths of the direction.
     length: (rows,) float64, in world units.
     material: (rows,) int32, for `scene.material_names`; -1 for an object without one.
-    object: (rows,) int32. path: (rows,) int64.
+    object: (rows,) int32.
+    path: (rows,) int64.
     """
 
     __slots__ = ()

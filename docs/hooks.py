@@ -1,0 +1,84 @@
+"""What the site has beside the pages of this folder (hooks of mkdocs): pages of the repository's root, the notebooks
+with what their cells answer, the solids that the built package knows; and docstrings made into Markdown."""
+
+import base64
+import re
+from pathlib import Path
+
+import griffe
+from mkdocs.structure.files import File
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGES = ["ARCHITECTURE.md", "CONTRIBUTING.md"]
+
+
+def on_files(files, config):
+    for name in PAGES:
+        files.append(File.generated(config, name, content=(ROOT / name).read_text().replace("](docs/", "](")))
+    for path in sorted((ROOT / "docs/notebooks").glob("*.ipynb")):
+        files.remove(files.get_file_from_path(f"notebooks/{path.name}"))
+        for name, content in notebook(path):
+            files.append(File.generated(config, f"notebooks/{name}", content=content))
+    files.append(File.generated(config, "api/solids.md", content=solids()))
+    return files
+
+
+def on_page_markdown(markdown, page, config, files):
+    # As it is in the repository: pages of the root lie above this folder, and notebooks are notebooks.
+    return re.sub(r"\]\(\.\./(?=[A-Z]+\.md)", "](", markdown).replace(".ipynb)", ".md)")
+
+
+class Docstrings(griffe.Extension):
+    def on_instance(self, *, obj, **_):
+        if obj.docstring:
+            text = re.sub(r"^>>> (?:.+\n?)+", r"```pycon\n\g<0>\n```\n", obj.docstring.value, flags=re.MULTILINE)
+            # Fields of a tuple: "t, normal: ..." at the beginning of a line.
+            obj.docstring.value = re.sub(r"^([a-z_]+(?:, [a-z_]+)*): ", r"- `\1`: ", text, flags=re.MULTILINE)
+
+
+def notebook(path):
+    """A notebook, run, as a page and its pictures: names and contents."""
+    import nbformat
+    from nbclient import NotebookClient
+
+    book = nbformat.read(path, as_version=4)
+    NotebookClient(
+        book, timeout=120, coalesce_streams=True, resources={"metadata": {"path": ROOT / "docs/notebooks"}}
+    ).execute()
+    words, pictures = [], []
+    for cell in book.cells:
+        if cell.cell_type == "markdown":
+            words.append(cell.source)
+            continue
+        words.append(f"```python\n{cell.source}\n```")
+        for output in cell.outputs:
+            data = output.get("data", {})
+            if "image/png" in data:
+                name = f"{path.stem}-{len(pictures)}.png"
+                pictures.append((name, base64.b64decode(data["image/png"])))
+                words.append(f"![What the cell above draws]({name})")
+            elif "text/html" in data:
+                words.append(data["text/html"])
+            else:
+                text = output.get("text", data.get("text/plain", ""))
+                words.append(f"```text\n{text.rstrip()}\n```")
+    download = f"This page is a notebook, `docs/notebooks/{path.name}`, run when the site was built."
+    return [(f"{path.stem}.md", "\n\n".join([*words, download])), *pictures]
+
+
+def solids():
+    """A section for each kind of solid."""
+    from shotline import _native
+
+    words = [
+        "# Solids",
+        "A class for each kind; parameters are given by keyword and kept as attributes. ValueError says which is wrong "
+        "and why. All of them can be combined and placed: see [Parts of scenes](parts.md).",
+    ]
+    for kind, summary, parameters in _native.kinds():
+        name = "".join(word.capitalize() for word in kind.split("_"))
+        listed = ", ".join(parameter for parameter, _, _ in parameters)
+        words += [f"## {name}", f"```python\n{name}(*, {listed})\n```", f"{summary[0].upper()}{summary[1:]}."]
+        takes = {p: "" if count == 1 else f" ({count} numbers)" for p, count, _ in parameters}
+        words.append("\n".join(f"- `{p}`{takes[p]}: {text}" for p, _, text in parameters))
+    return "\n\n".join(words)

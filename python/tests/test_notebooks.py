@@ -1,0 +1,32 @@
+"""The notebooks of the documentation run to their ends; what their cells assert holds."""
+
+import pathlib
+
+import pytest
+
+NOTEBOOKS = pathlib.Path(__file__).resolve().parents[2] / "docs/notebooks"
+REASON = "notebooks are run with nbclient, nbformat, ipykernel and matplotlib: tests/requirements.txt"
+nbformat = pytest.importorskip("nbformat", reason=REASON)
+nbclient = pytest.importorskip("nbclient", reason=REASON)
+pytest.importorskip("ipykernel", reason=REASON)
+pytest.importorskip("matplotlib", reason=REASON)
+
+
+def paths():
+    found = sorted(NOTEBOOKS.glob("*.ipynb"))
+    assert found
+    return found
+
+
+@pytest.mark.parametrize("path", paths(), ids=lambda path: path.stem)
+def test_runs(path):
+    book = nbformat.read(path, as_version=4)
+    nbclient.NotebookClient(book, timeout=120, resources={"metadata": {"path": NOTEBOOKS}}).execute()
+
+
+@pytest.mark.parametrize("path", paths(), ids=lambda path: path.stem)
+def test_is_kept_without_answers(path):
+    book = nbformat.read(path, as_version=4)
+    code = [cell for cell in book.cells if cell.cell_type == "code"]
+    assert not any(cell.outputs or cell.execution_count for cell in code)
+    assert any("assert " in cell.source for cell in code)
