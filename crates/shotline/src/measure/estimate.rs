@@ -1,6 +1,5 @@
 //! Values with their standard errors.
 
-use super::rays::SHIFTS;
 use crate::math::Affine;
 use crate::solid::Moments;
 
@@ -20,9 +19,13 @@ impl Estimate {
     }
 }
 
+/// Randomised samples, from the spread of which errors are told.
+pub(super) const SHIFTS: usize = 16;
+
 /// Volume, centroid and inertia as one list.
 pub(super) const COUNT: usize = 13;
 
+/// That list; NaN for what has no meaning without a volume.
 pub(super) fn numbers(m: &Moments) -> [f64; COUNT] {
     let [x, y, z] = m.inertia();
     let mut out = [f64::NAN; COUNT];

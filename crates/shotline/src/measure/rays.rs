@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
-use super::estimate::{COUNT, Estimate, estimates, numbers};
+use super::estimate::{COUNT, Estimate, SHIFTS, estimates, numbers};
 use super::objects::Extent;
 use super::{Measure, MeasureError, Settings};
 use crate::compile::{Body, World};
@@ -15,10 +15,7 @@ use crate::ray::{Ray, Span};
 use crate::scene::Scene;
 use crate::solid::Moments;
 
-/// Randomised samples, each of rays along all three axes.
-pub(super) const SHIFTS: usize = 16;
-
-/// Samples along one axis.
+/// Samples along one axis, of the randomised ones along all three.
 const STRATA: usize = 3 * SHIFTS;
 
 /// So many steps are always granted to a ray on average.
