@@ -53,7 +53,7 @@ __all__ = ["Block", "BlockError", "Cone", "Function", "Parallel", "Random", "cas
 _TABLES = {"crossings": Crossings, "segments": Segments}
 _QUERIES = ("closest", "any", "count", "crossings", "segments", "thickness")
 
-# Fewer rays than this in a block are not worth what Dask does for one: see docs/python/dask.md.
+# Fewer rays than this in a block are not worth what Dask does for one: see docs/dask.md.
 _LEAST = 25_000
 
 # Blocks that wait or run for each thread of the workers, so that none is idle and the rays sent stay few.

@@ -3,7 +3,6 @@
 import doctest
 import operator
 import os
-import pathlib
 import pickle
 import re
 import signal
@@ -408,8 +407,6 @@ def test_the_import_error_names_the_extra():
 
 def test_examples():
     assert doctest.testmod(shotline.dask).failed == 0
-    page = pathlib.Path(__file__).parents[2] / "docs/python/dask.md"
-    assert doctest.testfile(str(page), module_relative=False).failed == 0
 
 
 def test_pictures(client, scene):

@@ -81,6 +81,8 @@ def cast():
 def test_examples(page, folder):
     if "out.npz" in page.read_text():
         cast()
+    if "from dask" in page.read_text():
+        pytest.importorskip("distributed", reason="dask[distributed] is not installed")
     names = {"__name__": "__main__"}
     for first, code in blocks(page):
         run(code, names, page, first)
