@@ -34,6 +34,7 @@ test: $(VENV)/ready ## format, lints, documentation, tests of the libraries and 
 	$(VENV)/bin/ruff check
 	$(VENV)/bin/mypy
 	$(VENV)/bin/python -m pytest -q -p no:cacheprovider tests python/tests
+	$(MAKE) docs
 
 package: $(VENV)/ready ## the Python package, into .venv
 	PATH="$(abspath $(VENV))/bin:$$PATH" pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --force-reinstall .

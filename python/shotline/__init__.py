@@ -16,6 +16,7 @@ from .image import Image
 from .looks import Camera, Light, Material
 from .mesh import Mesh
 from .nodes import Difference, Group, Intersection, Node, Object, Union
+from .queries import OverlapWarning
 from .radiography import Detector, radiograph
 from .results import Closest, Cost, Crossings, Measures, Segments
 from .scene import Scene, _unpacked, load  # noqa: F401
@@ -38,6 +39,7 @@ __all__ = [
     "Mesh",
     "Node",
     "Object",
+    "OverlapWarning",
     "Scene",
     "Segments",
     "Union",

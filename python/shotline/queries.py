@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from typing import Any
 
 import numpy as np
@@ -115,11 +116,13 @@ class Queries:
         """The stretches of each ray inside objects, with their materials and lengths: see `Segments`.
 
         Where objects overlap, the one of the higher priority owns the stretch. Of equal priority: with "error" that is a
-        ValueError, which names both and the place; with "priority" the later one owns it; with "all" both keep it.
+        ValueError, which names both and the place; with "priority" the later one owns it, and an `OverlapWarning` tells
+        how many there were; with "all" both keep it.
         Takes and raises what `closest` does; also ValueError where a mesh is not closed.
         """
         _, ask = _ask(o, d, t_min, t_max, threads, progress)
-        *columns, _met = self._native.segments(ask, overlaps)
+        *columns, met = self._native.segments(ask, overlaps)
+        _warn(met, overlaps)
         return Segments(*columns)
 
     def thickness(
@@ -143,7 +146,8 @@ class Queries:
         [[2.0], [1.6]]
         """
         shape, ask = _ask(o, d, t_min, t_max, threads, progress)
-        lengths, _met = self._native.thickness(ask, overlaps)
+        lengths, met = self._native.thickness(ask, overlaps)
+        _warn(met, overlaps)
         return lengths.reshape(*shape, -1) if lengths.size else np.zeros((*shape, len(self.material_names)))
 
     def cost(
@@ -213,6 +217,16 @@ class Queries:
         """Sizes: nodes, objects, leaves, virtual_leaves (every placement counted), memory_bytes, and the largest
         condition number of a matrix on the way to a solid."""
         return self._native.stats()
+
+
+class OverlapWarning(UserWarning):
+    """Objects of equal priority overlap, and the later one was taken to own what both fill."""
+
+
+def _warn(met: int, overlaps: str) -> None:
+    if met and overlaps == "priority":
+        message = f"{met} overlap{'' if met == 1 else 's'} of objects of equal priority: the later one owns each"
+        warnings.warn(message, OverlapWarning, stacklevel=3)
 
 
 def _ask(

@@ -187,7 +187,10 @@ def test_overlaps():
     with pytest.raises(ValueError, match="'a' and 'b'|a and b"):
         scene.segments(o, d)
     assert scene.segments(o, d, overlaps="all").t_out.tolist() == [6, 7]
-    assert scene.segments(o, d, overlaps="priority").t_out.tolist() == [5, 7]
+    with pytest.warns(shotline.OverlapWarning, match="1 overlap of"):
+        assert scene.segments(o, d, overlaps="priority").t_out.tolist() == [5, 7]
+    with pytest.warns(shotline.OverlapWarning, match="2 overlaps of"):
+        scene.thickness([o, o], d, overlaps="priority")
     with pytest.raises(ValueError, match="overlaps"):
         scene.segments(o, d, overlaps="perhaps")
 
