@@ -287,6 +287,7 @@ def measured_aimed(options, report, left_out):
                 report.append({"mesh": mesh, "aimed": kind, "rays": len(clear), "engine": engine.name, "lists": lists, **wrong})
             if touch:
                 wrong, lists = faults(made[0], *asked(touch))
+                report.append({"mesh": mesh, "touching": kind, "rays": len(touch), "engine": made[0].name, "lists": lists, **wrong})
                 sums = total.setdefault("shotline, rays that touch too", dict.fromkeys(FAULTS, 0))
                 for key, value in wrong.items():
                     sums[key] += value
@@ -307,7 +308,7 @@ def odd_counts(options, report, left_out):
         free = random_rays(v.min(0), v.max(0), 4 * options.rays)
         at = np.hstack([free[:, :3], v[np.arange(len(free)) % len(v)] - free[:, :3]]).astype(np.float32).astype(float)
         rows = [[kind, len(rays), *(int((e.count(rays) % 2).sum()) for e in made)] for kind, rays in (("random", free), ("at vertices", at))]
-        report += [{"mesh": name, "rays": row[0], "number": row[1], "odd": dict(zip([e.name for e in made], row[2:]))} for row in rows]
+        report += [{"mesh": name, "rays": row[0], "number": row[1], "odd_rays": dict(zip([e.name for e in made], row[2:]))} for row in rows]
         say(f"Odd numbers of hits with the closed {name} ({len(f):,} triangles):\n")
         table([["rays", "number", *(e.name for e in made)], *rows])
 
@@ -321,7 +322,7 @@ def measured_overhead(options, report, _left_out):
     if not os.path.exists(path) or not os.path.exists(options.bin):
         print(f"overhead: left out, {path} or {options.bin} is not there", file=sys.stderr)
         return
-    number = 50_000 if options.quick else 1_000_000
+    number = 10_000 if options.quick else 1_000_000
     scene = shotline.load(path)
     low, high = scene.bounds
     rows = [["rays", "query", "Python's time to Rust's", "of the best"]]
@@ -416,6 +417,10 @@ def main():
     if options.json:
         with open(options.json, "w") as out:
             json.dump(report, out)
+    aimed_rows = report.get("aimed", [])
+    wrong = sum(row["odd_rays"]["shotline"] for row in aimed_rows if "odd_rays" in row)
+    wrong += sum(row[f] for row in aimed_rows if row.get("engine") == "shotline" for f in FAULTS)
+    sys.exit(f"shotline: {wrong} wrong answers" if wrong else 0)
 
 
 if __name__ == "__main__":
