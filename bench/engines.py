@@ -117,7 +117,8 @@ class Open3D:
             raise Missing(f"open3d: {error}") from None
         self.tensor = open3d.core.Tensor
         self.scene = open3d.t.geometry.RaycastingScene()
-        self.scene.add_triangles(self.tensor(np.asarray(vertices, np.float32)), self.tensor(np.asarray(faces, np.uint32)))
+        corners, faces = np.asarray(vertices, np.float32), np.asarray(faces, np.uint32)
+        self.scene.add_triangles(self.tensor(corners), self.tensor(faces))
         self.QUERIES = {
             "first": lambda rays, threads: self.scene.cast_rays(rays, nthreads=threads),
             "any": lambda rays, threads: self.scene.test_occlusions(rays, nthreads=threads),
@@ -211,7 +212,8 @@ def raysect_solid(node, balanced):
         return AffineMatrix3D([matrix[0:4], matrix[4:8], matrix[8:12], [0, 0, 0, 1]])
 
     def centre(node):
-        return node.get("center") or [(p + q) / 2 for p, q in zip(node.get("a", node.get("min")), node.get("b", node.get("max")))]
+        ends = (node.get(a, node.get(b)) for a, b in (("a", "min"), ("b", "max")))
+        return node.get("center") or [(p + q) / 2 for p, q in zip(*ends)]
 
     def union(nodes):
         if len(nodes) == 1:

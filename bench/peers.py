@@ -30,6 +30,7 @@ import aimed  # noqa: E402
 import engines  # noqa: E402
 from engines import Missing  # noqa: E402
 
+OF_MESHES = (engines.Shotline, engines.Trimesh, engines.Open3D)
 # Relative errors of t that are not held against an engine: float64 or float32, with room to spare.
 TOLERANCE = {"shotline": 1e-12}
 COARSE = 1e-4
@@ -132,11 +133,12 @@ def spread(ratios):
 
 
 def compared(ours, others, rays, threads, repeats, report, step=lambda engine: 1):
-    """Rows of query and ratios to each other engine, which may be asked only one in `step` of the rays."""
-    ready = {e.name: e.ready(rays[::step(e)]) for e in [ours, *others]}
-    queries = list(dict.fromkeys(q for e in others for q in e.QUERIES))
-    for query in queries:
-        asked = [(ours, query.split()[0]), *((e, query) for e in others if query in e.QUERIES)]
+    """Rows of query and ratios to each other engine that can have as many threads; it may be asked only one in `step`
+    of the rays."""
+    able = [e for e in others if e.THREADS or threads == 1]
+    ready = {e.name: e.ready(rays[::step(e)]) for e in [ours, *able]}
+    for query in dict.fromkeys(query for e in able for query in e.QUERIES):
+        asked = [(ours, query.split()[0]), *((e, query) for e in able if query in e.QUERIES)]
         run = {e.name: (lambda e=e, q=q: e.QUERIES[q](ready[e.name], threads)) for e, q in asked}
         seconds = race(run, repeats)
         rates = {name: len(rays[::step(e)]) / np.array(seconds[name]) for (e, _), name in zip(asked, seconds)}
@@ -147,7 +149,7 @@ def compared(ours, others, rays, threads, repeats, report, step=lambda engine: 1
 def measured_meshes(options, report, left_out):
     rows, differ = [], []
     for name, v, f in meshes(options.data, ["bunny", "dragon"]):
-        ours, *others = present([lambda c=c: c(v, f) for c in (engines.Shotline, engines.Trimesh, engines.Open3D)], left_out)
+        ours, *others = present([lambda c=c: c(v, f) for c in OF_MESHES], left_out)
         rows = rows or [["mesh", "rays", "query", "threads", *(e.name for e in others)]]
         for kind, make in RAYS.items():
             rays = make(v.min(0), v.max(0), options.rays)
@@ -173,8 +175,10 @@ def block(count):
     """A cube of side 2 minus `count` spheres that take away about a third of it."""
     rng = random.Random(count)
     radius = (8 * 0.35 / (count * 4.18879)) ** (1 / 3)
-    spheres = [{"prim": "sphere", "center": [rng.uniform(-1, 1) for _ in range(3)], "radius": radius} for _ in range(count)]
-    return {"op": "difference", "args": [{"prim": "box", "min": [-1, -1, -1], "max": [1, 1, 1]}, *spheres]}
+    args = [{"prim": "box", "min": [-1, -1, -1], "max": [1, 1, 1]}]
+    for _ in range(count):
+        args.append({"prim": "sphere", "center": [rng.uniform(-1, 1) for _ in range(3)], "radius": radius})
+    return {"op": "difference", "args": args}
 
 
 def nested():
@@ -199,12 +203,14 @@ def nested():
 
 def measured_csg(options, report, left_out):
     rows, differ = [], []
-    scenes = {**{f"cube minus {n}": block(n) for n in ((10,) if options.quick else (10, 100, 1000))}, "nested": nested()}
+    scenes = {f"cube minus {n}": block(n) for n in ((10,) if options.quick else (10, 100, 1000))}
+    scenes["nested"] = nested()
     for name, node in scenes.items():
         ours = engines.Shotline.of_solid(node)
 
         def raysect(balanced, loop, what):
-            return engines.Raysect(solid=engines.raysect_solid(node, balanced), loop=loop and engines.raysect_loop(), what=what)
+            loop = loop and engines.raysect_loop()
+            return engines.Raysect(solid=engines.raysect_solid(node, balanced), loop=loop, what=what)
 
         others = present([lambda: raysect(False, False, ""), lambda: raysect(False, True, ", no Python"),
                           lambda: raysect(True, True, ", no Python, balanced")], left_out)
@@ -213,7 +219,7 @@ def measured_csg(options, report, left_out):
         rows = rows or [["scene", "rays", "query", "threads", *(e.name for e in others)]]
         low, high = ours.scene.bounds
         # So that no engine takes minutes: what Raysect takes for a ray grows with the number of spheres.
-        step = {"cube minus 1000": 100, "cube minus 100": 25}.get(name, 10)
+        step = {"cube minus 1000": 250, "cube minus 100": 50}.get(name, 10)
         for kind, make in RAYS.items():
             rays = make(low, high, options.rays)
             for threads in options.threads:
@@ -262,7 +268,7 @@ def faults(engine, rays, lists):
 
 def measured_aimed(options, report, left_out):
     rng = np.random.default_rng(3)
-    classes = (engines.Shotline, engines.Trimesh, engines.Open3D, engines.Raysect)
+    classes = (*OF_MESHES, engines.Raysect)
     total, rows, scored, touching, in_plane = {}, [], 0, 0, 0
     for mesh, make in aimed.MESHES.items():
         v, f = make()
@@ -284,18 +290,21 @@ def measured_aimed(options, report, left_out):
                 for key, value in wrong.items():
                     sums[key] = None if value is None else sums[key] + value
                 row.append(lists)
-                report.append({"mesh": mesh, "aimed": kind, "rays": len(clear), "engine": engine.name, "lists": lists, **wrong})
+                told = {"mesh": mesh, "aimed": kind, "rays": len(clear), "engine": engine.name, "lists": lists}
+                report.append(told | wrong)
             if touch:
                 wrong, lists = faults(made[0], *asked(touch))
-                report.append({"mesh": mesh, "touching": kind, "rays": len(touch), "engine": made[0].name, "lists": lists, **wrong})
+                told = {"mesh": mesh, "touching": kind, "rays": len(touch), "engine": made[0].name, "lists": lists}
+                report.append(told | wrong)
                 sums = total.setdefault("shotline, rays that touch too", dict.fromkeys(FAULTS, 0))
                 for key, value in wrong.items():
                     sums[key] += value
             rows.append(row)
     say("## Rays aimed at edges and vertices: wrong answers\n")
-    say(f"{scored} rays are scored. {touching} more touch the mesh somewhere without crossing it; only shotline, which says what "
-        f"that means, is held to them. {in_plane} lie in the plane of a triangle and are left out.\n")
-    table([["engine", *FAULTS], *([name, *("" if n is None else n for n in sums.values())] for name, sums in total.items())])
+    say(f"{scored} rays are scored. {touching} more touch the mesh somewhere without crossing it; only shotline, which says "
+        f"what that means, is held to them. {in_plane} lie in the plane of a triangle and are left out.\n")
+    sums = [[name, *("" if n is None else n for n in sums.values())] for name, sums in total.items()]
+    table([["engine", *FAULTS], *sums])
     say("Rays whose list of hits is wrong:\n")
     table([["mesh", "aimed at", "rays", *(e.name for e in made)], *rows])
     odd_counts(options, report, left_out)
@@ -304,11 +313,14 @@ def measured_aimed(options, report, left_out):
 def odd_counts(options, report, left_out):
     """A closed scan: every ray from outside has an even number of hits, whatever its mesh is."""
     for name, v, f in meshes(options.data, ["armadillo"]):
-        made = present([lambda c=c: c(v, f) for c in (engines.Shotline, engines.Trimesh, engines.Open3D)], left_out)
+        made = present([lambda c=c: c(v, f) for c in OF_MESHES], left_out)
         free = random_rays(v.min(0), v.max(0), 4 * options.rays)
         at = np.hstack([free[:, :3], v[np.arange(len(free)) % len(v)] - free[:, :3]]).astype(np.float32).astype(float)
-        rows = [[kind, len(rays), *(int((e.count(rays) % 2).sum()) for e in made)] for kind, rays in (("random", free), ("at vertices", at))]
-        report += [{"mesh": name, "rays": row[0], "number": row[1], "odd_rays": dict(zip([e.name for e in made], row[2:]))} for row in rows]
+        rows = []
+        for kind, rays in (("random", free), ("at vertices", at)):
+            odd = {e.name: int((e.count(rays) % 2).sum()) for e in made}
+            report.append({"mesh": name, "rays": kind, "number": len(rays), "odd_rays": odd})
+            rows.append([kind, len(rays), *odd.values()])
         say(f"Odd numbers of hits with the closed {name} ({len(f):,} triangles):\n")
         table([["rays", "number", *(e.name for e in made)], *rows])
 
@@ -413,6 +425,7 @@ def main():
         options.rays, options.repeats = min(options.rays, 2500), 1
     report, left_out = {}, set()
     for name in chosen:
+        print(f"{name} ...", file=sys.stderr)
         SECTIONS[name](options, report.setdefault(name, []), left_out)
     if options.json:
         with open(options.json, "w") as out:
