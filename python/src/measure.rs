@@ -21,7 +21,7 @@ pub fn measure<'py>(
     scene: PyRef<'py, Scene>,
     how: How,
     threads: usize,
-    progress: Option<Bound<'py, PyAny>>,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyTuple>> {
     let How(rays, seed, closed_forms, overlaps, objects) = how;
     let method = if closed_forms { Method::Best } else { Method::Rays };

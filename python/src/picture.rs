@@ -120,7 +120,7 @@ pub fn render<'py>(
     style: Style,
     camera: Option<Sight>,
     threads: usize,
-    progress: Option<Bound<'py, PyAny>>,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyArray3<u8>>> {
     let settings = style.settings(camera)?;
     let rays = settings.width as usize * settings.height as usize * settings.samples as usize;

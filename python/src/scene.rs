@@ -19,7 +19,7 @@ use shotline_io::{Document, Packed, Reach, WriteError};
 
 use crate::mesh::Mesh;
 use crate::rays::{PointRows, RayRows};
-use crate::waiting::work;
+use crate::waiting::batch_work;
 
 /// A scene and its world; immutable.
 #[pyclass(frozen, module = "shotline._native")]
@@ -41,7 +41,7 @@ struct Ask<'py>(
     f64,
     f64,
     usize,
-    Option<Bound<'py, PyAny>>,
+    Option<Py<PyAny>>,
 );
 
 impl Ask<'_> {
@@ -54,7 +54,7 @@ impl Ask<'_> {
         let Ask(count, origins, directions, t_min, t_max, threads, progress) = self;
         let span = Span::new(*t_min, *t_max).map_err(|e| PyValueError::new_err(e.to_string()))?;
         let rays = RayRows::new(*count, origins, directions.as_ref())?;
-        work(py, *count, *threads, progress.as_ref(), |run| query(&rays, span, run))?.map_err(failure)
+        batch_work(py, *count, *threads, progress.as_ref(), |run| query(&rays, span, run))?.map_err(failure)
     }
 }
 
@@ -318,11 +318,12 @@ impl Scene {
         py: Python<'py>,
         points: PyReadonlyArray2<'py, f64>,
         threads: usize,
-        progress: Option<Bound<'py, PyAny>>,
+        progress: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<bool>>> {
         let rows = PointRows::new(&points)?;
-        let inside =
-            work(py, rows.len(), threads, progress.as_ref(), |run| batch::contains(&self.world, &rows, run))?;
+        let inside = batch_work(py, rows.len(), threads, progress.as_ref(), |run| {
+            batch::contains(&self.world, &rows, run)
+        })?;
         Ok(inside.map_err(failure)?.into_pyarray(py))
     }
 
@@ -332,10 +333,10 @@ impl Scene {
         py: Python<'py>,
         points: PyReadonlyArray2<'py, f64>,
         threads: usize,
-        progress: Option<Bound<'py, PyAny>>,
+        progress: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyTuple>> {
         let rows = PointRows::new(&points)?;
-        let found = work(py, rows.len(), threads, progress.as_ref(), |run| {
+        let found = batch_work(py, rows.len(), threads, progress.as_ref(), |run| {
             batch::objects_containing(&self.world, &rows, run)
         })?;
         let ObjectRows { point_splits, object } = found.map_err(failure)?;

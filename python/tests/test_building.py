@@ -232,10 +232,13 @@ def test_meshes_of_other_packages():
         Mesh(Bag())
 
 
-def test_real_trimesh():
+def test_meshes_of_trimesh_and_meshio():
     trimesh = pytest.importorskip("trimesh", reason="trimesh is not installed")
-    mesh = Mesh(trimesh.creation.icosphere(subdivisions=2))
-    assert mesh.is_closed and len(mesh.faces) == 320
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    assert Mesh(ball).is_closed and len(Mesh(ball).faces) == 320
+    meshio = pytest.importorskip("meshio", reason="meshio is not installed")
+    same = Mesh(meshio.Mesh(ball.vertices, [("triangle", ball.faces)]))
+    assert same.vertices.tobytes() == Mesh(ball).vertices.tobytes() and same.is_closed
 
 
 def test_sharing_changes_no_answer(rng):

@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 pub use rays::{Points, Rays};
 pub use rows::{ClosestRows, CrossingRows, ObjectRows, SegmentRows, Thickness};
-pub use run::Run;
+pub use run::{FEW, Run};
 
 use super::caster::all_solid;
 use super::{MAX_OF_A_RAY, Overlaps, QueryError};

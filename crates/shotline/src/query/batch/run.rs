@@ -49,8 +49,8 @@ const BLOCK: usize = 64;
 /// Rows checked at once before the work starts.
 const CHECKED: usize = 1 << 14;
 
-/// Batches of no more rows are not worth starting threads for.
-const FEW: usize = 4096;
+/// Batches of no more rows are not worth starting threads for: the caller's own answers them.
+pub const FEW: usize = 4096;
 
 /// Rows of an answer that a worker gathers before it counts them with those of the others.
 const COUNTED: u64 = 4096;
