@@ -31,6 +31,7 @@ class Writer:
         self._written: dict[int, dict[str, Any]] = {}
         self._depth: dict[int, int] = {}
         self._names: dict[str, Node] = {}
+        self._used: dict[str, int] = {}
         for node in self._order:
             if isinstance(node, Part):
                 self._take(node._name, node)
@@ -48,13 +49,13 @@ class Writer:
 
     def _free_name(self, node: Node) -> str:
         """A name for a part that needs one: after what it is, since it will show in the names of paths."""
-        word, count = _word(node), 1
-        name = word
-        while name in self._names:
-            count += 1
-            name = f"{word}_{count}"
-        self._names[name] = node
-        return name
+        word = _word(node)
+        while True:
+            count = self._used[word] = self._used.get(word, 0) + 1
+            name = word if count == 1 else f"{word}_{count}"
+            if name not in self._names:
+                self._names[name] = node
+                return name
 
     def _write(self, node: Node) -> None:
         children = [self._written[id(child)] for child in node._children()]
@@ -72,7 +73,7 @@ class Writer:
         elif children:
             keys["args"] = children
         if isinstance(node, Part):
-            keys = self._define(node._name, keys)
+            keys, depth = self._define(node._name, keys), 0
         elif not isinstance(node, Placed) and (
             self._places[id(node)] > 1 or depth > NESTED or id(node) in self._placed
         ):

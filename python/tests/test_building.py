@@ -287,3 +287,13 @@ def test_sharing_changes_no_answer(rng):
         assert np.abs(a.t - b.t).max(initial=0) < 1e-12
         crossings += len(a.t)
     assert crossings > 2000
+
+
+def test_names_of_shared_parts_are_free():
+    """Parts that need a name in the text get one that nobody has taken."""
+    balls = [Sphere(radius=1 + i / 100) for i in range(50)]
+    taken = Box(min=(0, 0, 0), max=(1, 1, 1)).part("sphere_3")
+    scene = Scene(Group([*(node for ball in balls for node in (ball, ball.translate(9, 0, 0))), taken]))
+    names = [scene.path_name(i) for i in range(scene.path_count)]
+    assert len(set(names)) == 101 and names[:2] == ["object0/sphere[0]", "object0/sphere[1]"]
+    assert names[-1] == "object0/sphere_3[100]" and names[4] == "object0/sphere_4[4]"
