@@ -297,3 +297,14 @@ def test_names_of_shared_parts_are_free():
     names = [scene.path_name(i) for i in range(scene.path_count)]
     assert len(set(names)) == 101 and names[:2] == ["object0/sphere[0]", "object0/sphere[1]"]
     assert names[-1] == "object0/sphere_3[100]" and names[4] == "object0/sphere_4[4]"
+
+
+def test_nodes_are_immutable_and_pickle():
+    node = (Sphere(radius=1).translate(1, 2, 3) - Box(min=(0, 0, 0), max=(1, 1, 1)).part("b")).named(
+        "x", priority=3
+    )
+    again = pickle.loads(pickle.dumps(node))
+    assert Scene(again) == Scene(node) and repr(again) == repr(node)
+    for change in [lambda: setattr(Sphere(radius=1), "radius", 2), lambda: setattr(node, "name", "y")]:
+        with pytest.raises(AttributeError):
+            change()
