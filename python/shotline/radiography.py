@@ -65,11 +65,8 @@ class Detector:
 
     def pixels(self) -> np.ndarray:
         """The middles of the pixels: (rows, columns, 3) float64, rows from the top."""
-        rows, columns = self.shape
-        across = np.arange(columns) - (columns - 1) / 2
-        down = np.arange(rows) - (rows - 1) / 2
-        center, u, v = (np.asarray(value, np.float64) for value in self._vectors().values())
-        return center + across[:, None] * u + down[:, None, None] * v
+        centres, _ = self.parallel((0, 0, 1)).rays(0, self.shape[0] * self.shape[1])
+        return centres.reshape(*self.shape, 3)
 
     def cone(self, source: ArrayLike) -> Cone:
         """The rays from a point to the pixels as a beam, for `shotline.dask.cast`; the detector is at t = 1."""
