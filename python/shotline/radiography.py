@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -123,54 +123,57 @@ def radiograph(
     if quantity not in ("attenuation", "transmission", "thickness"):
         raise ValueError(f'quantity is {quantity!r}, but must be "attenuation", "transmission" or "thickness"')
     coefficients = None if quantity == "thickness" else _coefficients(scene, mu)
-    pixels = detector.pixels()
-    origins, directions, t_max = _beam(scene, points(source, "source"), pixels, beam)
+    rays, t_max = _beam(scene, points(source, "source").reshape(-1), detector, beam)
     rows, columns = detector.shape
+    count = rows * columns
     tail = (len(scene.material_names),) if coefficients is None else coefficients.shape[1:]
-    out = np.empty((rows, columns, *tail))
+    out = np.empty((count, *tail))
     tell = callback(progress)
-    band = max(1, _BLOCK // columns)
-    for top in range(0, rows, band):
-        here = slice(top, min(top + band, rows))
+    for start in range(0, count, _BLOCK):
+        stop = min(start + _BLOCK, count)
         lengths = scene.thickness(
-            *_rows(origins, directions, here),
+            *rays(start, stop),
             overlaps=overlaps,
             t_max=t_max,
             threads=threads,
-            progress=_banded(tell, top * columns, rows * columns),
+            progress=_within(tell, start, count),
         )
-        out[here] = lengths if coefficients is None else np.tensordot(lengths, coefficients, 1)
-    return np.exp(-out, out=out) if quantity == "transmission" else out
+        out[start:stop] = lengths if coefficients is None else np.tensordot(lengths, coefficients, 1)
+    if quantity == "transmission":
+        np.exp(-out, out=out)
+    return out.reshape(rows, columns, *tail)
 
 
-def _rows(origins: np.ndarray, directions: np.ndarray, here: slice) -> tuple[np.ndarray, np.ndarray]:
-    return tuple(v if v.ndim == 1 else v[here] for v in (origins, directions))  # type: ignore[return-value]
-
-
-def _banded(tell: Told | None, before: int, total: int) -> Told | None:
-    """Progress of one band as progress of all."""
+def _within(tell: Told | None, before: int, total: int) -> Told | None:
+    """Progress of one block as progress of all."""
     return None if tell is None else lambda done, _: tell(before + done, total)
 
 
-def _beam(scene: Scene, source: np.ndarray, pixels: np.ndarray, beam: str) -> tuple[np.ndarray, np.ndarray, float]:
-    """Origins, directions and the end of the rays."""
-    source = source.reshape(-1)
+def _beam(
+    scene: Scene, source: np.ndarray, detector: Detector, beam: str
+) -> tuple[Callable[[int, int], tuple[np.ndarray, np.ndarray]], float]:
+    """What makes the rays of a stretch of pixels, and their end: each ends at its pixel."""
     if source.size != 3 or not np.isfinite(source).all():
         raise ValueError("source is three finite numbers")
     if beam == "cone":
-        # A ray ends at its pixel.
-        return source, pixels - source, 1.0
+        return detector.cone(source).rays, 1.0
     if beam != "parallel":
         raise ValueError(f'beam is {beam!r}, but must be "cone" or "parallel"')
     if not source.any():
         raise ValueError("a parallel beam goes in a direction, and that of source is none")
     way = source / np.linalg.norm(source)
-    corners = np.array([*scene.bounds])
-    finite = np.where(np.isfinite(corners), corners, 0.0)
-    reach = float(np.linalg.norm(finite, axis=1).max() + np.linalg.norm(pixels, axis=-1).max())
-    reach = math.nextafter(2.0 * reach, math.inf)
-    # The way is of length 1, so the pixel is at t = reach.
-    return pixels - way * reach, way, reach
+    panel = detector.parallel(way)
+    ends = [0, detector.shape[1] - 1, len(panel) - detector.shape[1], len(panel) - 1]
+    corners = [*scene.bounds, *(panel.rays(end, end + 1)[0][0] for end in ends)]
+    farthest = max(float(np.linalg.norm(np.where(np.isfinite(corner), corner, 0.0))) for corner in corners)
+    # From before everything, and so far that the pixel is at the end.
+    reach = math.nextafter(4.0 * farthest, math.inf)
+
+    def rays(start: int, stop: int) -> tuple[np.ndarray, np.ndarray]:
+        pixels, _ = panel.rays(start, stop)
+        return pixels - way * reach, way
+
+    return rays, reach
 
 
 def _coefficients(scene: Scene, mu: Any) -> np.ndarray:

@@ -158,9 +158,6 @@ impl Tile {
         let &Settings { width, samples: count, look, .. } = settings;
         let mut pixels = Vec::with_capacity(area(self.width, self.height));
         for row in self.top..self.top + self.height {
-            if cancelled() {
-                return Err(RenderError::Cancelled);
-            }
             for column in self.left..self.left + self.width {
                 let place = area(width, row) + column as usize;
                 if let Some(sample) = kept.get(place).copied().flatten() {
@@ -170,6 +167,10 @@ impl Tile {
                 eye.begin_pixel();
                 let mut sum = Sample::NOTHING;
                 for chance in sampling::samples(column, row, count) {
+                    // With soft light a sample is many rays.
+                    if cancelled() {
+                        return Err(RenderError::Cancelled);
+                    }
                     let [x, y] = chance.place;
                     let ray = view.ray(f64::from(column) + x, f64::from(row) + y)?;
                     let seen = shader.sample(eye, &ray, &chance);
