@@ -21,6 +21,9 @@ fn main(py: Python, argv: Vec<OsString>) -> u8 {
 
 #[pymodule]
 mod _native {
+    use numpy::{PyArray1, PyArrayMethods};
+    use pyo3::prelude::*;
+
     #[pymodule_export]
     use super::main;
     #[pymodule_export]
@@ -33,6 +36,14 @@ mod _native {
     use super::registry::{accelerators, check_solid, compose, counters, kinds};
     #[pymodule_export]
     use super::scene::Scene;
+    /// NumPy's interfaces are looked up when first used, which runs Python, and Ctrl-C in the middle of it would be a
+    /// panic. So they are used here, where nobody waits for anything yet.
+    #[pymodule_init]
+    fn init(module: &Bound<PyModule>) -> PyResult<()> {
+        PyArray1::<f64>::zeros(module.py(), 0, false).try_readonly()?;
+        Ok(())
+    }
+
     #[pymodule_export]
     #[allow(non_upper_case_globals)]
     const __version__: &str = env!("CARGO_PKG_VERSION");

@@ -165,3 +165,17 @@ def test_import_needs_numpy_only():
     """
     out, _ = run(script, env={}).communicate(timeout=60)
     assert out.strip() == "2.0"
+
+
+def test_nothing_is_looked_up_in_calls():
+    """Ctrl-C while the bindings look up NumPy's interfaces would be a panic: they have done so when imported."""
+    script = """
+        import numpy, numpy.lib._version, shotline
+        def interrupted(*_):
+            raise KeyboardInterrupt
+        numpy.lib._version.NumpyVersion.__init__ = interrupted
+        scene = shotline.Scene(shotline.Sphere(radius=1))
+        print(scene.count([0, 0, -3], [0, 0, 1]), scene.contains([0, 0, 0]), len(scene.crossings([0, 0, -3], [0, 0, 1]).t))
+    """
+    out, _ = run(script).communicate(timeout=60)
+    assert out.split() == ["2", "True", "2"]
