@@ -105,10 +105,11 @@ pub fn expose(
             pool.install(all)
         }
     };
+    // Before a film is made: it may be large.
+    let done: Vec<Vec<Pixel>> = done.into_iter().collect::<Result<_, _>>()?;
     let mut exposure = Exposure { width, height, samples: vec![Sample::NOTHING; area(width, height)] };
     let mut still = vec![None; if kept.swept.is_some() { area(width, height) } else { 0 }];
     for (tile, pixels) in tiles.iter().zip(done) {
-        let pixels = pixels?;
         tile.paste(pixels.iter().map(|p| p.sample), width, top, &mut exposure.samples);
         if kept.swept.is_some() {
             tile.paste(pixels.iter().map(|p| p.still.then_some(p.sample)), width, top, &mut still);
