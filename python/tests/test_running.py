@@ -152,6 +152,22 @@ def test_processes(part, aimed, method):
     assert answers == [expected] * 4
 
 
+def measured(scene):
+    return [scene.measure(rays=9600, threads=threads).volume.tobytes() for threads in (1, 2)]
+
+
+@pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
+def test_measuring_after_a_fork():
+    """Also on one thread, and with meshes, whose soundness is looked at by many."""
+    mesh = shotline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
+    cut = shotline.Box(min=(4, 4, 4), max=(6, 6, 6)) - shotline.Sphere(radius=1).translate(5, 5, 5)
+    scene = shotline.Scene(mesh.named("mesh"), cut.named("cut"))
+    expected = measured(scene)
+    with multiprocessing.get_context("fork").Pool(1) as pool:
+        assert pool.apply_async(measured, (scene,)).get(timeout=30) == expected
+    assert expected[0] == expected[1]
+
+
 def test_import_needs_numpy_only():
     script = """
         import sys

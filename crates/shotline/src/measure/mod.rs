@@ -150,10 +150,7 @@ pub fn measure(
     if let Some(pool) = run.pool {
         return pool.install(work);
     }
-    if run.threads == 1 {
-        return work();
-    }
-    // Without threads to be had, the work is done by this one.
+    // A pool of its own for one thread too: the global one is neither of one thread nor there after a fork.
     match rayon::ThreadPoolBuilder::new().num_threads(run.threads).build() {
         Ok(pool) => pool.install(work),
         Err(_) => work(),
