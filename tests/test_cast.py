@@ -140,7 +140,8 @@ def test_queries_agree(tmp_path):
 
 def test_thickness_without_materials_is_in_the_last_column(tmp_path):
     scene = {"shotline": 1, "objects": [{"name": "ball", "node": BALL}]}
-    thickness = cast(tmp_path, scene, [[-5, 0, 0, 2, 0, 0], [-5, 2, 0, 2, 0, 0]], "thickness")["thickness"]
+    rays = np.array([[-5, 0, 0, 2, 0, 0], [-5, 2, 0, 2, 0, 0.0]])
+    thickness = cast(tmp_path, scene, rays, "thickness")["thickness"]
     assert thickness.tolist() == [[2.5], [0]]
 
 
