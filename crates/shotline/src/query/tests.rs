@@ -1,6 +1,8 @@
 //! Whole worlds: every query agrees with every other, with membership, and with every accelerator.
 
+mod spans;
 mod structures;
+mod thin;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -50,6 +50,15 @@ impl Expansion {
         sum
     }
 
+    /// A component of `u x v`.
+    pub(super) fn minor(u: &Wide, v: &Wide, i: usize) -> Expansion {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        let mut sum = Expansion::default();
+        sum.add_product(u[j], v[k], Dd::ONE, 1.0);
+        sum.add_product(u[k], v[j], Dd::ONE, -1.0);
+        sum
+    }
+
     /// `a b - c d`.
     pub(super) fn difference_of_products(a: Dd, b: f64, c: Dd, d: f64) -> Expansion {
         let mut sum = Expansion::default();

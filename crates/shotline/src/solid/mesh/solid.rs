@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::probe::{Probe, Size, Triangle};
 use super::winding::{FirstEntry, first_entry, order, to_crossings, total};
-use super::{MeshError, Topology, TriangleMesh};
+use super::{MeshError, Topology, TriangleMesh, plane};
 use crate::aabb::Aabb;
 use crate::accel::{self, Accelerator, Scratch, Work};
 use crate::crossing::Crossing;
@@ -279,8 +279,7 @@ impl Solid for MeshSolid {
 
     /// The triangle's normal, turned over in a mesh that is wound inward.
     fn normal(&self, _p: Vec3, _surface: u32, primitive: u32) -> Vec3 {
-        let [a, b, c] = self.corners(primitive);
-        let normal = (b - a).cross(c - a);
+        let normal = plane::normal(self.corners(primitive));
         if self.topology.signed_volume.is_sign_negative() { -normal } else { normal }
     }
 
