@@ -169,7 +169,7 @@ pub fn contains_agrees(world: &World, ray: &Ray) -> usize {
         let slopes = pair.iter().filter(|h| h.kind == HitKind::Surface).map(|h| h.normal.dot(d).abs());
         let clear = slopes.fold(f64::INFINITY, f64::min) * (pair[1].t - pair[0].t) * 0.5;
         let fine = 1e-12 * ray.origin().abs().max(p.abs()).max_element();
-        if !(clear > 8.0 * fine) || t.is_infinite() {
+        if clear.is_nan() || clear <= 8.0 * fine || t.is_infinite() {
             continue;
         }
         let mut inside: BTreeMap<u64, u32> = BTreeMap::new();

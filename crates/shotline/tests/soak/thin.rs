@@ -48,7 +48,7 @@ impl Meshes {
                 tally.rays += 1;
                 left -= 1;
                 tally.crossings += list.len() as u64;
-                if tally.rays % 8 == 0 {
+                if tally.rays.is_multiple_of(8) {
                     other.clear();
                     Caster::new(&model.brute).crossings(&ray, span, &mut other);
                     if format!("{list:?}") != format!("{other:?}") {

@@ -3,7 +3,7 @@
 
 use super::*;
 use crate::testkit::agreement::{contains_agrees, hold, hold_one, spans_of};
-use crate::testkit::meshes::{Thin, cuboid, rays_at};
+use crate::testkit::meshes::{Thin, cuboid, rays_at, tray};
 use crate::testkit::scene::random_mixed_scene;
 
 fn mesh_scene(mesh: TriangleMesh) -> Scene {
@@ -70,12 +70,8 @@ fn queries_agree_on_every_span_of_meshes_with_thin_walls() {
 /// A wall that the ray has left behind was taken for where it enters, and cut off before its end.
 #[test]
 fn a_ray_that_has_left_a_thin_wall_does_not_begin_inside() {
-    let tray = |wall: f64| {
-        let floor = cuboid(Vec3::ZERO, Vec3::new(1.0, 1.0, wall));
-        world(&mesh_scene(floor), "bvh")
-    };
     for wall in [1e-2, 1e-4, 1e-6] {
-        let world = tray(wall);
+        let world = world(&mesh_scene(tray(wall)), "bvh");
         let up = Ray::new(Vec3::new(0.43, 0.52, 1.5 * wall), Vec3::Z).expect("a ray");
         hold_one(&world, &[(up, Span::FORWARD)]);
         let mut caster = Caster::new(&world);

@@ -101,11 +101,11 @@ impl ShearedRay {
     #[cold]
     fn through_near_edge(&self, corners: &[Vec3; 3], edges: [f64; 3]) -> Option<Turn> {
         let side = |i: usize| self.side(corners[(i + 1) % 3], corners[(i + 2) % 3], edges[i]);
-        match (side(0), side(1), side(2)) {
-            (Ordering::Greater, Ordering::Greater, Ordering::Greater) => Some(Turn::CounterClockwise),
-            (Ordering::Less, Ordering::Less, Ordering::Less) => Some(Turn::Clockwise),
-            _ => None,
+        let first = side(0);
+        if first == Ordering::Equal || side(1) != first || side(2) != first {
+            return None;
         }
+        Some(if first == Ordering::Greater { Turn::CounterClockwise } else { Turn::Clockwise })
     }
 
     /// The sign of an edge function, given its rounded value.
