@@ -44,7 +44,7 @@ docs: $(VENV)/ready-docs package ## the documentation as a site, into out/site
 
 ifneq ($(wildcard $(SHARED)/truth/run.py),)
 truth: build $(VENV)/ready ## score the program against the full truth sets, where they are
-	$(VENV)/bin/python $(SHARED)/truth/run.py --bin $(SHOTLINE) --out out/truth
+	$(VENV)/bin/python $(SHARED)/truth/run.py --bin $(SHOTLINE) --out out/truth --family all --query crossings closest any count
 	$(VENV)/bin/python $(SHARED)/truth/score.py out/truth
 else
 truth:

@@ -1,6 +1,7 @@
 //! Whole worlds: every query agrees with every other, with membership, and with every accelerator.
 
 mod structures;
+mod touching;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -199,8 +199,8 @@ impl Probe {
             t_err: libm::ldexp(err, self.exponent),
             // Seen counter-clockwise along the axis is seen from behind.
             entering: (turn == Turn::Clockwise) == (self.line.d[self.along] > 0.0),
-            surface: 0,
             primitive: triangle.face,
+            ..Crossing::new(0.0, 0.0, false, 0)
         })
     }
 
