@@ -244,8 +244,9 @@ impl Form {
         let d = line.d * self.shrink;
         let turn = self.apply(d);
         let doubt = NOISE * d.abs().dot(self.apply_abs(d)) + 2.0 * turn.abs().dot(line.d_err * self.shrink);
-        // A number out of range says nothing.
-        !(d.dot(turn).abs() > GROUPING * doubt)
+        let curved = d.dot(turn).abs() > GROUPING * doubt;
+        // Numbers out of range say nothing: they compare as not greater.
+        !curved
     }
 
     /// The stretches according to one expansion, and whether all their ends are sensible.

@@ -191,6 +191,6 @@ fn thin_layers_seen_from_afar_are_one_body() {
         let start = distance + 0.5 * f64::from(count) * pitch;
         let rest = crossings(&world, &ray, Span::new(start, f64::INFINITY).expect("a span"));
         assert_eq!(rest.last().map(|h| h.t), Some(last.t));
-        assert!(rest.len() % 2 == 0 && rest[0].t >= start);
+        assert!(rest.len().is_multiple_of(2) && rest[0].t >= start);
     }
 }
