@@ -5,6 +5,7 @@ use std::path::Path;
 use shotline::scene::{Node, Scene};
 use shotline::solid::mesh::TriangleMesh;
 
+use crate::bytes::text_start;
 use crate::document::{Document, Source};
 use crate::error::ReadError;
 use crate::fault::{At, Fault};
@@ -30,7 +31,8 @@ pub(crate) fn known_extensions() -> String {
 fn of_file(path: &Path, bytes: &[u8]) -> Result<&'static Format, ReadError> {
     let found = by_extension(path).or_else(|| FORMATS.iter().copied().find(|f| (f.detect)(bytes)));
     found.ok_or_else(|| {
-        let fault = Fault::file("is of no known format").help(format!("known are {}", known_extensions()));
+        let unknown = Fault::file("is of no known format").help(format!("known are {}", known_extensions()));
+        let fault = text_start(bytes).err().unwrap_or(unknown);
         ReadError::new(Some(path), &[], fault.into())
     })
 }

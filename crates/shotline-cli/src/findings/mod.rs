@@ -137,6 +137,7 @@ impl Finding {
             "point": self.first.point.map(json_vector),
             "line": line(self.first.spot),
             "byte": byte(self.first.spot),
+            "vertex": vertex(self.first.spot),
         })
     }
 }
@@ -151,6 +152,7 @@ pub fn note_to_json(note: &Note) -> Value {
         "file": note.file,
         "line": line(note.first),
         "byte": byte(note.first),
+        "vertex": vertex(note.first),
     })
 }
 
@@ -160,4 +162,8 @@ fn line(spot: Option<Spot>) -> Option<usize> {
 
 fn byte(spot: Option<Spot>) -> Option<usize> {
     spot.and_then(|spot| if let Spot::Byte(byte) = spot { Some(byte) } else { None })
+}
+
+fn vertex(spot: Option<Spot>) -> Option<usize> {
+    spot.and_then(|spot| if let Spot::Vertex(vertex) = spot { Some(vertex) } else { None })
 }

@@ -23,6 +23,7 @@ pub use self::schema::scene_schema;
 use self::tree::ValueId;
 use self::values::Values;
 pub use self::write::write_scene;
+use crate::bytes::text_start;
 use crate::document::{Document, Source};
 use crate::error::ReadError;
 use crate::fault::{Fault, Faults};
@@ -45,6 +46,9 @@ pub(crate) const MAX_BYTES: u64 = 256 << 20;
 
 /// Reads the bytes of a scene file.
 fn read(path: &Path, bytes: Vec<u8>, meshes: MeshSource) -> Result<Document, ReadError> {
+    if let Err(fault) = text_start(&bytes) {
+        return Err(ReadError::new(Some(path), &bytes, fault.into()));
+    }
     let text = match String::from_utf8(bytes) {
         Ok(text) => text,
         Err(error) => {

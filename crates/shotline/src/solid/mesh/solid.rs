@@ -304,6 +304,10 @@ impl Solid for MeshSolid {
         Some([area(ap, ac), area(ab, ap)])
     }
 
+    fn polygon(&self, primitive: u32) -> Option<u32> {
+        Some(self.mesh.polygon(primitive))
+    }
+
     fn moments(&self) -> Option<Moments> {
         self.by_tetrahedra()
     }
