@@ -98,6 +98,11 @@ pub trait Solid: Send + Sync + Debug {
         None
     }
 
+    /// The polygon that a triangle was cut from, counted from 0; `None` for solids without triangles.
+    fn polygon(&self, _primitive: u32) -> Option<u32> {
+        None
+    }
+
     /// The surface as a quadric over homogeneous points, up to a positive factor; `None` where it is none.
     fn homogeneous(&self, _surface: u32) -> Option<Homogeneous> {
         None
