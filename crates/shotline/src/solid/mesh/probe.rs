@@ -182,8 +182,8 @@ impl Probe {
             t_err: libm::ldexp(meeting.t_err + of_line, self.exponent),
             // Seen counter-clockwise along the axis is seen from behind.
             entering: (turn == Turn::Clockwise) == (self.line.d[self.sheared.along()] > 0.0),
-            surface: 0,
             primitive: triangle.face,
+            ..Crossing::new(0.0, 0.0, false, 0)
         })
     }
 

@@ -310,6 +310,10 @@ impl Solid for MeshSolid {
         Some([area(ap, ac), area(ab, ap)])
     }
 
+    fn polygon(&self, primitive: u32) -> Option<u32> {
+        Some(self.mesh.polygon(primitive))
+    }
+
     fn moments(&self) -> Option<Moments> {
         self.by_tetrahedra()
     }
@@ -317,6 +321,7 @@ impl Solid for MeshSolid {
     fn memory(&self) -> usize {
         size_of_val(self.mesh.vertices.as_slice())
             + size_of_val(self.mesh.faces.as_slice())
+            + size_of_val(self.mesh.polygons.as_slice())
             + size_of_val(self.triangles.as_slice())
             + self.accelerator.memory()
     }
