@@ -115,7 +115,7 @@ fn quad(mesh: &mut TriangleMesh, [a, b, c, d]: [u32; 4]) {
 pub fn cuboid(min: Vec3, max: Vec3) -> TriangleMesh {
     let ends = [min, max];
     let corner = |i: usize| Vec3::new(ends[i & 1].x, ends[(i >> 1) & 1].y, ends[i >> 2].z);
-    let mut mesh = TriangleMesh { vertices: (0..8).map(corner).collect(), faces: Vec::new() };
+    let mut mesh = TriangleMesh::new((0..8).map(corner).collect(), Vec::new());
     let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     quads.into_iter().for_each(|corners| quad(&mut mesh, corners));
     mesh
@@ -125,7 +125,7 @@ fn octahedron() -> TriangleMesh {
     let axes = [Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z];
     let vertices = axes.iter().map(|v| *v * 0.5 + Vec3::splat(0.5)).collect();
     let faces = vec![[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]];
-    TriangleMesh { vertices, faces }
+    TriangleMesh::new(vertices, faces)
 }
 
 /// A convex mesh around the middle of the unit cube with a cavity of its shape, and a wall of this thickness or, where
@@ -145,7 +145,7 @@ pub fn tray(wall: f64) -> TriangleMesh {
         [(low, low), (high, low), (high, high), (low, high)].map(|(x, y)| Vec3::new(x, y, z))
     };
     let rings = [square(0.0, 0.0), square(0.0, 0.5), square(wall, 0.5), square(wall, wall)];
-    let mut mesh = TriangleMesh { vertices: rings.concat(), faces: Vec::new() };
+    let mut mesh = TriangleMesh::new(rings.concat(), Vec::new());
     quad(&mut mesh, [3, 2, 1, 0]);
     quad(&mut mesh, [12, 13, 14, 15]);
     for (ring, i) in (0..3).flat_map(|ring| (0..4).map(move |i| (ring, i))) {
