@@ -5,7 +5,6 @@
 //! the result: what is left is the rounding of the products, which is relative to the triangle's own edges.
 
 use super::exact::{Expansion, Wide, minus, size, unit_sized, wide};
-use super::probe::Triangle;
 use crate::math::{Dd, HALF_ULP, Vec3};
 use crate::ray::Line;
 
@@ -39,8 +38,8 @@ pub(super) struct Meeting {
 impl Meeting {
     /// Of a line that is not parallel to the plane.
     #[inline]
-    pub(super) fn of(triangle: &Triangle, line: &Line) -> Meeting {
-        let [a, b, c] = triangle.corners;
+    pub(super) fn of(corners: &[Vec3; 3], line: &Line) -> Meeting {
+        let [a, b, c] = *corners;
         let (u, v, h) = (minus(b, a), minus(c, a), minus(a, line.o));
         let normal = cross(&u, &v);
         let (height, descent) = (dot(&normal, &h), dot(&normal, &wide(line.d)));
@@ -134,9 +133,9 @@ mod tests {
     }
 
     /// `n . (p - q)` for the normal of a triangle, exactly.
-    fn exact_dot(triangle: &Triangle, p: Vec3, q: Vec3) -> BigRational {
+    fn exact_dot(corners: &[Vec3; 3], p: Vec3, q: Vec3) -> BigRational {
         let minus = |a: Vec3, b: Vec3| [0, 1, 2].map(|i| number(a[i]) - number(b[i]));
-        let [a, b, c] = triangle.corners;
+        let [a, b, c] = *corners;
         let (u, v, w) = (minus(b, a), minus(c, a), minus(p, q));
         (0..3).fold(BigRational::zero(), |sum, i| {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
@@ -145,11 +144,10 @@ mod tests {
     }
 
     /// A triangle about one unit long, as narrow as asked, so many units from the origin.
-    fn needle(random: &mut Random, narrow: f64, far: f64) -> Triangle {
+    fn needle(random: &mut Random, narrow: f64, far: f64) -> [Vec3; 3] {
         let a = random.point(-1.0, 1.0) + random.direction() * far;
         let (along, across) = (random.direction(), random.direction());
-        let corners = [a, a + along, a + along * random.number(-1.0, 1.0) + across * narrow];
-        Triangle { corners, face: 0 }
+        [a, a + along, a + along * random.number(-1.0, 1.0) + across * narrow]
     }
 
     #[test]
@@ -158,7 +156,7 @@ mod tests {
         for _ in 0..2_000 {
             let (narrow, far) = (10f64.powf(random.number(-15.0, 0.0)), 10f64.powf(random.number(-3.0, 3.0)));
             let triangle = needle(&mut random, narrow, far);
-            let found = normal(triangle.corners);
+            let found = normal(triangle);
             let expected = Vec3::from([Vec3::X, Vec3::Y, Vec3::Z].map(|axis| {
                 let exact = exact_dot(&triangle, axis, Vec3::ZERO);
                 exact.numer().to_f64().unwrap() / exact.denom().to_f64().unwrap()
@@ -179,7 +177,7 @@ mod tests {
         for case in 0..6_000 {
             let (narrow, far) = (10f64.powf(random.number(-14.0, 0.0)), 10f64.powf(random.number(-3.0, 8.0)));
             let triangle = needle(&mut random, narrow, far);
-            let [a, b, c] = triangle.corners;
+            let [a, b, c] = triangle;
             let (v, w) = (random.number(0.0, 1.0), random.number(0.0, 1.0));
             let p = a + (b - a) * v + (c - a) * w;
             let d = match case % 3 {
@@ -201,7 +199,7 @@ mod tests {
             let found = Meeting::of(&triangle, &Line::exact(o, d));
             let error = (number(found.t) - &exact).abs();
             assert!(error <= number(found.t_err), "{triangle:?} {o:?} {d:?} {} {}", found.t, found.t_err);
-            let reach = triangle.corners.into_iter().map(|v| (v - o).abs().max_element()).fold(0.0, f64::max);
+            let reach = triangle.into_iter().map(|v| (v - o).abs().max_element()).fold(0.0, f64::max);
             assert!(found.t_err <= worst_err(found.t, reach), "{triangle:?} {o:?} {d:?}");
             assert_eq!(found.t == 0.0, exact.is_zero(), "{triangle:?} {o:?} {d:?}");
             exact_ones += usize::from(found.t_err == rounding(found.t));

@@ -171,7 +171,7 @@ impl Probe {
     }
 
     fn crossing(&self, triangle: &Triangle, turn: Turn) -> Option<Crossing> {
-        let meeting = Meeting::of(triangle, &self.line);
+        let meeting = Meeting::of(&triangle.corners, &self.line);
         // No t outside of the triangle's box: so a box that begins behind a t holds no triangle hit there,
         // and what is hit does not depend on the accelerator. The exact t is in this interval too.
         let (near, far) = self.whole.enter_exit(&triangle.bounds())?;
