@@ -82,7 +82,7 @@ impl Command {
         let span = self.span.span()?;
         let document = input::load_with_remarks(&self.model, Quiet { quiet: false })?;
         let world = input::compile(&document, &self.build)?;
-        let shot = Shot::new(&world, ray, span, document.scene.units.clone()).map_err(|e| {
+        let shot = Shot::new(&world, ray, span, document.scene.units).map_err(|e| {
             let help = "report a part of it with --t-min and --t-max, or use `shotline cast`";
             Failure::of_file(&self.model.path, format!("{e}\nhelp: {help}"))
         })?;

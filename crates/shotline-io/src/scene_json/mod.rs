@@ -16,6 +16,8 @@ mod write;
 
 use std::path::Path;
 
+use shotline::scene::Units;
+
 use self::keys::{TOP, names};
 use self::mesh_files::Meshes;
 use self::nodes::Graph;
@@ -95,7 +97,7 @@ fn document(text: &str, meshes: Meshes, faults: &mut Faults) -> Option<Parts> {
     values.only(root, "a scene", &names(TOP).collect::<Vec<_>>());
     check_version(&mut values, root);
     let get = |key: &str| tree.get(root, key);
-    let units = get("units").and_then(|at| values.text(at, "\"units\"")).map(ToString::to_string);
+    let units = get("units").and_then(|at| read_units(&mut values, at));
     let materials = get("materials").map(|at| looks::read_materials(&mut values, at)).unwrap_or_default();
     let camera = get("camera").and_then(|at| looks::read_camera(&mut values, at));
     let lights = get("lights").map(|at| looks::read_lights(&mut values, at)).unwrap_or_default();
@@ -109,6 +111,18 @@ fn document(text: &str, meshes: Meshes, faults: &mut Faults) -> Option<Parts> {
     scene.accel = accel;
     scene.motions = motions.into_iter().map(|(motion, _)| motion).collect();
     Some((scene, spans, meshes.into_notes()))
+}
+
+/// The unit of length; `None` for a scene without one.
+fn read_units(values: &mut Values, at: ValueId) -> Option<Units> {
+    let written = values.text(at, "\"units\"")?;
+    let known = Units::ALL.iter().find(|(name, _)| name == written);
+    if known.is_none() && written != Units::NONE {
+        let names = Units::ALL.iter().map(|(name, _)| *name).chain([Units::NONE]);
+        let help = values.hint(written, names);
+        values.fault(at, format!("'{written}' is not a unit of length"), help);
+    }
+    known.map(|(_, units)| *units)
 }
 
 fn check_version(values: &mut Values, root: ValueId) {

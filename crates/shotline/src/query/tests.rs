@@ -1,6 +1,9 @@
 //! Whole worlds: every query agrees with every other, with membership, and with every accelerator.
 
+mod spans;
 mod structures;
+mod thin;
+mod touching;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
