@@ -195,8 +195,7 @@ fn polygons_of_many_corners_are_cut() {
         round.enumerate().map(|(i, (y, x))| Vec3::new(x, y, 1.0) * if i % 2 == 0 { 1.0 } else { 0.3 });
     let whole =
         |corners: Vec<[i64; 2]>| corners.iter().map(|[x, y]| Vec3::new(*x as f64, 0.0, *y as f64)).collect();
-    for corners in [circle, jagged.collect(), whole(comb(5_000)), whole(spiral(2_000)), whole(saw(8_000))]
-    {
+    for corners in [circle, jagged.collect(), whole(comb(5_000)), whole(spiral(2_000)), whole(saw(8_000))] {
         let Cut { triangles, is_proper } = cut(&corners);
         assert!(is_proper && triangles.len() == corners.len() - 2);
     }
