@@ -105,3 +105,13 @@ fn queries_say_on_stderr_what_was_dropped_and_not_what_was_passed_over() {
     assert_eq!(place.run(&["measure", "two-corner-face.obj", "--quiet"]).stderr, "");
     assert_eq!(case("bom.obj").run(&["measure", "bom.obj"]).stderr, "");
 }
+
+#[test]
+fn small_files_of_other_programs_are_the_solid_that_they_mean() {
+    for name in
+        ["nan-unused.obj", "nan-unused.ply", "cr-only.ply", "binary-tail.stl", "bom.stl", "comment-first.stl"]
+    {
+        let volume = measured(name)["value"].as_f64().unwrap();
+        assert!((volume * 6.0 - 1.0).abs() < 1e-12, "{name}: {volume}");
+    }
+}
