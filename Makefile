@@ -44,7 +44,7 @@ docs: $(VENV)/ready-docs package ## the documentation as a site, into out/site
 
 ifneq ($(wildcard $(SHARED)/truth/run.py),)
 truth: build $(VENV)/ready ## score the program against the full truth sets, where they are
-	$(VENV)/bin/python $(SHARED)/truth/run.py --bin $(SHOTLINE) --out out/truth
+	$(VENV)/bin/python $(SHARED)/truth/run.py --bin $(SHOTLINE) --out out/truth --family all --query crossings closest any count
 	$(VENV)/bin/python $(SHARED)/truth/score.py out/truth
 else
 truth:
@@ -59,7 +59,7 @@ bench: build $(VENV)/ready ## rays a second: combinations, and meshes beside Emb
 
 # Seconds for each target of `make fuzz`.
 FUZZ_SECONDS ?= 60
-FUZZ_TARGETS ?= scene ply obj stl npy cast csg
+FUZZ_TARGETS ?= scene ply obj stl npy polygon cast csg
 
 fuzz: ## hostile input for every reader and random combinations, FUZZ_SECONDS=60 each (wants cargo-fuzz)
 	for target in $(FUZZ_TARGETS); do \

@@ -5,11 +5,12 @@ use std::path::Path;
 
 use shotline::compile::{self, World};
 use shotline::ray::Ray;
-use shotline_io::Document;
+use shotline_io::{Document, Effect};
 use shotline_render::view;
 
 use crate::args::{Build, Model};
 use crate::failure::Failure;
+use crate::progress::{self, Quiet};
 use crate::rays::{OnInvalid, Rays};
 
 /// Reads a scene, or a mesh as a scene of one object.
@@ -18,6 +19,18 @@ use crate::rays::{OnInvalid, Rays};
 /// If it cannot be read; the message lists everything that is wrong.
 pub fn load(model: &Model) -> Result<Document, Failure> {
     shotline_io::load_with(&model.path, model.reach()).map_err(|e| Failure::new(e.to_string()))
+}
+
+/// Reads as [`load`] does, and says on stderr what the readers dropped or repaired.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_with_remarks(model: &Model, quiet: Quiet) -> Result<Document, Failure> {
+    let document = load(model)?;
+    for note in document.notes.iter().filter(|note| note.effect == Effect::Changed) {
+        progress::remark(&note.to_string(), quiet);
+    }
+    Ok(document)
 }
 
 /// Checks and builds what has been read.

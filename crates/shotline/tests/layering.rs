@@ -23,7 +23,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("trace", &["crossing"]),
     ("accel", &["math", "aabb", "trace"]),
     ("solid", &["math", "roots", "ray", "aabb", "crossing", "trace", "accel"]),
-    ("csg", &["ray", "aabb", "crossing"]),
+    ("csg", &["math", "ray", "aabb", "crossing"]),
     ("scene", &["math", "solid", "csg"]),
     ("compile", &["math", "aabb", "accel", "solid", "csg", "scene"]),
     ("query", &["math", "ray", "aabb", "crossing", "trace", "accel", "solid", "csg", "compile"]),

@@ -70,7 +70,7 @@ impl Command {
     pub fn run(&self) -> Result<u8, Failure> {
         interrupt::catch();
         let begin = Instant::now();
-        let document = input::load(&self.model)?;
+        let document = input::load_with_remarks(&self.model, self.quiet)?;
         let load = begin.elapsed().as_secs_f64();
         let begin = Instant::now();
         let world = input::compile(&document, &self.build)?;

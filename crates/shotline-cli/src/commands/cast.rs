@@ -114,7 +114,7 @@ impl Command {
         let rays = input::rays(&self.rays, self.on_invalid)?;
         output::expect_writable(&self.output)?;
         let begin = Instant::now();
-        let document = input::load(&self.model)?;
+        let document = input::load_with_remarks(&self.model, self.quiet)?;
         let load = begin.elapsed().as_secs_f64();
         let begin = Instant::now();
         let world = input::compile(&document, &self.build)?;

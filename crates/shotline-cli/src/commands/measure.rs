@@ -79,7 +79,7 @@ impl Command {
     /// Runs the command.
     pub fn run(&self) -> Result<u8, Failure> {
         interrupt::catch();
-        let document = input::load(&self.model)?;
+        let document = input::load_with_remarks(&self.model, self.quiet)?;
         let world = input::compile(&document, &self.build)?;
         let settings = Settings {
             rays: self.rays,

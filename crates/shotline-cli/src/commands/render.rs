@@ -129,7 +129,7 @@ impl Command {
     pub fn run(&self) -> Result<u8, Failure> {
         interrupt::catch();
         output::expect_writable(&self.output)?;
-        let document = input::load(&self.model)?;
+        let document = input::load_with_remarks(&self.model, self.quiet)?;
         let work = Mutex::default();
         let started = Instant::now();
         interrupt::listening(|cancel| {

@@ -55,6 +55,7 @@ fn crossing(row: &Row) -> Value {
         "normal": row.obliquity.map(|_| json_vector(row.hit.normal)),
         "obliquity": row.obliquity.map(number),
         "primitive": row.hit.primitive,
+        "polygon": row.hit.polygon,
         "barycentric": row.hit.barycentric,
         "thickness": row.thickness.map(number),
     })

@@ -25,11 +25,13 @@ pub use self::schema::scene_schema;
 use self::tree::ValueId;
 use self::values::Values;
 pub use self::write::write_scene;
+use crate::bytes::text_start;
 use crate::document::{Document, Source};
 use crate::error::ReadError;
 use crate::fault::{Fault, Faults};
 use crate::files::too_large;
 use crate::format::{Content, Format, MeshSource};
+use crate::note::Note;
 
 pub(crate) const FORMAT: Format = Format {
     name: "scene",
@@ -46,6 +48,9 @@ pub(crate) const MAX_BYTES: u64 = 256 << 20;
 
 /// Reads the bytes of a scene file.
 fn read(path: &Path, bytes: Vec<u8>, meshes: MeshSource) -> Result<Document, ReadError> {
+    if let Err(fault) = text_start(&bytes) {
+        return Err(ReadError::new(Some(path), &bytes, fault.into()));
+    }
     let text = match String::from_utf8(bytes) {
         Ok(text) => text,
         Err(error) => {
@@ -77,7 +82,7 @@ pub(crate) fn parse(
     }
 }
 
-type Parts = (shotline::scene::Scene, Vec<std::ops::Range<usize>>, Vec<String>);
+type Parts = (shotline::scene::Scene, Vec<std::ops::Range<usize>>, Vec<Note>);
 
 fn document(text: &str, meshes: Meshes, faults: &mut Faults) -> Option<Parts> {
     // Only what comes from outside is suspected; places in the text are 32 bits wide.
