@@ -25,7 +25,8 @@ pub struct CommandLine {
 }
 
 const EXIT_CODES: &str = "\
-Exit codes: 0 done; 1 `check` found the model not sound; 2 an error, told on stderr; 130 interrupted.
+Exit codes: 0 done; 1 `check` found the model not sound; 2 an error, told on stderr; 3 `check` found no fault but could not
+examine everything; 130 interrupted.
 An output file appears whole or not at all.";
 
 #[derive(Subcommand, Debug)]
