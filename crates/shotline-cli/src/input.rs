@@ -7,11 +7,12 @@ use std::path::{Path, PathBuf};
 use shotline::compile::{self, World};
 use shotline::ray::Ray;
 use shotline::scene::{Node, Scene};
-use shotline_io::Document;
+use shotline_io::{Document, Effect};
 use shotline_render::view;
 
 use crate::args::{Build, Model};
 use crate::failure::Failure;
+use crate::progress::{self, Quiet};
 use crate::rays::{OnInvalid, Rays};
 
 /// What standard input is called in messages, and where the name of a file names something.
@@ -63,6 +64,18 @@ pub fn expect_one_stream(model: &Model, rays: &Path) -> Result<(), Failure> {
         return Err(Failure::new(why));
     }
     Ok(())
+}
+
+/// Reads as [`load`] does, and says on stderr what the readers dropped or repaired.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_with_remarks(model: &Model, quiet: Quiet) -> Result<Document, Failure> {
+    let document = load(model)?;
+    for note in document.notes.iter().filter(|note| note.effect == Effect::Changed) {
+        progress::remark(&note.to_string(), quiet);
+    }
+    Ok(document)
 }
 
 /// Checks and builds what has been read.

@@ -5,6 +5,7 @@ use std::path::Path;
 use shotline::scene::{Node, Scene};
 use shotline::solid::mesh::TriangleMesh;
 
+use crate::bytes::text_start;
 use crate::document::{Document, Source};
 use crate::error::ReadError;
 use crate::fault::{At, Fault};
@@ -30,7 +31,8 @@ pub(crate) fn known_extensions() -> String {
 fn of_file(path: &Path, bytes: &[u8]) -> Result<&'static Format, ReadError> {
     let found = by_extension(path).or_else(|| FORMATS.iter().copied().find(|f| (f.detect)(bytes)));
     found.ok_or_else(|| {
-        let fault = Fault::file("is of no known format").help(format!("known are {}", known_extensions()));
+        let unknown = Fault::file("is of no known format").help(format!("known are {}", known_extensions()));
+        let fault = text_start(bytes).err().unwrap_or(unknown);
         ReadError::new(Some(path), &[], fault.into())
     })
 }
@@ -119,7 +121,7 @@ fn mesh_error(path: &Path, bytes: &[u8], fault: Fault) -> ReadError {
 fn mesh_document(path: &Path, found: MeshFile) -> Document {
     let stem = path.file_stem().map_or("mesh".into(), |s| s.to_string_lossy());
     let file = path.file_name().map(|f| f.to_string_lossy().into_owned());
-    let notes = found.note().map(|note| format!("{}: {note}", path.display())).into_iter().collect();
+    let notes = found.notes_of(&path.display().to_string()).collect();
     let mut scene = Scene::default();
     let node = scene.add(Node::Mesh { mesh: found.mesh.into(), file });
     scene.add_object(&stem, None, node);

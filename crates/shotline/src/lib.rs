@@ -62,7 +62,8 @@
 //!
 //! - Whether a ray within its own rounding of a tangent, an edge, a rim or an apex touches or crosses. What is
 //!   promised is that the list is even and alternates either way.
-//! - What a ray that lies in a face sees of that face.
+//! - What a ray that lies in a face of a mesh sees of that face. (In a face of another solid it is not inside; in one
+//!   that two operands of a union share it is.)
 //! - Crossings at distances at which f64 cannot tell the solid from a point.
 #![deny(missing_docs)]
 

@@ -24,7 +24,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("trace", &["crossing"]),
     ("accel", &["math", "aabb", "trace"]),
     ("solid", &["math", "roots", "ray", "aabb", "region", "crossing", "trace", "accel"]),
-    ("csg", &["ray", "aabb", "region", "crossing"]),
+    ("csg", &["math", "ray", "aabb", "region", "crossing"]),
     ("scene", &["math", "solid", "csg"]),
     ("compile", &["math", "aabb", "region", "accel", "solid", "csg", "scene"]),
     ("query", &["math", "ray", "aabb", "crossing", "trace", "accel", "solid", "csg", "compile"]),

@@ -18,7 +18,7 @@ use crate::columns::Columns;
 use crate::failure::Failure;
 use crate::number::counted;
 use crate::progress::{self, Quiet};
-use crate::query::{OverlapPolicy, Query, help};
+use crate::query::{OverlapPolicy, Query, ThicknessBy, help};
 use crate::rays::{OnInvalid, Rays};
 use crate::{input, interrupt, output};
 
@@ -39,6 +39,9 @@ use crate::{input, interrupt, output};
 ///              1 start (the ray begins inside), 2 end (it ends inside)
 ///   segments   ray_splits, t_in, t_out, length, material, object, path:
 ///              a row a stretch inside an object
+///   thickness  thickness: float64 (N, columns), a row a ray: its length in each
+///              of material_names and, last, in objects without a material;
+///              with --by object its length in each of object_names
 ///
 /// object, material and path are indices into the text arrays object_names,
 /// material_names and path_names. The same bits come out for every accelerator
@@ -60,7 +63,10 @@ pub struct Command {
     /// The answers, as .npz; - for standard output
     #[arg(short, long, value_name = "FILE.npz")]
     output: PathBuf,
-    /// What `segments` does where objects of equal priority overlap
+    /// What `thickness` has columns for: material, if not given
+    #[arg(long, value_enum)]
+    by: Option<ThicknessBy>,
+    /// What `segments` and `thickness` do where objects of equal priority overlap
     #[arg(long, value_name = "POLICY", value_enum, default_value_t = OverlapPolicy::Error)]
     overlaps: OverlapPolicy,
     /// What to do with a row that is not a ray: NaN, infinite, or without direction
@@ -106,12 +112,16 @@ impl Command {
     pub fn run(&self) -> Result<u8, Failure> {
         interrupt::catch();
         let span = self.span.span()?;
+        if self.by.is_some() && self.query != Query::Thickness {
+            let why = format!("--by is for --query thickness, not for {}", self.query.name());
+            return Err(Failure::new(why));
+        }
         let inputs: Vec<PathBuf> = self.rays.iter().chain([&self.model.path]).cloned().collect();
         self.rays.iter().try_for_each(|rays| input::expect_one_stream(&self.model, rays))?;
         output::expect_writable(&self.output, output::ARRAYS, &inputs)?;
         let rays = self.rays.as_ref().map(|path| input::rays(path, self.on_invalid)).transpose()?;
         let begin = Instant::now();
-        let document = input::load(&self.model)?;
+        let document = input::load_with_remarks(&self.model, self.quiet)?;
         output::expect_apart(&self.output, &input::named_files(&self.model, &document.scene))?;
         let load = begin.elapsed().as_secs_f64();
         let begin = Instant::now();
@@ -175,6 +185,14 @@ impl Command {
                 let overlaps = rows.overlaps;
                 (Columns::segments(rows, rays), overlaps)
             }),
+            Query::Thickness => {
+                let by = self.by.unwrap_or(ThicknessBy::Material).into();
+                let policy = self.overlaps.into();
+                batch::thickness(world, valid, span, by, policy, run).map(|found| {
+                    let overlaps = found.overlaps;
+                    (Columns::thickness(found, rays), overlaps)
+                })
+            }
         };
         bar.finish_and_clear();
         answer.map_err(|error| self.failure(error, rays))

@@ -16,6 +16,7 @@ use crate::args::Model;
 use crate::failure::Failure;
 use crate::input::PICTURE;
 use crate::number::{bytes, short};
+use crate::progress::Quiet;
 use crate::table::{Align, Table};
 use crate::{input, interrupt, output};
 
@@ -70,7 +71,7 @@ impl Command {
         let inputs: Vec<PathBuf> = self.rays.iter().chain([&self.model.path]).cloned().collect();
         self.rays.iter().try_for_each(|rays| input::expect_one_stream(&self.model, rays))?;
         self.output.iter().try_for_each(|path| output::expect_writable(path, output::PICTURE, &inputs))?;
-        let document = input::load(&self.model)?;
+        let document = input::load_with_remarks(&self.model, Quiet { quiet: false })?;
         let rays = self.rays(&document)?;
         let entries: Vec<Entry> =
             NAMES.iter().map(|name| entry(name, &document, &rays)).collect::<Result<_, _>>()?;

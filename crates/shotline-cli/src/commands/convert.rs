@@ -45,8 +45,9 @@ impl Command {
         output::expect_apart(&self.output, &input::named_files(&self.model, &document.scene))?;
         let notes = interrupt::listening(|_| self.save(&document.scene))?;
         let comments = has_comments(document.source.text()).then(|| "comments are lost".into());
-        for note in document.notes.iter().chain(&notes).chain(&comments) {
-            progress::remark(note, self.quiet);
+        let read = document.notes.iter().map(ToString::to_string);
+        for note in read.chain(notes).chain(comments) {
+            progress::remark(&note, self.quiet);
         }
         Ok(0)
     }

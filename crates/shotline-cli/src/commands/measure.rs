@@ -8,7 +8,7 @@ use shotline::aabb::Aabb;
 use shotline::compile::World;
 use shotline::measure::{self, Estimate, Measure, MeasureError, Method, Settings};
 use shotline::query::batch::Run;
-use shotline::scene::Scene;
+use shotline::scene::{Scene, Units};
 
 use crate::args::{Build, Model, Threads};
 use crate::failure::Failure;
@@ -27,8 +27,9 @@ use crate::{input, interrupt, output};
 ///
 /// An object that has no end is told as unbounded, and the others are measured. If none of them has one, that is an error.
 ///
-/// The inertia tensor (--json) is about the centroid, along the axes of the world, and of density 1. Mass is volume times
-/// the density of the material, where the scene tells one. The same bits come out for every accelerator and number of
+/// The inertia tensor (--json) is about the centroid, along the axes of the world, and of density 1. Mass is in
+/// grams, by the density of the material in g/cm^3, where it has one; in a scene without units it is volume times
+/// density, in whatever units these are. The same bits come out for every accelerator and number of
 /// threads.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
@@ -80,7 +81,7 @@ impl Command {
     /// Runs the command.
     pub fn run(&self) -> Result<u8, Failure> {
         interrupt::catch();
-        let document = input::load(&self.model)?;
+        let document = input::load_with_remarks(&self.model, self.quiet)?;
         let world = input::compile(&document, &self.build)?;
         let settings = Settings {
             rays: self.rays,
@@ -163,6 +164,9 @@ impl Command {
     }
 }
 
+/// The unit of masses, in scenes with a unit of length.
+const GRAMS: &str = "g";
+
 /// What is told.
 struct Report<'a> {
     world: &'a World,
@@ -174,7 +178,8 @@ struct Report<'a> {
 impl Report<'_> {
     fn to_json(&self) -> Value {
         json!({
-            "units": self.scene.units,
+            "units": self.scene.units.map(Units::name),
+            "mass_units": self.scene.units.map(|_| GRAMS),
             "seed": self.settings.seed,
             "rays": self.rays(),
             "objects": self.measures.iter().map(|m| json!({
@@ -197,13 +202,14 @@ impl Report<'_> {
 
     fn to_text(&self) -> String {
         let column = |name: &str, unit: &str| {
-            let units = self.scene.units.as_ref().map_or_else(String::new, |units| format!(" {units}{unit}"));
+            let units = self.scene.units.map_or_else(String::new, |units| format!(" {units}{unit}"));
             (format!("{name}{units}"), Align::Left)
         };
         let has_mass = self.measures.iter().any(|m| m.mass.is_some());
         let mut columns = vec![("object".into(), Align::Left), column("volume", "^3")];
         if has_mass {
-            columns.push(("mass".into(), Align::Left));
+            let units = if self.scene.units.is_some() { GRAMS } else { "density x length^3" };
+            columns.push((format!("mass {units}"), Align::Left));
         }
         columns.extend([column("centroid", ""), column("bounds", ""), ("rays".into(), Align::Right)]);
         let mut table = Table::new(columns);

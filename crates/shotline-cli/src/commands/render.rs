@@ -81,7 +81,7 @@ pub struct Command {
 const EXAMPLES: &str = "\
 Examples:
   shotline render engine.json -o engine.png
-  shotline render bunny.ply -o bunny.png --size 1600x1200 --look thickness --background white
+  shotline render bunny.ply -o bunny.png --size 1600x1200 --look xray --background white
   shotline render engine.json -o soft.png --lighting soft --samples 64
   shotline render bunny.ply -o turning.png --frames 72";
 
@@ -129,7 +129,7 @@ impl Command {
     pub fn run(&self) -> Result<u8, Failure> {
         interrupt::catch();
         output::expect_writable(&self.output, output::PICTURE, &[self.model.path.clone()])?;
-        let document = input::load(&self.model)?;
+        let document = input::load_with_remarks(&self.model, self.quiet)?;
         let work = Mutex::default();
         let started = Instant::now();
         interrupt::listening(|cancel| {

@@ -1,10 +1,11 @@
-//! What `check` has found: faults, which make a model not sound, and remarks, which do not.
+//! What `check` has found: faults, which make a model not sound, and remarks and notes of readers, which do not.
 
 mod mesh;
 mod scene;
 
 use serde_json::{Value, json};
 use shotline::math::Vec3;
+use shotline_io::{Effect, Note, Spot};
 
 use crate::number::json_vector;
 
@@ -70,6 +71,7 @@ struct Finding {
 enum Severity {
     Fault,
     Remark,
+    Note,
 }
 
 impl Severity {
@@ -77,6 +79,7 @@ impl Severity {
         match self {
             Severity::Fault => "fault",
             Severity::Remark => "remark",
+            Severity::Note => "note",
         }
     }
 }
@@ -88,6 +91,7 @@ struct Place {
     vertices: Vec<u32>,
     objects: Vec<String>,
     point: Option<Vec3>,
+    spot: Option<Spot>,
 }
 
 impl Findings {
@@ -99,6 +103,18 @@ impl Findings {
     /// Adds what could not be examined, and why.
     pub fn unexamined(&mut self, what: impl Into<String>) {
         self.lines.push(Line::Unexamined(what.into()));
+    }
+
+    /// Adds what a reader passed over, dropped or repaired.
+    pub fn add_note(&mut self, note: &Note) {
+        self.add(Finding {
+            severity: Severity::Note,
+            subject: note.file.clone().unwrap_or_else(|| "scene".into()),
+            kind: note.kind,
+            count: note.count,
+            text: note.to_string(),
+            first: Place { spot: note.first, ..Place::default() },
+        });
     }
 
     fn add(&mut self, finding: Finding) {
@@ -137,7 +153,11 @@ impl Findings {
             out += &match line {
                 Line::Text(text) => format!("{text}\n"),
                 Line::Unexamined(what) => format!("  not examined: {what}\n"),
-                Line::Finding(finding) => format!("  {}: {}\n", finding.severity.name(), finding.text),
+                Line::Finding(finding) => {
+                    // Notes stand before the mesh to which they belong, the others below it.
+                    let indent = if finding.severity == Severity::Note { "" } else { "  " };
+                    format!("{indent}{}: {}\n", finding.severity.name(), finding.text)
+                }
             };
         }
         out += &format!("{model}: {}\n", self.verdict().text());
@@ -171,6 +191,35 @@ impl Finding {
             "vertices": self.first.vertices,
             "objects": self.first.objects,
             "point": self.first.point.map(json_vector),
+            "line": line(self.first.spot),
+            "byte": byte(self.first.spot),
+            "vertex": vertex(self.first.spot),
         })
     }
+}
+
+/// A note as JSON, as `info` prints it.
+pub fn note_to_json(note: &Note) -> Value {
+    json!({
+        "kind": note.kind,
+        "changed": note.effect == Effect::Changed,
+        "count": note.count,
+        "text": note.to_string(),
+        "file": note.file,
+        "line": line(note.first),
+        "byte": byte(note.first),
+        "vertex": vertex(note.first),
+    })
+}
+
+fn line(spot: Option<Spot>) -> Option<usize> {
+    spot.and_then(|spot| if let Spot::Line(line) = spot { Some(line) } else { None })
+}
+
+fn byte(spot: Option<Spot>) -> Option<usize> {
+    spot.and_then(|spot| if let Spot::Byte(byte) = spot { Some(byte) } else { None })
+}
+
+fn vertex(spot: Option<Spot>) -> Option<usize> {
+    spot.and_then(|spot| if let Spot::Vertex(vertex) = spot { Some(vertex) } else { None })
 }

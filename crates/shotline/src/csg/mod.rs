@@ -2,11 +2,15 @@
 //! leaves into boundaries of the result.
 
 mod bounds;
+mod chain;
+mod contact;
+mod event;
 pub mod op;
 mod program;
 mod sweep;
 
 pub use bounds::LeafBounds;
+pub use event::{Boundary, Change, Event, HitKind};
 pub use op::Op;
 pub use program::{Program, ProgramState, Tree, TreeNode};
-pub use sweep::{Boundary, Event, HitKind, Sweep};
+pub use sweep::Sweep;

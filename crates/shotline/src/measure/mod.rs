@@ -76,7 +76,8 @@ pub struct Measure {
     /// The volume, all placements together; bodies of one object that overlap count once. NaN, as all the rest, for an
     /// object that [has no end](Measure::is_unbounded).
     pub volume: Estimate,
-    /// The volume times the density of the material, if it has one.
+    /// The mass, if the material has a density: in grams, by densities in g/cm^3; in a scene without units, the volume
+    /// times the density, whatever these stand for.
     pub mass: Option<Estimate>,
     /// The centroid, in world coordinates; NaN where no volume was found.
     pub centroid: [Estimate; 3],

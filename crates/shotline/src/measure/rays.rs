@@ -12,7 +12,7 @@ use crate::math::{Affine, Dd, Vec3};
 use crate::query::batch::Run;
 use crate::query::{Caster, MAX_OF_A_RAY, Overlaps, QueryError};
 use crate::ray::{Ray, Span};
-use crate::scene::Scene;
+use crate::scene::{Scene, Units};
 use crate::solid::Moments;
 
 /// Samples along one axis, of the randomised ones along all three.
@@ -86,10 +86,11 @@ impl Rays<'_> {
         let (numbers, rays) = self.numbers(object, extent)?;
         let material = self.world.object_material(object).and_then(|m| scene.materials.get(m as usize));
         let density = material.and_then(|(_, material)| material.density);
+        let mass_of_one = scene.units.map_or(1.0, Units::cubic_centimetres);
         Ok(Measure {
             object,
             volume: numbers[0],
-            mass: density.map(|density| numbers[0].times(density)),
+            mass: density.map(|density| numbers[0].times(density * mass_of_one)),
             centroid: [numbers[1], numbers[2], numbers[3]],
             inertia: std::array::from_fn(|i| std::array::from_fn(|j| numbers[4 + 3 * i + j])),
             exact: rays == 0 && !extent.is_unbounded(),

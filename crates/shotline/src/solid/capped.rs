@@ -7,7 +7,7 @@ use super::homogeneous::Homogeneous;
 use super::interval::{Interval, Slab};
 use super::{Moments, Solid, definite};
 use crate::aabb::Aabb;
-use crate::crossing::Crossing;
+use crate::crossing::{Contact, Crossing};
 use crate::math::{Plane, Vec3};
 use crate::ray::Line;
 
@@ -52,6 +52,24 @@ impl Solid for Capped {
             if let Some(stretch) = inside.clip(between) {
                 stretch.push(out);
             }
+        }
+    }
+
+    fn contacts(&self, line: &Line, out: &mut Vec<Contact>) {
+        let (between, touched) = match &self.caps {
+            None => (Interval::ALL, 0),
+            Some(caps) => match caps.closed(line) {
+                Some(closed) => closed,
+                None => return,
+            },
+        };
+        let mut push = |inside: Interval, surfaces: u32| {
+            out.extend(inside.clip(between).map(|stretch| stretch.contact(surfaces)));
+        };
+        if self.form.touches(line) {
+            push(Interval::ALL, touched | 1);
+        } else if touched != 0 {
+            self.form.inside(line).into_iter().flatten().for_each(|inside| push(inside, touched));
         }
     }
 

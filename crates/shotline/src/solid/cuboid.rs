@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::interval::{Interval, Slab};
 use super::{Kind, Moments, Param, ParamError, ParamType, Solid, Value};
 use crate::aabb::Aabb;
-use crate::crossing::Crossing;
+use crate::crossing::{Contact, Crossing};
 use crate::math::{Plane, Vec3};
 use crate::ray::Line;
 
@@ -64,6 +64,18 @@ impl Solid for Cuboid {
         if let Some(stretch) = self.interval(line) {
             stretch.push(out);
         }
+    }
+
+    fn contacts(&self, line: &Line, out: &mut Vec<Contact>) {
+        let slabs = self.slabs();
+        if !slabs.iter().any(|slab| slab.is_parallel(line)) {
+            return;
+        }
+        let all = slabs.iter().try_fold((Interval::ALL, 0), |(stretch, surfaces), slab| {
+            let (between, touched) = slab.closed(line)?;
+            Some((stretch.clip(between)?, surfaces | touched))
+        });
+        out.extend(all.filter(|a| a.1 != 0).map(|(stretch, surfaces)| stretch.contact(surfaces)));
     }
 
     fn implicit(&self, p: Vec3, surface: u32, _primitive: u32) -> f64 {

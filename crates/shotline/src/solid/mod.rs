@@ -31,7 +31,7 @@ use std::fmt::Debug;
 
 use crate::aabb::Aabb;
 use crate::accel::Scratch;
-use crate::crossing::Crossing;
+use crate::crossing::{Contact, Crossing};
 use crate::math::{Plane, Vec3};
 use crate::ray::{Line, Span};
 
@@ -74,6 +74,12 @@ pub trait Solid: Send + Sync + Debug {
         self.crossings(line, out);
     }
 
+    /// Appends the stretches of a line that lie in the surface of the solid, up to rounding: a line in a face, or
+    /// along a generator. They are no part of [`Solid::crossings`], which is empty then. Combinations need them to
+    /// see that two operands share a face in which the line lies. A solid without straight lines in its surface
+    /// has none, and neither has a mesh: its rule for ties already puts such a line on one side of every face.
+    fn contacts(&self, _line: &Line, _out: &mut Vec<Contact>) {}
+
     /// The implicit function of one surface: negative on the side of the interior, zero on the surface,
     /// with [`Solid::normal`] as its gradient (up to a positive factor).
     fn implicit(&self, p: Vec3, surface: u32, primitive: u32) -> f64;
@@ -91,6 +97,11 @@ pub trait Solid: Send + Sync + Debug {
     /// Barycentric coordinates of a point of a triangle, weights of its second and third vertex; `None` for
     /// solids without triangles.
     fn barycentric(&self, _p: Vec3, _primitive: u32) -> Option<[f64; 2]> {
+        None
+    }
+
+    /// The polygon that a triangle was cut from, counted from 0; `None` for solids without triangles.
+    fn polygon(&self, _primitive: u32) -> Option<u32> {
         None
     }
 
