@@ -5,7 +5,7 @@ use std::path::Path;
 
 use shotline::compile::World;
 use shotline::query::batch::{ClosestRows, CrossingRows, SegmentRows, Thickness};
-use shotline_io::arrays::{Column, write_npz};
+use shotline_io::arrays::{Column, fill_npz};
 
 use crate::failure::Failure;
 use crate::output;
@@ -110,14 +110,14 @@ impl Columns {
         self
     }
 
-    /// Writes the arrays to an .npz file.
+    /// Writes the arrays to an .npz file; `-` is standard output.
     ///
     /// # Errors
     /// If it cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), Failure> {
         let columns: Vec<(&str, Column)> =
             self.arrays.iter().map(|(name, values)| (*name, values.column())).collect();
-        output::written(write_npz(path, &columns))
+        output::fill(path, |out| fill_npz(out, &columns))
     }
 }
 

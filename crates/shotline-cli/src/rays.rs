@@ -59,6 +59,11 @@ impl Rays {
         Ok(Rays { valid, rows: rows.len(), rows_of_valid })
     }
 
+    /// Rays that are all valid.
+    pub fn all(valid: Vec<Ray>) -> Rays {
+        Rays { rows: valid.len(), valid, rows_of_valid: None }
+    }
+
     /// How many rows are not rays.
     pub fn invalid(&self) -> usize {
         self.rows - self.valid.len()

@@ -111,13 +111,16 @@ fn what_cannot_be_measured_is_refused_by_name() {
         {"name": "ground", "node": {"kind": "halfspace", "normal": [0, 0, 1], "offset": 0}}]}"#;
     let place =
         Place::new().with("ground.json", scene).with("open.ply", cube_ply(10)).with("cube.ply", cube_ply(12));
-    place.run(&["measure", "ground.json"]).refused(&[
+    place.run(&["measure", "ground.json", "--object", "ground"]).refused(&[
         "ground.json",
         "'ground'",
         "finite",
         "intersect",
         "--object",
     ]);
+    let text = place.run(&["measure", "ground.json"]).ok();
+    assert!(text.contains("4.1887902") && text.contains("unbounded"), "{text}");
+    assert_eq!(json(&place, &["ground.json"])["objects"][1]["unbounded"], true);
     assert!(place.run(&["measure", "ground.json", "--object", "ball"]).ok().contains("4.1887902"));
     place.run(&["measure", "ground.json", "--object", "moon"]).refused(&["'moon'", "info"]);
     place.run(&["measure", "open.ply"]).refused(&["open.ply", "not closed", "open edges", "check"]);

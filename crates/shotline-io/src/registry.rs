@@ -9,7 +9,7 @@ use crate::bytes::text_start;
 use crate::document::{Document, Source};
 use crate::error::ReadError;
 use crate::fault::{At, Fault};
-use crate::files::read_regular;
+use crate::files::{read_regular, too_large};
 use crate::format::{Content, Format, MeshFile, MeshSource, Reach};
 use crate::{obj, ply, scene_json, stl};
 
@@ -54,6 +54,20 @@ pub fn load_with(path: impl AsRef<Path>, reach: Reach) -> Result<Document, ReadE
     let path = path.as_ref();
     let bytes = read_regular(path, most_bytes(path))?;
     of_file(path, &bytes)?.read_with(path, bytes, reach)
+}
+
+/// Reads bytes, such as those of standard input, as [`load_with`] reads a file; what they are is told by their contents.
+/// The name appears in messages and names the object of a mesh. Mesh files that a scene names are looked for in the
+/// working folder.
+///
+/// # Errors
+/// [`ReadError`] with everything that is wrong.
+pub fn load_bytes(name: &Path, bytes: Vec<u8>, reach: Reach) -> Result<Document, ReadError> {
+    let format = of_file(name, &bytes)?;
+    if matches!(format.content, Content::Scene { .. }) && bytes.len() as u64 > scene_json::MAX_BYTES {
+        return Err(ReadError::new(Some(name), &[], too_large(scene_json::MAX_BYTES).into()));
+    }
+    format.read_with(name, bytes, reach)
 }
 
 impl Format {

@@ -53,6 +53,7 @@
 //!   over all cores.
 //! - [`solid`] has the solids, [`accel`] the accelerators: one file and one line to add one.
 //! - [`measure`] tells volume, mass, centroid and inertia of objects.
+//! - [`region`] bounds what planes and quadrics enclose together.
 //! - [`trace`] tells what a ray did, step by step.
 //! - [`csg`] has Roth's table and the programs and the sweep that replace it for many operands.
 //! - [`math`] and [`roots`] have planes as row vectors, affine maps and polynomial roots.
@@ -75,6 +76,7 @@ pub mod math;
 pub mod measure;
 pub mod query;
 pub mod ray;
+pub mod region;
 pub mod roots;
 pub mod scene;
 pub mod solid;

@@ -68,7 +68,9 @@ impl Command {
     /// Runs the command.
     pub fn run(&self) -> Result<u8, Failure> {
         interrupt::catch();
-        self.output.iter().try_for_each(|path| output::expect_writable(path))?;
+        let inputs: Vec<PathBuf> = self.rays.iter().chain([&self.model.path]).cloned().collect();
+        self.rays.iter().try_for_each(|rays| input::expect_one_stream(&self.model, rays))?;
+        self.output.iter().try_for_each(|path| output::expect_writable(path, output::PICTURE, &inputs))?;
         let document = input::load_with_remarks(&self.model, Quiet { quiet: false })?;
         let rays = self.rays(&document)?;
         let entries: Vec<Entry> =
@@ -76,9 +78,13 @@ impl Command {
         for other in &entries[1..] {
             agree(&entries[0], other)?;
         }
-        output::print(&table(&entries).text())?;
-        if let Some(path) = &self.output {
-            output::write(path, &encode_png(&self.sheet(&document, &entries)?))?;
+        let text = table(&entries).text();
+        match &self.output {
+            None => output::print(&text)?,
+            Some(path) => {
+                output::print_beside(path, &text)?;
+                output::write(path, &encode_png(&self.sheet(&document, &entries)?))?;
+            }
         }
         Ok(0)
     }

@@ -23,7 +23,9 @@ use crate::{input, interrupt, output};
 /// Exact, but for rounding, where there is a closed form: single solids, closed meshes, and groups of them whose
 /// boxes do not overlap, however placed. All others are measured by rays, and told with their standard errors: about
 /// two thirds of all values are off by less than theirs, and one in a hundred by more than three times as much. What no
-/// ray meets is not seen; more rays see more.
+/// ray meets is not seen; more rays see more. Polytopes, intersections of half-spaces and boxes, are exact too.
+///
+/// An object that has no end is told as unbounded, and the others are measured. If none of them has one, that is an error.
 ///
 /// The inertia tensor (--json) is about the centroid, along the axes of the world, and of density 1. Mass is in
 /// grams, by the density of the material in g/cm^3, where it has one; in a scene without units it is volume times
@@ -93,9 +95,26 @@ impl Command {
         };
         let measures =
             interrupt::listening(|cancel| self.measure(&world, &document.scene, &settings, cancel))?;
+        self.expect_an_end(&world, &measures)?;
         let report = Report { world: &world, scene: &document.scene, settings: &settings, measures };
         output::print(&if self.json { format!("{:#}\n", report.to_json()) } else { report.to_text() })?;
         Ok(0)
+    }
+
+    /// Refuses an answer that would tell nothing.
+    fn expect_an_end(&self, world: &World, measures: &[Measure]) -> Result<(), Failure> {
+        let Some(first) = measures.first().filter(|_| measures.iter().all(Measure::is_unbounded)) else {
+            return Ok(());
+        };
+        let Aabb { min, max } = first.bounds;
+        let why = format!(
+            "object '{}' has no finite bounds: its box reaches from {} to {}\n\
+             help: intersect it with a box around what is meant, or choose others with --object",
+            world.object_names()[first.object as usize],
+            short_vector(min),
+            short_vector(max)
+        );
+        Err(Failure::of_file(&self.model.path, why))
     }
 
     /// The numbers of the objects that are named; `None` for all.
@@ -138,9 +157,6 @@ impl Command {
         let help = match error {
             MeasureError::Cancelled => return Failure::Interrupted,
             MeasureError::Query(error) => help(error),
-            MeasureError::Unbounded { .. } => {
-                "intersect it with a box around what is meant, or choose others with --object"
-            }
             MeasureError::TooMany { .. } => "choose fewer --rays, or measure what is placed by itself",
             MeasureError::TooNested { .. } | MeasureError::NoObject { .. } => "choose fewer with --object",
         };
@@ -169,6 +185,7 @@ impl Report<'_> {
             "objects": self.measures.iter().map(|m| json!({
                 "name": self.name(m),
                 "exact": m.exact,
+                "unbounded": m.is_unbounded(),
                 "rays": m.rays,
                 "volume": estimate(&m.volume),
                 "mass": m.mass.as_ref().map(estimate),
@@ -197,7 +214,9 @@ impl Report<'_> {
         columns.extend([column("centroid", ""), column("bounds", ""), ("rays".into(), Align::Right)]);
         let mut table = Table::new(columns);
         for m in &self.measures {
-            let mut row = vec![self.name(m).to_string(), told(&m.volume)];
+            let told = |e: &Estimate| if m.is_unbounded() { "-".into() } else { told(e) };
+            let volume = if m.is_unbounded() { "unbounded".into() } else { told(&m.volume) };
+            let mut row = vec![self.name(m).to_string(), volume];
             if has_mass {
                 row.push(m.mass.as_ref().map_or_else(|| "-".into(), told));
             }
@@ -211,7 +230,13 @@ impl Report<'_> {
             } else {
                 format!("{} to {}", short_vector(min), short_vector(max))
             });
-            row.push(if m.exact { "exact".into() } else { grouped(m.rays as u64) });
+            row.push(if m.is_unbounded() {
+                "-".into()
+            } else if m.exact {
+                "exact".into()
+            } else {
+                grouped(m.rays as u64)
+            });
             table.row(row);
         }
         let rays = counted(self.rays(), "ray", "rays");

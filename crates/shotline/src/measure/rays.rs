@@ -61,18 +61,14 @@ struct Task {
 }
 
 impl Rays<'_> {
-    /// Whether an object has an inside and an end.
+    /// Whether an object has an inside.
     ///
     /// # Errors
     /// [`MeasureError`] if not.
     pub(super) fn check(&self, object: u32, extent: &Extent) -> Result<(), MeasureError> {
-        let Extent { bounds, open, .. } = *extent;
-        if let Some(Body::Surface(surface)) = open.map(|body| self.world.body(body)) {
+        if let Some(Body::Surface(surface)) = extent.open.map(|body| self.world.body(body)) {
             let why = surface.mesh.topology().why_open();
             return Err(MeasureError::Query(QueryError::NotASolid { object: self.name(object), why }));
-        }
-        if !bounds.is_empty() && !bounds.is_finite() {
-            return Err(MeasureError::Unbounded { object: self.name(object), bounds });
         }
         Ok(())
     }
@@ -97,7 +93,7 @@ impl Rays<'_> {
             mass: density.map(|density| numbers[0].times(density * mass_of_one)),
             centroid: [numbers[1], numbers[2], numbers[3]],
             inertia: std::array::from_fn(|i| std::array::from_fn(|j| numbers[4 + 3 * i + j])),
-            exact: rays == 0,
+            exact: rays == 0 && !extent.is_unbounded(),
             bounds: extent.bounds,
             rays,
         })
@@ -106,12 +102,19 @@ impl Rays<'_> {
     /// Volume, centroid and inertia, and how many rays were cast for them.
     fn numbers(&self, object: u32, extent: &Extent) -> Result<([Estimate; COUNT], usize), MeasureError> {
         let Extent { bounds, moments, .. } = *extent;
-        // Boxes are conservative: where one is flat there is no volume.
-        let flat = !bounds.min.cmplt(bounds.max).all();
-        if let Some(moments) = moments.or(flat.then_some(Moments::NOTHING)) {
+        let skipped = || {
             if let Some(progress) = self.run.progress {
                 progress(self.settings.rays as u64);
             }
+        };
+        if extent.is_unbounded() {
+            skipped();
+            return Ok(([Estimate { value: f64::NAN, std_error: f64::NAN }; COUNT], 0));
+        }
+        // Boxes are conservative: where one is flat there is no volume.
+        let flat = !bounds.min.cmplt(bounds.max).all();
+        if let Some(moments) = moments.or(flat.then_some(Moments::NOTHING)) {
+            skipped();
             return Ok((numbers(&moments).map(|value| Estimate { value, std_error: 0.0 }), 0));
         }
         let rays = self.settings.rays.div_ceil(STRATA).max(1);

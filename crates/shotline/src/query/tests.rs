@@ -1,5 +1,6 @@
 //! Whole worlds: every query agrees with every other, with membership, and with every accelerator.
 
+mod bounds;
 mod spans;
 mod structures;
 mod thin;

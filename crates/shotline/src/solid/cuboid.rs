@@ -6,7 +6,7 @@ use super::interval::{Interval, Slab};
 use super::{Kind, Moments, Param, ParamError, ParamType, Solid, Value};
 use crate::aabb::Aabb;
 use crate::crossing::{Contact, Crossing};
-use crate::math::Vec3;
+use crate::math::{Plane, Vec3};
 use crate::ray::Line;
 
 /// `min < p < max`: what lies in three slabs.
@@ -90,6 +90,12 @@ impl Solid for Cuboid {
 
     fn contains(&self, p: Vec3) -> bool {
         self.min.cmplt(p).all() && p.cmplt(self.max).all()
+    }
+
+    fn half_spaces(&self) -> Option<Vec<Plane>> {
+        let pair =
+            |i: usize| [Plane::new(Vec3::AXES[i], -self.max[i]), Plane::new(-Vec3::AXES[i], self.min[i])];
+        Some((0..3).flat_map(pair).collect())
     }
 
     fn moments(&self) -> Option<Moments> {

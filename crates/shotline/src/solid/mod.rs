@@ -9,6 +9,7 @@ mod capped_tests;
 mod cone;
 mod cuboid;
 mod cylinder;
+mod definite;
 mod ellipsoid;
 mod form;
 mod halfspace;
@@ -31,11 +32,12 @@ use std::fmt::Debug;
 use crate::aabb::Aabb;
 use crate::accel::Scratch;
 use crate::crossing::{Contact, Crossing};
-use crate::math::Vec3;
+use crate::math::{Plane, Vec3};
 use crate::ray::{Line, Span};
 
 pub use homogeneous::Homogeneous;
 pub use kind::{Kind, Param, ParamError, ParamType, Params, Value};
+pub(crate) use mesh::tetrahedron;
 pub use moments::Moments;
 
 /// How much of a list is wanted.
@@ -105,6 +107,11 @@ pub trait Solid: Send + Sync + Debug {
 
     /// The surface as a quadric over homogeneous points, up to a positive factor; `None` where it is none.
     fn homogeneous(&self, _surface: u32) -> Option<Homogeneous> {
+        None
+    }
+
+    /// The planes in front of none of which the solid is, if it is all that lies behind them: a half-space, a box.
+    fn half_spaces(&self) -> Option<Vec<Plane>> {
         None
     }
 

@@ -31,6 +31,7 @@ mod tests;
 use crate::math::Vec3;
 
 pub use found::{Edge, Found, Intersection};
+pub(crate) use moments::tetrahedron;
 pub use solid::MeshSolid;
 pub use topology::Topology;
 
