@@ -40,7 +40,7 @@ impl Command {
     /// Runs the command.
     pub fn run(&self) -> Result<u8, Failure> {
         interrupt::catch();
-        output::expect_writable(&self.output, &[], &[self.model.path.clone()])?;
+        output::expect_writable(&self.output, &[], std::slice::from_ref(&self.model.path))?;
         let document = input::load(&self.model)?;
         output::expect_apart(&self.output, &input::named_files(&self.model, &document.scene))?;
         let notes = interrupt::listening(|_| self.save(&document.scene))?;

@@ -128,7 +128,7 @@ impl Command {
     /// Runs the command.
     pub fn run(&self) -> Result<u8, Failure> {
         interrupt::catch();
-        output::expect_writable(&self.output, output::PICTURE, &[self.model.path.clone()])?;
+        output::expect_writable(&self.output, output::PICTURE, std::slice::from_ref(&self.model.path))?;
         let document = input::load_with_remarks(&self.model, self.quiet)?;
         let work = Mutex::default();
         let started = Instant::now();
