@@ -6,7 +6,7 @@ use shotline::aabb::Aabb;
 use shotline::compile::World;
 use shotline::crossing::GROUPING;
 use shotline::math::Vec3;
-use shotline::query::{Caster, Hit, HitKind};
+use shotline::query::{Caster, Hit, HitKind, QueryError};
 use shotline::ray::{Ray, Span};
 
 use crate::overlap;
@@ -52,26 +52,29 @@ const RAYS: u32 = 2048;
 
 /// Casts rays along the axes, spread over the bounds; what is small may slip through. `None` if the bounds
 /// have no end.
-pub fn survey(world: &World) -> Option<Survey> {
+///
+/// # Errors
+/// [`QueryError`] if a ray costs too much.
+pub fn survey(world: &World) -> Result<Option<Survey>, QueryError> {
     let bounds = world.bounds();
     if !bounds.is_empty() && !bounds.is_finite() {
-        return None;
+        return Ok(None);
     }
     let (mut caster, mut hits) = (Caster::new(world), Vec::new());
     let (mut overlaps, mut coincidences) = (Pairs::default(), Pairs::default());
     for ray in (0..3).flat_map(|axis| (0..RAYS).filter_map(move |i| spread(&bounds, axis, i))) {
-        for overlap in overlap::on_ray(&mut caster, &ray, Span::FORWARD) {
+        for overlap in overlap::on_ray(&mut caster, &ray, Span::FORWARD)? {
             let point = ray.at(overlap.t_in.midpoint(overlap.t_out));
             overlaps.add(&overlap.first, &overlap.second, point);
         }
         hits.clear();
-        caster.crossings(&ray, Span::FORWARD, &mut hits);
+        caster.crossings(&ray, Span::FORWARD, &mut hits)?;
         for ((a, b), t) in coincidences_on_ray(&hits) {
             let names = world.object_names();
             coincidences.add(&names[a as usize], &names[b as usize], ray.at(t));
         }
     }
-    Some(Survey { overlaps: overlaps.into_list(), coincidences: coincidences.into_list() })
+    Ok(Some(Survey { overlaps: overlaps.into_list(), coincidences: coincidences.into_list() }))
 }
 
 /// Pairs of objects whose surfaces the ray passes in one event, with the first such `t`. Where many are in

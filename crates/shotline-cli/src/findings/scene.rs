@@ -18,8 +18,10 @@ impl Findings {
 
     /// Looks for objects that overlap and for faces that lie in each other.
     pub fn examine_world(&mut self, world: &World) {
-        let Some(survey) = survey(world) else {
-            return self.line("not examined for overlaps: the model has no bounds");
+        let survey = match survey(world) {
+            Ok(Some(survey)) => survey,
+            Ok(None) => return self.line("not examined for overlaps: the model has no bounds"),
+            Err(error) => return self.line(format!("not examined for overlaps: {error}")),
         };
         self.add_pairs(
             Severity::Fault,

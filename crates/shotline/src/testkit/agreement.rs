@@ -58,16 +58,21 @@ type Context<'a> = &'a dyn Fn() -> String;
 fn answers(world: &World, ray: &Ray, span: Span, seeds: &mut Seeds) -> Vec<Hit> {
     let mut caster = Caster::new(world);
     let mut hits = Vec::new();
-    caster.crossings(ray, span, &mut hits);
+    caster.crossings(ray, span, &mut hits).expect("within limits");
     let context = || format!("{ray:?} {span:?}\n{hits:#?}");
     in_order(&hits, span, &context);
-    let first = caster.closest(ray, span);
+    let first = caster.closest(ray, span).expect("within limits");
     assert!(bits(first.as_slice()) == bits(&hits[..hits.len().min(1)]), "closest {first:?} of {}", context());
-    let seeded = caster.closest_from(&mut seeds.closest, ray, span);
+    let seeded = caster.closest_from(&mut seeds.closest, ray, span).expect("within limits");
     assert!(bits(seeded.as_slice()) == bits(first.as_slice()), "seeded {seeded:?} of {}", context());
-    assert_eq!(caster.any(ray, span), !hits.is_empty(), "any of {}", context());
-    assert_eq!(caster.any_from(&mut seeds.any, ray, span), !hits.is_empty(), "seeded any of {}", context());
-    assert_eq!(caster.count(ray, span), hits.len() as u64, "count of {}", context());
+    assert_eq!(caster.any(ray, span).expect("within limits"), !hits.is_empty(), "any of {}", context());
+    assert_eq!(
+        caster.any_from(&mut seeds.any, ray, span).expect("within limits"),
+        !hits.is_empty(),
+        "seeded any of {}",
+        context()
+    );
+    assert_eq!(caster.count(ray, span).expect("within limits"), hits.len() as u64, "count of {}", context());
     let mut segments = Vec::new();
     match caster.segments(ray, span, Overlaps::All, &mut segments) {
         Ok(_) => {
