@@ -5,8 +5,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats: TypeAlias = NDArray[np.float64]
-# How many rays, origins, directions (None where origins holds both), t_min, t_max, threads, progress.
-Ask: TypeAlias = tuple[int, Floats, Floats | None, float, float, int, Callable[[int, int], Any] | None]
+# How many rays, origins, directions (None where origins holds both), t_min, t_max, surfaces_only, threads, progress.
+Ask: TypeAlias = tuple[int, Floats, Floats | None, float, float, bool, int, Callable[[int, int], Any] | None]
 
 # Width, height, samples, look, lighting, counter, background.
 Style = tuple[int, int, int, str, str, str, str | None]

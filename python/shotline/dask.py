@@ -93,6 +93,7 @@ def cast(
     block: int = 250_000,
     t_min: float = 0.0,
     t_max: float = math.inf,
+    surfaces_only: bool = False,
     overlaps: str | None = None,
     by: str | None = None,
     reduce: Callable[[Any, Block], Any] | None = None,
@@ -111,6 +112,7 @@ def cast(
         block: rays of a block, the unit of work. Without `reduce`, blocks are made smaller, down to 25,000 rays, where
             threads of workers would get none; with it, they are this long on any cluster, but for the last one.
         t_min, t_max: as of queries; in lengths of the directions.
+        surfaces_only: as of queries.
         overlaps: as of `segments` and `thickness`, and only for those.
         by: as of `thickness`, and only for that: "material", if not given, or "object".
         reduce: called on the worker as reduce(answer, block) with what the query answers for the rays of a `Block`. What
@@ -138,6 +140,10 @@ def cast(
     if query not in _QUERIES:
         raise ValueError(f"query is {query!r}, but must be one of {', '.join(_QUERIES)}")
     options: dict[str, Any] = {"t_min": real(t_min, "t_min"), "t_max": real(t_max, "t_max")}
+    if surfaces_only:
+        if query in ("segments", "thickness"):
+            raise ValueError(f"surfaces_only is for closest, any, count and crossings, not for {query}")
+        options["surfaces_only"] = True
     if overlaps is not None:
         if query not in ("segments", "thickness"):
             raise ValueError(f"overlaps is for segments and thickness, not for {query}")

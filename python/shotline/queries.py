@@ -29,6 +29,7 @@ class Queries:
         *,
         t_min: float = 0.0,
         t_max: float = math.inf,
+        surfaces_only: bool = False,
         threads: int = 0,
         progress: Any = None,
     ) -> Closest:
@@ -39,6 +40,8 @@ class Queries:
             d: directions, (..., 3), of any length but zero; broadcast against `o`.
             t_min: only crossings from here on; a ray that is inside there has a crossing at `t_min` itself.
             t_max: only crossings up to here.
+            surfaces_only: look for real surfaces only: not for the crossing at `t_min` of a ray that begins inside, nor
+                for that at `t_max` of one that ends inside. As a ray of a lidar in a room, or of Embree.
             threads: 0 for one a core. The bits are the same for any number.
             progress: True, a callable of (done, total), or a bar with `update` such as tqdm's.
 
@@ -49,10 +52,13 @@ class Queries:
 
         Raises:
             ValueError: for shapes that do not fit, and for a ray with NaN, infinite numbers or without direction: its
-                row is named, numbered in C order, before any work is done. The error has that number as `row`.
+                row is named, numbered in C order, before any work is done. The error has that number as `row`. Also for a
+                ray that takes more than 10^7 steps, or has more than 2^20 crossings where they are listed, as where parts
+                lie in one another over and over.
             TypeError: for what are no real numbers.
+            MemoryError: for answers that do not fit into memory.
         """
-        shape, ask = _ask(o, d, t_min, t_max, threads, progress)
+        shape, ask = _ask(o, d, t_min, t_max, threads, progress, surfaces_only)
         t, normal, *rest = self._native.closest(ask)
         return Closest(t.reshape(shape), normal.reshape(*shape, 3), *(column.reshape(shape) for column in rest))
 
@@ -63,11 +69,12 @@ class Queries:
         *,
         t_min: float = 0.0,
         t_max: float = math.inf,
+        surfaces_only: bool = False,
         threads: int = 0,
         progress: Any = None,
     ) -> np.ndarray:
         """Whether each ray has any crossing: (...) bool. Takes and raises what `closest` does."""
-        shape, ask = _ask(o, d, t_min, t_max, threads, progress)
+        shape, ask = _ask(o, d, t_min, t_max, threads, progress, surfaces_only)
         return self._native.any(ask).reshape(shape)
 
     def count(
@@ -77,11 +84,12 @@ class Queries:
         *,
         t_min: float = 0.0,
         t_max: float = math.inf,
+        surfaces_only: bool = False,
         threads: int = 0,
         progress: Any = None,
     ) -> np.ndarray:
         """The number of crossings of each ray: (...) int64. Takes and raises what `closest` does."""
-        shape, ask = _ask(o, d, t_min, t_max, threads, progress)
+        shape, ask = _ask(o, d, t_min, t_max, threads, progress, surfaces_only)
         return self._native.count(ask).reshape(shape)
 
     def crossings(
@@ -91,17 +99,19 @@ class Queries:
         *,
         t_min: float = 0.0,
         t_max: float = math.inf,
+        surfaces_only: bool = False,
         threads: int = 0,
         progress: Any = None,
     ) -> Crossings:
         """Every crossing of each ray, in order: see `Crossings`. Takes and raises what `closest` does; also ValueError
-        for more than 10^9 rows.
+        for more than 10^9 rows. With `surfaces_only` rows of kind start and end are left out, so that a ray that begins
+        inside begins with an exit.
 
         >>> torus = Scene(Torus(R=2, r=0.5))
         >>> torus.crossings([-5, 0, 0], [1, 0, 0]).t.tolist()
         [2.5, 3.5, 6.5, 7.5]
         """
-        _, ask = _ask(o, d, t_min, t_max, threads, progress)
+        _, ask = _ask(o, d, t_min, t_max, threads, progress, surfaces_only)
         return Crossings(*self._native.crossings(ask))
 
     def segments(
@@ -112,6 +122,7 @@ class Queries:
         overlaps: str = "error",
         t_min: float = 0.0,
         t_max: float = math.inf,
+        surfaces_only: bool = False,
         threads: int = 0,
         progress: Any = None,
     ) -> Segments:
@@ -120,8 +131,11 @@ class Queries:
         Where objects overlap, the one of the higher priority owns the stretch. Of equal priority: with "error" that is a
         ValueError, which names both and the place; with "priority" the later one owns it, and an `OverlapWarning` tells
         how many there were; with "all" both keep it.
-        Takes and raises what `closest` does; also ValueError where a mesh is not closed.
+        The `path` of a segment is -1 where parts of several paths of the object join.
+        Takes and raises what `closest` does; also ValueError where a mesh is not closed, and for `surfaces_only`, which is
+        not for stretches inside.
         """
+        _not_surfaces_only("segments", surfaces_only)
         _, ask = _ask(o, d, t_min, t_max, threads, progress)
         *columns, met = self._native.segments(ask, text(overlaps, "overlaps"))
         _warn(met, overlaps)
@@ -136,6 +150,7 @@ class Queries:
         overlaps: str = "error",
         t_min: float = 0.0,
         t_max: float = math.inf,
+        surfaces_only: bool = False,
         threads: int = 0,
         progress: Any = None,
     ) -> np.ndarray:
@@ -153,6 +168,7 @@ class Queries:
         >>> Scene(Sphere(radius=1)).thickness([-5, 0, 0], [2, 0, 0]).tolist()
         [2.0]
         """
+        _not_surfaces_only("thickness", surfaces_only)
         shape, ask = _ask(o, d, t_min, t_max, threads, progress)
         lengths, met = self._native.thickness(
             ask, choice(by, "by", ("material", "object")), text(overlaps, "overlaps")
@@ -167,11 +183,12 @@ class Queries:
         *,
         t_min: float = 0.0,
         t_max: float = math.inf,
+        surfaces_only: bool = False,
         threads: int = 0,
         progress: Any = None,
     ) -> Cost:
         """What finding the first crossing of each ray takes: see `Cost`. Takes and raises what `closest` does."""
-        shape, ask = _ask(o, d, t_min, t_max, threads, progress)
+        shape, ask = _ask(o, d, t_min, t_max, threads, progress, surfaces_only)
         return Cost(*(column.reshape(shape) for column in self._native.cost(ask).T))
 
     def contains(self, p: ArrayLike, *, threads: int = 0, progress: Any = None) -> np.ndarray:
@@ -245,12 +262,20 @@ def _warn(met: int, overlaps: str) -> None:
 
 
 def _ask(
-    o: Any, d: Any, t_min: float, t_max: float, threads: int, progress: Any
+    o: Any, d: Any, t_min: float, t_max: float, threads: int, progress: Any, surfaces_only: bool = False
 ) -> tuple[tuple[int, ...], tuple[Any, ...]]:
     """A query in the terms of the core, and the shape of its answer."""
     shape, count, origins, directions = rays(o, d)
-    span = number(t_min, "t_min"), number(t_max, "t_max")
+    span = number(t_min, "t_min"), number(t_max, "t_max"), bool(surfaces_only)
     return shape, (count, origins, directions, *span, threads_of(threads), callback(progress))
+
+
+def _not_surfaces_only(query: str, surfaces_only: bool) -> None:
+    if surfaces_only:
+        raise ValueError(
+            f"surfaces_only is not for {query}, which is about stretches inside, also where a ray begins or ends inside; "
+            "it is for closest, any, count, crossings and cost"
+        )
 
 
 def threads_of(threads: int) -> int:

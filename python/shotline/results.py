@@ -157,7 +157,8 @@ class _CrossingsFields(NamedTuple):
 
 
 class Crossings(_Ragged, _CrossingsFields):
-    """Every crossing of n rays, a row each, grouped by ray, ascending in t, alternating for each path.
+    """Every crossing of n rays, a row each, grouped by ray, ascending in t, alternating for each path (with `surfaces_only`, without those
+    of kind start and end).
 
     ray_splits: (n + 1,) int64; the rows of ray i are `ray_splits[i]` to `ray_splits[i + 1]`. Rays of several axes are
         numbered in C order.
@@ -276,7 +277,7 @@ class Segments(_Ragged, _SegmentsFields):
     length: (rows,) float64, in world units.
     material: (rows,) int32, for `scene.material_names`; -1 for an object without one.
     object: (rows,) int32.
-    path: (rows,) int64.
+    path: (rows,) int64; -1 where parts of several paths of the object join.
     """
 
     __slots__ = ()

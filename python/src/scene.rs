@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyReadonlyArrayDyn};
-use pyo3::exceptions::{PyIndexError, PyOSError, PyValueError};
+use pyo3::exceptions::{PyIndexError, PyMemoryError, PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use shotline::accel::{self, COUNTERS};
@@ -13,7 +13,7 @@ use shotline::math::Affine;
 use shotline::query::batch::{
     self, BatchError, By, ClosestRows, CrossingRows, ObjectRows, Points, Run, SegmentRows,
 };
-use shotline::query::{Overlaps, QueryError};
+use shotline::query::{Kinds, Overlaps, QueryError, Scope};
 use shotline::ray::Span;
 use shotline::scene::{Node, NodeId, Units};
 use shotline_io::{Document, Effect, Packed, Problem, Reach, WriteError};
@@ -33,7 +33,8 @@ pub struct Scene {
     live: OnceLock<Live>,
 }
 
-/// What is asked: how many rays, origins, directions, `t_min`, `t_max`, threads, and what is told of progress.
+/// What is asked: how many rays, origins, directions, `t_min`, `t_max`, whether for surfaces only, threads, and what is
+/// told of progress.
 #[derive(FromPyObject)]
 struct Ask<'py>(
     usize,
@@ -41,6 +42,7 @@ struct Ask<'py>(
     Option<PyReadonlyArrayDyn<'py, f64>>,
     f64,
     f64,
+    bool,
     usize,
     Option<Py<PyAny>>,
 );
@@ -50,17 +52,22 @@ impl Ask<'_> {
     fn answer<T: Send>(
         &self,
         py: Python,
-        query: impl FnOnce(&RayRows, Span, Run) -> Result<T, BatchError> + Send,
+        query: impl FnOnce(&RayRows, Scope, Run) -> Result<T, BatchError> + Send,
     ) -> PyResult<T> {
-        let Ask(count, origins, directions, t_min, t_max, threads, progress) = self;
+        let Ask(count, origins, directions, t_min, t_max, surfaces_only, threads, progress) = self;
         let span = Span::new(*t_min, *t_max).map_err(|e| PyValueError::new_err(e.to_string()))?;
+        let kinds = if *surfaces_only { Kinds::Surfaces } else { Kinds::All };
+        let scope = Scope { span, kinds };
         let rays = RayRows::new(*count, origins, directions.as_ref())?;
-        batch_work(py, *count, *threads, progress.as_ref(), |run| query(&rays, span, run))?.map_err(failure)
+        batch_work(py, *count, *threads, progress.as_ref(), |run| query(&rays, scope, run))?.map_err(failure)
     }
 }
 
 /// What a batch ends with as an exception.
 fn failure(error: BatchError) -> PyErr {
+    if error == BatchError::OutOfMemory {
+        return PyMemoryError::new_err(format!("{error}; cast fewer rays at a time"));
+    }
     let message = match &error {
         BatchError::TooMany { .. } => {
             format!("{error}; cast fewer rays at a time, or ask for closest or count")
@@ -131,6 +138,11 @@ fn help(error: &QueryError) -> &'static str {
         QueryError::TooMany { .. } => {
             "take a part of the ray with t_min and t_max, or ask for closest or count"
         }
+        QueryError::TooLong { .. } => {
+            "take a part of the ray with t_min and t_max, or place fewer parts in one another"
+        }
+        QueryError::OutOfMemory => "cast fewer rays at a time, or ask for closest or count",
+        QueryError::Cancelled => "cast again",
     }
 }
 
@@ -291,7 +303,7 @@ impl Scene {
     }
 
     fn closest<'py>(&self, py: Python<'py>, ask: Ask<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let rows = ask.answer(py, |rays, span, run| batch::closest(&self.world, rays, span, run))?;
+        let rows = ask.answer(py, |rays, scope, run| batch::closest(&self.world, rays, scope, run))?;
         let ClosestRows { t, normal, object, surface, primitive, path, entering, t_err } = rows;
         (
             t.into_pyarray(py),
@@ -307,17 +319,17 @@ impl Scene {
     }
 
     fn any<'py>(&self, py: Python<'py>, ask: Ask<'py>) -> PyResult<Bound<'py, PyArray1<bool>>> {
-        let rows = ask.answer(py, |rays, span, run| batch::any(&self.world, rays, span, run))?;
+        let rows = ask.answer(py, |rays, scope, run| batch::any(&self.world, rays, scope, run))?;
         Ok(rows.into_pyarray(py))
     }
 
     fn count<'py>(&self, py: Python<'py>, ask: Ask<'py>) -> PyResult<Bound<'py, PyArray1<i64>>> {
-        let rows = ask.answer(py, |rays, span, run| batch::count(&self.world, rays, span, run))?;
+        let rows = ask.answer(py, |rays, scope, run| batch::count(&self.world, rays, scope, run))?;
         Ok(rows.into_pyarray(py))
     }
 
     fn crossings<'py>(&self, py: Python<'py>, ask: Ask<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let rows = ask.answer(py, |rays, span, run| batch::crossings(&self.world, rays, span, run))?;
+        let rows = ask.answer(py, |rays, scope, run| batch::crossings(&self.world, rays, scope, run))?;
         let CrossingRows { ray_splits, t, normal, entering, object, surface, primitive, path, kind, t_err } =
             rows;
         (
@@ -338,7 +350,7 @@ impl Scene {
     fn segments<'py>(&self, py: Python<'py>, ask: Ask<'py>, overlaps: &str) -> PyResult<Bound<'py, PyTuple>> {
         let overlaps = policy(overlaps)?;
         let rows =
-            ask.answer(py, |rays, span, run| batch::segments(&self.world, rays, span, overlaps, run))?;
+            ask.answer(py, |rays, scope, run| batch::segments(&self.world, rays, scope.span, overlaps, run))?;
         let SegmentRows { ray_splits, t_in, t_out, length, material, object, path, overlaps } = rows;
         (
             ray_splits.into_pyarray(py),
@@ -370,15 +382,16 @@ impl Scene {
                 return Err(PyValueError::new_err(message));
             }
         };
-        let found =
-            ask.answer(py, |rays, span, run| batch::thickness(&self.world, rays, span, by, overlaps, run))?;
+        let found = ask.answer(py, |rays, scope, run| {
+            batch::thickness(&self.world, rays, scope.span, by, overlaps, run)
+        })?;
         let shape = [ask.0, found.columns];
         Ok((found.lengths.into_pyarray(py).reshape(shape)?, found.overlaps))
     }
 
     /// What the closest crossing takes, (rays, counters).
     fn cost<'py>(&self, py: Python<'py>, ask: Ask<'py>) -> PyResult<Bound<'py, PyArray2<i64>>> {
-        let costs = ask.answer(py, |rays, span, run| batch::cost(&self.world, rays, span, run))?;
+        let costs = ask.answer(py, |rays, scope, run| batch::cost(&self.world, rays, scope, run))?;
         costs.into_pyarray(py).reshape([ask.0, COUNTERS.len()])
     }
 

@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 import shotline
 
-# Rays that meet 2^40 spheres are never done.
+# A ray that meets 2^40 spheres takes seconds to come to its limits.
 ENDLESS = """
 import shotline
 level = shotline.Sphere(radius=1)
 for i in range(40):
-    level = shotline.Group(level, level.translate(3.0 * 2**i, 0, 0))
+    level = shotline.Group(level, level.translate(0, 0, 0))
 scene = shotline.Scene(level)
 """
 
@@ -56,6 +56,27 @@ def test_ctrl_c_ends_a_long_call(threads):
     lines = dict(line.split(maxsplit=1) for line in out.splitlines())
     assert float(lines["ended"]) - float(lines["now"]) < 5, out  # all of it takes minutes
     assert lines["threads"].startswith("0 ") and lines["again"] == "1"
+
+
+@pytest.mark.parametrize("query", ["closest", "count", "crossings", "segments", "cost"])
+@pytest.mark.parametrize("rows", [1, 5000])
+def test_ctrl_c_ends_a_single_ray(query, rows):
+    """Also on the caller's own thread, which is what answers few rays."""
+    script = f"""
+        import os, signal, threading, time
+        {textwrap.indent(ENDLESS, " " * 8).strip()}
+        def later():
+            time.sleep(0.2)
+            os.kill(os.getpid(), signal.SIGINT)
+        threading.Thread(target=later).start()
+        try:
+            scene.{query}([[-5, 0.1, 0.2]] * {rows}, [1, 0, 0])
+            print("answered")
+        except KeyboardInterrupt:
+            print("ended")
+    """
+    out, _ = run(script).communicate(timeout=60)
+    assert out == "ended\n"
 
 
 def test_ctrl_c_ends_the_command(tmp_path):

@@ -6,6 +6,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use shotline::accel::DEFAULT;
 use shotline::compile::Options;
+use shotline::query::Kinds;
 use shotline::ray::Span;
 use shotline::scene::Scene;
 use shotline_io::Reach;
@@ -130,6 +131,22 @@ pub struct SpanOfT {
     /// Where rays end, in lengths of their direction
     #[arg(long, value_name = "X", default_value_t = f64::INFINITY, allow_hyphen_values = true)]
     pub t_max: f64,
+}
+
+/// Which kinds of crossings are looked for.
+#[derive(Args, Debug, Clone, Copy)]
+pub struct SurfacesOnly {
+    /// Look for surfaces only: leave out the crossings of kind `start` and `end`, with which a list begins and ends where
+    /// the ray begins or ends inside. `closest` and `any` look for the first real surface. Not for `segments`
+    #[arg(long)]
+    pub surfaces_only: bool,
+}
+
+impl SurfacesOnly {
+    /// The kinds.
+    pub fn kinds(self) -> Kinds {
+        if self.surfaces_only { Kinds::Surfaces } else { Kinds::All }
+    }
 }
 
 impl SpanOfT {

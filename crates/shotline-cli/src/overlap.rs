@@ -1,6 +1,6 @@
 //! Where objects of equal priority claim the same stretch of a ray.
 
-use shotline::query::{Caster, Overlaps, QueryError};
+use shotline::query::{Caster, QueryError};
 use shotline::ray::{Ray, Span};
 
 /// A stretch claimed by two objects.
@@ -12,18 +12,24 @@ pub struct Overlap {
     pub t_out: f64,
 }
 
-/// Every overlap on a ray that a query of segments would refuse, found by asking again behind each. None are
-/// found where the ray meets a mesh without an inside.
-pub fn on_ray(caster: &mut Caster, ray: &Ray, span: Span) -> Vec<Overlap> {
-    let (mut found, mut rest) = (Vec::new(), span);
-    while let Err(QueryError::Overlap { first, second, t_in, t_out }) =
-        caster.segments(ray, rest, Overlaps::Error, &mut Vec::new())
-    {
-        found.push(Overlap { first, second, t_in, t_out });
-        match Span::new(t_out, span.t_max()) {
-            Ok(behind) if t_out > rest.t_min() => rest = behind,
-            _ => break,
-        }
+/// Every overlap on a ray that a query of segments would refuse. None are found in a world with a mesh that has no
+/// inside.
+///
+/// # Errors
+/// As [`Caster::overlaps`], but for such a mesh.
+pub fn on_ray(caster: &mut Caster, ray: &Ray, span: Span) -> Result<Vec<Overlap>, QueryError> {
+    let mut found = Vec::new();
+    match caster.overlaps(ray, span, &mut found) {
+        Ok(()) | Err(QueryError::NotASolid { .. }) => {}
+        Err(error) => return Err(error),
     }
-    found
+    let names = caster.world().object_names();
+    let name = |object: u32| names[object as usize].clone();
+    let named = found.iter().map(|o| Overlap {
+        first: name(o.first),
+        second: name(o.second),
+        t_in: o.t_in,
+        t_out: o.t_out,
+    });
+    Ok(named.collect())
 }

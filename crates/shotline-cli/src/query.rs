@@ -2,7 +2,11 @@
 
 use clap::ValueEnum;
 use shotline::query::batch::By;
-use shotline::query::{Overlaps, QueryError};
+use shotline::query::{Overlaps, QueryError, Scope};
+use shotline::ray::Span;
+
+use crate::args::SurfacesOnly;
+use crate::failure::Failure;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Query {
@@ -24,6 +28,21 @@ impl Query {
     /// As on the command line.
     pub fn name(self) -> String {
         self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+
+    /// What is looked at, if the query can be asked so.
+    ///
+    /// # Errors
+    /// If only surfaces are looked for, but stretches are asked for.
+    pub fn scope(self, span: Span, only: SurfacesOnly) -> Result<Scope, Failure> {
+        if only.surfaces_only && matches!(self, Query::Segments | Query::Thickness) {
+            return Err(Failure::new(format!(
+                "--surfaces-only is not for {}: stretches inside count also where a ray begins or ends inside\n\
+                 help: ask for closest, any, count or crossings, or leave the flag out",
+                self.name()
+            )));
+        }
+        Ok(Scope { span, kinds: only.kinds() })
     }
 }
 
@@ -78,5 +97,10 @@ pub fn help(error: &QueryError) -> &'static str {
         QueryError::TooMany { .. } => {
             "take a part of the ray with --t-min and --t-max, or ask for closest or count"
         }
+        QueryError::TooLong { .. } => {
+            "take a part of the ray with --t-min and --t-max, or place fewer parts in one another"
+        }
+        QueryError::OutOfMemory => "cast fewer rays at a time, or ask for closest or count",
+        QueryError::Cancelled => "cast again",
     }
 }

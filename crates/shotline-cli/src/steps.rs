@@ -4,8 +4,8 @@ use clap::ValueEnum;
 use serde_json::{Map, Value, json};
 use shotline::compile::World;
 use shotline::crossing::{Crossing, NO_PRIMITIVE};
-use shotline::query::Caster;
-use shotline::ray::{Ray, Span};
+use shotline::query::{Caster, QueryError, Scope};
+use shotline::ray::Ray;
 use shotline::trace::{Act, Step, Trace};
 
 use crate::number::{counted, json as number, short};
@@ -32,15 +32,24 @@ const LISTED: usize = 8;
 
 impl Steps {
     /// Casts the ray and keeps its first steps.
-    pub fn new(world: &World, ray: &Ray, span: Span, query: Query, most: usize) -> Steps {
+    ///
+    /// # Errors
+    /// As the query.
+    pub fn new(
+        world: &World,
+        ray: &Ray,
+        scope: Scope,
+        query: Query,
+        most: usize,
+    ) -> Result<Steps, QueryError> {
         let mut caster = Caster::new(world);
         caster.record(most);
         match query {
-            Query::Crossings => caster.crossings(ray, span, &mut Vec::new()),
-            Query::Closest => drop(caster.closest(ray, span)),
-            Query::Any => drop(caster.any(ray, span)),
+            Query::Crossings => caster.crossings(ray, scope, &mut Vec::new())?,
+            Query::Closest => drop(caster.closest(ray, scope)?),
+            Query::Any => drop(caster.any(ray, scope)?),
         }
-        Steps { trace: caster.take_trace() }
+        Ok(Steps { trace: caster.take_trace() })
     }
 
     /// A line a step: where on the ray, and what was done, indented by depth.

@@ -67,19 +67,23 @@ const NAMED: usize = 5;
 pub fn survey(world: &World) -> Survey {
     let objects = match object_bounds(world) {
         Ok(objects) => objects,
-        Err(error) => return Survey { unexamined: vec![error.to_string()], ..Survey::default() },
+        Err(error) => return Survey::failed(&error),
     };
     let (mut caster, mut hits) = (Caster::new(world), Vec::new());
     let (mut overlaps, mut coincidences) = (Pairs::default(), Pairs::default());
     let bounds = surveyed(&objects);
     for ray in (0..3).flat_map(|axis| (0..RAYS).filter_map(move |i| spread(&bounds, axis, i))) {
-        for overlap in overlap::on_ray(&mut caster, &ray, Span::FORWARD) {
+        hits.clear();
+        let met = caster.crossings(&ray, Span::FORWARD, &mut hits);
+        let found = match met.and_then(|()| overlap::on_ray(&mut caster, &ray, Span::FORWARD)) {
+            Ok(found) => found,
+            Err(error) => return Survey::failed(&error),
+        };
+        for overlap in found {
             let point = ray.at(overlap.t_in.midpoint(overlap.t_out.min(f64::MAX)));
             let point = if point.is_finite() { point } else { ray.at(overlap.t_in) };
             overlaps.add(&overlap.first, &overlap.second, point);
         }
-        hits.clear();
-        caster.crossings(&ray, Span::FORWARD, &mut hits);
         for ((a, b), t) in coincidences_on_ray(&hits) {
             let names = world.object_names();
             coincidences.add(&names[a as usize], &names[b as usize], ray.at(t));
@@ -87,6 +91,13 @@ pub fn survey(world: &World) -> Survey {
     }
     let unexamined = unexamined(world, &objects, &overlaps);
     Survey { overlaps: overlaps.into_list(), coincidences: coincidences.into_list(), unexamined }
+}
+
+impl Survey {
+    /// Of a world that cannot be examined.
+    fn failed(error: &impl ToString) -> Survey {
+        Survey { unexamined: vec![error.to_string()], ..Survey::default() }
+    }
 }
 
 fn is_endless(bounds: &Aabb) -> bool {

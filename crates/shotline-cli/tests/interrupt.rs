@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
-use place::Place;
+use place::{Place, nested_spheres};
 
 /// Enough work for minutes: every ray asks each of many spheres.
 fn slow() -> Place {
@@ -25,9 +25,9 @@ fn slow() -> Place {
 
 /// Interrupts a command at work; it must say so, and leave and print nothing.
 #[track_caller]
-fn assert_ends_cleanly(place: &Place, args: &[&str]) {
+fn assert_ends_cleanly(place: &Place, args: &[&str], after: Duration) {
     let child = place.command(args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    sleep(Duration::from_millis(1500));
+    sleep(after);
     let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(killed.success());
     let output = child.wait_with_output().unwrap();
@@ -40,7 +40,22 @@ fn assert_ends_cleanly(place: &Place, args: &[&str]) {
 fn ctrl_c_leaves_nothing_behind() {
     let model = ["scene.json", "--rays", "rays.npy", "--query", "crossings", "--accel", "brute"];
     let place = slow();
-    assert_ends_cleanly(&place, &[&["cast", "-o", "out.npz"], &model[..]].concat());
-    assert_ends_cleanly(&place, &[&["bench"], &model[..]].concat());
-    assert_ends_cleanly(&place, &["measure", "scene.json", "--method", "rays", "--rays", "1000000000"]);
+    let after = Duration::from_millis(1500);
+    assert_ends_cleanly(&place, &[&["cast", "-o", "out.npz"], &model[..]].concat(), after);
+    assert_ends_cleanly(&place, &[&["bench"], &model[..]].concat(), after);
+    assert_ends_cleanly(
+        &place,
+        &["measure", "scene.json", "--method", "rays", "--rays", "1000000000"],
+        after,
+    );
+}
+
+/// Also within one ray, which would take seconds to come to its limits.
+#[test]
+fn ctrl_c_ends_a_single_ray() {
+    let place = nested_spheres().with_rays("rays.npy", &[[-5.0, 0.1, 0.2, 1.0, 0.0, 0.0]]);
+    for query in ["closest", "count", "crossings", "segments"] {
+        let args = ["cast", "scene.json", "--rays", "rays.npy", "--query", query, "-o", "out.npz"];
+        assert_ends_cleanly(&place, &args, Duration::from_millis(400));
+    }
 }

@@ -4,7 +4,7 @@
 use shotline::compile::{Options, SceneError, World, compile};
 use shotline::math::{Affine, Vec3};
 use shotline::query::batch::{self, BatchError, Run};
-use shotline::query::{Caster, Hit, QueryError};
+use shotline::query::{Caster, Hit, Limits, QueryError};
 use shotline::ray::{InvalidRay, Ray, Span};
 use shotline::scene::{LocalTransform, Node, NodeId, Op, Scene};
 use shotline::solid::Value::{self, Number, Ten, Vector};
@@ -40,7 +40,7 @@ fn only_error(scene: &Scene) -> String {
 
 fn crossings(world: &World, ray: &Ray) -> Vec<Hit> {
     let mut hits = Vec::new();
-    Caster::new(world).crossings(ray, Span::FORWARD, &mut hits);
+    Caster::new(world).crossings(ray, Span::FORWARD, &mut hits).expect("within limits");
     hits
 }
 
@@ -326,7 +326,11 @@ fn reference_bomb_of_groups_is_legal() {
     let world = world(&scene);
     assert_eq!(world.stats().virtual_leaves, 1 << 60);
     assert!(world.stats().memory_bytes < 100_000);
-    assert!(Caster::new(&world).any(&Ray::new(Vec3::new(-2.0, 0.0, 0.0), Vec3::X).unwrap(), Span::FORWARD));
+    assert!(
+        Caster::new(&world)
+            .any(&Ray::new(Vec3::new(-2.0, 0.0, 0.0), Vec3::X).unwrap(), Span::FORWARD)
+            .expect("within limits")
+    );
     let too_many = scene_of(|scene| {
         let ball = solid(scene, "sphere", &[Number(1.0)]);
         doubled(scene, 70, ball, |members| Node::Group { members })
@@ -473,7 +477,9 @@ fn more_crossings_than_there_is_room_for() {
     let ray = Ray::new(Vec3::new(-1.0, 0.0, 0.0), Vec3::X).expect("a ray");
     let long = row(12);
     let mut hits = Vec::new();
-    let refused = Caster::new(&long).crossings_up_to(&ray, Span::FORWARD, 1000, &mut hits);
+    let mut caster = Caster::new(&long);
+    caster.limit(Limits { crossings: 1000, ..Limits::default() });
+    let refused = caster.crossings(&ray, Span::FORWARD, &mut hits);
     assert_eq!((refused, hits.len()), (Err(QueryError::TooMany { most: 1000 }), 0));
     let short = row(2);
     let rays = [ray; 50];

@@ -21,7 +21,7 @@ fn answers(scene: &Scene, rays: &[Ray]) -> String {
     let world = compile(scene, Options::default()).unwrap();
     let mut caster = Caster::new(&world);
     let mut hits = Vec::new();
-    rays.iter().for_each(|ray| caster.crossings(ray, Span::FORWARD, &mut hits));
+    rays.iter().for_each(|ray| caster.crossings(ray, Span::FORWARD, &mut hits).expect("within limits"));
     format!("{hits:?}")
 }
 

@@ -37,12 +37,15 @@ pub enum RenderError {
     NothingToFrame,
     /// The look asks a question that the world does not answer.
     #[error("the look '{look}' needs solids, which have an inside: {error}; close the mesh or choose 'lit'")]
-    Query {
+    NotSolid {
         /// The look.
         look: &'static str,
         /// Why.
         error: QueryError,
     },
+    /// A ray of the picture costs too much.
+    #[error("a ray of the picture ends without an answer: {0}; place fewer parts in one another")]
+    Ray(QueryError),
     /// The threads could not be started.
     #[error("cannot start {threads} threads: {why}")]
     Threads {
@@ -54,6 +57,17 @@ pub enum RenderError {
     /// It was cancelled.
     #[error("cancelled")]
     Cancelled,
+}
+
+impl RenderError {
+    /// Why there is no picture in a look if a ray has no answer.
+    pub(crate) fn of(look: &'static str, error: QueryError) -> RenderError {
+        match error {
+            QueryError::Cancelled => RenderError::Cancelled,
+            error @ QueryError::NotASolid { .. } => RenderError::NotSolid { look, error },
+            error => RenderError::Ray(error),
+        }
+    }
 }
 
 /// The longest side of a picture, in pixels.

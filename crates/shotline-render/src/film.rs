@@ -94,7 +94,7 @@ pub fn expose(
         done
     };
     let all = || {
-        let eye = || Eye::new(world, settings.coherence, before.swept.as_ref());
+        let eye = || Eye::new(world, settings.coherence, before.swept.as_ref(), run.watch());
         tiles.par_iter().enumerate().map_init(eye, one).collect()
     };
     let done: Vec<_> = match run.pool {
@@ -175,7 +175,7 @@ impl Tile {
                     let [x, y] = chance.place;
                     let ray = view.ray(f64::from(column) + x, f64::from(row) + y)?;
                     let seen = shader.sample(eye, &ray, &chance);
-                    let seen = seen.map_err(|error| RenderError::Query { look: look.name, error })?;
+                    let seen = seen.map_err(|error| RenderError::of(look.name, error))?;
                     sum.color += seen.color;
                     sum.alpha += seen.alpha;
                 }

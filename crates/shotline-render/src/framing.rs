@@ -1,9 +1,9 @@
 //! Pointing a camera at a scene that has none.
 
 use shotline::aabb::Aabb;
-use shotline::compile::{Options, World, compile};
+use shotline::compile::World;
 use shotline::math::Vec3;
-use shotline::scene::{Camera, Lens, Scene};
+use shotline::scene::{Camera, Lens};
 
 /// Where the eye is, seen from the scene: in front, to the right and above, with z up.
 const FROM: Vec3 = Vec3::new(0.45, -0.8, 0.5);
@@ -12,20 +12,10 @@ const FOV: f64 = 30.0;
 /// The part of the picture, from its middle to its edge, that the bounds may fill.
 const FILL: f64 = 0.92;
 
-/// The box around what a picture of the scene is of: the world's bounds, or, where something is without
-/// end, the bounds of the objects that have one. `None` if there is nothing of finite size.
-pub fn subject(world: &World, scene: &Scene) -> Option<Aabb> {
-    let whole = world.bounds();
-    if whole.is_finite() && !whole.is_empty() {
-        return Some(whole);
-    }
-    // An object's bounds are known once it is compiled; each root is, in a world of its own.
-    let finite = scene.objects.iter().filter_map(|&object| {
-        let alone = Scene { objects: vec![object], camera: None, lights: Vec::new(), ..scene.clone() };
-        let bounds = compile(&alone, Options::default()).ok()?.bounds();
-        (bounds.is_finite() && !bounds.is_empty()).then_some(bounds)
-    });
-    finite.reduce(|a, b| a.union(&b))
+/// The box around what a picture is of: the world's bounds, or, where something is without end, the bounds of what has
+/// one. `None` if there is nothing of finite size.
+pub fn subject(world: &World) -> Option<Aabb> {
+    Some(world.finite_bounds()).filter(|bounds| bounds.is_finite() && !bounds.is_empty())
 }
 
 /// A three-quarter view from above, z up, that holds all of a box with a small margin. The ratio is

@@ -76,7 +76,7 @@ pub(crate) struct Setup {
 
 impl Setup {
     pub fn new(world: &World, scene: &Scene, settings: &Settings) -> Result<Setup, RenderError> {
-        let size = framing::subject(world, scene).map_or(1.0, |b| b.size().max_element());
+        let size = framing::subject(world).map_or(1.0, |b| b.size().max_element());
         let camera = match settings.camera {
             Some(camera) => camera,
             None => camera(world, scene, settings.width, settings.height)?,
@@ -179,7 +179,7 @@ pub fn view(world: &World, scene: &Scene, width: u32, height: u32) -> Result<Vie
 /// The scene's camera, or one that frames everything.
 fn camera(world: &World, scene: &Scene, width: u32, height: u32) -> Result<Camera, RenderError> {
     let aspect = f64::from(width) / f64::from(height);
-    let framed = || framing::subject(world, scene).and_then(|bounds| framing::frame(&bounds, aspect));
+    let framed = || framing::subject(world).and_then(|bounds| framing::frame(&bounds, aspect));
     scene.camera.or_else(framed).ok_or(RenderError::NothingToFrame)
 }
 

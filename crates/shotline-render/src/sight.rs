@@ -3,7 +3,7 @@
 use shotline::accel::Work;
 use shotline::compile::World;
 use shotline::math::{HALF_ULP, Vec3};
-use shotline::query::{Caster, Hit, HitKind, Overlaps, QueryError, Seed, Segment};
+use shotline::query::{Caster, Hit, Overlaps, QueryError, Scope, Seed, Segment, Watch};
 use shotline::ray::{Ray, Span};
 
 use crate::still::Swept;
@@ -37,7 +37,6 @@ pub struct Eye<'w> {
     blockers: Vec<Seed>,
     /// What the last ray of any other kind met.
     last: Seed,
-    hits: Vec<Hit>,
     segments: Vec<Segment>,
 }
 
@@ -51,20 +50,24 @@ pub struct Place {
     pub normal: Vec3,
     /// A point beside the surface from which other rays can start, see [`leave`].
     pub start: Vec3,
-    /// Whether the ray came from inside something.
-    within: bool,
 }
 
 impl<'w> Eye<'w> {
-    pub fn new(world: &'w World, coherence: Coherence, swept: Option<&'w Swept>) -> Eye<'w> {
+    pub fn new(
+        world: &'w World,
+        coherence: Coherence,
+        swept: Option<&'w Swept>,
+        watch: Watch<'w>,
+    ) -> Eye<'w> {
+        let mut caster = Caster::new(world);
+        caster.watch(watch);
         Eye {
-            caster: Caster::new(world),
+            caster,
             coherence,
             swept,
             touched: false,
             blockers: Vec::new(),
             last: Seed::default(),
-            hits: Vec::new(),
             segments: Vec::new(),
         }
     }
@@ -88,40 +91,58 @@ impl<'w> Eye<'w> {
         self.caster.take_work()
     }
 
-    /// The first surface a ray meets.
-    pub fn surface(&mut self, ray: &Ray) -> Option<Place> {
-        let (hit, within) = self.first(ray, Span::FORWARD)?;
-        let normal = if hit.normal.dot(ray.direction()) > 0.0 { -hit.normal } else { hit.normal };
-        Some(Place { hit, normal, start: leave(ray, &hit, normal), within })
+    /// The first surface a ray meets. What it starts inside of is seen from within.
+    ///
+    /// # Errors
+    /// As [`Caster::closest`].
+    pub fn surface(&mut self, ray: &Ray) -> Result<Option<Place>, QueryError> {
+        let surfaces = Scope::surfaces(Span::FORWARD);
+        let hit = match self.coherence.neighbours {
+            true => self.caster.closest_from(&mut self.last, ray, surfaces)?,
+            false => self.caster.closest(ray, surfaces)?,
+        };
+        self.pass(ray, hit.and_then(|hit| Span::new(0.0, hit.t).ok()).unwrap_or(Span::FORWARD));
+        Ok(hit.map(|hit| {
+            let normal = if hit.normal.dot(ray.direction()) > 0.0 { -hit.normal } else { hit.normal };
+            Place { hit, normal, start: leave(ray, &hit, normal) }
+        }))
     }
 
-    /// Whether something lies between a place and what is `reach` lengths of `toward` away from it: the lamp
+    /// Whether a surface lies between a place and what is `reach` lengths of `toward` away from it: the lamp
     /// of a number, or none.
-    pub fn blocked(&mut self, place: &Place, toward: Vec3, reach: f64, lamp: Option<usize>) -> bool {
+    ///
+    /// # Errors
+    /// As [`Caster::any`].
+    pub fn blocked(
+        &mut self,
+        place: &Place,
+        toward: Vec3,
+        reach: f64,
+        lamp: Option<usize>,
+    ) -> Result<bool, QueryError> {
         let (Ok(ray), Ok(span)) = (Ray::new(place.start, toward), Span::new(0.0, reach)) else {
-            return false;
+            return Ok(false);
         };
-        // From within an object every ray begins with a crossing, but only a surface stops light.
-        if place.within {
-            return self.first(&ray, span).is_some();
-        }
         self.pass(&ray, span);
         match lamp.filter(|_| self.coherence.shadows) {
-            None => self.caster.any(&ray, span),
+            None => self.caster.any(&ray, Scope::surfaces(span)),
             Some(lamp) => {
                 if self.blockers.len() <= lamp {
                     self.blockers.resize_with(lamp + 1, Seed::default);
                 }
-                self.caster.any_from(&mut self.blockers[lamp], &ray, span)
+                self.caster.any_from(&mut self.blockers[lamp], &ray, Scope::surfaces(span))
             }
         }
     }
 
     /// The work it takes to find the closest crossing of a ray.
-    pub fn work(&mut self, ray: &Ray) -> Work {
+    ///
+    /// # Errors
+    /// As [`Caster::closest`].
+    pub fn work(&mut self, ray: &Ray) -> Result<Work, QueryError> {
         self.caster.take_work();
-        self.caster.closest(ray, Span::FORWARD);
-        self.caster.take_work()
+        self.caster.closest(ray, Span::FORWARD)?;
+        Ok(self.caster.take_work())
     }
 
     /// The stretches of a ray inside objects; where objects overlap, the one of higher priority owns it.
@@ -130,23 +151,6 @@ impl<'w> Eye<'w> {
         self.pass(ray, Span::FORWARD);
         self.caster.segments(ray, Span::FORWARD, Overlaps::Priority, &mut self.segments)?;
         Ok(&self.segments)
-    }
-
-    /// The first crossing with a surface, and whether the ray starts inside something.
-    fn first(&mut self, ray: &Ray, span: Span) -> Option<(Hit, bool)> {
-        let closest = match self.coherence.neighbours {
-            true => self.caster.closest_from(&mut self.last, ray, span),
-            false => self.caster.closest(ray, span),
-        };
-        let surface = closest.filter(|hit| hit.kind == HitKind::Surface);
-        self.pass(ray, surface.and_then(|hit| Span::new(span.t_min(), hit.t).ok()).unwrap_or(span));
-        let closest = closest?;
-        if surface.is_some() {
-            return Some((closest, false));
-        }
-        self.hits.clear();
-        self.caster.crossings(ray, span, &mut self.hits);
-        self.hits.iter().find(|h| h.kind == HitKind::Surface).map(|h| (*h, true))
     }
 }
 

@@ -48,7 +48,10 @@ fn main() {
         let build = begin.elapsed().as_secs_f64();
         let mut caster = Caster::new(&world);
         let begin = Instant::now();
-        let first = rays.iter().filter(|ray| caster.closest(ray, Span::FORWARD).is_some()).count();
+        let first = rays
+            .iter()
+            .filter(|ray| caster.closest(ray, Span::FORWARD).expect("within limits").is_some())
+            .count();
         let closest = begin.elapsed().as_nanos() / rays.len() as u128;
         assert!(first > 0, "rays meet something");
         let mut hits = Vec::new();
@@ -57,7 +60,7 @@ fn main() {
             .iter()
             .map(|ray| {
                 hits.clear();
-                caster.crossings(ray, Span::FORWARD, &mut hits);
+                caster.crossings(ray, Span::FORWARD, &mut hits).expect("within limits");
                 hits.len()
             })
             .sum();

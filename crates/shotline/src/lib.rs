@@ -29,12 +29,12 @@
 //!
 //! // Along the bore there is nothing, not even a film at its ends.
 //! let down = Ray::new(Vec3::new(0.1, 0.2, 5.0), -Vec3::Z).unwrap();
-//! assert!(!caster.any(&down, Span::FORWARD));
+//! assert!(!caster.any(&down, Span::FORWARD).unwrap());
 //!
 //! // Across it: into the plate, out into the bore, in again, out. `t` counts lengths of the direction.
 //! let across = Ray::new(Vec3::new(-4.0, 0.0, 0.5), Vec3::X * 2.0).unwrap();
 //! let mut hits = Vec::new();
-//! caster.crossings(&across, Span::FORWARD, &mut hits);
+//! caster.crossings(&across, Span::FORWARD, &mut hits).unwrap();
 //! let list: Vec<_> = hits.iter().map(|h| (h.t, h.entering)).collect();
 //! assert_eq!(list, [(1.0, true), (1.75, false), (2.25, true), (3.0, false)]);
 //! assert_eq!(world.surface_name(hits[1].surface.unwrap()), "cylinder#1.side");
@@ -69,6 +69,7 @@
 
 pub mod aabb;
 pub mod accel;
+pub mod budget;
 pub mod compile;
 pub mod crossing;
 pub mod csg;

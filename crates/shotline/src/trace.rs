@@ -13,7 +13,7 @@
 //! let world = compile::compile(&scene, compile::Options::default()).unwrap();
 //! let mut caster = Caster::new(&world);
 //! caster.record(1000);
-//! caster.closest(&Ray::new(Vec3::new(-5.0, 0.0, 0.0), Vec3::X).unwrap(), Span::FORWARD);
+//! caster.closest(&Ray::new(Vec3::new(-5.0, 0.0, 0.0), Vec3::X).unwrap(), Span::FORWARD).unwrap();
 //! let trace = caster.take_trace();
 //! let tested = trace.steps.iter().filter(|step| matches!(step.act, Act::Test { .. }));
 //! assert_eq!((tested.count(), trace.left_out), (1, 0));

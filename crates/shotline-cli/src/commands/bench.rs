@@ -7,11 +7,11 @@ use std::time::Instant;
 use clap::Args;
 use serde_json::json;
 use shotline::compile::World;
-use shotline::query::Overlaps;
 use shotline::query::batch::{self, BatchError, By, Run};
+use shotline::query::{Overlaps, Scope};
 use shotline::ray::{Ray, Span};
 
-use crate::args::{Build, Model, Threads};
+use crate::args::{Build, Model, SurfacesOnly, Threads};
 use crate::failure::Failure;
 use crate::number::{bytes, counted, grouped};
 use crate::progress::{self, Quiet};
@@ -35,6 +35,8 @@ pub struct Command {
     /// What is asked of each ray
     #[arg(long, value_enum, default_value_t = Query::Closest)]
     query: Query,
+    #[command(flatten)]
+    surfaces_only: SurfacesOnly,
     /// How often the rays are cast
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     repeats: u32,
@@ -69,6 +71,7 @@ impl Command {
     /// Runs the command.
     pub fn run(&self) -> Result<u8, Failure> {
         interrupt::catch();
+        let scope = self.query.scope(Span::FORWARD, self.surfaces_only)?;
         let begin = Instant::now();
         let document = input::load_with_remarks(&self.model, self.quiet)?;
         let load = begin.elapsed().as_secs_f64();
@@ -82,7 +85,7 @@ impl Command {
         if rays.is_empty() {
             return Err(Failure::new("there is no ray to cast\nhelp: name a file of rays with rows"));
         }
-        let mut casts = interrupt::listening(|cancel| self.casts(&world, &rays, cancel))?;
+        let mut casts = interrupt::listening(|cancel| self.casts(&world, &rays, scope, cancel))?;
         casts.sort_by(f64::total_cmp);
         let memory = world.stats().memory_bytes;
         let accel = self.build.general(&document.scene);
@@ -92,7 +95,13 @@ impl Command {
     }
 
     /// The seconds of each repeat.
-    fn casts(&self, world: &World, rays: &[Ray], cancel: &AtomicBool) -> Result<Vec<f64>, Failure> {
+    fn casts(
+        &self,
+        world: &World,
+        rays: &[Ray],
+        scope: Scope,
+        cancel: &AtomicBool,
+    ) -> Result<Vec<f64>, Failure> {
         let bar = progress::bar(rays.len() as u64 * u64::from(1 + self.repeats), "casting", self.quiet);
         let progress = |rays| bar.inc(rays);
         let run = Run {
@@ -103,7 +112,7 @@ impl Command {
         };
         let casts = (0..=self.repeats).map(|_| {
             let begin = Instant::now();
-            self.cast(world, rays, run).map(|()| begin.elapsed().as_secs_f64())
+            self.cast(world, rays, scope, run).map(|()| begin.elapsed().as_secs_f64())
         });
         let casts: Result<Vec<f64>, BatchError> = casts.collect();
         bar.finish_and_clear();
@@ -112,16 +121,15 @@ impl Command {
         Ok(casts)
     }
 
-    fn cast(&self, world: &World, rays: &[Ray], run: Run) -> Result<(), BatchError> {
-        let span = Span::FORWARD;
+    fn cast(&self, world: &World, rays: &[Ray], scope: Scope, run: Run) -> Result<(), BatchError> {
         match self.query {
-            Query::Closest => batch::closest(world, rays, span, run).map(drop),
-            Query::Any => batch::any(world, rays, span, run).map(drop),
-            Query::Count => batch::count(world, rays, span, run).map(drop),
-            Query::Crossings => batch::crossings(world, rays, span, run).map(drop),
-            Query::Segments => batch::segments(world, rays, span, Overlaps::Priority, run).map(drop),
+            Query::Closest => batch::closest(world, rays, scope, run).map(drop),
+            Query::Any => batch::any(world, rays, scope, run).map(drop),
+            Query::Count => batch::count(world, rays, scope, run).map(drop),
+            Query::Crossings => batch::crossings(world, rays, scope, run).map(drop),
+            Query::Segments => batch::segments(world, rays, scope.span, Overlaps::Priority, run).map(drop),
             Query::Thickness => {
-                batch::thickness(world, rays, span, By::Material, Overlaps::Priority, run).map(drop)
+                batch::thickness(world, rays, scope.span, By::Material, Overlaps::Priority, run).map(drop)
             }
         }
     }
@@ -129,7 +137,9 @@ impl Command {
     fn failure(&self, error: BatchError) -> Failure {
         let help = match &error {
             BatchError::Cancelled => return Failure::Interrupted,
-            BatchError::TooMany { .. } => "bench fewer rays, or ask for closest or count",
+            BatchError::TooMany { .. } | BatchError::OutOfMemory => {
+                "bench fewer rays, or ask for closest or count"
+            }
             BatchError::World(error) | BatchError::Query { error, .. } => help(error),
             BatchError::Ray { .. } | BatchError::Point { .. } => "mend the rays",
         };

@@ -9,11 +9,11 @@ use clap::Args;
 use serde_json::json;
 use shotline::accel::Work;
 use shotline::compile::World;
+use shotline::query::Scope;
 use shotline::query::batch::{self, BatchError, Run};
-use shotline::ray::Span;
 use shotline::scene::Scene;
 
-use crate::args::{Build, Model, SpanOfT, Threads, parse_size};
+use crate::args::{Build, Model, SpanOfT, SurfacesOnly, Threads, parse_size};
 use crate::columns::Columns;
 use crate::failure::Failure;
 use crate::number::counted;
@@ -74,6 +74,8 @@ pub struct Command {
     on_invalid: OnInvalid,
     #[command(flatten)]
     span: SpanOfT,
+    #[command(flatten)]
+    surfaces_only: SurfacesOnly,
     /// End with an error if the answer has more rows than this; a million take about 65 MB
     #[arg(long, value_name = "N", default_value_t = Run::default().most_rows)]
     max_crossings: u64,
@@ -111,7 +113,7 @@ impl Command {
     /// Runs the command.
     pub fn run(&self) -> Result<u8, Failure> {
         interrupt::catch();
-        let span = self.span.span()?;
+        let scope = self.query.scope(self.span.span()?, self.surfaces_only)?;
         if self.by.is_some() && self.query != Query::Thickness {
             let why = format!("--by is for --query thickness, not for {}", self.query.name());
             return Err(Failure::new(why));
@@ -137,7 +139,7 @@ impl Command {
         let work = Mutex::new(Work::default());
         let (overlaps, cast) = interrupt::listening(|cancel| {
             let begin = Instant::now();
-            let (columns, overlaps) = self.cast(&world, &rays, span, cancel, &work)?;
+            let (columns, overlaps) = self.cast(&world, &rays, scope, cancel, &work)?;
             let cast = begin.elapsed().as_secs_f64();
             columns.with_names(&world).write(&self.output)?;
             Ok((overlaps, cast))
@@ -157,7 +159,7 @@ impl Command {
         &self,
         world: &World,
         rays: &Rays,
-        span: Span,
+        scope: Scope,
         cancel: &AtomicBool,
         work: &Mutex<Work>,
     ) -> Result<(Columns, u64), Failure> {
@@ -174,21 +176,25 @@ impl Command {
         let valid = &rays.valid;
         let answer = match self.query {
             Query::Closest => {
-                batch::closest(world, valid, span, run).map(|rows| (Columns::closest(rows, rays), 0))
+                batch::closest(world, valid, scope, run).map(|rows| (Columns::closest(rows, rays), 0))
             }
-            Query::Any => batch::any(world, valid, span, run).map(|rows| (Columns::any(rows, rays), 0)),
-            Query::Count => batch::count(world, valid, span, run).map(|rows| (Columns::count(rows, rays), 0)),
+            Query::Any => batch::any(world, valid, scope, run).map(|rows| (Columns::any(rows, rays), 0)),
+            Query::Count => {
+                batch::count(world, valid, scope, run).map(|rows| (Columns::count(rows, rays), 0))
+            }
             Query::Crossings => {
-                batch::crossings(world, valid, span, run).map(|rows| (Columns::crossings(rows, rays), 0))
+                batch::crossings(world, valid, scope, run).map(|rows| (Columns::crossings(rows, rays), 0))
             }
-            Query::Segments => batch::segments(world, valid, span, self.overlaps.into(), run).map(|rows| {
-                let overlaps = rows.overlaps;
-                (Columns::segments(rows, rays), overlaps)
-            }),
+            Query::Segments => {
+                batch::segments(world, valid, scope.span, self.overlaps.into(), run).map(|rows| {
+                    let overlaps = rows.overlaps;
+                    (Columns::segments(rows, rays), overlaps)
+                })
+            }
             Query::Thickness => {
                 let by = self.by.unwrap_or(ThicknessBy::Material).into();
                 let policy = self.overlaps.into();
-                batch::thickness(world, valid, span, by, policy, run).map(|found| {
+                batch::thickness(world, valid, scope.span, by, policy, run).map(|found| {
                     let overlaps = found.overlaps;
                     (Columns::thickness(found, rays), overlaps)
                 })
@@ -206,6 +212,10 @@ impl Command {
     fn failure(&self, error: BatchError, rays: &Rays) -> Failure {
         let (place, error) = match error {
             BatchError::Cancelled => return Failure::Interrupted,
+            error @ BatchError::OutOfMemory => {
+                let help = "cast fewer rays at a time, or ask for closest or count";
+                return Failure::of_file(self.source(), format!("{error}\nhelp: {help}"));
+            }
             error @ BatchError::TooMany { .. } => {
                 let help = "cast fewer rays at a time, ask for closest or count, or raise --max-crossings";
                 return Failure::of_file(self.source(), format!("{error}\nhelp: {help}"));

@@ -2,9 +2,10 @@
 
 use clap::Args;
 use shotline::math::Vec3;
+use shotline::query::Scope;
 use shotline::ray::Ray;
 
-use crate::args::{Build, Model, SpanOfT};
+use crate::args::{Build, Model, SpanOfT, SurfacesOnly};
 use crate::failure::Failure;
 use crate::number::parse_vector;
 use crate::progress::Quiet;
@@ -33,6 +34,8 @@ pub struct Command {
     aim: Aim,
     #[command(flatten)]
     span: SpanOfT,
+    #[command(flatten)]
+    surfaces_only: SurfacesOnly,
     #[command(flatten)]
     build: Build,
     /// Tell first, step by step, how a query is answered: every crossing, unless another is named
@@ -82,11 +85,15 @@ impl Command {
         let span = self.span.span()?;
         let document = input::load_with_remarks(&self.model, Quiet { quiet: false })?;
         let world = input::compile(&document, &self.build)?;
-        let shot = Shot::new(&world, ray, span, document.scene.units).map_err(|e| {
+        let failure = |e| {
             let help = "report a part of it with --t-min and --t-max, or use `shotline cast`";
             Failure::of_file(&self.model.path, format!("{e}\nhelp: {help}"))
-        })?;
-        let steps = self.trace.map(|query| Steps::new(&world, &ray, span, query, self.steps));
+        };
+        let kinds = self.surfaces_only.kinds();
+        let shot = Shot::new(&world, ray, span, kinds, document.scene.units).map_err(failure)?;
+        let steps =
+            self.trace.map(|query| Steps::new(&world, &ray, Scope { span, kinds }, query, self.steps));
+        let steps = steps.transpose().map_err(failure)?;
         output::print(&if self.json {
             let mut document = shot.to_json();
             if let Some(steps) = steps {

@@ -5,7 +5,7 @@ mod text;
 
 use shotline::compile::World;
 use shotline::math::{Vec3, length, unit};
-use shotline::query::{Caster, Hit, HitKind, Overlaps, QueryError, Segment};
+use shotline::query::{Caster, Hit, HitKind, Kinds, Limits, Overlaps, QueryError, Scope, Segment};
 use shotline::ray::{Ray, Span};
 use shotline::scene::Units;
 
@@ -50,25 +50,57 @@ struct Total {
     segments: usize,
 }
 
-/// Crossings that a report may have; each takes a walk over all stretches.
+/// Crossings that a report may have: more than anybody reads.
 const MOST: usize = 20_000;
 
 impl Shot {
-    /// Casts the ray.
+    /// Casts the ray. Of the crossings only the kinds in question are listed; lengths are those of all segments.
     ///
     /// # Errors
     /// If there is more to tell than anybody reads.
-    pub fn new(world: &World, ray: Ray, span: Span, units: Option<Units>) -> Result<Shot, QueryError> {
+    pub fn new(
+        world: &World,
+        ray: Ray,
+        span: Span,
+        kinds: Kinds,
+        units: Option<Units>,
+    ) -> Result<Shot, QueryError> {
         let mut caster = Caster::new(world);
+        caster.limit(Limits { crossings: MOST, ..Limits::default() });
         let (mut hits, mut segments) = (Vec::new(), Vec::new());
-        caster.crossings_up_to(&ray, span, MOST, &mut hits)?;
-        let refusal = caster.segments(&ray, span, Overlaps::Priority, &mut segments).err();
-        let step = length(ray.direction());
-        let thickness =
-            |t: f64| refusal.is_none().then(|| segments.iter().map(|s| length_before(s, t, step)).sum());
+        caster.crossings(&ray, Scope { span, kinds }, &mut hits)?;
+        let refusal = match caster.segments(&ray, span, Overlaps::Priority, &mut segments) {
+            Ok(_) => None,
+            Err(refusal @ QueryError::NotASolid { .. }) => Some(refusal),
+            Err(error) => return Err(error),
+        };
+        let mut passed = Passed { segments: &segments, before: 0.0, step: length(ray.direction()) };
+        let mut thickness = |t: f64| refusal.is_none().then(|| passed.until(t));
         let crossings = hits.iter().map(|hit| row(world, &ray, *hit, thickness(hit.t))).collect();
-        let overlaps = overlap::on_ray(&mut caster, &ray, span);
+        let overlaps = overlap::on_ray(&mut caster, &ray, span)?;
         Ok(Shot { ray, span, units, crossings, totals: totals(world, &segments), overlaps, refusal })
+    }
+}
+
+/// The length inside objects as far as the ray has been followed.
+struct Passed<'a> {
+    /// Those that do not end before: ascending and apart.
+    segments: &'a [Segment],
+    /// The length of those that do.
+    before: f64,
+    /// The length of the ray's direction.
+    step: f64,
+}
+
+impl Passed<'_> {
+    /// The length up to a `t` that is not below the last one asked about.
+    fn until(&mut self, t: f64) -> f64 {
+        while let Some((segment, rest)) = self.segments.split_first()
+            && segment.t_out <= t
+        {
+            (self.before, self.segments) = (self.before + segment.length, rest);
+        }
+        self.before + self.segments.first().map_or(0.0, |s| (t - s.t_in).max(0.0) * self.step)
     }
 }
 
@@ -89,10 +121,6 @@ fn row(world: &World, ray: &Ray, hit: Hit, thickness: Option<f64>) -> Row {
 
 fn name(names: &[String], number: u32) -> String {
     names.get(number as usize).cloned().unwrap_or_else(|| format!("#{number}"))
-}
-
-fn length_before(segment: &Segment, t: f64, step: f64) -> f64 {
-    if t >= segment.t_out { segment.length } else { (t - segment.t_in).max(0.0) * step }
 }
 
 fn obliquity(direction: Vec3, normal: Vec3) -> f64 {

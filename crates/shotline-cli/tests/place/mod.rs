@@ -140,3 +140,20 @@ pub fn cube_ply(faces: usize) -> String {
     }
     out
 }
+
+/// 2^40 spheres in one place: each group holds the one before twice.
+pub fn nested_spheres() -> Place {
+    let group = |i: usize| {
+        let below = i - 1;
+        format!(
+            r#""d{i}": {{"op": "group", "args": [{{"ref": "d{below}"}}, {{"ref": "d{below}", "translate": [0, 0, 0]}}]}}"#
+        )
+    };
+    let groups: Vec<String> = (1..=40).map(group).collect();
+    let scene = format!(
+        r#"{{"shotline": 1, "defs": {{"d0": {{"kind": "sphere", "radius": 1}}, {}}},
+            "objects": [{{"name": "all", "node": {{"ref": "d40"}}}}]}}"#,
+        groups.join(", ")
+    );
+    Place::new().with("scene.json", scene)
+}

@@ -26,7 +26,7 @@ struct Cost {
 
 impl Shader for Cost {
     fn sample(&self, eye: &mut Eye, ray: &Ray, _chance: &Chance) -> Result<Sample, QueryError> {
-        Ok(Sample::opaque(Vec3::splat((self.counter.of)(&eye.work(ray)) as f64)))
+        Ok(Sample::opaque(Vec3::splat((self.counter.of)(&eye.work(ray)?) as f64)))
     }
 
     fn develop(&self, exposure: &mut Exposure) {

@@ -27,7 +27,7 @@ struct Depth;
 impl Shader for Depth {
     /// The camera's rays go one unit deep each step of `t`.
     fn sample(&self, eye: &mut Eye, ray: &Ray, _chance: &Chance) -> Result<Sample, QueryError> {
-        Ok(eye.surface(ray).map_or(Sample::NOTHING, |place| Sample::opaque(Vec3::splat(place.hit.t))))
+        Ok(eye.surface(ray)?.map_or(Sample::NOTHING, |place| Sample::opaque(Vec3::splat(place.hit.t))))
     }
 
     fn develop(&self, exposure: &mut Exposure) {

@@ -51,7 +51,7 @@ struct Spot<'a> {
 
 impl Shader for Lit {
     fn sample(&self, eye: &mut Eye, ray: &Ray, chance: &Chance) -> Result<Sample, QueryError> {
-        Ok(self.seen(eye, ray, chance, 1.0, BOUNCES).map_or(Sample::NOTHING, Sample::opaque))
+        Ok(self.seen(eye, ray, chance, 1.0, BOUNCES)?.map_or(Sample::NOTHING, Sample::opaque))
     }
 }
 
@@ -68,19 +68,28 @@ impl Lit {
     }
 
     /// The light that comes back along a ray, of which `share` ends up in the picture.
-    fn seen(&self, eye: &mut Eye, ray: &Ray, chance: &Chance, share: f64, bounces: u32) -> Option<Rgb> {
-        let place = eye.surface(ray)?;
+    fn seen(
+        &self,
+        eye: &mut Eye,
+        ray: &Ray,
+        chance: &Chance,
+        share: f64,
+        bounces: u32,
+    ) -> Result<Option<Rgb>, QueryError> {
+        let Some(place) = eye.surface(ray)? else { return Ok(None) };
         let finish = &self.finishes[place.hit.object as usize];
         let spot = Spot { place, finish, view: -ray.direction().normalize(), chance };
-        let own = self.shaded(eye, &spot);
+        let own = self.shaded(eye, &spot)?;
         let mirrored = share * finish.mirror;
         if bounces == 0 || mirrored < FAINT {
-            return Some(own);
+            return Ok(Some(own));
         }
         let direction = place.normal * (2.0 * place.normal.dot(spot.view)) - spot.view;
-        let reflected = Ray::new(place.start, direction).ok();
-        let reflected = reflected.and_then(|ray| self.seen(eye, &ray, chance, mirrored, bounces - 1));
-        Some(own.lerp(reflected.unwrap_or_else(|| self.behind(direction)), finish.mirror))
+        let reflected = match Ray::new(place.start, direction) {
+            Ok(ray) => self.seen(eye, &ray, chance, mirrored, bounces - 1)?,
+            Err(_) => None,
+        };
+        Ok(Some(own.lerp(reflected.unwrap_or_else(|| self.behind(direction)), finish.mirror)))
     }
 
     /// The backdrop around the scene, by elevation.
@@ -89,28 +98,28 @@ impl Lit {
     }
 
     /// What a surface sends to the viewer of the light that falls on it.
-    fn shaded(&self, eye: &mut Eye, spot: &Spot) -> Rgb {
-        let everywhere = spot.finish.color * self.lights.ambient * self.sky(eye, spot);
-        let lamps = 0..self.lights.lamps.len();
-        lamps.fold(everywhere, |sum, lamp| sum + self.lamp(eye, spot, lamp).unwrap_or(Vec3::ZERO))
+    fn shaded(&self, eye: &mut Eye, spot: &Spot) -> Result<Rgb, QueryError> {
+        let everywhere = spot.finish.color * self.lights.ambient * self.sky(eye, spot)?;
+        let mut lamps = 0..self.lights.lamps.len();
+        lamps.try_fold(everywhere, |sum, lamp| Ok(sum + self.lamp(eye, spot, lamp)?.unwrap_or(Vec3::ZERO)))
     }
 
     /// How much of the light from everywhere arrives.
-    fn sky(&self, eye: &mut Eye, spot: &Spot) -> f64 {
+    fn sky(&self, eye: &mut Eye, spot: &Spot) -> Result<f64, QueryError> {
         let open = |toward: Vec3| 1.0 + SKY * toward.dot(self.zenith);
         let normal = spot.place.normal;
         match self.lighting {
-            Lighting::Sharp => open(normal),
+            Lighting::Sharp => Ok(open(normal)),
             Lighting::Soft => {
                 let toward = to_part_of_sky(normal, spot.chance.sky);
-                let covered = eye.blocked(&spot.place, toward, f64::INFINITY, None);
-                open(toward) * if covered { PASSED_ON } else { 1.0 }
+                let covered = eye.blocked(&spot.place, toward, f64::INFINITY, None)?;
+                Ok(open(toward) * if covered { PASSED_ON } else { 1.0 })
             }
         }
     }
 
     /// Lambert's shade and Blinn's highlight of one lamp; `None` in its shadow.
-    fn lamp(&self, eye: &mut Eye, spot: &Spot, number: usize) -> Option<Rgb> {
+    fn lamp(&self, eye: &mut Eye, spot: &Spot, number: usize) -> Result<Option<Rgb>, QueryError> {
         let lamp = &self.lights.lamps[number];
         let &Spot { ref place, finish, view, chance } = spot;
         let (middle, reach) = lamp.seen_from(place.start);
@@ -118,13 +127,13 @@ impl Lit {
             Lighting::Sharp => middle,
             Lighting::Soft => to_part_of_lamp(middle, chance.lamp),
         };
-        let light = toward.try_normalize()?;
+        let Some(light) = toward.try_normalize() else { return Ok(None) };
         let facing = place.normal.dot(light);
-        if facing <= 0.0 || eye.blocked(place, toward, reach, Some(number)) {
-            return None;
+        if facing <= 0.0 || eye.blocked(place, toward, reach, Some(number))? {
+            return Ok(None);
         }
         let half = (light + view).try_normalize().unwrap_or(place.normal);
         let highlight = finish.specular * place.normal.dot(half).max(0.0).powf(finish.shininess);
-        Some(lamp.color * (finish.color * facing + Vec3::splat(highlight)))
+        Ok(Some(lamp.color * (finish.color * facing + Vec3::splat(highlight))))
     }
 }

@@ -23,7 +23,7 @@ struct Normals;
 
 impl Shader for Normals {
     fn sample(&self, eye: &mut Eye, ray: &Ray, _chance: &Chance) -> Result<Sample, QueryError> {
-        Ok(eye.surface(ray).map_or(Sample::NOTHING, |place| Sample::opaque(place.normal)))
+        Ok(eye.surface(ray)?.map_or(Sample::NOTHING, |place| Sample::opaque(place.normal)))
     }
 
     /// The numbers are meant for the file, not for light: undoing the film's curve beforehand keeps them.

@@ -15,8 +15,9 @@ use std::fmt::Debug;
 use std::ops::Range;
 
 use crate::aabb::{Aabb, BoxRay};
+use crate::budget::Budget;
 use crate::trace::Log;
-pub use tags::Tags;
+pub use tags::{Tags, VisitTags};
 
 /// Counts of work done, added up by a walk.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -83,13 +84,15 @@ impl std::ops::AddAssign for Work {
 
 /// The memory of whoever walks; reused from ray to ray.
 #[derive(Clone, Debug, Default)]
-pub struct Scratch {
+pub struct Scratch<'c> {
     /// Work counted so far.
     pub work: Work,
     /// Tags of the items of one structure at a time.
     pub tags: Tags,
     /// Steps, while they are recorded.
     pub log: Log,
+    /// What the ray may still cost.
+    pub budget: Budget<'c>,
 }
 
 /// What a structure has still to offer to one ray, beginning not before `t`.

@@ -94,7 +94,10 @@ impl<'s> Builder<'s> {
                 Node::Group { members } => {
                     Target::Level(self.level(members, true, self.bodies.choice.of(id))?)
                 }
-                _ if is_body(node) => self.body(id, &Chain::IDENTITY)?,
+                _ if is_body(node) => match self.body(id, &Chain::IDENTITY)? {
+                    Some(target) => target,
+                    None => continue,
+                },
                 _ => continue,
             };
             self.targets.insert(id, target);
@@ -124,10 +127,14 @@ impl<'s> Builder<'s> {
         }
     }
 
-    fn body(&mut self, node: NodeId, chain: &Chain) -> Result<Target, SceneError> {
+    /// Builds a body; `None` for a combination of empty groups, of which there is nothing to place.
+    fn body(&mut self, node: NodeId, chain: &Chain) -> Result<Option<Target>, SceneError> {
         let body = self.bodies.build(node, chain)?;
+        if body.leaf_count() == 0 {
+            return Ok(None);
+        }
         self.world.bodies.push(Arc::new(body));
-        Ok(Target::Body((self.world.bodies.len() - 1) as u32))
+        Ok(Some(Target::Body((self.world.bodies.len() - 1) as u32)))
     }
 
     /// Builds the level of some members; their names carry their place in the group if `indexed`.
@@ -195,7 +202,10 @@ impl<'s> Builder<'s> {
         let baked = shared.is_none();
         let (target, placement) = match shared {
             Some(&target) => (target, self.bodies.placed(visit.node, &visit.chain)?),
-            None => (self.body(visit.node, &visit.chain)?, Placement::IDENTITY),
+            None => match self.body(visit.node, &visit.chain)? {
+                Some(target) => (target, Placement::IDENTITY),
+                None => return Ok(()),
+            },
         };
         if let Some(sites) = &mut self.sites {
             sites.place(visit.site, visit.node, baked, target);

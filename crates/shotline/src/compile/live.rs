@@ -39,7 +39,7 @@ use crate::scene::{LocalTransform, Node, NodeId, Scene};
 /// let up = Affine::translation(Vec3::new(0.0, 0.0, 3.0));
 /// live.set(&[(place, LocalTransform::Matrix(up))]).unwrap();
 /// let ray = Ray::new(Vec3::ZERO, Vec3::Z).unwrap();
-/// assert_eq!(Caster::new(live.world()).closest(&ray, Span::FORWARD).unwrap().t, 2.0);
+/// assert_eq!(Caster::new(live.world()).closest(&ray, Span::FORWARD).unwrap().unwrap().t, 2.0);
 /// ```
 #[derive(Clone, Debug)]
 pub struct Live {
@@ -261,7 +261,7 @@ mod tests {
         let mut caster = Caster::new(world);
         let mut list = |ray| {
             let mut out = Vec::new();
-            caster.crossings(ray, Span::FORWARD, &mut out);
+            caster.crossings(ray, Span::FORWARD, &mut out).expect("within limits");
             out
         };
         rays.iter().map(&mut list).collect()

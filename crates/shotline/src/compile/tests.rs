@@ -102,3 +102,54 @@ fn depth_is_no_matter() {
     scene.add_object("deep", None, node);
     assert!(compile(&scene, Options::default()).is_ok());
 }
+
+/// A combination of empty groups is nothing: it has no path, no surface and no bounds, wherever it stands.
+#[test]
+fn combinations_without_leaves_are_not_placed() {
+    let mut scene = Scene::default();
+    let nothing = scene.add(Node::Group { members: vec![] });
+    let empty = scene.add_csg(Op::Union, vec![nothing]);
+    let emptier = scene.add_csg(Op::Intersection, vec![nothing, nothing]);
+    let ball = sphere(&mut scene, 1.0);
+    scene.add_object("first", None, emptier);
+    scene.add_object("ball", None, ball);
+    // Shared, and so a body of its own; and the last of all bodies.
+    let both = scene.add(Node::Group { members: vec![empty, empty] });
+    scene.add_object("last", None, both);
+    let world = compile(&scene, Options::default()).expect("it compiles");
+    assert_eq!((world.path_count(), world.stats().virtual_leaves), (1, 1));
+    assert_eq!(world.surface_name(0), "sphere");
+    for surface in [1, 2, 1000, u32::MAX] {
+        assert_eq!(world.surface_name(surface), "");
+    }
+    assert!(world.bounds().contains(Vec3::X) && world.bounds().size().x < 2.1);
+    let mut live = super::Live::new(scene.clone(), Options::default()).expect("it compiles");
+    assert!(live.place("first", Affine::translation(Vec3::X)).is_err() || live.world().path_count() == 1);
+    scene.objects.remove(1);
+    let world = compile(&scene, Options::default()).expect("it compiles");
+    assert!(world.bounds().is_empty() && world.surface_name(0).is_empty());
+}
+
+/// The bounds of what has an end, also within a group that is placed beside what has none.
+#[test]
+fn finite_bounds_are_those_of_all_that_has_an_end() {
+    let mut scene = Scene::default();
+    let ball = sphere(&mut scene, 1.0);
+    let up = [Value::Vector([0.0, 0.0, 1.0]), Value::Number(-1.0)];
+    let ground = scene.add_solid("halfspace", &up).expect("a half-space");
+    let away = scene.add_transform(Affine::translation(Vec3::X * 4.0), ball);
+    let group = scene.add(Node::Group { members: vec![ball, ground, away] });
+    let turned = scene.add_transform(Affine::translation(Vec3::Y * 10.0), group);
+    scene.add_object("one", None, group);
+    scene.add_object("other", None, turned);
+    let world = compile(&scene, Options::default()).expect("it compiles");
+    assert!(!world.bounds().is_finite());
+    let bounds = world.finite_bounds();
+    assert!((bounds.min - Vec3::new(-1.0, -1.0, -1.0)).abs().max_element() < 1e-9, "{bounds:?}");
+    assert!((bounds.max - Vec3::new(5.0, 11.0, 1.0)).abs().max_element() < 1e-9, "{bounds:?}");
+    let mut scene = Scene::default();
+    let ground = scene.add_solid("halfspace", &up).expect("a half-space");
+    scene.add_object("ground", None, ground);
+    let world = compile(&scene, Options::default()).expect("it compiles");
+    assert!(world.finite_bounds().is_empty());
+}

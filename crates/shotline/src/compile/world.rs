@@ -151,6 +151,26 @@ impl World {
         self.root().bounds
     }
 
+    /// A box around all that has an end, in world coordinates: of whatever is placed without an end only the parts that
+    /// have one. Empty if there is nothing of finite size.
+    pub fn finite_bounds(&self) -> Aabb {
+        // Levels come after those that they place.
+        let mut finite: Vec<Aabb> = Vec::with_capacity(self.levels.len());
+        for level in &self.levels {
+            let parts = level.placements.iter().map(|placed| match placed.target {
+                _ if placed.bounds.is_finite() || placed.bounds.is_empty() => placed.bounds,
+                Target::Body(_) => Aabb::EMPTY,
+                // It was inverted once, so it can be again, but for rounding.
+                Target::Level(below) => match placed.local_from_parent.inverse() {
+                    Ok(map) if !finite[below as usize].is_empty() => finite[below as usize].transformed(&map),
+                    _ => Aabb::EMPTY,
+                },
+            });
+            finite.push(parts.fold(Aabb::EMPTY, |all, part| all.union(&part)));
+        }
+        finite.get(self.root as usize).copied().unwrap_or_default()
+    }
+
     /// The number of instance paths: paths are numbered from 0.
     pub fn path_count(&self) -> u64 {
         self.root().path_count
@@ -202,8 +222,10 @@ impl World {
         let (kind, leaf, within, names) = match body {
             Body::Surface(b) => ("mesh", "mesh".into(), surface - b.first_surface, b.mesh.surfaces()),
             Body::Solid(b) => {
-                let leaf = b.leaves.partition_point(|l| l.first_surface <= surface) - 1;
-                let l = &b.leaves[leaf];
+                let leaf = b.leaves.partition_point(|l| l.first_surface <= surface).checked_sub(1);
+                let Some((leaf, l)) = leaf.and_then(|leaf| Some((leaf, b.leaves.get(leaf)?))) else {
+                    return String::new();
+                };
                 (l.kind, b.leaf_name(leaf), surface - l.first_surface, l.solid.surfaces())
             }
         };

@@ -166,7 +166,8 @@ impl Sweep {
             if inside && (began_inside || t < t_min) {
                 self.inside = true;
                 self.emit_span_end(HitKind::Start, t_min);
-            } else if t <= t_max {
+            } else if t < t_max || (t == t_max && !inside) {
+                // What begins where the span ends has no length in it.
                 self.inside = inside;
                 self.out.push_back(Boundary { kind: HitKind::Surface, entering: inside, ..witness });
             }

@@ -144,7 +144,7 @@ pub enum MeasureError {
 /// the densities.
 ///
 /// Of `run`, `most_rows`, or a thousand a ray if that is more, limits the boxes and bodies that the rays of an object
-/// open, and 2^24 those of one ray: so parts placed 10^12 times over each other end with an error. `progress` is told of
+/// open, and the [`Limits`](crate::query::Limits) of a query each ray: so parts placed 10^12 times over each other end with an error. `progress` is told of
 /// [`Settings::rays`] for an object that needs none as well.
 ///
 /// # Errors

@@ -10,7 +10,7 @@ use super::{Measure, MeasureError, Settings};
 use crate::compile::{Body, World};
 use crate::math::{Affine, Dd, Vec3};
 use crate::query::batch::Run;
-use crate::query::{Caster, MAX_OF_A_RAY, Overlaps, QueryError};
+use crate::query::{Caster, Limits, Overlaps, QueryError};
 use crate::ray::{Ray, Span};
 use crate::scene::{Scene, Units};
 use crate::solid::Moments;
@@ -148,8 +148,12 @@ impl Rays<'_> {
         while round.end < chunks * STRATA {
             round = round.end..(round.end + ROUND).min(chunks * STRATA);
             let one = |caster: &mut Caster, job: usize| self.chunk(caster, task, job / chunks, job % chunks);
-            let parts: Vec<_> =
-                round.clone().into_par_iter().map_init(|| Caster::new(self.world), one).collect();
+            let caster = || {
+                let mut caster = Caster::new(self.world);
+                caster.watch(self.run.watch());
+                caster
+            };
+            let parts: Vec<_> = round.clone().into_par_iter().map_init(caster, one).collect();
             // In order, so that sums have the same bits whoever worked them out.
             for (job, part) in round.clone().zip(parts) {
                 let (sum, part) = (&mut sums[job / chunks / 3], part?);
@@ -188,7 +192,7 @@ impl Rays<'_> {
                 place[across[k]] = ((step >> 11) as f64 + 0.5) / (1u64 << 52) as f64 - 1.0;
             }
             stretches.clear();
-            let steps = self.stretches(caster, task, place, axis, &mut stretches)? as u64;
+            let steps = self.stretches(caster, task, place, axis, &mut stretches)?;
             (met, taken) = (met + stretches.len() as u64, taken + steps);
             if taken > MANY {
                 self.count(task, std::mem::take(&mut taken))?;
@@ -219,25 +223,28 @@ impl Rays<'_> {
         place: Vec3,
         axis: usize,
         out: &mut Vec<[f64; 2]>,
-    ) -> Result<usize, MeasureError> {
+    ) -> Result<u64, MeasureError> {
         let ray = Ray::new(task.centre + place * task.half, Vec3::AXES[axis] * task.half[axis]);
         // Only a box too far out for a ray to start has none.
         let (Ok(ray), Ok(span)) = (ray, Span::new(-1.0, 1.0)) else { return Ok(0) };
         let result = match self.settings.overlaps {
             Overlaps::All => {
                 let left = task.most_steps.saturating_sub(task.steps.load(Ordering::Relaxed));
-                caster.stretches(task.object, &ray, span, left.min(MAX_OF_A_RAY as u64) as usize, out)
+                let limits = Limits::default();
+                caster.limit(Limits { steps: left.min(limits.steps), ..limits });
+                caster.stretches(task.object, &ray, span, out)
             }
             overlaps => {
                 let mut segments = Vec::new();
                 let result = caster.segments(&ray, span, overlaps, &mut segments);
                 let own = segments.iter().filter(|segment| segment.object == task.object);
                 out.extend(own.map(|segment| [segment.t_in, segment.t_out]));
-                result.map(|_| segments.len())
+                result.map(|_| segments.len() as u64)
             }
         };
         result.map_err(|error| match error {
-            QueryError::TooMany { .. } => {
+            QueryError::Cancelled => MeasureError::Cancelled,
+            QueryError::TooMany { .. } | QueryError::TooLong { .. } => {
                 // The other threads need not go on.
                 task.steps.fetch_max(task.most_steps, Ordering::Relaxed);
                 MeasureError::TooMany { object: self.name(task.object) }

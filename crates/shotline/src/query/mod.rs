@@ -2,15 +2,21 @@
 
 pub mod batch;
 mod caster;
+mod fold;
 mod heap;
+mod hit;
+mod membership;
 mod repair;
+mod scope;
 mod seed;
 mod segments;
 mod stream;
 mod walk;
 
+pub use crate::budget::Watch;
 pub use crate::csg::HitKind;
 pub use caster::Caster;
+pub use scope::{Kinds, Scope};
 pub use seed::Seed;
 
 use crate::math::Vec3;
@@ -55,8 +61,21 @@ pub struct Segment {
     pub object: u32,
     /// Its material: an index into [`material_names`](crate::compile::World::material_names).
     pub material: Option<u32>,
-    /// The instance path.
-    pub path: u64,
+    /// The instance path; `None` where parts of several paths of the object join.
+    pub path: Option<u64>,
+}
+
+/// A stretch that two objects of equal priority fill.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Overlap {
+    /// The object that is entered first.
+    pub first: u32,
+    /// The other.
+    pub second: u32,
+    /// Where the overlap begins.
+    pub t_in: f64,
+    /// Where it ends.
+    pub t_out: f64,
 }
 
 /// What to do where objects of equal priority overlap.
@@ -71,8 +90,21 @@ pub enum Overlaps {
     All,
 }
 
-/// More crossings of one ray than a batch takes: while they are gathered they fill a few GB.
-pub const MAX_OF_A_RAY: usize = 1 << 24;
+/// What one ray may cost. The defaults are far beyond what models that make sense need, and take a few seconds and less
+/// than 1 GB.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Boxes, cells, bodies and crossings taken up on the way.
+    pub steps: u64,
+    /// Crossings that are gathered.
+    pub crossings: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Limits {
+        Limits { steps: 10_000_000, crossings: 1 << 20 }
+    }
+}
 
 /// Why a query has no answer.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -97,12 +129,24 @@ pub enum QueryError {
         /// Where it ends.
         t_out: f64,
     },
-    /// A ray meets more than the caller has room for.
+    /// A ray meets more than [`Limits::crossings`].
     #[error("the ray has more than {most} crossings")]
     TooMany {
         /// How many there may be.
         most: usize,
     },
+    /// A ray takes more than [`Limits::steps`].
+    #[error("the ray takes more than {most} steps through boxes, bodies and crossings")]
+    TooLong {
+        /// How many there may be.
+        most: u64,
+    },
+    /// The crossings of the ray do not fit into memory.
+    #[error("there is not enough memory for the crossings of the ray")]
+    OutOfMemory,
+    /// The caller cancelled it: see [`Caster::watch`].
+    #[error("cancelled")]
+    Cancelled,
 }
 
 #[cfg(test)]

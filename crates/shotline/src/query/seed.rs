@@ -1,6 +1,6 @@
 //! Seeds: coherent rays meet the same bodies, so each may begin with what the one before it met.
 //!
-//! A seed only changes the order in which bodies are asked. Any interloper answers whether there is one; and the
+//! A seed only changes the order in which bodies are asked. Any occluder answers whether there is one; and the
 //! closest crossing is the least of all, in whatever order they are found. So no answer depends on it.
 
 use super::walk::{Meeting, Walk};

@@ -40,18 +40,18 @@ pub(super) struct StreamScratch {
 }
 
 /// The boundaries of one body along one line, in order, pulled one by one.
-pub(super) struct Stream<'a> {
+pub(super) struct Stream<'a, 'c> {
     body: &'a SolidBody,
     line: &'a Line,
     ray: BoxRay,
     wanted: Wanted,
     scratch: &'a mut StreamScratch,
     /// The scratch of what is below: of solids, and the counters of all.
-    below: &'a mut Scratch,
+    below: &'a mut Scratch<'c>,
     finished: bool,
 }
 
-impl<'a> Stream<'a> {
+impl<'a, 'c> Stream<'a, 'c> {
     /// Begins at the start of a span. With [`Wanted::First`] only the first boundary may be pulled.
     pub(super) fn new(
         body: &'a SolidBody,
@@ -59,8 +59,8 @@ impl<'a> Stream<'a> {
         span: Span,
         wanted: Wanted,
         scratch: &'a mut StreamScratch,
-        below: &'a mut Scratch,
-    ) -> Stream<'a> {
+        below: &'a mut Scratch<'c>,
+    ) -> Stream<'a, 'c> {
         scratch.heap.clear();
         scratch.events.clear();
         scratch.tags.begin();
@@ -80,7 +80,7 @@ impl<'a> Stream<'a> {
         stream
     }
 
-    /// The next boundary.
+    /// The next boundary. `None` as well when the budget of the ray has ended.
     pub(super) fn next(&mut self) -> Option<Boundary> {
         let program = &self.body.program;
         loop {
@@ -99,6 +99,10 @@ impl<'a> Stream<'a> {
             // What was settled comes first: perhaps nothing further is wanted.
             if let Some(boundary) = self.scratch.sweep.pop() {
                 return Some(boundary);
+            }
+            if !self.below.budget.step() {
+                self.finished = true;
+                return None;
             }
             match self.scratch.heap.pop() {
                 Some((t, Entry::Part(part))) => {
@@ -224,7 +228,7 @@ impl<'a> Stream<'a> {
     }
 }
 
-impl Drop for Stream<'_> {
+impl Drop for Stream<'_, '_> {
     fn drop(&mut self) {
         self.scratch.sweep.end(&self.body.program);
     }

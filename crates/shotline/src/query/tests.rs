@@ -1,8 +1,11 @@
 //! Whole worlds: every query agrees with every other, with membership, and with every accelerator.
 
 mod bounds;
+mod growth;
+mod limits;
 mod spans;
 mod structures;
+mod surfaces;
 mod thin;
 mod touching;
 
@@ -41,7 +44,7 @@ fn rays(random: &mut Random, n: usize) -> Vec<Ray> {
 
 fn crossings(world: &World, ray: &Ray, span: Span) -> Vec<Hit> {
     let mut out = Vec::new();
-    Caster::new(world).crossings(ray, span, &mut out);
+    Caster::new(world).crossings(ray, span, &mut out).expect("within limits");
     out
 }
 
@@ -75,7 +78,7 @@ fn paths_have_matrices() {
         let o = random.direction() * 20.0;
         let ray = Ray::new(o, transform.point(Vec3::ZERO) - o).expect("a ray");
         let mut hits = Vec::new();
-        caster.crossings(&ray, Span::FORWARD, &mut hits);
+        caster.crossings(&ray, Span::FORWARD, &mut hits).expect("within limits");
         let own: Vec<&Hit> = hits.iter().filter(|hit| hit.path == path).collect();
         assert_eq!(own.len(), 2, "path {path}");
         for hit in own {
@@ -320,7 +323,8 @@ fn instances_are_compiled_once_and_named() {
     assert_eq!(world.path_count(), 1_000_000_000_000);
     assert!(world.stats().memory_bytes < 100_000);
     let down = Ray::new(Vec3::new(123_456_789_012.0, 0.0, 5.0), -Vec3::Z).expect("a ray");
-    let hit = Caster::new(&world).closest(&down, Span::FORWARD).expect("a sphere below");
+    let hit =
+        Caster::new(&world).closest(&down, Span::FORWARD).expect("within limits").expect("a sphere below");
     assert_eq!(hit.path, 123_456_789_012);
     let name = world.path_name(hit.path);
     assert!(name.starts_with("world/level10[1]/level9[2]/level8[3]/"), "{name}");
@@ -343,7 +347,7 @@ fn a_box_of_many_holes_costs_what_the_ray_meets() {
     let world = world(&scene, "bvh");
     let mut caster = Caster::new(&world);
     for ray in rays(&mut random, 50) {
-        caster.closest(&ray, Span::FORWARD);
+        caster.closest(&ray, Span::FORWARD).expect("within limits");
     }
     let work = caster.take_work();
     assert!(work.solids < 53 * 40, "{work:?}");
@@ -363,7 +367,7 @@ fn surfaces_have_hits_but_no_inside() {
     let world = world(&scene, "bvh");
     let mut caster = Caster::new(&world);
     let down = |x: f64| Ray::new(Vec3::new(x, 0.2, 1.0), -Vec3::Z).expect("a ray");
-    assert_eq!(caster.count(&down(0.3), Span::FORWARD), 2);
+    assert_eq!(caster.count(&down(0.3), Span::FORWARD).expect("within limits"), 2);
     for ray in [down(0.3), down(50.0)] {
         let answer = caster.segments(&ray, Span::FORWARD, Overlaps::All, &mut Vec::new());
         let text = answer.expect_err("no inside").to_string();

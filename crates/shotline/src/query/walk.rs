@@ -2,7 +2,7 @@
 
 use super::heap::{Heap, Rank};
 use crate::aabb::BoxRay;
-use crate::accel::{Offer, Pending, Scratch, Tags, Work};
+use crate::accel::{Offer, Pending, Scratch, VisitTags, Work};
 use crate::compile::{Level, Placed, Target, World};
 use crate::math::Vec3;
 use crate::ray::{Line, Span};
@@ -18,9 +18,13 @@ struct Visit<'w> {
     above: Option<(u32, u32)>,
     object: u32,
     first_path: u64,
-    /// Where the tags of its placements begin, if they need any: a level that is entered twice is met by two
-    /// lines, so its placements are tagged for each visit.
-    first_tag: Option<usize>,
+    /// Different for each visit of a ray: a level that is entered twice is met by two lines, so its placements are
+    /// tagged for each visit.
+    serial: u32,
+    /// Whether its placements need tags.
+    repeats: bool,
+    /// Entries that are pending in it, visits below it, and whoever else needs it. At 0 its memory is used again.
+    uses: u32,
 }
 
 /// What a visit has still to offer.
@@ -38,6 +42,8 @@ pub(super) struct Meeting {
     pub line: Line,
     pub object: u32,
     pub path: u64,
+    /// A lower bound of every `t` of the span at which the ray is in the body.
+    pub enter: f64,
     visit: u32,
     placement: u32,
 }
@@ -48,14 +54,15 @@ struct Passed {
     line: Line,
     object: u32,
     path: u64,
+    enter: f64,
     visit: u32,
     placement: u32,
 }
 
 impl Passed {
     fn into_body(self, body: u32) -> Meeting {
-        let Passed { line, object, path, visit, placement, .. } = self;
-        Meeting { body, line, object, path, visit, placement }
+        let Passed { line, object, path, enter, visit, placement, .. } = self;
+        Meeting { body, line, object, path, enter, visit, placement }
     }
 }
 
@@ -63,38 +70,58 @@ impl Passed {
 #[derive(Debug, Default)]
 pub(super) struct Walk<'w> {
     visits: Vec<Visit<'w>>,
+    /// Visits without a use.
+    free: Vec<u32>,
+    /// The serial number of the next visit.
+    serial: u32,
+    /// The visit of the body that was given last: the caller may still need it.
+    given: Option<u32>,
     heap: Heap<Entry>,
     /// What is pending where the order does not matter.
     stack: Vec<(f64, Entry)>,
     offers: Vec<Pending>,
-    tags: Tags,
-    /// Tags given to visits of this ray.
-    tag_count: usize,
+    tags: VisitTags,
 }
+
+/// The visit of the root: it is never freed.
+const ROOT: u32 = 0;
 
 impl<'w> Walk<'w> {
     /// Begins a ray.
     pub(super) fn begin(&mut self, world: &'w World, line: Line, span: Span) {
         self.visits.clear();
+        self.free.clear();
+        self.given = None;
         self.heap.clear();
         self.stack.clear();
         self.tags.begin();
-        self.tag_count = 0;
         let (level, ray) = (world.root(), BoxRay::new(&line, span));
-        self.visits.push(Visit { level, line, ray, above: None, object: 0, first_path: 0, first_tag: None });
+        let root = Visit {
+            level,
+            line,
+            ray,
+            above: None,
+            object: 0,
+            first_path: 0,
+            serial: 0,
+            repeats: false,
+            uses: 1,
+        };
+        self.serial = 1;
+        self.visits.push(root);
     }
 
     /// Goes straight to a body by a way known beforehand; `None` where the ray misses a box on it, or where this
     /// world has no such way.
     pub(super) fn follow(&mut self, world: &'w World, way: &[u32], work: &mut Work) -> Option<Meeting> {
-        let mut visit = 0;
+        let mut visit = ROOT;
         for &item in way {
             let Visit { level, ray, .. } = &self.visits[visit as usize];
             work.boxes += 1;
-            ray.enter_exit(&level.placements.get(item as usize)?.bounds)?;
-            let passed = self.pass(visit, item);
+            let (enter, _) = ray.enter_exit(&level.placements.get(item as usize)?.bounds)?;
+            let passed = self.pass(visit, item, enter);
             match passed.target {
-                Target::Body(body) => return Some(passed.into_body(body)),
+                Target::Body(body) => return Some(self.give(passed.into_body(body))),
                 Target::Level(level) => visit = self.descend(world.level(level), passed),
             }
         }
@@ -115,91 +142,135 @@ impl<'w> Walk<'w> {
 
     /// Opens the root; from now on there is a next body.
     pub(super) fn start(&mut self, world: &World, below: &mut Scratch) {
-        let t = self.visits[0].ray.span().t_min();
-        self.enter(world, 0, t, below);
+        let t = self.visits[ROOT as usize].ray.span().t_min();
+        self.enter(world, ROOT, t, below);
     }
 
-    /// The next body whose box begins at or before `limit`.
+    /// The next body whose box begins at or before `limit`, nearest first, and depth first where boxes begin at one `t`.
+    /// `None` as well when the budget of the ray has ended.
     pub(super) fn next(&mut self, world: &'w World, limit: f64, below: &mut Scratch) -> Option<Meeting> {
+        self.take_back();
         while let Some((t, entry)) = self.heap.pop() {
             if t > limit {
                 below.log.depth = 0;
                 below.log.add(0, Some(t), || Act::Done { pending: 1 + self.heap.len() });
                 return None;
             }
-            if below.log.is_on() {
-                below.log.depth = 1 + self.above(entry.visit).count();
+            if !below.budget.step() {
+                return None;
             }
-            match entry.what {
-                Offer::Part(part) => {
-                    let Visit { level, ray, .. } = &self.visits[entry.visit as usize];
-                    if let Some(accel) = &level.accel {
-                        below.log.add(0, Some(t), || Act::Open { part: accel.describe(part, ray) });
-                        accel.open(part, t, ray, &mut self.offers, &mut below.work);
-                    }
-                    self.take_offers(world, entry.visit, below);
-                }
-                Offer::Item(item) => {
-                    let passed = self.pass(entry.visit, item);
-                    match passed.target {
-                        Target::Body(body) => {
-                            below.log.add(0, Some(t), || Act::EnterBody {
-                                path: world.path_name(passed.path),
-                                leaves: world.body(body).leaf_count() as usize,
-                            });
-                            return Some(passed.into_body(body));
-                        }
-                        Target::Level(level) => {
-                            let visit = self.descend(world.level(level), passed);
-                            self.enter(world, visit, t, below);
-                        }
-                    }
-                }
+            if let Some(body) = self.open(world, t, entry, below) {
+                return Some(body);
             }
         }
         None
     }
 
     /// The next body in whatever order: depth first, so that memory does not grow with what the ray meets. A walk is
-    /// done either by this or by [`Walk::next`]. `None` as well when there are no more `steps`, each an entry opened.
-    pub(super) fn next_deep(
-        &mut self,
-        world: &'w World,
-        steps: &mut usize,
-        below: &mut Scratch,
-    ) -> Option<Meeting> {
+    /// done either by this or by [`Walk::next`]. `None` as well when the budget of the ray has ended.
+    pub(super) fn next_deep(&mut self, world: &'w World, below: &mut Scratch) -> Option<Meeting> {
+        self.take_back();
         loop {
             while let Some(offered) = self.heap.pop() {
                 self.stack.push(offered);
             }
             let (t, entry) = self.stack.pop()?;
-            *steps = steps.checked_sub(1)?;
-            // What was visited later is done with.
-            self.visits.truncate(entry.visit as usize + 1);
-            match entry.what {
-                Offer::Part(part) => {
-                    let Visit { level, ray, .. } = &self.visits[entry.visit as usize];
-                    if let Some(accel) = &level.accel {
-                        accel.open(part, t, ray, &mut self.offers, &mut below.work);
-                    }
-                    self.take_offers(world, entry.visit, below);
-                }
-                Offer::Item(item) => {
-                    let passed = self.pass(entry.visit, item);
-                    match passed.target {
-                        Target::Body(body) => return Some(passed.into_body(body)),
-                        Target::Level(level) => {
-                            let visit = self.descend(world.level(level), passed);
-                            self.enter(world, visit, t, below);
-                        }
-                    }
-                }
+            if !below.budget.step() {
+                return None;
+            }
+            if let Some(body) = self.open(world, t, entry, below) {
+                return Some(body);
             }
         }
     }
 
+    /// Opens an entry that was pending at `t`: a body is returned, anything else adds to what is pending.
+    fn open(&mut self, world: &'w World, t: f64, entry: Entry, below: &mut Scratch) -> Option<Meeting> {
+        if below.log.is_on() {
+            below.log.depth = 1 + self.above(entry.visit).count();
+        }
+        let mut body = None;
+        match entry.what {
+            Offer::Part(part) => {
+                let Visit { level, ray, .. } = &self.visits[entry.visit as usize];
+                if let Some(accel) = &level.accel {
+                    below.log.add(0, Some(t), || Act::Open { part: accel.describe(part, ray) });
+                    accel.open(part, t, ray, &mut self.offers, &mut below.work);
+                }
+                self.take_offers(world, entry.visit, below);
+            }
+            Offer::Item(item) => {
+                let passed = self.pass(entry.visit, item, t);
+                match passed.target {
+                    Target::Body(number) => {
+                        below.log.add(0, Some(t), || Act::EnterBody {
+                            path: world.path_name(passed.path),
+                            leaves: world.body(number).leaf_count() as usize,
+                        });
+                        body = Some(self.give(passed.into_body(number)));
+                    }
+                    Target::Level(level) => {
+                        let visit = self.descend(world.level(level), passed);
+                        self.enter(world, visit, t, below);
+                    }
+                }
+            }
+        }
+        self.release(entry.visit);
+        body
+    }
+
+    /// Keeps the visits on the way to a body for as long as the caller may ask about it: until the next body.
+    fn give(&mut self, body: Meeting) -> Meeting {
+        self.hold(&body);
+        self.given = Some(body.visit);
+        body
+    }
+
+    fn take_back(&mut self) {
+        if let Some(visit) = self.given.take() {
+            self.release(visit);
+        }
+    }
+
+    /// Keeps the visits on the way to a body until [`Walk::let_go`], or the end of the ray.
+    pub(super) fn hold(&mut self, body: &Meeting) {
+        self.visits[body.visit as usize].uses += 1;
+    }
+
+    /// Undoes a [`Walk::hold`].
+    pub(super) fn let_go(&mut self, body: &Meeting) {
+        self.release(body.visit);
+    }
+
+    /// Takes away a use of a visit. What is not used any more is free.
+    fn release(&mut self, visit: u32) {
+        let mut next = Some(visit);
+        while let Some(visit) = next {
+            let Visit { uses, above, .. } = &mut self.visits[visit as usize];
+            *uses -= 1;
+            if *uses > 0 {
+                return;
+            }
+            next = above.map(|(above, _)| above);
+            self.free.push(visit);
+        }
+    }
+
+    /// Visits that memory is kept for.
+    #[cfg(test)]
+    pub(super) fn kept_visits(&self) -> usize {
+        self.visits.capacity()
+    }
+
+    /// Tags that memory is kept for.
+    #[cfg(test)]
+    pub(super) fn kept_tags(&self) -> usize {
+        self.tags.room()
+    }
+
     /// Passes into a placement of a visited level.
-    fn pass(&self, visit: u32, placement: u32) -> Passed {
+    fn pass(&self, visit: u32, placement: u32, enter: f64) -> Passed {
         let above = &self.visits[visit as usize];
         let placed = &above.level.placements[placement as usize];
         Passed {
@@ -207,6 +278,7 @@ impl<'w> Walk<'w> {
             line: above.line.in_frame(&placed.local_from_parent),
             object: placed.object.unwrap_or(above.object),
             path: above.first_path + placed.first_path,
+            enter,
             visit,
             placement,
         }
@@ -215,10 +287,24 @@ impl<'w> Walk<'w> {
     /// Visits a level, and answers the number of the visit.
     fn descend(&mut self, level: &'w Level, passed: Passed) -> u32 {
         let Passed { line, object, path, visit, placement, .. } = passed;
-        let ray = BoxRay::new(&line, self.visits[visit as usize].ray.span());
+        let parent = &mut self.visits[visit as usize];
+        parent.uses += 1;
+        let ray = BoxRay::new(&line, parent.ray.span());
         let above = Some((visit, placement));
-        self.visits.push(Visit { level, line, ray, above, object, first_path: path, first_tag: None });
-        (self.visits.len() - 1) as u32
+        let serial = self.serial;
+        self.serial = serial.wrapping_add(1);
+        let new =
+            Visit { level, line, ray, above, object, first_path: path, serial, repeats: false, uses: 0 };
+        match self.free.pop() {
+            Some(free) => {
+                self.visits[free as usize] = new;
+                free
+            }
+            None => {
+                self.visits.push(new);
+                (self.visits.len() - 1) as u32
+            }
+        }
     }
 
     /// A normal in the frame of a body, in world terms: `(T^-1)^T n` on every level of the way up.
@@ -249,20 +335,19 @@ impl<'w> Walk<'w> {
             let placements = self.visits[visit as usize].level.placements.len();
             below.log.add(0, Some(t), || Act::EnterLevel { path: path.join("/"), placements });
         }
-        let Visit { level, ray, first_tag, .. } = &mut self.visits[visit as usize];
+        let Visit { level, ray, repeats, uses, .. } = &mut self.visits[visit as usize];
+        // Used while it is opened, also where it offers nothing.
+        *uses += 1;
         if let Some(accel) = &level.accel {
-            if accel.repeats() {
-                *first_tag = Some(self.tag_count);
-                self.tag_count += level.placements.len();
-                self.tags.reserve(self.tag_count);
-            }
+            *repeats = accel.repeats();
             accel.start(ray, &mut self.offers, &mut below.work);
         }
         self.take_offers(world, visit, below);
+        self.release(visit);
     }
 
     fn take_offers(&mut self, world: &World, visit: u32, below: &mut Scratch) {
-        let Visit { level, ray, first_tag, .. } = &self.visits[visit as usize];
+        let Visit { level, ray, serial, repeats, uses, .. } = &mut self.visits[visit as usize];
         let Scratch { work, log, .. } = below;
         for offer in self.offers.drain(..) {
             let t = match offer.what {
@@ -274,7 +359,7 @@ impl<'w> Walk<'w> {
                 Offer::Item(item) => {
                     let placed = &level.placements[item as usize];
                     let name = || world.placed_name(placed);
-                    if first_tag.is_some_and(|first| !self.tags.is_first(first + item as usize)) {
+                    if *repeats && !self.tags.is_first(*serial, item) {
                         work.tags_saved += 1;
                         log.add(1, None, || Act::Saved { item: name() });
                         continue;
@@ -289,6 +374,7 @@ impl<'w> Walk<'w> {
                 }
             };
             work.heap_pushes += 1;
+            *uses += 1;
             self.heap.push(t, Rank::Box, Entry { visit, what: offer.what });
         }
     }

@@ -52,7 +52,7 @@ pub fn hold_one(world: &World, rays: &[(Ray, Span)]) {
 pub fn spans_of(world: &World, ray: &Ray) -> Vec<Span> {
     let mut hits = Vec::new();
     let from = Span::new(-1e12, f64::INFINITY).unwrap_or(Span::FORWARD);
-    Caster::new(world).crossings(ray, from, &mut hits);
+    Caster::new(world).crossings(ray, from, &mut hits).expect("within limits");
     let surfaces: Vec<f64> = hits.iter().filter(|h| h.kind == HitKind::Surface).map(|h| h.t).collect();
     let mut places: Vec<f64> = surfaces.iter().flat_map(|t| [t.next_down(), *t, t.next_up()]).collect();
     places.extend(hits.iter().filter(|h| h.t_err > 0.0).flat_map(|h| {
@@ -91,16 +91,21 @@ type Context<'a> = &'a dyn Fn() -> String;
 fn answers(world: &World, ray: &Ray, span: Span, seeds: &mut Seeds) -> Vec<Hit> {
     let mut caster = Caster::new(world);
     let mut hits = Vec::new();
-    caster.crossings(ray, span, &mut hits);
+    caster.crossings(ray, span, &mut hits).expect("within limits");
     let context = || format!("{ray:?} {span:?}\n{hits:#?}");
     in_order(&hits, span, &context);
-    let first = caster.closest(ray, span);
+    let first = caster.closest(ray, span).expect("within limits");
     assert!(bits(first.as_slice()) == bits(&hits[..hits.len().min(1)]), "closest {first:?} of {}", context());
-    let seeded = caster.closest_from(&mut seeds.closest, ray, span);
+    let seeded = caster.closest_from(&mut seeds.closest, ray, span).expect("within limits");
     assert!(bits(seeded.as_slice()) == bits(first.as_slice()), "seeded {seeded:?} of {}", context());
-    assert_eq!(caster.any(ray, span), !hits.is_empty(), "any of {}", context());
-    assert_eq!(caster.any_from(&mut seeds.any, ray, span), !hits.is_empty(), "seeded any of {}", context());
-    assert_eq!(caster.count(ray, span), hits.len() as u64, "count of {}", context());
+    assert_eq!(caster.any(ray, span).expect("within limits"), !hits.is_empty(), "any of {}", context());
+    assert_eq!(
+        caster.any_from(&mut seeds.any, ray, span).expect("within limits"),
+        !hits.is_empty(),
+        "seeded any of {}",
+        context()
+    );
+    assert_eq!(caster.count(ray, span).expect("within limits"), hits.len() as u64, "count of {}", context());
     let mut segments = Vec::new();
     match caster.segments(ray, span, Overlaps::All, &mut segments) {
         Ok(_) => {
@@ -108,7 +113,7 @@ fn answers(world: &World, ray: &Ray, span: Span, seeds: &mut Seeds) -> Vec<Hit> 
             let sound = segments.iter().all(|s| s.t_in <= s.t_out && s.length >= 0.0);
             assert!(sound, "{segments:?} of {}", context());
             let mut found: Vec<Stretch> =
-                segments.iter().map(|s| (s.path, s.object, s.t_in, s.t_out)).collect();
+                segments.iter().map(|s| (s.path.unwrap_or(u64::MAX), s.object, s.t_in, s.t_out)).collect();
             found.sort_by(by_path);
             assert_eq!(found, between_crossings(&hits), "segments of {}", context());
         }
@@ -161,7 +166,7 @@ fn between_crossings(hits: &[Hit]) -> Vec<Stretch> {
 /// Where it does not, at the point and all around it.
 pub fn contains_agrees(world: &World, ray: &Ray) -> usize {
     let (mut caster, mut hits, mut asked) = (Caster::new(world), Vec::new(), 0);
-    caster.crossings(ray, Span::FORWARD, &mut hits);
+    caster.crossings(ray, Span::FORWARD, &mut hits).expect("within limits");
     for pair in hits.windows(2) {
         let t = 0.5 * pair[0].t + 0.5 * pair[1].t;
         let (p, d) = (ray.at(t), ray.direction());

@@ -211,7 +211,7 @@ fn world(scene: &Scene) -> World {
 
 fn crossings(world: &World, ray: &Ray, span: Span) -> Vec<Hit> {
     let mut hits = Vec::new();
-    Caster::new(world).crossings(ray, span, &mut hits);
+    Caster::new(world).crossings(ray, span, &mut hits).expect("within limits");
     hits
 }
 

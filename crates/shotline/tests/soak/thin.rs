@@ -44,13 +44,13 @@ impl Meshes {
                 let span = spans[random.below(spans.len())];
                 hold_one(&model.fast, &[(ray, span)]);
                 list.clear();
-                Caster::new(&model.fast).crossings(&ray, span, &mut list);
+                Caster::new(&model.fast).crossings(&ray, span, &mut list).expect("within limits");
                 tally.rays += 1;
                 left -= 1;
                 tally.crossings += list.len() as u64;
                 if tally.rays.is_multiple_of(8) {
                     other.clear();
-                    Caster::new(&model.brute).crossings(&ray, span, &mut other);
+                    Caster::new(&model.brute).crossings(&ray, span, &mut other).expect("within limits");
                     if format!("{list:?}") != format!("{other:?}") {
                         tally.fail(format!(
                             "{:?}, {ray:?}, {span:?}: {list:?}, by brute force {other:?}",
@@ -60,7 +60,7 @@ impl Meshes {
                 }
             }
             let all = Span::new(-1e30, f64::INFINITY).unwrap_or(Span::FORWARD);
-            if Caster::new(&model.fast).count(&ray, all) % 2 == 1 {
+            if Caster::new(&model.fast).count(&ray, all).expect("within limits") % 2 == 1 {
                 tally.fail(format!("{:?}, {ray:?}: a line leaves as often as it enters", model.thin));
             }
         }

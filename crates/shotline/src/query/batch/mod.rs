@@ -10,11 +10,12 @@ mod run;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 pub use rays::{Points, Rays};
+use rows::blank;
 pub use rows::{By, ClosestRows, CrossingRows, ObjectRows, SegmentRows, Thickness};
 pub use run::{FEW, Run};
 
 use super::caster::all_solid;
-use super::{MAX_OF_A_RAY, Overlaps, QueryError};
+use super::{Overlaps, QueryError, Scope};
 use crate::accel::COUNTERS;
 use crate::compile::World;
 use crate::ray::{InvalidRay, Span};
@@ -50,6 +51,9 @@ pub enum BatchError {
         /// How many there may be.
         most: u64,
     },
+    /// The answers do not fit into memory.
+    #[error("there is not enough memory for the answers")]
+    OutOfMemory,
     /// A ray has no answer.
     #[error("ray {row}: {error}")]
     Query {
@@ -71,16 +75,17 @@ pub fn check(rays: &(impl Rays + ?Sized)) -> Result<(), BatchError> {
 /// The closest crossing of each ray.
 ///
 /// # Errors
-/// [`BatchError`]: cancelled, or a row that is not a ray.
+/// [`BatchError`]: cancelled, a row that is not a ray, a ray beyond its [limits](super::Limits), or too little memory.
 pub fn closest(
     world: &World,
     rays: &(impl Rays + ?Sized),
-    span: Span,
+    scope: impl Into<Scope>,
     run: Run,
 ) -> Result<ClosestRows, BatchError> {
-    let mut out = ClosestRows::blank(rays.len());
+    let scope = scope.into();
+    let mut out = ClosestRows::blank(rays.len())?;
     Batch::new(world, OfRays(rays), run).fill(out.parts(CHUNK), |worker, ray, part, i| {
-        part.set(i, worker.caster.closest(ray, span));
+        part.set(i, worker.caster.closest(ray, scope)?);
         Ok(())
     })?;
     Ok(out)
@@ -89,16 +94,17 @@ pub fn closest(
 /// Whether each ray has any crossing.
 ///
 /// # Errors
-/// [`BatchError`]: cancelled, or a row that is not a ray.
+/// [`BatchError`]: cancelled, a row that is not a ray, a ray beyond its [limits](super::Limits), or too little memory.
 pub fn any(
     world: &World,
     rays: &(impl Rays + ?Sized),
-    span: Span,
+    scope: impl Into<Scope>,
     run: Run,
 ) -> Result<Vec<bool>, BatchError> {
-    let mut out = vec![false; rays.len()];
+    let scope = scope.into();
+    let mut out = blank(false, rays.len())?;
     Batch::new(world, OfRays(rays), run).fill(out.chunks_mut(CHUNK), |worker, ray, part, i| {
-        part[i] = worker.caster.any(ray, span);
+        part[i] = worker.caster.any(ray, scope)?;
         Ok(())
     })?;
     Ok(out)
@@ -107,16 +113,17 @@ pub fn any(
 /// The number of crossings of each ray.
 ///
 /// # Errors
-/// [`BatchError`]: cancelled, or a row that is not a ray.
+/// [`BatchError`]: cancelled, a row that is not a ray, a ray beyond its [limits](super::Limits), or too little memory.
 pub fn count(
     world: &World,
     rays: &(impl Rays + ?Sized),
-    span: Span,
+    scope: impl Into<Scope>,
     run: Run,
 ) -> Result<Vec<i64>, BatchError> {
-    let mut out = vec![0; rays.len()];
+    let scope = scope.into();
+    let mut out = blank(0, rays.len())?;
     Batch::new(world, OfRays(rays), run).fill(out.chunks_mut(CHUNK), |worker, ray, part, i| {
-        part[i] = worker.caster.count(ray, span) as i64;
+        part[i] = worker.caster.count(ray, scope)? as i64;
         Ok(())
     })?;
     Ok(out)
@@ -125,17 +132,18 @@ pub fn count(
 /// Every crossing of each ray.
 ///
 /// # Errors
-/// [`BatchError`]: cancelled, a row that is not a ray, or too many crossings of one ray or of all.
+/// As [`closest`], and too many crossings of one ray or of all.
 pub fn crossings(
     world: &World,
     rays: &(impl Rays + ?Sized),
-    span: Span,
+    scope: impl Into<Scope>,
     run: Run,
 ) -> Result<CrossingRows, BatchError> {
+    let scope = scope.into();
     Batch::new(world, OfRays(rays), run).gather(|worker, ray, rows: &mut CrossingRows| {
         empty(&mut worker.hits);
-        worker.caster.crossings_up_to(ray, span, MAX_OF_A_RAY, &mut worker.hits)?;
-        rows.push_ray(&worker.hits);
+        worker.caster.crossings(ray, scope, &mut worker.hits)?;
+        rows.push_ray(&worker.hits)?;
         Ok(worker.hits.len())
     })
 }
@@ -156,7 +164,7 @@ pub fn segments(
     Batch::new(world, OfRays(rays), run).gather(|worker, ray, rows: &mut SegmentRows| {
         empty(&mut worker.segments);
         rows.overlaps += worker.caster.segments(ray, span, overlaps, &mut worker.segments)?;
-        rows.push_ray(&worker.segments);
+        rows.push_ray(&worker.segments)?;
         Ok(worker.segments.len())
     })
 }
@@ -177,7 +185,7 @@ pub fn thickness(
     let columns = by.columns(world);
     // By object there can be more numbers than any machine holds.
     let count = rays.len().checked_mul(columns).filter(|count| *count as u64 <= run.most_rows);
-    let mut lengths = vec![0.0; count.ok_or(BatchError::TooMany { most: run.most_rows })?];
+    let mut lengths = blank(0.0, count.ok_or(BatchError::TooMany { most: run.most_rows })?)?;
     let met = AtomicU64::new(0);
     let mut rest = &mut lengths[..];
     // Not `chunks_mut`: without objects there are parts all the same.
@@ -201,18 +209,19 @@ pub fn thickness(
 /// What the closest crossing of each ray takes: every counter of [`COUNTERS`], row by row.
 ///
 /// # Errors
-/// [`BatchError`]: cancelled, or a row that is not a ray.
+/// [`BatchError`]: cancelled, a row that is not a ray, a ray beyond its [limits](super::Limits), or too little memory.
 pub fn cost(
     world: &World,
     rays: &(impl Rays + ?Sized),
-    span: Span,
+    scope: impl Into<Scope>,
     run: Run,
 ) -> Result<Vec<i64>, BatchError> {
     let counters = COUNTERS.len();
-    let mut out = vec![0; rays.len() * counters];
+    let scope = scope.into();
+    let mut out = blank(0, rays.len().saturating_mul(counters))?;
     Batch::new(world, OfRays(rays), run).fill(out.chunks_mut(CHUNK * counters), |worker, ray, part, i| {
         worker.caster.take_work();
-        worker.caster.closest(ray, span);
+        worker.caster.closest(ray, scope)?;
         let work = worker.caster.take_work();
         for (count, counter) in part[i * counters..].iter_mut().zip(COUNTERS) {
             *count = (counter.of)(&work) as i64;
@@ -228,7 +237,7 @@ pub fn cost(
 /// [`BatchError`]: a mesh that is not closed, a point that is not finite, or cancelled.
 pub fn contains(world: &World, points: &(impl Points + ?Sized), run: Run) -> Result<Vec<bool>, BatchError> {
     all_solid(world).map_err(BatchError::World)?;
-    let mut out = vec![false; points.len()];
+    let mut out = blank(false, points.len())?;
     Batch::new(world, OfPoints(points), run).fill(out.chunks_mut(CHUNK), |worker, &point, part, i| {
         empty(&mut worker.objects);
         worker.caster.contains(point, &mut worker.objects)?;
@@ -251,7 +260,7 @@ pub fn objects_containing(
     Batch::new(world, OfPoints(points), run).gather(|worker, &point, rows: &mut ObjectRows| {
         empty(&mut worker.objects);
         worker.caster.contains(point, &mut worker.objects)?;
-        rows.push_point(&worker.objects);
+        rows.push_point(&worker.objects)?;
         Ok(worker.objects.len())
     })
 }

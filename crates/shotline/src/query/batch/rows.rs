@@ -1,7 +1,10 @@
 //! The answers as columns.
 
+use std::collections::TryReserveError;
+
+use super::BatchError;
 use crate::compile::World;
-use crate::query::{Hit, Segment};
+use crate::query::{Hit, QueryError, Segment};
 
 /// Closest crossings as columns, a row a ray.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -64,7 +67,7 @@ pub struct SegmentRows {
     pub material: Vec<i32>,
     /// The object.
     pub object: Vec<i32>,
-    /// The instance path.
+    /// The instance path; -1 where parts of several paths of the object join.
     pub path: Vec<i64>,
     /// How many overlaps of equal priority were met.
     pub overlaps: u64,
@@ -126,12 +129,47 @@ pub(super) trait Ragged: Send {
     /// How many rows there are.
     fn len(&self) -> usize;
     /// Appends the rows of those that come next.
-    fn append(&mut self, part: Self);
+    fn append(&mut self, part: Self) -> Result<(), TryReserveError>;
 }
 
-fn append_splits(splits: &mut Vec<i64>, part: &[i64]) {
+impl From<TryReserveError> for BatchError {
+    fn from(_: TryReserveError) -> BatchError {
+        BatchError::OutOfMemory
+    }
+}
+
+impl From<TryReserveError> for QueryError {
+    fn from(_: TryReserveError) -> QueryError {
+        QueryError::OutOfMemory
+    }
+}
+
+/// A column of so many rows, to be written.
+pub(super) fn blank<T: Clone>(value: T, rows: usize) -> Result<Vec<T>, TryReserveError> {
+    // `vec!` has the operating system make the zeros, but ends the process if it cannot.
+    Vec::<T>::new().try_reserve_exact(rows)?;
+    Ok(vec![value; rows])
+}
+
+fn extend<T>(column: &mut Vec<T>, rows: impl ExactSizeIterator<Item = T>) -> Result<(), TryReserveError> {
+    column.try_reserve(rows.len())?;
+    column.extend(rows);
+    Ok(())
+}
+
+fn join<T>(column: &mut Vec<T>, mut rows: Vec<T>) -> Result<(), TryReserveError> {
+    column.try_reserve(rows.len())?;
+    column.append(&mut rows);
+    Ok(())
+}
+
+fn join_splits(splits: &mut Vec<i64>, part: &[i64]) -> Result<(), TryReserveError> {
     let before = splits.last().copied().unwrap_or(0);
-    splits.extend(part.iter().skip(1).map(|split| before + split));
+    extend(splits, part.iter().skip(1).map(|split| before + split))
+}
+
+fn push_split(splits: &mut Vec<i64>, rows: usize) -> Result<(), TryReserveError> {
+    extend(splits, [rows as i64].into_iter())
 }
 
 fn or_minus_one(x: Option<u32>) -> i32 {
@@ -165,17 +203,17 @@ impl ClosestPart<'_> {
 
 impl ClosestRows {
     /// So many rows, to be written.
-    pub(super) fn blank(rows: usize) -> ClosestRows {
-        ClosestRows {
-            t: vec![0.0; rows],
-            normal: vec![[0.0; 3]; rows],
-            object: vec![0; rows],
-            surface: vec![0; rows],
-            primitive: vec![0; rows],
-            path: vec![0; rows],
-            entering: vec![false; rows],
-            t_err: vec![0.0; rows],
-        }
+    pub(super) fn blank(rows: usize) -> Result<ClosestRows, TryReserveError> {
+        Ok(ClosestRows {
+            t: blank(0.0, rows)?,
+            normal: blank([0.0; 3], rows)?,
+            object: blank(0, rows)?,
+            surface: blank(0, rows)?,
+            primitive: blank(0, rows)?,
+            path: blank(0, rows)?,
+            entering: blank(false, rows)?,
+            t_err: blank(0.0, rows)?,
+        })
     }
 
     /// The rows in parts of one size; the last may be smaller.
@@ -213,17 +251,17 @@ impl ClosestRows {
 
 impl CrossingRows {
     /// Appends the crossings of the next ray.
-    pub(super) fn push_ray(&mut self, hits: &[Hit]) {
-        self.t.extend(hits.iter().map(|hit| hit.t));
-        self.normal.extend(hits.iter().map(|hit| hit.normal.to_array()));
-        self.entering.extend(hits.iter().map(|hit| hit.entering));
-        self.object.extend(hits.iter().map(|hit| hit.object as i32));
-        self.surface.extend(hits.iter().map(|hit| or_minus_one(hit.surface)));
-        self.primitive.extend(hits.iter().map(|hit| or_minus_one(hit.primitive)));
-        self.path.extend(hits.iter().map(|hit| hit.path as i64));
-        self.kind.extend(hits.iter().map(|hit| hit.kind as i8));
-        self.t_err.extend(hits.iter().map(|hit| hit.t_err));
-        self.ray_splits.push(self.t.len() as i64);
+    pub(super) fn push_ray(&mut self, hits: &[Hit]) -> Result<(), TryReserveError> {
+        extend(&mut self.t, hits.iter().map(|hit| hit.t))?;
+        extend(&mut self.normal, hits.iter().map(|hit| hit.normal.to_array()))?;
+        extend(&mut self.entering, hits.iter().map(|hit| hit.entering))?;
+        extend(&mut self.object, hits.iter().map(|hit| hit.object as i32))?;
+        extend(&mut self.surface, hits.iter().map(|hit| or_minus_one(hit.surface)))?;
+        extend(&mut self.primitive, hits.iter().map(|hit| or_minus_one(hit.primitive)))?;
+        extend(&mut self.path, hits.iter().map(|hit| hit.path as i64))?;
+        extend(&mut self.kind, hits.iter().map(|hit| hit.kind as i8))?;
+        extend(&mut self.t_err, hits.iter().map(|hit| hit.t_err))?;
+        push_split(&mut self.ray_splits, self.t.len())
     }
 }
 
@@ -236,30 +274,30 @@ impl Ragged for CrossingRows {
         self.t.len()
     }
 
-    fn append(&mut self, mut part: CrossingRows) {
-        append_splits(&mut self.ray_splits, &part.ray_splits);
-        self.t.append(&mut part.t);
-        self.normal.append(&mut part.normal);
-        self.entering.append(&mut part.entering);
-        self.object.append(&mut part.object);
-        self.surface.append(&mut part.surface);
-        self.primitive.append(&mut part.primitive);
-        self.path.append(&mut part.path);
-        self.kind.append(&mut part.kind);
-        self.t_err.append(&mut part.t_err);
+    fn append(&mut self, part: CrossingRows) -> Result<(), TryReserveError> {
+        join_splits(&mut self.ray_splits, &part.ray_splits)?;
+        join(&mut self.t, part.t)?;
+        join(&mut self.normal, part.normal)?;
+        join(&mut self.entering, part.entering)?;
+        join(&mut self.object, part.object)?;
+        join(&mut self.surface, part.surface)?;
+        join(&mut self.primitive, part.primitive)?;
+        join(&mut self.path, part.path)?;
+        join(&mut self.kind, part.kind)?;
+        join(&mut self.t_err, part.t_err)
     }
 }
 
 impl SegmentRows {
     /// Appends the segments of the next ray.
-    pub(super) fn push_ray(&mut self, segments: &[Segment]) {
-        self.t_in.extend(segments.iter().map(|segment| segment.t_in));
-        self.t_out.extend(segments.iter().map(|segment| segment.t_out));
-        self.length.extend(segments.iter().map(|segment| segment.length));
-        self.material.extend(segments.iter().map(|segment| or_minus_one(segment.material)));
-        self.object.extend(segments.iter().map(|segment| segment.object as i32));
-        self.path.extend(segments.iter().map(|segment| segment.path as i64));
-        self.ray_splits.push(self.t_in.len() as i64);
+    pub(super) fn push_ray(&mut self, segments: &[Segment]) -> Result<(), TryReserveError> {
+        extend(&mut self.t_in, segments.iter().map(|segment| segment.t_in))?;
+        extend(&mut self.t_out, segments.iter().map(|segment| segment.t_out))?;
+        extend(&mut self.length, segments.iter().map(|segment| segment.length))?;
+        extend(&mut self.material, segments.iter().map(|segment| or_minus_one(segment.material)))?;
+        extend(&mut self.object, segments.iter().map(|segment| segment.object as i32))?;
+        extend(&mut self.path, segments.iter().map(|segment| segment.path.map_or(-1, |path| path as i64)))?;
+        push_split(&mut self.ray_splits, self.t_in.len())
     }
 }
 
@@ -272,23 +310,24 @@ impl Ragged for SegmentRows {
         self.t_in.len()
     }
 
-    fn append(&mut self, mut part: SegmentRows) {
-        append_splits(&mut self.ray_splits, &part.ray_splits);
-        self.t_in.append(&mut part.t_in);
-        self.t_out.append(&mut part.t_out);
-        self.length.append(&mut part.length);
-        self.material.append(&mut part.material);
-        self.object.append(&mut part.object);
-        self.path.append(&mut part.path);
+    fn append(&mut self, part: SegmentRows) -> Result<(), TryReserveError> {
+        join_splits(&mut self.ray_splits, &part.ray_splits)?;
+        join(&mut self.t_in, part.t_in)?;
+        join(&mut self.t_out, part.t_out)?;
+        join(&mut self.length, part.length)?;
+        join(&mut self.material, part.material)?;
+        join(&mut self.object, part.object)?;
+        join(&mut self.path, part.path)?;
         self.overlaps += part.overlaps;
+        Ok(())
     }
 }
 
 impl ObjectRows {
     /// Appends the objects of the next point.
-    pub(super) fn push_point(&mut self, objects: &[u32]) {
-        self.object.extend(objects.iter().map(|&object| object as i32));
-        self.point_splits.push(self.object.len() as i64);
+    pub(super) fn push_point(&mut self, objects: &[u32]) -> Result<(), TryReserveError> {
+        extend(&mut self.object, objects.iter().map(|&object| object as i32))?;
+        push_split(&mut self.point_splits, self.object.len())
     }
 }
 
@@ -301,8 +340,8 @@ impl Ragged for ObjectRows {
         self.object.len()
     }
 
-    fn append(&mut self, mut part: ObjectRows) {
-        append_splits(&mut self.point_splits, &part.point_splits);
-        self.object.append(&mut part.object);
+    fn append(&mut self, part: ObjectRows) -> Result<(), TryReserveError> {
+        join_splits(&mut self.point_splits, &part.point_splits)?;
+        join(&mut self.object, part.object)
     }
 }

@@ -14,6 +14,7 @@ use super::BatchError;
 use super::rays::Asked;
 use super::rows::Ragged;
 use crate::accel::Work;
+use crate::budget::Watch;
 use crate::compile::World;
 use crate::query::{Caster, Hit, QueryError, Segment};
 
@@ -24,9 +25,10 @@ pub struct Run<'a> {
     pub threads: usize,
     /// Threads kept by the caller: where new ones would be started, all of these are used instead.
     pub pool: Option<&'a ThreadPool>,
-    /// Called from time to time with the number of rows done since the last call, from any thread.
+    /// Called from time to time with the number of rows done since the last call, from any thread; with 0 where a single
+    /// ray takes long.
     pub progress: Option<&'a (dyn Fn(u64) + Sync)>,
-    /// Set to end the batch early.
+    /// Set to end the batch early, also within a ray.
     pub cancel: Option<&'a AtomicBool>,
     /// Where the work done is added up.
     pub work: Option<&'a Mutex<Work>>,
@@ -40,10 +42,17 @@ impl Default for Run<'_> {
     }
 }
 
+impl<'a> Run<'a> {
+    /// What follows each ray of the batch.
+    pub fn watch(&self) -> Watch<'a> {
+        Watch { cancel: self.cancel, progress: self.progress }
+    }
+}
+
 /// Rows handed to a worker at once: few enough that dear ones are spread over the threads.
 pub(super) const CHUNK: usize = 256;
 
-/// Rows between looks at the cancel flag: a dear ray takes a millisecond.
+/// Rows between looks at the cancel flag, which is read within long rays too.
 const BLOCK: usize = 64;
 
 /// Rows checked at once before the work starts.
@@ -135,8 +144,10 @@ impl<'a, A: Asked> Batch<'a, A> {
             let mut done = Vec::new();
             loop {
                 let wave = || self.wave(workers, &mut chunks, &answer);
-                let (next, ()) = rayon::join(wave, || done.drain(..).for_each(|(_, part)| all.append(part)));
+                let append = || done.drain(..).try_for_each(|(_, part)| all.append(part));
+                let (next, appended) = rayon::join(wave, append);
                 self.outcome()?;
+                appended?;
                 if next.is_empty() {
                     return Ok(all);
                 }
@@ -208,8 +219,11 @@ impl<'a, A: Asked> Batch<'a, A> {
 
     fn worker(&self) -> Worker<'a> {
         let idle = self.idle.lock().ok().and_then(|mut idle| idle.pop());
-        let new = || Caster::new(self.world);
-        idle.unwrap_or_else(|| Worker { caster: new(), hits: vec![], segments: vec![], objects: vec![] })
+        idle.unwrap_or_else(|| {
+            let mut caster = Caster::new(self.world);
+            caster.watch(self.run.watch());
+            Worker { caster, hits: vec![], segments: vec![], objects: vec![] }
+        })
     }
 
     fn dismiss(&self, mut worker: Worker<'a>) {
@@ -268,7 +282,7 @@ impl<'a, A: Asked> Batch<'a, A> {
         for row in rows {
             let one = self.asked.one(row).map_err(|error| (row, error))?;
             let new = answer(worker, &one, row);
-            made += new.map_err(|error| (row, BatchError::Query { row, error }))? as u64;
+            made += new.map_err(|error| (row, without_answer(row, error)))? as u64;
             if made >= COUNTED {
                 self.count(std::mem::take(&mut made)).map_err(|error| (row, error))?;
             }
@@ -305,5 +319,14 @@ impl<'a, A: Asked> Batch<'a, A> {
             Some((_, error)) => Err(error),
             None => Ok(()),
         }
+    }
+}
+
+/// Why a batch ends at a row.
+fn without_answer(row: usize, error: QueryError) -> BatchError {
+    match error {
+        QueryError::Cancelled => BatchError::Cancelled,
+        QueryError::OutOfMemory => BatchError::OutOfMemory,
+        error => BatchError::Query { row, error },
     }
 }

@@ -107,7 +107,7 @@ fn plain_answers(world: &World, rays: &[Ray]) -> String {
     let (mut any, mut count) = (Vec::new(), Vec::new());
     let (mut hits, mut segments): (Vec<Hit>, Vec<Segment>) = (Vec::new(), Vec::new());
     for ray in rays {
-        let hit = caster.closest(ray, span);
+        let hit = caster.closest(ray, span).expect("within limits");
         first.t.push(hit.map_or(f64::INFINITY, |h| h.t));
         first.normal.push(hit.map_or([f64::NAN; 3], |h| h.normal.to_array()));
         first.object.push(number(hit.map(|h| h.object)));
@@ -116,10 +116,10 @@ fn plain_answers(world: &World, rays: &[Ray]) -> String {
         first.path.push(hit.map_or(-1, |h| h.path as i64));
         first.entering.push(hit.is_some_and(|h| h.entering));
         first.t_err.push(hit.map_or(f64::NAN, |h| h.t_err));
-        any.push(caster.any(ray, span));
-        count.push(caster.count(ray, span) as i64);
+        any.push(caster.any(ray, span).expect("within limits"));
+        count.push(caster.count(ray, span).expect("within limits") as i64);
         hits.clear();
-        caster.crossings(ray, span, &mut hits);
+        caster.crossings(ray, span, &mut hits).expect("within limits");
         for hit in &hits {
             all.t.push(hit.t);
             all.normal.push(hit.normal.to_array());
@@ -141,7 +141,7 @@ fn plain_answers(world: &World, rays: &[Ray]) -> String {
             inside.length.push(segment.length);
             inside.material.push(number(segment.material));
             inside.object.push(segment.object as i32);
-            inside.path.push(segment.path as i64);
+            inside.path.push(segment.path.map_or(-1, |path| path as i64));
             let column = segment.material.map_or(lengths.len() - 1, |material| material as usize);
             lengths[column] += segment.length;
         }
@@ -410,7 +410,7 @@ fn costs_are_those_of_the_closest_crossing() {
     let costs = cost(&world, &rays, Span::FORWARD, run(2)).expect("an answer");
     let mut caster = Caster::new(&world);
     for (ray, costs) in rays.iter().zip(costs.chunks_exact(COUNTERS.len())) {
-        caster.closest(ray, Span::FORWARD);
+        caster.closest(ray, Span::FORWARD).expect("within limits");
         let work = caster.take_work();
         let expected: Vec<i64> = COUNTERS.iter().map(|counter| (counter.of)(&work) as i64).collect();
         assert_eq!(costs, expected);

@@ -75,17 +75,24 @@ fn a_ray_that_has_left_a_thin_wall_does_not_begin_inside() {
         let up = Ray::new(Vec3::new(0.43, 0.52, 1.5 * wall), Vec3::Z).expect("a ray");
         hold_one(&world, &[(up, Span::FORWARD)]);
         let mut caster = Caster::new(&world);
-        assert!(!caster.any(&up, Span::FORWARD) && caster.closest(&up, Span::FORWARD).is_none());
+        assert!(
+            !caster.any(&up, Span::FORWARD).expect("within limits")
+                && caster.closest(&up, Span::FORWARD).expect("within limits").is_none()
+        );
         let from_within = Ray::new(Vec3::new(0.43, 0.52, 0.5 * wall), Vec3::Z).expect("a ray");
-        assert_eq!(caster.closest(&from_within, Span::FORWARD).map(|hit| hit.kind), Some(HitKind::Start));
+        assert_eq!(
+            caster.closest(&from_within, Span::FORWARD).expect("within limits").map(|hit| hit.kind),
+            Some(HitKind::Start)
+        );
     }
     // The same far from the origin, where the look-back was as long as the coordinates.
     let far = Vec3::splat(1e4);
     let block = cuboid(far + Vec3::new(0.5, -1.0, -1.0), far + Vec3::ONE);
     let world = world(&mesh_scene(block), "bvh");
     let ray = Ray::new(far, Vec3::X).expect("a ray");
-    let hit = Caster::new(&world).closest(&ray, Span::FORWARD).expect("a block ahead");
+    let hit =
+        Caster::new(&world).closest(&ray, Span::FORWARD).expect("within limits").expect("a block ahead");
     assert_eq!((hit.t, hit.kind), (0.5, HitKind::Surface));
     let behind = Ray::new(far + Vec3::X * 1.25, Vec3::X).expect("a ray");
-    assert!(!Caster::new(&world).any(&behind, Span::FORWARD));
+    assert!(!Caster::new(&world).any(&behind, Span::FORWARD).expect("within limits"));
 }

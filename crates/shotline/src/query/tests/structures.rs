@@ -26,15 +26,19 @@ fn assert_all_accelerators_agree(scene: &Scene, rays: &[Ray], spans: &[Span], co
             let span = spans[i % spans.len()];
             let expected = crossings(&oracle, ray, span);
             let mut list = Vec::new();
-            caster.crossings(ray, span, &mut list);
+            caster.crossings(ray, span, &mut list).expect("within limits");
             assert_same(&expected, &list, &context);
-            let closest = caster.closest(ray, span);
+            let closest = caster.closest(ray, span).expect("within limits");
             assert_same(&expected[..expected.len().min(1)], closest.as_slice(), &context);
-            let seeded = caster.closest_from(&mut seeds[0], ray, span);
+            let seeded = caster.closest_from(&mut seeds[0], ray, span).expect("within limits");
             assert_same(closest.as_slice(), seeded.as_slice(), &context);
-            assert_eq!(caster.any(ray, span), !expected.is_empty(), "{context}");
-            assert_eq!(caster.any_from(&mut seeds[1], ray, span), !expected.is_empty(), "{context}");
-            assert_eq!(caster.count(ray, span), expected.len() as u64, "{context}");
+            assert_eq!(caster.any(ray, span).expect("within limits"), !expected.is_empty(), "{context}");
+            assert_eq!(
+                caster.any_from(&mut seeds[1], ray, span).expect("within limits"),
+                !expected.is_empty(),
+                "{context}"
+            );
+            assert_eq!(caster.count(ray, span).expect("within limits"), expected.len() as u64, "{context}");
             assert_eq!(caster.take_trace().steps.is_empty(), i % 2 == 1);
         }
     }
@@ -53,7 +57,7 @@ fn every_accelerator_gives_the_same_bits() {
 /// A crowd for every structure: many placements of a level of many placements, a body of many leaves, meshes
 /// of many triangles as leaf, operand and surface, and a solid without end. So that items lie in many cells,
 /// they are of all sizes.
-fn crowded_scene(random: &mut Random) -> Scene {
+pub(super) fn crowded_scene(random: &mut Random) -> Scene {
     let mut scene = Scene::default();
     let mesh = |scene: &mut Scene, mesh| scene.add(Node::Mesh { mesh: Arc::new(mesh), file: None });
     let (ball, sheet) = (mesh(&mut scene, ball(3)), mesh(&mut scene, sheet(6)));
@@ -98,16 +102,19 @@ fn seeds_save_the_walk_and_are_harmless_elsewhere() {
     let fan = |i: u32| {
         Ray::new(Vec3::new(-8.0, 0.0, 0.0), Vec3::new(1.0, 1e-4 * f64::from(i), 0.0)).expect("a ray")
     };
-    assert!((0..100).all(|i| caster.any_from(&mut seed, &fan(i), Span::FORWARD)));
+    assert!((0..100).all(|i| caster.any_from(&mut seed, &fan(i), Span::FORWARD).expect("within limits")));
     let work = caster.take_work();
     assert_eq!(work.seeded, 100);
     assert!(work.seeded_right > 80, "{work:?}");
-    assert!((0..100).all(|i| caster.any(&fan(i), Span::FORWARD)));
+    assert!((0..100).all(|i| caster.any(&fan(i), Span::FORWARD).expect("within limits")));
     assert!(caster.take_work().boxes > 2 * work.boxes, "{work:?}");
     let small = two_boxes(0, 0.5);
     let mut caster = Caster::new(&small);
     for ray in rays(&mut random, 50) {
-        assert_eq!(caster.any_from(&mut seed.clone(), &ray, Span::FORWARD), caster.any(&ray, Span::FORWARD));
+        assert_eq!(
+            caster.any_from(&mut seed.clone(), &ray, Span::FORWARD).expect("within limits"),
+            caster.any(&ray, Span::FORWARD).expect("within limits")
+        );
     }
 }
 
@@ -124,7 +131,7 @@ fn traces_are_complete() {
             caster.take_work();
             caster.record(usize::MAX);
             let mut hits = Vec::new();
-            caster.crossings(ray, Span::FORWARD, &mut hits);
+            caster.crossings(ray, Span::FORWARD, &mut hits).expect("within limits");
             let (whole, work) = (caster.take_trace(), caster.take_work());
             let (mut tests, mut alone, mut saved, mut boundaries) = (0, 0, 0, 0);
             for step in &whole.steps {
@@ -144,7 +151,7 @@ fn traces_are_complete() {
             assert_eq!((saved, boundaries), (work.tags_saved, hits.len()), "{name}");
             assert!(tests <= work.solids && work.solids <= tests + alone, "{name}: {tests}, {work:?}");
             caster.record(10);
-            caster.crossings(ray, Span::FORWARD, &mut hits);
+            caster.crossings(ray, Span::FORWARD, &mut hits).expect("within limits");
             let cut = caster.take_trace();
             assert_eq!(cut.steps, whole.steps[..whole.steps.len().min(10)]);
             assert_eq!(cut.steps.len() + cut.left_out as usize, whole.steps.len());
@@ -162,7 +169,7 @@ fn parts_choose_their_accelerators() {
         let world = compile(scene, Options { accel }).expect("it compiles");
         let mut caster = Caster::new(&world);
         let mut hits = Vec::new();
-        rays.iter().for_each(|ray| caster.crossings(ray, Span::FORWARD, &mut hits));
+        rays.iter().for_each(|ray| caster.crossings(ray, Span::FORWARD, &mut hits).expect("within limits"));
         (hits, caster.take_work())
     };
     let (expected, work) = lists(&plain, None);
@@ -206,7 +213,8 @@ fn tags_save_tests() {
     let work = |name| {
         let world = world(&scene, name);
         let mut caster = Caster::new(&world);
-        rays.iter().for_each(|ray| caster.crossings(ray, Span::FORWARD, &mut Vec::new()));
+        rays.iter()
+            .for_each(|ray| caster.crossings(ray, Span::FORWARD, &mut Vec::new()).expect("within limits"));
         caster.take_work()
     };
     let most = work("brute").solids;

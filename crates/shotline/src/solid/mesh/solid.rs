@@ -129,11 +129,14 @@ impl MeshSolid {
     ) {
         let mut limit = to;
         let mut scaled_limit = probe.scaled(to);
-        let Scratch { work, tags, log } = scratch;
+        let Scratch { work, tags, log, budget } = scratch;
         tags.begin();
         let mut before = *work;
         self.accelerator.walk(&probe.boxes(from, to), work, &mut |items, work| {
             let mut hits = Vec::new();
+            if !budget.step() {
+                return f64::NEG_INFINITY;
+            }
             for &item in items {
                 if !tags.is_first(item as usize) {
                     work.tags_saved += 1;
@@ -144,6 +147,10 @@ impl MeshSolid {
                     && from <= hit.t
                     && hit.t <= limit
                 {
+                    // Hits are kept in order, which takes long if they are many.
+                    if !budget.step() {
+                        return f64::NEG_INFINITY;
+                    }
                     limit = visit(hit);
                     scaled_limit = probe.scaled(limit);
                     if log.is_on() {

@@ -1,0 +1,149 @@
+//! What one ray may cost: a number of steps, and a cancel flag that is read between them.
+//!
+//! Traversals call [`Budget::step`] for each entry they take from a heap or a stack. That is a decrement; the flag is
+//! read once in [`SLICE`] steps.
+
+use std::fmt;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Steps between two looks at the cancel flag: a fraction of a millisecond.
+const SLICE: u64 = 1024;
+
+/// How the caller of a query follows and ends it while it runs.
+#[derive(Clone, Copy, Default)]
+pub struct Watch<'c> {
+    /// Set by any thread to end the query with an error.
+    pub cancel: Option<&'c AtomicBool>,
+    /// Called with 0 from time to time while a single ray is worked on, by the thread that works on it.
+    pub progress: Option<&'c (dyn Fn(u64) + Sync)>,
+}
+
+impl fmt::Debug for Watch<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Watch { cancel, progress } = self;
+        f.debug_struct("Watch").field("cancel", cancel).field("progress", &progress.is_some()).finish()
+    }
+}
+
+/// Why a ray was given up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// The cancel flag was set.
+    Cancelled,
+    /// It took all its steps.
+    Exhausted,
+}
+
+/// The steps of one ray. Without [`Budget::begin`] they are unlimited.
+#[derive(Clone, Debug)]
+pub struct Budget<'c> {
+    watch: Watch<'c>,
+    /// Steps until the next look at the flag.
+    slice: u64,
+    /// Steps after those.
+    rest: u64,
+    most: u64,
+    ended: Option<Ended>,
+}
+
+impl Default for Budget<'_> {
+    fn default() -> Self {
+        Budget { watch: Watch::default(), slice: 0, rest: u64::MAX, most: u64::MAX, ended: None }
+    }
+}
+
+impl<'c> Budget<'c> {
+    /// Follows another watch from the next ray on.
+    pub fn watch(&mut self, watch: Watch<'c>) {
+        self.watch = watch;
+    }
+
+    /// Begins a ray of at most so many steps.
+    pub fn begin(&mut self, most: u64) {
+        let slice = most.min(SLICE);
+        (self.slice, self.rest, self.most, self.ended) = (slice, most - slice, most, None);
+    }
+
+    /// Takes a step. `false` ends the traversal: its answer is void, and [`Budget::ended`] says why.
+    #[inline]
+    pub fn step(&mut self) -> bool {
+        match self.slice.checked_sub(1) {
+            Some(left) => {
+                self.slice = left;
+                true
+            }
+            None => self.look(),
+        }
+    }
+
+    #[cold]
+    fn look(&mut self) -> bool {
+        if self.rest == 0 {
+            self.ended = self.ended.or(Some(Ended::Exhausted));
+        }
+        self.check();
+        if self.ended.is_some() {
+            return false;
+        }
+        let slice = self.rest.min(SLICE);
+        self.rest -= slice;
+        self.slice = slice - 1;
+        true
+    }
+
+    /// Reads the cancel flag now: for work that takes no steps.
+    pub fn check(&mut self) {
+        if let Some(progress) = self.watch.progress {
+            progress(0);
+        }
+        if self.watch.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed)) {
+            self.ended = Some(Ended::Cancelled);
+        }
+    }
+
+    /// Why the ray was given up; `None` if it was not.
+    pub fn ended(&self) -> Option<Ended> {
+        self.ended
+    }
+
+    /// Steps taken since [`Budget::begin`].
+    pub fn used(&self) -> u64 {
+        self.most - self.rest - self.slice
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::AtomicU64;
+
+    use super::*;
+
+    #[test]
+    fn a_ray_has_so_many_steps_and_no_more() {
+        for most in [0, 1, SLICE - 1, SLICE, SLICE + 1, 10 * SLICE + 7] {
+            let mut budget = Budget::default();
+            for _ in 0..2 {
+                budget.begin(most);
+                assert_eq!((0..2 * most + 9).filter(|_| budget.step()).count() as u64, most);
+                assert_eq!((budget.ended(), budget.used()), (Some(Ended::Exhausted), most));
+            }
+        }
+    }
+
+    #[test]
+    fn the_flag_is_read_within_a_slice() {
+        let (cancel, looks) = (AtomicBool::new(false), AtomicU64::new(0));
+        let progress = |steps| {
+            assert_eq!(steps, 0);
+            looks.fetch_add(1, Ordering::Relaxed);
+        };
+        let mut budget = Budget::default();
+        budget.watch(Watch { cancel: Some(&cancel), progress: Some(&progress) });
+        budget.begin(u64::MAX);
+        assert!((0..10 * SLICE).all(|_| budget.step()));
+        assert_eq!(looks.load(Ordering::Relaxed), 9);
+        cancel.store(true, Ordering::Relaxed);
+        assert!((0..3 * SLICE).filter(|_| budget.step()).count() as u64 <= SLICE);
+        assert_eq!(budget.ended(), Some(Ended::Cancelled));
+    }
+}

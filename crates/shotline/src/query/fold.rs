@@ -1,0 +1,161 @@
+//! The fold: every query is given the boundaries of the bodies that the ray meets, nearest body first.
+
+use std::ops::ControlFlow;
+
+use super::caster::Caster;
+use super::stream::Stream;
+use super::walk::{Meeting, Walk};
+use super::{QueryError, Scope};
+use crate::budget::Ended;
+use crate::compile::Body;
+use crate::csg::{Boundary, HitKind};
+use crate::ray::{Line, Ray, Span};
+use crate::solid::Wanted;
+use crate::trace::Act;
+
+/// Where the fold stands after a boundary.
+pub(super) enum Go {
+    /// Nothing beyond this `t` is wanted any more.
+    UpTo(f64),
+    Stop,
+}
+
+/// What a query makes of the boundaries it is given. The walk can be asked about the body.
+pub(super) type Fold<'f, 'w> = dyn FnMut(&mut Walk<'w>, &Meeting, Boundary) -> Go + 'f;
+
+/// What is wanted of a ray.
+pub(super) struct Quest<'q> {
+    pub scope: Scope,
+    /// All boundaries of each body, or the first.
+    pub wanted: Wanted,
+    /// The way to the body that is asked first.
+    pub seed: &'q [u32],
+}
+
+impl<'w> Caster<'w> {
+    /// Gives every boundary in the scope to `fold`, body by body; nearest bodies first, but before all the one
+    /// of the seed.
+    ///
+    /// # Errors
+    /// [`QueryError::Cancelled`] and [`QueryError::TooLong`]; then what was given is void.
+    pub(super) fn fold(
+        &mut self,
+        ray: &Ray,
+        quest: &Quest,
+        fold: &mut Fold<'_, 'w>,
+    ) -> Result<(), QueryError> {
+        let _ = self.fold_bodies(ray, quest, fold);
+        self.outcome()
+    }
+
+    fn fold_bodies(&mut self, ray: &Ray, quest: &Quest, fold: &mut Fold<'_, 'w>) -> ControlFlow<()> {
+        let span = quest.scope.span;
+        let mut limit = span.t_max();
+        self.scratch.budget.begin(self.limits.steps);
+        self.walk.begin(self.world, Line::of(ray), span);
+        let asked = self.walk.follow(self.world, quest.seed, &mut self.scratch.work);
+        if let Some(meeting) = &asked {
+            self.fold_body(meeting, quest, &mut limit, fold)?;
+        }
+        self.walk.start(self.world, &mut self.scratch);
+        while let Some(meeting) = self.walk.next(self.world, limit, &mut self.scratch) {
+            let again = asked.is_some_and(|a| a.path == meeting.path);
+            if !again {
+                self.fold_body(&meeting, quest, &mut limit, fold)?;
+            }
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// Gives the boundaries of one body, up to the limit, which it may lower.
+    pub(super) fn fold_body(
+        &mut self,
+        meeting: &Meeting,
+        quest: &Quest,
+        limit: &mut f64,
+        fold: &mut Fold<'_, 'w>,
+    ) -> ControlFlow<()> {
+        let Scope { span, kinds } = quest.scope;
+        // With the first wanted, what lies beyond the best so far does not matter. What begins at the same `t` does, and a
+        // span does not hold what begins at its end.
+        let end = limit.next_up().min(span.t_max());
+        let span = Span::new(span.t_min(), end).unwrap_or(span);
+        let walk = &mut self.walk;
+        let mut give = |mut boundary: Boundary| {
+            // Of the two zeros only the positive one is given out: -0.0 would sort before it.
+            boundary.crossing.t += 0.0;
+            match fold(walk, meeting, boundary) {
+                Go::UpTo(t) => {
+                    *limit = limit.min(t);
+                    ControlFlow::Continue(())
+                }
+                Go::Stop => ControlFlow::Break(()),
+            }
+        };
+        match self.world.body(meeting.body) {
+            Body::Solid(body) => {
+                // Where a span may begin inside, the first boundary is perhaps not the one that is looked for.
+                let within = meeting.enter <= span.t_min();
+                let mut wanted =
+                    if within && !kinds.hold(HitKind::Start) { Wanted::All } else { quest.wanted };
+                loop {
+                    let line = &meeting.line;
+                    let mut stream =
+                        Stream::new(body, line, span, wanted, &mut self.stream, &mut self.scratch);
+                    let mut first = None;
+                    while let Some(boundary) = stream.next() {
+                        stream.log().add(1, Some(boundary.crossing.t), || described(&boundary));
+                        first = first.or(Some(boundary.kind));
+                        if kinds.hold(boundary.kind) {
+                            give(boundary)?;
+                        }
+                        if wanted == Wanted::First
+                            || (quest.wanted == Wanted::First && kinds.hold(boundary.kind))
+                        {
+                            break;
+                        }
+                    }
+                    if wanted == Wanted::All || first.is_none_or(|kind| kinds.hold(kind)) {
+                        break;
+                    }
+                    // Only rounding puts the start inside of what begins behind it.
+                    wanted = Wanted::All;
+                }
+            }
+            Body::Surface(body) => {
+                self.hits.clear();
+                let line = meeting.line.in_frame(&body.local_from_body);
+                self.scratch.log.add(1, None, || Act::Test { item: "mesh".into() });
+                match quest.wanted {
+                    Wanted::All => body.mesh.hits(&line, span, &mut self.hits, &mut self.scratch),
+                    Wanted::First => self.hits.extend(body.mesh.nearest(&line, span, &mut self.scratch)),
+                }
+                self.scratch.log.add(1, None, || Act::Found { crossings: self.hits.clone() });
+                for &crossing in &self.hits {
+                    let entering = crossing.entering;
+                    let boundary = Boundary { kind: HitKind::Surface, entering, leaf: 0, crossing };
+                    self.scratch.log.add(1, Some(crossing.t), || described(&boundary));
+                    give(boundary)?;
+                }
+            }
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// Whether the budget of the ray has lasted.
+    pub(super) fn outcome(&self) -> Result<(), QueryError> {
+        match self.scratch.budget.ended() {
+            None => Ok(()),
+            Some(Ended::Cancelled) => Err(QueryError::Cancelled),
+            Some(Ended::Exhausted) => Err(QueryError::TooLong { most: self.limits.steps }),
+        }
+    }
+}
+
+fn described(boundary: &Boundary) -> Act {
+    match boundary.kind {
+        HitKind::Surface => Act::Boundary { entering: boundary.entering },
+        HitKind::Start => Act::Start,
+        HitKind::End => Act::End,
+    }
+}

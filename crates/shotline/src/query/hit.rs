@@ -1,0 +1,56 @@
+//! Boundaries in world terms.
+
+use super::Hit;
+use super::walk::{Meeting, Walk};
+use crate::compile::{Body, World};
+use crate::crossing::NO_PRIMITIVE;
+use crate::csg::{Boundary, HitKind};
+use crate::math::{Vec3, unit};
+use crate::ray::Ray;
+use crate::solid::Solid;
+
+/// A boundary of a body that the walk has met, in world terms.
+pub(super) fn hit(world: &World, walk: &Walk, ray: &Ray, meeting: &Meeting, boundary: &Boundary) -> Hit {
+    let Boundary { kind, entering, leaf, crossing } = *boundary;
+    let mut hit = Hit {
+        t: crossing.t,
+        t_err: crossing.t_err,
+        entering,
+        kind,
+        normal: Vec3::NAN,
+        object: meeting.object,
+        surface: None,
+        primitive: None,
+        polygon: None,
+        barycentric: None,
+        path: meeting.path,
+    };
+    if kind != HitKind::Surface {
+        return hit;
+    }
+    let (solid, local_from_body, first_surface, subtracted) = match world.body(meeting.body) {
+        Body::Surface(b) => (&*b.mesh as &dyn Solid, &b.local_from_body, b.first_surface, false),
+        Body::Solid(b) => {
+            let l = &b.leaves[leaf as usize];
+            (&*l.solid, &l.local_from_body, l.first_surface, b.program.is_subtracted(leaf))
+        }
+    };
+    let p = meeting.line.in_frame(local_from_body).at(crossing.t);
+    let outward = solid.normal(p, crossing.surface, crossing.primitive);
+    let normal = unit(walk.world_normal(meeting, local_from_body.covector(outward)));
+    hit.normal = if crossing.primitive == NO_PRIMITIVE {
+        if subtracted { -normal } else { normal }
+    } else if (normal.dot(ray.direction()) < 0.0) == entering {
+        // A triangle is flat: which of its sides is outside shows in the way the ray goes.
+        normal
+    } else {
+        -normal
+    };
+    hit.surface = Some(first_surface + crossing.surface);
+    if crossing.primitive != NO_PRIMITIVE {
+        hit.primitive = Some(crossing.primitive);
+        hit.polygon = solid.polygon(crossing.primitive);
+        hit.barycentric = solid.barycentric(p, crossing.primitive);
+    }
+    hit
+}

@@ -1,0 +1,72 @@
+//! Whether a body holds a point: its accelerator proposes the leaves whose boxes hold the point, the others are out.
+
+use crate::aabb::BoxRay;
+use crate::accel::{Offer, Pending, Scratch, Tags};
+use crate::compile::SolidBody;
+use crate::csg::ProgramState;
+use crate::math::Vec3;
+use crate::ray::{Line, Span};
+
+/// The memory of a question; reused from point to point.
+#[derive(Debug, Default)]
+pub(super) struct Membership {
+    state: ProgramState,
+    pending: Vec<Pending>,
+    tags: Tags,
+}
+
+/// A point as a line: its span has no length, so that a box is met if and only if it holds the point. Boxes and bounds are
+/// conservative, so rounding may let a box in, but never leaves one out.
+pub(super) fn line_at(p: Vec3) -> Line {
+    Line::exact(p, Vec3::X)
+}
+
+impl Membership {
+    /// Whether a body holds the origin of a line, in the frame of the body. Void if the budget has ended.
+    ///
+    /// A leaf outside of its effective bounds cannot change the result (see `Program::effective_bounds`), so it is not
+    /// asked: the cost grows with the leaves whose boxes hold the point.
+    pub(super) fn holds(&mut self, body: &SolidBody, line: &Line, here: Span, below: &mut Scratch) -> bool {
+        self.state.reset(&body.program);
+        match &body.accel {
+            None => (0..).zip(&body.leaves).for_each(|(leaf, _)| self.ask(body, leaf, line.o, below)),
+            Some(accel) => {
+                let ray = BoxRay::new(line, here);
+                self.tags.begin();
+                if accel.repeats() {
+                    self.tags.reserve(body.leaves.len());
+                }
+                self.pending.clear();
+                accel.start(&ray, &mut self.pending, &mut below.work);
+                while let Some(next) = self.pending.pop() {
+                    if !below.budget.step() {
+                        break;
+                    }
+                    match next.what {
+                        Offer::Part(part) => {
+                            accel.open(part, next.t, &ray, &mut self.pending, &mut below.work);
+                        }
+                        Offer::Item(leaf) if self.tags.is_first(leaf as usize) => {
+                            below.work.boxes += 1;
+                            if ray.enter_exit(&body.leaves[leaf as usize].bounds).is_some() {
+                                self.ask(body, leaf, line.o, below);
+                            }
+                        }
+                        Offer::Item(_) => below.work.tags_saved += 1,
+                    }
+                }
+            }
+        }
+        let inside = self.state.value(&body.program);
+        self.state.clear(&body.program);
+        inside
+    }
+
+    fn ask(&mut self, body: &SolidBody, leaf: u32, p: Vec3, below: &mut Scratch) {
+        let asked = &body.leaves[leaf as usize];
+        below.work.solids += 1;
+        if asked.solid.contains(asked.local_from_body.point(p)) {
+            self.state.toggle(&body.program, leaf);
+        }
+    }
+}
