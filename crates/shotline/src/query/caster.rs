@@ -1,8 +1,8 @@
 //! The caster: what is asked of one ray.
 
-use super::fold::{Go, Quest};
 use super::hit::hit;
 use super::membership::{Membership, line_at};
+use super::quest::{Go, Quest};
 use super::seed::Seed;
 use super::segments::{self, Interval, resolve};
 use super::stream::StreamScratch;

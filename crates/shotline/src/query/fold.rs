@@ -3,8 +3,9 @@
 use std::ops::ControlFlow;
 
 use super::caster::Caster;
+use super::quest::{Fold, Go, Quest};
 use super::stream::Stream;
-use super::walk::{Meeting, Walk};
+use super::walk::Meeting;
 use super::{QueryError, Scope};
 use crate::budget::Ended;
 use crate::compile::Body;
@@ -12,25 +13,6 @@ use crate::csg::{Boundary, HitKind};
 use crate::ray::{Line, Ray, Span};
 use crate::solid::Wanted;
 use crate::trace::Act;
-
-/// Where the fold stands after a boundary.
-pub(super) enum Go {
-    /// Nothing beyond this `t` is wanted any more.
-    UpTo(f64),
-    Stop,
-}
-
-/// What a query makes of the boundaries it is given. The walk can be asked about the body.
-pub(super) type Fold<'f, 'w> = dyn FnMut(&mut Walk<'w>, &Meeting, Boundary) -> Go + 'f;
-
-/// What is wanted of a ray.
-pub(super) struct Quest<'q> {
-    pub scope: Scope,
-    /// All boundaries of each body, or the first.
-    pub wanted: Wanted,
-    /// The way to the body that is asked first.
-    pub seed: &'q [u32],
-}
 
 impl<'w> Caster<'w> {
     /// Gives every boundary in the scope to `fold`, body by body; nearest bodies first, but before all the one

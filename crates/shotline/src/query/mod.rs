@@ -6,6 +6,7 @@ mod fold;
 mod heap;
 mod hit;
 mod membership;
+mod quest;
 mod repair;
 mod scope;
 mod seed;

@@ -16,6 +16,9 @@ type Range = (f64, f64);
 
 /// A box around the points of a box that meet all constraints; empty if there are none.
 pub fn contract(start: Aabb, forms: &[Quadratic]) -> Aabb {
+    if start.is_empty() {
+        return Aabb::EMPTY;
+    }
     let mut b = start;
     for _ in 0..ROUNDS {
         let before = b;
