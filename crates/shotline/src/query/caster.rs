@@ -292,7 +292,7 @@ impl<'w> Caster<'w> {
         let (mut open, mut refused): (Option<Interval>, _) = (None, None);
         let quest = Quest { scope: span.into(), wanted: Wanted::All, seed: &[] };
         self.fold(ray, &quest, &mut |_, meeting, boundary| {
-            let end = (boundary.crossing.t, boundary.crossing.t_err);
+            let end = boundary.crossing;
             // The boundaries of a body come one after the other, in pairs.
             match open.take() {
                 None => open = Some(Interval { start: end, end, object: meeting.object, path: meeting.path }),

@@ -11,11 +11,11 @@ use crate::crossing::{Crossing, together};
 use crate::math::length;
 use crate::ray::Ray;
 
-/// A stretch inside one body; ends with `t` and its bound.
+/// A stretch inside one body, between two of its boundaries.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Interval {
-    pub start: (f64, f64),
-    pub end: (f64, f64),
+    pub start: Crossing,
+    pub end: Crossing,
     pub object: u32,
     pub path: u64,
 }
@@ -59,14 +59,14 @@ pub(super) fn resolve(
     }
     if overlaps == Overlaps::All {
         let first = out.len();
-        out.extend(intervals.iter().map(|i| segment(i.start.0, i.end.0, i.object, Some(i.path))));
+        out.extend(intervals.iter().map(|i| segment(i.start.t, i.end.t, i.object, Some(i.path))));
         out[first..].sort_by(|a, b| a.t_in.total_cmp(&b.t_in).then(a.path.cmp(&b.path)));
         return Ok(0);
     }
     let mut sweep = Ownership::new(world, intervals);
     let mut owned: Option<Owned> = None;
     let mut met = 0;
-    for event in ends(intervals).chunk_by(|a, b| together(&a.crossing, &b.crossing)) {
+    for event in events(&ends(intervals)) {
         if !budget.step() {
             break;
         }
@@ -100,7 +100,9 @@ pub(super) fn resolve(
         if let Some(Owned { start, interval, path }) = owned.take() {
             let stops = event.iter().any(|e| e.interval == interval);
             let end = t_of(if stops { before } else { after });
-            out.push(segment(start, end, intervals[interval].object, path));
+            if start < end {
+                out.push(segment(start, end, intervals[interval].object, path));
+            }
         }
         owned = after.map(|interval| {
             let begins = event.iter().any(|e| e.interval == interval);
@@ -116,7 +118,7 @@ pub(super) fn resolve(
 pub(super) fn overlaps(world: &World, intervals: &[Interval], budget: &mut Budget, out: &mut Vec<Overlap>) {
     let mut sweep = Ownership::new(world, intervals);
     let mut told = f64::NEG_INFINITY;
-    for event in ends(intervals).chunk_by(|a, b| together(&a.crossing, &b.crossing)) {
+    for event in events(&ends(intervals)) {
         if !budget.step() {
             return;
         }
@@ -138,12 +140,26 @@ pub(super) fn overlaps(world: &World, intervals: &[Interval], budget: &mut Budge
 fn ends(intervals: &[Interval]) -> Vec<End> {
     let mut ends: Vec<End> = Vec::with_capacity(2 * intervals.len());
     for (interval, i) in intervals.iter().enumerate() {
-        let end = |(t, err), entering| End { crossing: Crossing::new(t, err, entering, 0), interval };
+        let end =
+            |crossing: Crossing, entering| End { crossing: Crossing { entering, ..crossing }, interval };
         ends.extend([end(i.start, true), end(i.end, false)]);
     }
     let path = |e: &End| intervals[e.interval].path;
     ends.sort_by(|a, b| a.crossing.t.total_cmp(&b.crossing.t).then(path(a).cmp(&path(b))));
     ends
+}
+
+/// Groups sorted ends into events. In a chain, of which the first end is not one event with the last, ends of different
+/// intervals that may be a common face are one event, but no interval is swallowed.
+fn events(ends: &[End]) -> impl Iterator<Item = &[End]> {
+    ends.chunk_by(|a, b| together(&a.crossing, &b.crossing)).flat_map(|chain| {
+        let low = chain.iter().map(|e| e.crossing.low()).fold(f64::NEG_INFINITY, f64::max);
+        let high = chain.iter().map(|e| e.crossing.high()).fold(f64::INFINITY, f64::min);
+        chain.chunk_by(move |a, b| {
+            let abut = a.interval != b.interval && a.crossing.entering != b.crossing.entering;
+            low <= high || abut || a.crossing.t == b.crossing.t
+        })
+    })
 }
 
 /// How intervals rank: by priority, then the later object in the scene, then the lower path. The last is the interval's
@@ -193,8 +209,8 @@ impl<'a> Ownership<'a> {
 
     fn overlap(&self, a: usize, b: usize, t: f64) -> Overlap {
         let (a, b) = (&self.intervals[a], &self.intervals[b]);
-        let (first, second) = if (a.start.0, a.object) <= (b.start.0, b.object) { (a, b) } else { (b, a) };
-        Overlap { first: first.object, second: second.object, t_in: t, t_out: a.end.0.min(b.end.0) }
+        let (first, second) = if (a.start.t, a.object) <= (b.start.t, b.object) { (a, b) } else { (b, a) };
+        Overlap { first: first.object, second: second.object, t_in: t, t_out: a.end.t.min(b.end.t) }
     }
 }
 

@@ -197,3 +197,33 @@ fn thin_layers_seen_from_afar_are_one_body() {
         assert!(rest.len().is_multiple_of(2) && rest[0].t >= start);
     }
 }
+
+/// Layers in two objects, each thicker than the bounds of its faces but begun within those of the other: what the ray
+/// passes of either is not swallowed by the chain that their faces make.
+#[test]
+fn thin_objects_that_overlap_keep_their_segments() {
+    for count in [1, 2, 500] {
+        let mut scene = Scene::default();
+        let layers = [0.0, 2e-6].map(|offset| {
+            let boxes = (0..count)
+                .map(|i| f64::from(i) * 8e-6 + offset)
+                .map(|z| boxed(&mut scene, [0.0, 0.0, z], [1.0, 1.0, z + 4e-6]))
+                .collect();
+            csg(&mut scene, Op::Union, boxes)
+        });
+        scene.add_object("below", None, layers[0]);
+        scene.add_object("above", None, layers[1]);
+        let world = world(&scene, "bvh");
+        let ray = Ray::new(Vec3::new(0.3, 0.4, -1e9), Vec3::Z).expect("a ray");
+        let mut segments = Vec::new();
+        Caster::new(&world)
+            .segments(&ray, Span::FORWARD, Overlaps::Priority, &mut segments)
+            .expect("within limits");
+        let length =
+            |object: u32| segments.iter().filter(|s| s.object == object).map(|s| s.length).sum::<f64>();
+        let (below, above) = (length(0) / f64::from(count), length(1) / f64::from(count));
+        // An end that is one event with the other's begin is taken for it.
+        assert!((1.7e-6..4.3e-6).contains(&below), "{count}: {below}");
+        assert!((above - 4e-6).abs() < 3e-7, "{count}: {above}");
+    }
+}
