@@ -6,8 +6,12 @@
 
 mod found;
 mod intersections;
+mod meetings;
 mod moments;
+mod obb;
+mod pairs;
 mod probe;
+mod separation;
 mod shells;
 mod side;
 mod solid;

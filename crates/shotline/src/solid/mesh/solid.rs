@@ -1,7 +1,8 @@
 //! A mesh that answers rays.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
+use super::meetings::Meetings;
 use super::probe::{Probe, Size, Triangle};
 use super::winding::{FirstEntry, first_entry, order, to_crossings, total};
 use super::{MeshError, Topology, TriangleMesh};
@@ -27,6 +28,7 @@ pub struct MeshSolid {
     pub(super) triangles: Vec<Triangle>,
     scaled_bounds: Aabb,
     pub(super) accelerator: Box<dyn Accelerator>,
+    pub(super) meetings: OnceLock<Meetings>,
 }
 
 impl MeshSolid {
@@ -57,6 +59,7 @@ impl MeshSolid {
             size,
             triangles,
             accelerator,
+            meetings: OnceLock::new(),
         })
     }
 
