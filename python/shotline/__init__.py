@@ -19,7 +19,7 @@ from .nodes import Difference, Group, Intersection, Node, Object, Union
 from .queries import OverlapWarning
 from .radiography import Detector, radiograph
 from .results import Closest, Cost, Crossings, Measures, Segments
-from .scene import Scene, _unpacked, load  # noqa: F401
+from .scene import ReadWarning, Scene, _unpacked, load  # noqa: F401
 from .solids import *  # noqa: F403
 from .solids import __all__ as _solids
 
@@ -40,6 +40,7 @@ __all__ = [
     "Node",
     "Object",
     "OverlapWarning",
+    "ReadWarning",
     "Scene",
     "Segments",
     "Union",

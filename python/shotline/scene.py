@@ -301,6 +301,13 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_forget_building)
 
 
+class ReadWarning(UserWarning):
+    """A reader dropped or repaired part of a file; the message names what, how often, and the first line or byte.
+
+    To refuse such files: `warnings.simplefilter("error", shotline.ReadWarning)`.
+    """
+
+
 def load(path: str | os.PathLike[str], *, accel: str | None = None, allow_outside: bool = False) -> Scene:
     """Read a scene file (JSON), or a mesh (PLY, STL, OBJ) as a scene of one object named after the file.
 
@@ -309,6 +316,9 @@ def load(path: str | os.PathLike[str], *, accel: str | None = None, allow_outsid
         accel: the accelerator used everywhere, whatever the file says; no answer depends on it.
         allow_outside: let the scene name mesh files outside of its own folder.
 
+    Warns:
+        ReadWarning: for each kind of thing that was dropped or repaired. `shotline info FILE` lists all notes.
+
     Raises:
         FileNotFoundError: if there is no such file.
         ValueError: with everything that is wrong, each with its line and how to mend it.
@@ -316,6 +326,7 @@ def load(path: str | os.PathLike[str], *, accel: str | None = None, allow_outsid
     path = os.fspath(path)
     os.stat(path)
     native, notes = _native.Scene.load(path, accel, allow_outside)
-    for note in notes:
-        warnings.warn(note, stacklevel=2)
+    for note, changed in notes:
+        if changed:
+            warnings.warn(note, ReadWarning, stacklevel=2)
     return Scene._of(native, accel)

@@ -15,7 +15,7 @@ use shotline::query::batch::{
 };
 use shotline::query::{Overlaps, QueryError};
 use shotline::ray::Span;
-use shotline_io::{Document, Packed, Reach, WriteError};
+use shotline_io::{Document, Effect, Packed, Reach, WriteError};
 
 use crate::mesh::Mesh;
 use crate::rays::{PointRows, RayRows};
@@ -145,18 +145,18 @@ impl Scene {
         Scene::of(py, document, accel)
     }
 
-    /// From a file, and what a user may want to know about it.
+    /// From a file; with its notes, each with whether it changes the model.
     #[staticmethod]
     fn load(
         py: Python,
         path: PathBuf,
         accel: Option<&str>,
         allow_outside: bool,
-    ) -> PyResult<(Scene, Vec<String>)> {
+    ) -> PyResult<(Scene, Vec<(String, bool)>)> {
         let reach = if allow_outside { Reach::Anywhere } else { Reach::Folder };
         let document = py.detach(|| shotline_io::load_with(&path, reach));
         let document = document.map_err(|e| PyValueError::new_err(e.to_string()))?;
-        let notes = document.notes.clone();
+        let notes = document.notes.iter().map(|n| (n.to_string(), n.effect == Effect::Changed)).collect();
         Ok((Scene::of(py, document, accel)?, notes))
     }
 

@@ -25,15 +25,39 @@ impl<'b> Cursor<'b> {
         Some(taken)
     }
 
-    /// The next line and where it begins, without its break (`\n`, `\r\n`); `None` at the end.
+    /// The next line and where it begins, without its break (`\n`, `\r\n` or `\r`); `None` at the end.
     pub(crate) fn line(&mut self) -> Option<(usize, &'b [u8])> {
         let start = self.at;
         let rest = self.bytes.get(start..).filter(|rest| !rest.is_empty())?;
-        let length = rest.iter().position(|b| *b == b'\n');
-        self.at = start + length.map_or(rest.len(), |n| n + 1);
-        let line = &rest[..length.unwrap_or(rest.len())];
-        Some((start, line.strip_suffix(b"\r").unwrap_or(line)))
+        let length = rest.iter().position(|b| matches!(b, b'\n' | b'\r')).unwrap_or(rest.len());
+        self.at = start + length + break_at(rest, length);
+        Some((start, &rest[..length]))
     }
+}
+
+/// How many bytes the line break at a place takes; 0 where there is none.
+pub(crate) fn break_at(bytes: &[u8], at: usize) -> usize {
+    match bytes.get(at..).unwrap_or_default() {
+        [b'\r', b'\n', ..] => 2,
+        [b'\r' | b'\n', ..] => 1,
+        _ => 0,
+    }
+}
+
+/// The line, counted from 1, in which a byte stands. Line breaks are those of [`Cursor::line`].
+pub(crate) fn line_at(bytes: &[u8], at: usize) -> usize {
+    1 + line_starts(&bytes[..at.min(bytes.len())]).count()
+}
+
+/// Where the second line and those after it begin.
+pub(crate) fn line_starts(bytes: &[u8]) -> impl Iterator<Item = usize> {
+    // The last byte of a break is one where a break of one byte is read.
+    (0..bytes.len()).filter(|i| break_at(bytes, *i) == 1).map(|i| i + 1)
+}
+
+/// The length of a UTF-8 byte order mark at the beginning; 0 where there is none.
+pub(crate) fn mark_length(bytes: &[u8]) -> usize {
+    if bytes.starts_with(b"\xEF\xBB\xBF") { 3 } else { 0 }
 }
 
 /// The words of a line, each with the bytes at which it stands; `start` is where the line begins.

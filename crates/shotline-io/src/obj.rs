@@ -9,10 +9,11 @@ use std::ops::Range;
 use shotline::math::Vec3;
 use shotline::solid::mesh::TriangleMesh;
 
-use crate::bytes::{Cursor, Word, words};
+use crate::bytes::{Cursor, Word, mark_length, words};
 use crate::error::WriteError;
-use crate::fault::Fault;
+use crate::fault::{At, Fault};
 use crate::format::{Content, Encoded, Format, MeshFile};
+use crate::note::{Effect, NoteKind, Notes};
 use crate::polygon::{Corner, Polygons};
 
 pub(crate) const FORMAT: Format = Format {
@@ -28,6 +29,54 @@ pub(crate) const FORMAT: Format = Format {
     content: Content::Mesh { read, write },
 };
 
+/// The keywords of the format that say nothing about where polygons lie.
+const KEYWORDS: &[&[u8]] = &[
+    b"vt",
+    b"vn",
+    b"vp",
+    b"p",
+    b"l",
+    b"o",
+    b"g",
+    b"s",
+    b"mg",
+    b"mtllib",
+    b"usemtl",
+    b"maplib",
+    b"usemap",
+    b"lod",
+    b"bevel",
+    b"c_interp",
+    b"d_interp",
+    b"shadow_obj",
+    b"trace_obj",
+    b"ctech",
+    b"stech",
+    b"cstype",
+    b"deg",
+    b"bmat",
+    b"step",
+    b"curv",
+    b"curv2",
+    b"surf",
+    b"parm",
+    b"trim",
+    b"hole",
+    b"scrv",
+    b"sp",
+    b"end",
+    b"con",
+    b"call",
+    b"csh",
+];
+
+const UNKNOWN: NoteKind = NoteKind {
+    name: "unknown_keyword",
+    effect: Effect::Changed,
+    one: "1 line with a keyword that OBJ does not have was passed over",
+    many: "# lines with keywords that OBJ does not have were passed over",
+};
+
 /// A face as written, with numbers counted from 0 and its place.
 struct Face {
     corners: Range<usize>,
@@ -37,32 +86,35 @@ struct Face {
 fn read(bytes: &[u8]) -> Result<MeshFile, Fault> {
     let mut vertices: Vec<Vec3> = Vec::new();
     let (mut corners, mut faces) = (Vec::new(), Vec::new());
-    let mut cursor = Cursor::new(bytes, 0);
+    let mut notes = Notes::default();
+    let mut cursor = Cursor::new(bytes, mark_length(bytes));
     let mut line = Vec::new();
     while let Some((start, end)) = next_line(&mut cursor, &mut line) {
         match line.first().map(|w: &Word| w.bytes) {
             Some(b"v") => vertices.push(read_vertex(&line, start..end)?),
-            Some(b"f") => {
+            Some(b"f" | b"fo") => {
                 let first = corners.len();
                 for word in &line[1..] {
                     corners.push(read_corner(word, vertices.len())?);
                 }
                 faces.push(Face { corners: first..corners.len(), line: start..end });
             }
-            _ => {}
+            None => {}
+            Some(keyword) if KEYWORDS.contains(&keyword) || keyword[0] == b'#' => {}
+            Some(_) => notes.quote(&UNKNOWN, At::Text(start..end), || line[0].shown()),
         }
     }
     if faces.is_empty() {
         return Err(Fault::file("has no faces").help("a mesh needs lines 'f 1 2 3'"));
     }
     // Only now is it known how many vertices there are: faces may come first.
-    let mut polygons = Polygons::new(vertices.len());
+    let mut polygons = Polygons::new(vertices.len(), notes);
     for (i, face) in faces.into_iter().enumerate() {
-        let added = polygons.add(&corners[face.corners]);
+        let added = polygons.add(&corners[face.corners], At::Text(face.line.clone()));
         added
             .map_err(|why| Fault::text(face.line, format!("face {i} {why}; here both are counted from 0")))?;
     }
-    Ok(polygons.finish(vertices))
+    Ok(polygons.finish(vertices, bytes))
 }
 
 /// Reads the words of a line that may go on after a backslash; answers where it begins and ends.

@@ -3,26 +3,35 @@
 use shotline::math::Vec3;
 use shotline::solid::mesh::TriangleMesh;
 
+use crate::fault::At;
 use crate::format::MeshFile;
+use crate::note::{Effect, NoteKind, Notes};
 
 /// A vertex number as read: it may be anything.
 pub(crate) type Corner = i64;
+
+const CUT: NoteKind = NoteKind {
+    name: "polygons_cut",
+    effect: Effect::Kept,
+    one: "1 polygon was cut into triangles",
+    many: "# polygons were cut into triangles",
+};
 
 /// Faces being gathered.
 pub(crate) struct Polygons {
     vertices: usize,
     triangles: Vec<[u32; 3]>,
-    cut: usize,
+    notes: Notes,
 }
 
 impl Polygons {
     /// Faces between so many vertices.
-    pub(crate) fn new(vertices: usize) -> Polygons {
-        Polygons { vertices, triangles: Vec::new(), cut: 0 }
+    pub(crate) fn new(vertices: usize, notes: Notes) -> Polygons {
+        Polygons { vertices, triangles: Vec::new(), notes }
     }
 
     /// Adds a face; more than three corners are cut into a fan from the first. Vertices count from 0.
-    pub(crate) fn add(&mut self, corners: &[Corner]) -> Result<(), String> {
+    pub(crate) fn add(&mut self, corners: &[Corner], at: At) -> Result<(), String> {
         let [first, middle @ .., _] = corners else { return Err("has no corners".into()) };
         if middle.is_empty() {
             return Err(format!("has only {} corners", corners.len()));
@@ -36,12 +45,14 @@ impl Polygons {
         for pair in corners[1..].windows(2) {
             self.triangles.push([first, vertex(pair[0])?, vertex(pair[1])?]);
         }
-        self.cut += usize::from(corners.len() > 3);
+        if corners.len() > 3 {
+            self.notes.add(&CUT, at);
+        }
         Ok(())
     }
 
-    /// The mesh.
-    pub(crate) fn finish(self, vertices: Vec<Vec3>) -> MeshFile {
-        MeshFile { mesh: TriangleMesh { vertices, faces: self.triangles }, polygons_cut: self.cut }
+    /// The mesh, of a file of these bytes.
+    pub(crate) fn finish(self, vertices: Vec<Vec3>, bytes: &[u8]) -> MeshFile {
+        MeshFile { mesh: TriangleMesh::new(vertices, self.triangles), notes: self.notes.finish(bytes) }
     }
 }

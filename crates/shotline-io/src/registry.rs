@@ -105,7 +105,7 @@ fn mesh_error(path: &Path, bytes: &[u8], fault: Fault) -> ReadError {
 fn mesh_document(path: &Path, found: MeshFile) -> Document {
     let stem = path.file_stem().map_or("mesh".into(), |s| s.to_string_lossy());
     let file = path.file_name().map(|f| f.to_string_lossy().into_owned());
-    let notes = found.note().map(|note| format!("{}: {note}", path.display())).into_iter().collect();
+    let notes = found.notes_of(&path.display().to_string()).collect();
     let mut scene = Scene::default();
     let node = scene.add(Node::Mesh { mesh: found.mesh.into(), file });
     scene.add_object(&stem, None, node);

@@ -59,7 +59,7 @@ fn read(bytes: &[u8]) -> Result<MeshFile, Fault> {
     if welder.mesh.faces.is_empty() {
         return Err(Fault::file("has no triangles"));
     }
-    Ok(MeshFile { mesh: welder.mesh, polygons_cut: 0 })
+    Ok(MeshFile { mesh: welder.mesh, notes: Vec::new() })
 }
 
 fn wrong_size(bytes: &[u8]) -> Fault {

@@ -120,15 +120,14 @@ fn faces_without_area_or_doubled() {
     let vertices = vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z, Vec3::X * 0.5];
     let with = |more: &[[u32; 3]]| {
         let faces = pyramid.iter().chain(more).copied().collect();
-        Topology::of(&TriangleMesh { vertices: vertices.clone(), faces }).unwrap()
+        Topology::of(&TriangleMesh::new(vertices.clone(), faces)).unwrap()
     };
     let degenerate = with(&[[0, 0, 1]]);
     assert!(degenerate.is_closed() && degenerate.degenerate_faces.count == 1, "{degenerate:?}");
     // A T-junction made good by a sliver: without it the mesh would be open.
     let sliver = [[0, 2, 1], [0, 4, 3], [4, 1, 3], [0, 1, 4], [1, 2, 3], [2, 0, 3]];
-    let topology = |faces: &[[u32; 3]]| {
-        Topology::of(&TriangleMesh { vertices: vertices.clone(), faces: faces.to_vec() }).unwrap()
-    };
+    let topology =
+        |faces: &[[u32; 3]]| Topology::of(&TriangleMesh::new(vertices.clone(), faces.to_vec())).unwrap();
     let closed = topology(&sliver);
     assert!(closed.is_closed() && closed.zero_area_faces.count == 1, "{closed:?}");
     assert!(!topology(&[&sliver[..3], &sliver[4..]].concat()).is_closed());

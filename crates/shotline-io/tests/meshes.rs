@@ -3,12 +3,12 @@
 use shotline::math::{Affine, Vec3};
 use shotline::scene::{Node, Scene};
 use shotline::solid::mesh::TriangleMesh;
-use shotline_io::{load, read_mesh, save, write_scene};
+use shotline_io::{Spot, load, read_mesh, save, write_scene};
 
 fn tetrahedron() -> TriangleMesh {
     let vertices =
         vec![Vec3::new(0.1, -0.0, 1e-300), Vec3::new(1.0, 0.0, 0.0), Vec3::Y, Vec3::new(0.0, 1e300, 0.3)];
-    TriangleMesh { vertices, faces: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]] }
+    TriangleMesh::new(vertices, vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
 }
 
 fn scene_of(mesh: TriangleMesh) -> Scene {
@@ -169,7 +169,9 @@ fn polygons_are_cut_and_counted() {
     let path = folder.path().join("a.obj");
     std::fs::write(&path, "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1/1 2/2/2 3//3 4\nf -4 -3 -2\n").unwrap();
     let document = load(&path).unwrap();
-    assert!(document.notes[0].ends_with("a.obj: 1 polygon was cut into triangles"));
+    let note = &document.notes[0];
+    assert!(note.to_string().ends_with("a.obj: 1 polygon was cut into triangles, on line 5"), "{note}");
+    assert_eq!((note.kind, note.count, note.first), ("polygons_cut", 1, Some(Spot::Line(5))));
     assert_eq!(read_mesh(&path).unwrap().faces, [[0, 1, 2], [0, 2, 3], [0, 1, 2]]);
 }
 

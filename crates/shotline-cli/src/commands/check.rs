@@ -15,7 +15,8 @@ use crate::{input, output};
 /// make a model not sound: open edges and flipped faces, which leave a mesh without an inside, errors of the
 /// scene, and objects of equal priority that overlap. Remarks do not: edges of more than two faces, faces
 /// without area, doubled or inward faces, faces that pass through each other, faces of different objects in
-/// one place. Faces that only touch, or overlap in one plane, do not pass through each other.
+/// one place. Faces that only touch, or overlap in one plane, do not pass through each other. Notes name what
+/// the readers of the files passed over, dropped or repaired, how often, and the first line or byte.
 ///
 /// Overlaps and coincidences of objects are looked for with rays along the axes, spread over the model; small
 /// ones may slip through.
@@ -44,7 +45,7 @@ impl Command {
         let document = input::load(&self.model)?;
         let mut findings = Findings::default();
         for note in &document.notes {
-            findings.line(note);
+            findings.add_note(note);
         }
         for node in &document.scene.nodes {
             if let Node::Mesh { mesh, file } = node {

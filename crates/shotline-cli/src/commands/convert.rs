@@ -44,8 +44,9 @@ impl Command {
         let notes =
             interrupt::listening(|_| save(&self.output, &document.scene).map_err(|e| self.failure(&e)))?;
         let comments = has_comments(document.source.text()).then(|| "comments are lost".into());
-        for note in document.notes.iter().chain(&notes).chain(&comments) {
-            progress::remark(note, self.quiet);
+        let read = document.notes.iter().map(ToString::to_string);
+        for note in read.chain(notes).chain(comments) {
+            progress::remark(&note, self.quiet);
         }
         Ok(0)
     }

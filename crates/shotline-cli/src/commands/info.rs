@@ -7,9 +7,11 @@ use serde_json::{Value, json};
 use shotline::aabb::Aabb;
 use shotline::compile::{Stats, World};
 use shotline::scene::{Node, NodeId, Op, Scene};
+use shotline_io::Note;
 
 use crate::args::{Build, Model};
 use crate::failure::Failure;
+use crate::findings::note_to_json;
 use crate::number::{bytes, counted, grouped, json as number, json_vector, short, short_vector};
 use crate::table::{Align, Table};
 use crate::{input, output};
@@ -17,7 +19,8 @@ use crate::{input, output};
 /// Tell how large a model is
 ///
 /// Nodes, objects, leaves, bounds, memory and the time to load and build it. Leaves are counted once however
-/// often they are placed; virtual leaves count every placement, as a ray sees them.
+/// often they are placed; virtual leaves count every placement, as a ray sees them. Notes name what the readers
+/// of the files passed over, dropped or repaired, how often, and the first line or byte.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Command {
@@ -48,6 +51,7 @@ struct Report {
     load_s: f64,
     build_s: f64,
     objects: Vec<ObjectLine>,
+    notes: Vec<Note>,
 }
 
 struct ObjectLine {
@@ -71,6 +75,7 @@ impl Command {
             load_s: (loaded - begin).as_secs_f64(),
             build_s: loaded.elapsed().as_secs_f64(),
             objects: objects(&document.scene),
+            notes: document.notes,
         };
         output::print(&if self.json { format!("{:#}\n", report.to_json()) } else { report.to_text() })?;
         Ok(0)
@@ -97,6 +102,7 @@ impl Report {
                 "material": o.material,
                 "body": o.body,
             })).collect::<Vec<_>>(),
+            "notes": self.notes.iter().map(note_to_json).collect::<Vec<_>>(),
         })
     }
 
@@ -130,6 +136,9 @@ impl Report {
         );
         out += "\n";
         out += &self.object_table();
+        for note in &self.notes {
+            out += &format!("note: {note}\n");
+        }
         out
     }
 

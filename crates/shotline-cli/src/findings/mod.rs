@@ -1,10 +1,11 @@
-//! What `check` has found: faults, which make a model not sound, and remarks, which do not.
+//! What `check` has found: faults, which make a model not sound, and remarks and notes of readers, which do not.
 
 mod mesh;
 mod scene;
 
 use serde_json::{Value, json};
 use shotline::math::Vec3;
+use shotline_io::{Effect, Note, Spot};
 
 use crate::number::json_vector;
 
@@ -38,6 +39,7 @@ struct Finding {
 enum Severity {
     Fault,
     Remark,
+    Note,
 }
 
 impl Severity {
@@ -45,6 +47,7 @@ impl Severity {
         match self {
             Severity::Fault => "fault",
             Severity::Remark => "remark",
+            Severity::Note => "note",
         }
     }
 }
@@ -56,12 +59,25 @@ struct Place {
     vertices: Vec<u32>,
     objects: Vec<String>,
     point: Option<Vec3>,
+    spot: Option<Spot>,
 }
 
 impl Findings {
     /// Adds a line for people.
     pub fn line(&mut self, text: impl Into<String>) {
         self.lines.push(Line::Text(text.into()));
+    }
+
+    /// Adds what a reader passed over, dropped or repaired.
+    pub fn add_note(&mut self, note: &Note) {
+        self.add(Finding {
+            severity: Severity::Note,
+            subject: note.file.clone().unwrap_or_else(|| "scene".into()),
+            kind: note.kind,
+            count: note.count,
+            text: note.to_string(),
+            first: Place { spot: note.first, ..Place::default() },
+        });
     }
 
     fn add(&mut self, finding: Finding) {
@@ -86,7 +102,11 @@ impl Findings {
         for line in &self.lines {
             out += &match line {
                 Line::Text(text) => format!("{text}\n"),
-                Line::Finding(finding) => format!("  {}: {}\n", finding.severity.name(), finding.text),
+                Line::Finding(finding) => {
+                    // Notes stand before the mesh to which they belong, the others below it.
+                    let indent = if finding.severity == Severity::Note { "" } else { "  " };
+                    format!("{indent}{}: {}\n", finding.severity.name(), finding.text)
+                }
             };
         }
         out += &format!("{model}: {}\n", if self.are_sound() { "sound" } else { "not sound" });
@@ -115,6 +135,29 @@ impl Finding {
             "vertices": self.first.vertices,
             "objects": self.first.objects,
             "point": self.first.point.map(json_vector),
+            "line": line(self.first.spot),
+            "byte": byte(self.first.spot),
         })
     }
+}
+
+/// A note as JSON, as `info` prints it.
+pub fn note_to_json(note: &Note) -> Value {
+    json!({
+        "kind": note.kind,
+        "changed": note.effect == Effect::Changed,
+        "count": note.count,
+        "text": note.to_string(),
+        "file": note.file,
+        "line": line(note.first),
+        "byte": byte(note.first),
+    })
+}
+
+fn line(spot: Option<Spot>) -> Option<usize> {
+    spot.and_then(|spot| if let Spot::Line(line) = spot { Some(line) } else { None })
+}
+
+fn byte(spot: Option<Spot>) -> Option<usize> {
+    spot.and_then(|spot| if let Spot::Byte(byte) = spot { Some(byte) } else { None })
 }

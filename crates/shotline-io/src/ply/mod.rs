@@ -15,6 +15,7 @@ use crate::bytes::Cursor;
 use crate::error::WriteError;
 use crate::fault::Fault;
 use crate::format::{Content, Encoded, Format, MeshFile};
+use crate::note::Notes;
 use crate::polygon::{Corner, Polygons};
 
 pub(crate) const FORMAT: Format = Format {
@@ -28,22 +29,22 @@ fn read(bytes: &[u8]) -> Result<MeshFile, Fault> {
     let header = header::read(bytes)?;
     let cursor = Cursor::new(bytes, header.end);
     match header.encoding {
-        Encoding::Ascii => read_tables(&header, bytes.len(), &mut AsciiRows::new(cursor)),
-        encoding => read_tables(&header, bytes.len(), &mut BinaryRows::new(cursor, encoding)),
+        Encoding::Ascii => read_tables(&header, bytes, &mut AsciiRows::new(cursor)),
+        encoding => read_tables(&header, bytes, &mut BinaryRows::new(cursor, encoding)),
     }
 }
 
-fn read_tables(header: &Header, bytes: usize, rows: &mut impl Rows) -> Result<MeshFile, Fault> {
+fn read_tables(header: &Header, bytes: &[u8], rows: &mut impl Rows) -> Result<MeshFile, Fault> {
     let count_of = |name: &str| header.elements.iter().find(|e| e.name == name).map_or(0, |e| e.count);
     if count_of("face") == 0 {
         let help = "a mesh needs an element 'face' with its list of vertices";
         return Err(Fault::file("has no faces").help(help));
     }
     for element in &header.elements {
-        check_count(element, header, bytes)?;
+        check_count(element, header, bytes.len())?;
     }
     let mut vertices = Vec::new();
-    let mut polygons = Polygons::new(count_of("vertex"));
+    let mut polygons = Polygons::new(count_of("vertex"), Notes::default());
     for element in &header.elements {
         match element.name.as_str() {
             "vertex" => read_vertices(element, rows, &mut vertices)?,
@@ -51,7 +52,7 @@ fn read_tables(header: &Header, bytes: usize, rows: &mut impl Rows) -> Result<Me
             _ => skip(element, rows)?,
         }
     }
-    Ok(polygons.finish(vertices))
+    Ok(polygons.finish(vertices, bytes))
 }
 
 /// Counts are believed only as far as the file has bytes for them.
@@ -116,7 +117,8 @@ fn read_faces(element: &Element, rows: &mut impl Rows, out: &mut Polygons) -> Re
             }
         }
         rows.end()?;
-        out.add(&polygon).map_err(|why| rows.fault(format!("face {i} {why}")))?;
+        let at = rows.fault(String::new()).at;
+        out.add(&polygon, at).map_err(|why| rows.fault(format!("face {i} {why}")))?;
     }
     Ok(())
 }

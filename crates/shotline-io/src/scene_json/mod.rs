@@ -28,6 +28,7 @@ use crate::error::ReadError;
 use crate::fault::{Fault, Faults};
 use crate::files::too_large;
 use crate::format::{Content, Format, MeshSource};
+use crate::note::Note;
 
 pub(crate) const FORMAT: Format = Format {
     name: "scene",
@@ -75,7 +76,7 @@ pub(crate) fn parse(
     }
 }
 
-type Parts = (shotline::scene::Scene, Vec<std::ops::Range<usize>>, Vec<String>);
+type Parts = (shotline::scene::Scene, Vec<std::ops::Range<usize>>, Vec<Note>);
 
 fn document(text: &str, meshes: Meshes, faults: &mut Faults) -> Option<Parts> {
     // Only what comes from outside is suspected; places in the text are 32 bits wide.

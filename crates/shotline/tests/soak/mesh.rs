@@ -238,5 +238,5 @@ fn cube() -> TriangleMesh {
         (0..8).map(|i| Vec3::from([0, 1, 2].map(|k| f64::from((i >> k) & 1) * 2.0 - 1.0))).collect();
     let squares = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let faces = squares.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
-    TriangleMesh { vertices, faces }
+    TriangleMesh::new(vertices, faces)
 }

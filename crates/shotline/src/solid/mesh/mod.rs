@@ -42,9 +42,22 @@ pub struct TriangleMesh {
     pub vertices: Vec<Vec3>,
     /// Three vertex numbers a triangle.
     pub faces: Vec<[u32; 3]>,
+    /// For each triangle the number of the polygon in its file, from 0, that it was cut from. Empty where triangle and
+    /// polygon numbers are the same. No answer depends on it.
+    pub polygons: Vec<u32>,
 }
 
 impl TriangleMesh {
+    /// Triangles that are not cut from polygons.
+    pub fn new(vertices: Vec<Vec3>, faces: Vec<[u32; 3]>) -> TriangleMesh {
+        TriangleMesh { vertices, faces, polygons: Vec::new() }
+    }
+
+    /// The polygon of its file that a face was cut from, counted from 0.
+    pub fn polygon(&self, face: u32) -> u32 {
+        self.polygons.get(face as usize).copied().unwrap_or(face)
+    }
+
     /// The three corners of a face.
     ///
     /// # Panics

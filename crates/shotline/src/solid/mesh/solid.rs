@@ -314,6 +314,7 @@ impl Solid for MeshSolid {
     fn memory(&self) -> usize {
         size_of_val(self.mesh.vertices.as_slice())
             + size_of_val(self.mesh.faces.as_slice())
+            + size_of_val(self.mesh.polygons.as_slice())
             + size_of_val(self.triangles.as_slice())
             + self.accelerator.memory()
     }

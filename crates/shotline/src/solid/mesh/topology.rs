@@ -222,7 +222,7 @@ mod tests {
         assert_eq!(odd.crowded_edges.first.unwrap().faces, [0, 33]);
         let line = |x: f64| Vec3::new(x, 2.0 * x, -x);
         let vertices = vec![line(0.0), line(1.0), line(3.0)];
-        let flat = report(&TriangleMesh { vertices, faces: vec![[0, 1, 2]] });
+        let flat = report(&TriangleMesh::new(vertices, vec![[0, 1, 2]]));
         assert_eq!((flat.zero_area_faces, flat.open_edges.count), (Found { count: 1, first: Some(0) }, 3));
     }
 
