@@ -228,8 +228,7 @@ mod tests {
                 };
                 let places = (0..vertices).map(|_| place(&mut random)).collect();
                 let face = |random: &mut Random| [0; 3].map(|_: u32| random.below(vertices) as u32);
-                let mesh =
-                    TriangleMesh { vertices: places, faces: (0..faces).map(|_| face(&mut random)).collect() };
+                let mesh = TriangleMesh::new(places, (0..faces).map(|_| face(&mut random)).collect());
                 crossings += agrees(mesh);
             }
         }
@@ -240,7 +239,7 @@ mod tests {
     fn faces_around_one_corner_agree_with_all_pairs() {
         let mut random = Random::new(5);
         for n in [30, 200] {
-            let mut mesh = TriangleMesh { vertices: vec![Vec3::ZERO], faces: Vec::new() };
+            let mut mesh = TriangleMesh::new(vec![Vec3::ZERO], Vec::new());
             for i in 0..n {
                 let at = random.direction() * random.number(0.1, 10.0);
                 mesh.vertices.extend([at, at + random.direction() * 0.7 * at.length()]);

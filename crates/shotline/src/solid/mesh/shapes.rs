@@ -7,13 +7,13 @@ use crate::math::{Affine, Vec3};
 
 impl TriangleMesh {
     /// The mesh moved.
-    pub(super) fn moved(mut self, by: &Affine) -> TriangleMesh {
+    pub(crate) fn moved(mut self, by: &Affine) -> TriangleMesh {
         self.vertices.iter_mut().for_each(|v| *v = by.point(*v));
         self
     }
 
     /// Both meshes as one.
-    pub(super) fn with(mut self, other: &TriangleMesh) -> TriangleMesh {
+    pub(crate) fn with(mut self, other: &TriangleMesh) -> TriangleMesh {
         let offset = self.vertices.len() as u32;
         self.vertices.extend(&other.vertices);
         self.faces.extend(other.faces.iter().map(|face| face.map(|v| v + offset)));
@@ -21,7 +21,7 @@ impl TriangleMesh {
     }
 
     /// The mesh with its faces the other way round.
-    pub(super) fn inside_out(mut self) -> TriangleMesh {
+    pub(crate) fn inside_out(mut self) -> TriangleMesh {
         self.faces.iter_mut().for_each(|face| face.swap(1, 2));
         self
     }
@@ -75,7 +75,7 @@ pub(super) fn ring(n: u32, m: u32) -> TriangleMesh {
 
 /// The surface of the unit cubes at some integer places: cubes that touch share no face, but may share an
 /// edge of four faces.
-pub(super) fn cubes(places: &[[i32; 3]]) -> TriangleMesh {
+pub(crate) fn cubes(places: &[[i32; 3]]) -> TriangleMesh {
     let mut mesh = TriangleMesh::default();
     let mut numbers = HashMap::new();
     for place in places {
@@ -152,5 +152,5 @@ pub(crate) fn needle(n: u32) -> TriangleMesh {
         let (i, j) = (2 + i, 2 + (i + 1) % n);
         [[0, i, j], [1, j, i]]
     });
-    TriangleMesh { vertices, faces: faces.collect() }
+    TriangleMesh::new(vertices, faces.collect())
 }
