@@ -17,7 +17,7 @@ use crate::rays::{OnInvalid, Rays};
 /// # Errors
 /// If it cannot be read; the message lists everything that is wrong.
 pub fn load(model: &Model) -> Result<Document, Failure> {
-    shotline_io::load_with(&model.path, model.reach()).map_err(|e| Failure::new(e.to_string()))
+    shotline_io::load_with(&model.path, model.options()).map_err(|e| Failure::new(e.to_string()))
 }
 
 /// Checks and builds what has been read.

@@ -26,6 +26,7 @@ pub const TARGETS: &[(&str, Target)] = &[
     ("npy", npy),
     ("cast", cast),
     ("csg", bytes::combination),
+    ("weld", bytes::weld),
 ];
 
 /// Runs the target of a name.
