@@ -22,6 +22,7 @@ from .results import Closest, Cost, Crossings, Measures, Segments
 from .scene import ReadWarning, Scene, _unpacked, load  # noqa: F401
 from .solids import *  # noqa: F403
 from .solids import __all__ as _solids
+from .text import DuplicateNameWarning
 
 __all__ = [
     "Camera",
@@ -30,6 +31,7 @@ __all__ = [
     "Crossings",
     "Detector",
     "Difference",
+    "DuplicateNameWarning",
     "Group",
     "Image",
     "Intersection",

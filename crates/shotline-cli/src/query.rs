@@ -1,6 +1,7 @@
 //! What is asked of many rays.
 
 use clap::ValueEnum;
+use shotline::query::batch::By;
 use shotline::query::{Overlaps, QueryError};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -15,12 +16,32 @@ pub enum Query {
     Crossings,
     /// The stretches inside objects
     Segments,
+    /// How far each ray goes through each material or object
+    Thickness,
 }
 
 impl Query {
     /// As on the command line.
     pub fn name(self) -> String {
         self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+}
+
+/// What thickness is counted by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ThicknessBy {
+    /// A column for each material, and a last one for objects without a material
+    Material,
+    /// A column for each object
+    Object,
+}
+
+impl From<ThicknessBy> for By {
+    fn from(by: ThicknessBy) -> By {
+        match by {
+            ThicknessBy::Material => By::Material,
+            ThicknessBy::Object => By::Object,
+        }
     }
 }
 

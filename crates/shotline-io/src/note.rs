@@ -41,6 +41,8 @@ pub enum Spot {
     Line(usize),
     /// A byte, counted from 0.
     Byte(usize),
+    /// A vertex, counted as in the file: from 1 in an OBJ, from 0 in a PLY.
+    Vertex(usize),
 }
 
 impl Note {
@@ -67,6 +69,7 @@ impl Display for Note {
             None => Ok(()),
             Some(Spot::Line(line)) => write!(f, ",{first}{word} on line {line}"),
             Some(Spot::Byte(byte)) => write!(f, ",{first}{word} at byte {byte}"),
+            Some(Spot::Vertex(vertex)) => write!(f, ",{first}{word} vertex {vertex}"),
         }
     }
 }
@@ -81,12 +84,13 @@ pub(crate) struct NoteKind {
 }
 
 /// Notes being gathered by a reader: each kind with its count and first place.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Notes {
     found: Vec<Gathered>,
+    whole: Vec<Note>,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Gathered {
     kind: &'static NoteKind,
     count: usize,
@@ -126,9 +130,14 @@ impl Notes {
         }
     }
 
+    /// Takes a note as it is.
+    pub(crate) fn push(&mut self, note: Note) {
+        self.whole.push(note);
+    }
+
     /// The notes, with the lines of the text that these bytes hold.
     pub(crate) fn finish(self, bytes: &[u8]) -> Vec<Note> {
-        self.found.into_iter().map(|found| found.note(bytes)).collect()
+        self.found.into_iter().map(|found| found.note(bytes)).chain(self.whole).collect()
     }
 }
 

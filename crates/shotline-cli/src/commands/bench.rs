@@ -8,7 +8,7 @@ use clap::Args;
 use serde_json::json;
 use shotline::compile::World;
 use shotline::query::Overlaps;
-use shotline::query::batch::{self, BatchError, Run};
+use shotline::query::batch::{self, BatchError, By, Run};
 use shotline::ray::{Ray, Span};
 
 use crate::args::{Build, Model, Threads};
@@ -22,8 +22,8 @@ use crate::{input, interrupt, output};
 ///
 /// Casts the same rays again and again and tells the median, the best and the spread, from the fastest to the
 /// slowest in parts of the median: differences smaller than that say nothing. A first cast, which is not counted,
-/// warms the caches. Answers are gathered in memory as `cast` does, and not written. `segments` resolves overlaps
-/// by priority.
+/// warms the caches. Answers are gathered in memory as `cast` does, and not written. `segments` and
+/// `thickness` resolve overlaps by priority.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Command {
@@ -70,7 +70,7 @@ impl Command {
     pub fn run(&self) -> Result<u8, Failure> {
         interrupt::catch();
         let begin = Instant::now();
-        let document = input::load(&self.model)?;
+        let document = input::load_with_remarks(&self.model, self.quiet)?;
         let load = begin.elapsed().as_secs_f64();
         let begin = Instant::now();
         let world = input::compile(&document, &self.build)?;
@@ -120,6 +120,9 @@ impl Command {
             Query::Count => batch::count(world, rays, span, run).map(drop),
             Query::Crossings => batch::crossings(world, rays, span, run).map(drop),
             Query::Segments => batch::segments(world, rays, span, Overlaps::Priority, run).map(drop),
+            Query::Thickness => {
+                batch::thickness(world, rays, span, By::Material, Overlaps::Priority, run).map(drop)
+            }
         }
     }
 

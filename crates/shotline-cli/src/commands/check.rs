@@ -18,8 +18,9 @@ use crate::{input, output};
 /// one place. Faces that only touch, or overlap in one plane, do not pass through each other. Notes name what
 /// the readers of the files passed over, dropped or repaired, how often, and the first line or byte.
 ///
-/// Overlaps and coincidences of objects are looked for with rays along the axes, spread over the model; small
-/// ones may slip through.
+/// Overlaps and coincidences of objects are looked for with rays along the axes, spread over the box of all objects that
+/// have an end; small ones may slip through. Objects without an end, such as a ground, are cut by that box. Two of them that
+/// might overlap far away are not examined there: then the model is not called sound.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Command {
@@ -27,17 +28,18 @@ pub struct Command {
     model: Model,
     #[command(flatten)]
     build: Build,
-    /// Print one JSON document instead: `sound`, and one of `findings` for each line
+    /// Print one JSON document instead: `sound` (null if something could not be examined), what was `unexamined`, and one
+    /// of `findings` for each line
     #[arg(long)]
     json: bool,
 }
 
 const EXAMPLES: &str = "\
-Exit codes: 0 sound, 1 not sound, 2 cannot be read.
+Exit codes: 0 sound, 1 not sound, 2 cannot be read, 3 no fault found but something could not be examined.
 
 Examples:
   shotline check part.stl
-  shotline check engine.json && shotline cast engine.json --rays rays.npy --query segments -o out.npz";
+  shotline check scenes/section.json && shotline cast scenes/section.json --rays rays.npy --query segments -o out.npz";
 
 impl Command {
     /// Runs the command.
@@ -63,6 +65,6 @@ impl Command {
         let model = self.model.path.display().to_string();
         let json = || format!("{:#}\n", findings.to_json(&model));
         output::print(&if self.json { json() } else { findings.to_text(&model) })?;
-        Ok(u8::from(!findings.are_sound()))
+        Ok(findings.verdict().exit_code())
     }
 }

@@ -6,7 +6,7 @@ use clap::Args;
 use serde_json::{Value, json};
 use shotline::aabb::Aabb;
 use shotline::compile::{Stats, World};
-use shotline::scene::{Node, NodeId, Op, Scene};
+use shotline::scene::{Node, NodeId, Op, Scene, Units};
 use shotline_io::Note;
 
 use crate::args::{Build, Model};
@@ -45,7 +45,7 @@ const LISTED: usize = 40;
 /// What the command has found out.
 struct Report {
     accel: &'static str,
-    units: Option<String>,
+    units: Option<Units>,
     stats: Stats,
     bounds: Aabb,
     load_s: f64,
@@ -69,7 +69,7 @@ impl Command {
         let world: World = input::compile(&document, &self.build)?;
         let report = Report {
             accel: self.build.general(&document.scene),
-            units: document.scene.units.clone(),
+            units: document.scene.units,
             stats: world.stats(),
             bounds: world.bounds(),
             load_s: (loaded - begin).as_secs_f64(),
@@ -91,7 +91,7 @@ impl Report {
             "leaves": self.stats.leaves,
             "virtual_leaves": self.stats.virtual_leaves,
             "bounds": if self.bounds.is_empty() { Value::Null } else { bounds },
-            "units": self.units,
+            "units": self.units.map(Units::name),
             "memory_bytes": self.stats.memory_bytes,
             "condition": number(self.stats.condition),
             "accel": self.accel,
@@ -107,7 +107,7 @@ impl Report {
     }
 
     fn to_text(&self) -> String {
-        let units = self.units.as_ref().map_or_else(String::new, |u| format!(" {u}"));
+        let units = self.units.map_or_else(String::new, |u| format!(" {u}"));
         let bounds = if self.bounds.is_empty() {
             "nothing".to_string()
         } else {

@@ -7,6 +7,7 @@ use shotline::ray::Ray;
 use crate::args::{Build, Model, SpanOfT};
 use crate::failure::Failure;
 use crate::number::parse_vector;
+use crate::progress::Quiet;
 use crate::shot::Shot;
 use crate::steps::{Query, Steps};
 use crate::{input, output};
@@ -79,9 +80,9 @@ impl Command {
     pub fn run(&self) -> Result<u8, Failure> {
         let ray = self.ray()?;
         let span = self.span.span()?;
-        let document = input::load(&self.model)?;
+        let document = input::load_with_remarks(&self.model, Quiet { quiet: false })?;
         let world = input::compile(&document, &self.build)?;
-        let shot = Shot::new(&world, ray, span, document.scene.units.clone()).map_err(|e| {
+        let shot = Shot::new(&world, ray, span, document.scene.units).map_err(|e| {
             let help = "report a part of it with --t-min and --t-max, or use `shotline cast`";
             Failure::of_file(&self.model.path, format!("{e}\nhelp: {help}"))
         })?;

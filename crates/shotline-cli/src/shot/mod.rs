@@ -7,6 +7,7 @@ use shotline::compile::World;
 use shotline::math::{Vec3, length, unit};
 use shotline::query::{Caster, Hit, HitKind, Overlaps, QueryError, Segment};
 use shotline::ray::{Ray, Span};
+use shotline::scene::Units;
 
 use crate::overlap::{self, Overlap};
 
@@ -15,7 +16,7 @@ use crate::overlap::{self, Overlap};
 pub struct Shot {
     ray: Ray,
     span: Span,
-    units: Option<String>,
+    units: Option<Units>,
     crossings: Vec<Row>,
     totals: Vec<Total>,
     overlaps: Vec<Overlap>,
@@ -57,7 +58,7 @@ impl Shot {
     ///
     /// # Errors
     /// If there is more to tell than anybody reads.
-    pub fn new(world: &World, ray: Ray, span: Span, units: Option<String>) -> Result<Shot, QueryError> {
+    pub fn new(world: &World, ray: Ray, span: Span, units: Option<Units>) -> Result<Shot, QueryError> {
         let mut caster = Caster::new(world);
         let (mut hits, mut segments) = (Vec::new(), Vec::new());
         caster.crossings_up_to(&ray, span, MOST, &mut hits)?;

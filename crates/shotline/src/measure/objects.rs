@@ -6,10 +6,10 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
-use super::MeasureError;
 use super::apart::are_apart;
 use super::known::Known;
 use super::partly::Sampling;
+use super::{MeasureError, polytope};
 use crate::aabb::Aabb;
 use crate::compile::{Body, Placed, Target, World};
 use crate::math::Affine;
@@ -27,6 +27,13 @@ pub(super) struct Extent {
     pub moments: Option<Known>,
     /// A body of it that has no inside.
     pub open: Option<u32>,
+}
+
+impl Extent {
+    /// Whether it has no end, or none that its box tells.
+    pub fn is_unbounded(&self) -> bool {
+        !self.bounds.is_empty() && !self.bounds.is_finite()
+    }
 }
 
 /// What a level holds of each object; `None` stands for the object that is named above it.
@@ -104,11 +111,12 @@ impl Survey<'_> {
             Body::Surface(b) => Extent { bounds: b.bounds, moments: None, open: Some(body) },
             Body::Solid(b) => {
                 let moments = match &b.leaves[..] {
+                    _ if self.closed_forms.is_none() => None,
                     [leaf] => {
                         let own = self.solid(&leaf.solid)?;
                         own.and_then(|m| Some(m.placed(&leaf.local_from_body.inverse().ok()?)))
                     }
-                    _ => None,
+                    _ => polytope::moments(b).map(Known::Exactly),
                 };
                 Extent { bounds: b.bounds, moments, open: None }
             }

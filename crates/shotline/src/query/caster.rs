@@ -375,6 +375,7 @@ impl<'w> Caster<'w> {
             object: meeting.object,
             surface: None,
             primitive: None,
+            polygon: None,
             barycentric: None,
             path: meeting.path,
         };
@@ -402,6 +403,7 @@ impl<'w> Caster<'w> {
         hit.surface = Some(first_surface + crossing.surface);
         if crossing.primitive != NO_PRIMITIVE {
             hit.primitive = Some(crossing.primitive);
+            hit.polygon = solid.polygon(crossing.primitive);
             hit.barycentric = solid.barycentric(p, crossing.primitive);
         }
         hit

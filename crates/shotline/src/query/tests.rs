@@ -1,6 +1,10 @@
 //! Whole worlds: every query agrees with every other, with membership, and with every accelerator.
 
+mod bounds;
+mod spans;
 mod structures;
+mod thin;
+mod touching;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

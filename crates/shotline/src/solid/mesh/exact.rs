@@ -32,27 +32,43 @@ pub(super) fn unit_sized(v: &Wide) -> (Wide, i32) {
     (v.map(|x| Dd { hi: scale(x.hi), lo: scale(x.lo) }), exponent)
 }
 
+/// Most parts that a sum can have: a determinant is six products of three double-doubles, and each of the eight
+/// products of their parts has four.
+const MOST: usize = 6 * 8 * 4;
+
 /// An exact sum: its parts do not overlap, ascend in size, and are not zero.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Expansion {
-    parts: Vec<f64>,
+    parts: [f64; MOST],
+    len: usize,
 }
 
 impl Expansion {
+    const ZERO: Expansion = Expansion { parts: [0.0; MOST], len: 0 };
+
     /// The determinant of three vectors, `u x v . w`.
     pub(super) fn determinant(u: &Wide, v: &Wide, w: &Wide) -> Expansion {
-        let mut sum = Expansion::default();
-        for i in 0..3 {
+        let mut sum = Expansion::ZERO;
+        for (i, component) in w.iter().enumerate() {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-            sum.add_product(u[j], v[k], w[i], 1.0);
-            sum.add_product(u[k], v[j], w[i], -1.0);
+            sum.add_product(u[j], v[k], *component, 1.0);
+            sum.add_product(u[k], v[j], *component, -1.0);
         }
+        sum
+    }
+
+    /// A component of `u x v`.
+    pub(super) fn minor(u: &Wide, v: &Wide, i: usize) -> Expansion {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        let mut sum = Expansion::ZERO;
+        sum.add_product(u[j], v[k], Dd::ONE, 1.0);
+        sum.add_product(u[k], v[j], Dd::ONE, -1.0);
         sum
     }
 
     /// `a b - c d`.
     pub(super) fn difference_of_products(a: Dd, b: f64, c: Dd, d: f64) -> Expansion {
-        let mut sum = Expansion::default();
+        let mut sum = Expansion::ZERO;
         sum.add_product(a, Dd::from(b), Dd::ONE, 1.0);
         sum.add_product(c, Dd::from(d), Dd::ONE, -1.0);
         sum
@@ -71,7 +87,7 @@ impl Expansion {
     /// Adds a number (Shewchuk's GROW-EXPANSION, without zeros).
     fn add(&mut self, x: f64) {
         let (mut carried, mut kept) = (x, 0);
-        for i in 0..self.parts.len() {
+        for i in 0..self.len {
             let sum = two_sum(carried, self.parts[i]);
             carried = sum.hi;
             if sum.lo != 0.0 {
@@ -79,21 +95,22 @@ impl Expansion {
                 kept += 1;
             }
         }
-        self.parts.truncate(kept);
         if carried != 0.0 {
-            self.parts.push(carried);
+            self.parts[kept] = carried;
+            kept += 1;
         }
+        self.len = kept;
     }
 
     /// The sum as a double-double: within 1e-31 of it, relative, and with its sign.
     pub(super) fn value(&self) -> Dd {
-        self.parts.iter().fold(Dd::ZERO, |sum, part| sum + Dd::from(*part))
+        self.parts[..self.len].iter().fold(Dd::ZERO, |sum, part| sum + Dd::from(*part))
     }
 
     /// Below, at or above zero.
     pub(super) fn sign(&self) -> std::cmp::Ordering {
         // No part is as large as the last one's ulp, so the last has the sign of the sum.
-        self.parts.last().map_or(std::cmp::Ordering::Equal, |part| part.total_cmp(&0.0))
+        self.parts[..self.len].last().map_or(std::cmp::Ordering::Equal, |part| part.total_cmp(&0.0))
     }
 }
 
@@ -160,6 +177,6 @@ mod tests {
         let (unit, exponent) = unit_sized(&v);
         assert!((0.5..1.0).contains(&size(&unit)));
         assert!((0..3).all(|i| libm::ldexp(unit[i].hi, exponent) == v[i].hi));
-        assert_eq!(Expansion::default().sign(), Ordering::Equal);
+        assert_eq!(Expansion::ZERO.sign(), Ordering::Equal);
     }
 }

@@ -41,6 +41,7 @@ use crate::math::Vec3;
 pub use doubt::Doubt;
 pub use found::{Edge, Found, Intersection};
 pub use moments::Enclosed;
+pub(crate) use moments::tetrahedron;
 pub use patches::Winding;
 pub use solid::MeshSolid;
 pub use topology::Topology;

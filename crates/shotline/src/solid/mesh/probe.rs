@@ -171,7 +171,7 @@ impl Probe {
     }
 
     fn crossing(&self, triangle: &Triangle, turn: Turn) -> Option<Crossing> {
-        let meeting = Meeting::of(triangle, &self.line);
+        let meeting = Meeting::of(&triangle.corners, &self.line);
         // No t outside of the triangle's box: so a box that begins behind a t holds no triangle hit there,
         // and what is hit does not depend on the accelerator. The exact t is in this interval too.
         let (near, far) = self.whole.enter_exit(&triangle.bounds())?;
@@ -182,8 +182,8 @@ impl Probe {
             t_err: libm::ldexp(meeting.t_err + of_line, self.exponent),
             // Seen counter-clockwise along the axis is seen from behind.
             entering: (turn == Turn::Clockwise) == (self.line.d[self.sheared.along()] > 0.0),
-            surface: 0,
             primitive: triangle.face,
+            ..Crossing::new(0.0, 0.0, false, 0)
         })
     }
 

@@ -101,11 +101,11 @@ impl ShearedRay {
     #[cold]
     fn through_near_edge(&self, corners: &[Vec3; 3], edges: [f64; 3]) -> Option<Turn> {
         let side = |i: usize| self.side(corners[(i + 1) % 3], corners[(i + 2) % 3], edges[i]);
-        match (side(0), side(1), side(2)) {
-            (Ordering::Greater, Ordering::Greater, Ordering::Greater) => Some(Turn::CounterClockwise),
-            (Ordering::Less, Ordering::Less, Ordering::Less) => Some(Turn::Clockwise),
-            _ => None,
+        let first = side(0);
+        if first == Ordering::Equal || side(1) != first || side(2) != first {
+            return None;
         }
+        Some(if first == Ordering::Greater { Turn::CounterClockwise } else { Turn::Clockwise })
     }
 
     /// The sign of an edge function, given its rounded value.
@@ -153,4 +153,122 @@ pub(super) fn reach(o: Vec3, bounds: &Aabb) -> f64 {
 #[inline]
 fn edge(a: Sheared, b: Sheared) -> f64 {
     a.x * b.y - a.y * b.x
+}
+
+#[cfg(test)]
+mod tests {
+    use num_rational::BigRational;
+    use num_traits::{Signed, Zero};
+
+    use super::*;
+    use crate::testkit::random::Random;
+
+    fn ray(o: Vec3, d: Vec3, points: &[Vec3]) -> ShearedRay {
+        ShearedRay::new(
+            o,
+            d / 2f64.powi(libm::frexp(d.abs().max_element()).1),
+            &Aabb::around(points.iter().copied()),
+        )
+    }
+
+    /// `d . (a - o) x (b - o)`, exactly.
+    fn exact_edge(o: Vec3, d: Vec3, a: Vec3, b: Vec3) -> BigRational {
+        let number = |x: f64| BigRational::from_float(x).unwrap();
+        let minus = |a: Vec3| [0, 1, 2].map(|i| number(a[i]) - number(o[i]));
+        let (p, q) = (minus(a), minus(b));
+        (0..3).fold(BigRational::zero(), |sum, i| {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            sum + (&p[j] * &q[k] - &p[k] * &q[j]) * number(d[i])
+        })
+    }
+
+    /// Points of a small grid, or such beside a line, some far from the origin.
+    fn scene(random: &mut Random) -> (Vec3, Vec3, [Vec3; 3]) {
+        let far = [0.0, 1e3, 1e8, 3.3e8][random.below(4)];
+        let home = Vec3::new(far, -0.7 * far, 0.3 * far);
+        let mut grid = || Vec3::new(random.below(5) as f64, random.below(5) as f64, random.below(5) as f64);
+        let (o, d) = (grid(), grid() - Vec3::splat(2.0));
+        let mut corners = [grid(), grid(), grid()];
+        let d = if d == Vec3::ZERO { Vec3::X } else { d };
+        let turn = if random.below(2) == 0 { 1.0 } else { random.number(0.1, 10.0) };
+        for corner in &mut corners {
+            if random.below(2) == 0 {
+                // On the line but for rounding, or exactly.
+                *corner = o + d * (random.below(7) as f64 * 0.5 * turn);
+            }
+            *corner += home;
+        }
+        (o + home, d, corners)
+    }
+
+    #[test]
+    fn sides_are_those_of_fractions() {
+        let mut random = Random::new(8);
+        let (mut doubtful, mut ties) = (0, 0);
+        for _ in 0..6_000 {
+            let (o, d, corners) = scene(&mut random);
+            let ray = ray(o, d, &corners);
+            let sides = [0, 1, 2].map(|i| {
+                let (a, b) = (corners[(i + 1) % 3], corners[(i + 2) % 3]);
+                let value = edge(ray.shear(a), ray.shear(b));
+                let side = ray.side(a, b, value);
+                assert_eq!(side, ray.side(b, a, -value).reverse());
+                let exact = exact_edge(o, d, a, b);
+                let exact = if d[ray.along()] < 0.0 { -exact } else { exact };
+                if !exact.is_zero() {
+                    assert_eq!(side == Ordering::Greater, exact.is_positive(), "{o:?} {d:?} {a:?} {b:?}");
+                }
+                doubtful += usize::from(value.abs() <= ray.doubt);
+                ties += usize::from(exact.is_zero() && side != Ordering::Equal);
+                side
+            });
+            let all = |side| sides.iter().all(|s| *s == side);
+            let turn = match (all(Ordering::Greater), all(Ordering::Less)) {
+                (true, _) => Some(Turn::CounterClockwise),
+                (_, true) => Some(Turn::Clockwise),
+                _ => None,
+            };
+            assert_eq!(ray.through(&corners), turn);
+            // From behind the same, for ties as well.
+            let mirrored = ShearedRay { d: -ray.d, ..ray };
+            assert_eq!(mirrored.through(&corners), turn);
+        }
+        assert!(doubtful > 3_000 && ties > 600, "{doubtful} {ties}");
+    }
+
+    /// A fan of triangles around a closed polygon covers the line once, even where it meets corners and edges of the
+    /// fan, and however far from the origin all of it is.
+    #[test]
+    fn a_fan_covers_the_line_once() {
+        let mut random = Random::new(9);
+        let ring = [(3, 0), (3, 3), (0, 3), (-3, 3), (-3, 0), (-3, -3), (0, -3), (3, -3)];
+        for _ in 0..4_000 {
+            let home = random.direction() * [0.0, 1.0, 1e4, 1e8][random.below(4)];
+            let mut bump = || random.number(-0.5, 0.5) * f64::from(u8::from(random.below(2) == 0));
+            let ring = ring.map(|(x, y)| home + Vec3::new(f64::from(x), f64::from(y), bump()));
+            let hub = home + Vec3::new(bump(), bump(), bump());
+            let o = home + Vec3::new(random.below(3) as f64 - 1.0, random.below(3) as f64 - 1.0, 9.0);
+            let target = if random.below(2) == 0 { hub } else { home };
+            let ray = ray(o, target - o, &[ring.as_slice(), &[hub]].concat());
+            let turns = (0..8).filter_map(|i| ray.through(&[hub, ring[i], ring[(i + 1) % 8]]));
+            let sum: i32 = turns.map(|turn| if turn == Turn::CounterClockwise { 1 } else { -1 }).sum();
+            assert_eq!(sum.abs(), 1);
+        }
+    }
+
+    #[test]
+    fn triangles_without_area_are_missed() {
+        let mut random = Random::new(10);
+        for _ in 0..2_000 {
+            let (o, d, _) = scene(&mut random);
+            let mut grid = || random.point(-1e9, 1e9).round();
+            let (a, step) = (grid(), grid());
+            for c in [a, a + step, a + step * 2.0, a - step * 3.0] {
+                let corners = [a, a + step, c];
+                assert_eq!(ray(o, d, &corners).through(&corners), None);
+                // From a point of theirs, too.
+                assert_eq!(ray(a, d, &corners).through(&corners), None);
+            }
+        }
+    }
 }

@@ -6,7 +6,7 @@ use super::meetings::Meetings;
 use super::moments::Enclosed;
 use super::probe::{Probe, Size, Triangle};
 use super::winding::{FirstEntry, first_entry, order, to_crossings, total};
-use super::{MeshError, Topology, TriangleMesh};
+use super::{MeshError, Topology, TriangleMesh, plane};
 use crate::aabb::Aabb;
 use crate::accel::{self, Accelerator, Scratch, Work};
 use crate::crossing::Crossing;
@@ -283,8 +283,7 @@ impl Solid for MeshSolid {
 
     /// The triangle's normal, turned over in a mesh that is wound inward.
     fn normal(&self, _p: Vec3, _surface: u32, primitive: u32) -> Vec3 {
-        let [a, b, c] = self.corners(primitive);
-        let normal = (b - a).cross(c - a);
+        let normal = plane::normal(self.corners(primitive));
         if self.topology.signed_volume.is_sign_negative() { -normal } else { normal }
     }
 
@@ -313,6 +312,10 @@ impl Solid for MeshSolid {
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
         let area = |u: Vec3, v: Vec3| (u[i] * v[j] - u[j] * v[i]) / normal[k];
         Some([area(ap, ac), area(ab, ap)])
+    }
+
+    fn polygon(&self, primitive: u32) -> Option<u32> {
+        Some(self.mesh.polygon(primitive))
     }
 
     fn moments(&self) -> Option<Moments> {
