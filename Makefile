@@ -59,7 +59,7 @@ bench: build $(VENV)/ready ## rays a second: combinations, and meshes beside Emb
 
 # Seconds for each target of `make fuzz`.
 FUZZ_SECONDS ?= 60
-FUZZ_TARGETS ?= scene ply obj stl npy polygon cast csg
+FUZZ_TARGETS ?= scene ply obj stl npy polygon cast csg weld
 
 fuzz: ## hostile input for every reader and random combinations, FUZZ_SECONDS=60 each (wants cargo-fuzz)
 	for target in $(FUZZ_TARGETS); do \

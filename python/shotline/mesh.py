@@ -26,6 +26,10 @@ class Mesh(Node):
     apart. Quads are cut in two, and what is no face, as lines and points, is left out with a warning. Triangles come in
     the order of the source; of pyvista and meshio those of faces and strips of one size after the other.
 
+    `weld` merges vertices up to this distance apart, in the units of the vertices, or with "auto" those nearer to each
+    other than any others by a clear gap; each goes to the nearest of the vertices that stay, so none is moved farther than
+    the distance. `weld_note` says what was merged. Faces that collapse are dropped, and the others are numbered anew.
+
     A closed mesh is a solid. One that is not has hits, but no inside: combinations, segments and `contains` refuse it.
     Raises ValueError for faces that name vertices which are not there, for NaN, for no face at all, and for volume
     meshes; TypeError for what is no mesh.
@@ -38,13 +42,20 @@ class Mesh(Node):
 
     __slots__ = ("_accel", "_native")
 
-    def __init__(self, vertices: Any, faces: ArrayLike | None = None, *, accel: str | None = None) -> None:
+    def __init__(
+        self,
+        vertices: Any,
+        faces: ArrayLike | None = None,
+        *,
+        accel: str | None = None,
+        weld: float | str | None = None,
+    ) -> None:
         if faces is None:
             vertices, faces, notes = triangles(vertices)
             for note in notes:
                 warnings.warn(note, stacklevel=2)
         points = _points(vertices)
-        self._native = _native.Mesh(points, _faces(faces, len(points)))
+        self._native = _native.Mesh(points, _faces(faces, len(points)), weld_text(weld))
         self._accel = accelerator(accel)
 
     @classmethod
@@ -73,6 +84,11 @@ class Mesh(Node):
         """How many edges are open and where the first is; None for a closed mesh."""
         return self._native.why_open()
 
+    @property
+    def weld_note(self) -> str | None:
+        """What welding merged and dropped, in words; None if it was not asked for."""
+        return self._native.weld_note()
+
     def _keys(self) -> dict[str, Any]:
         return {"kind": "mesh"} | ({"accel": self._accel} if self._accel else {})
 
@@ -91,6 +107,15 @@ class Mesh(Node):
 
 def _again(vertices: np.ndarray, faces: np.ndarray, accel: str | None) -> Mesh:
     return Mesh(vertices, faces, accel=accel)
+
+
+def weld_text(weld: float | str | None) -> str | None:
+    """A distance within which to weld, as text."""
+    if isinstance(weld, bool) or not isinstance(weld, (int, float, str, np.number, type(None))):
+        raise TypeError(f'weld is a distance or "auto", not {type(weld).__name__}')
+    if isinstance(weld, str) and weld != "auto":
+        raise ValueError(f'weld is a distance or "auto", not {weld!r}')
+    return weld if weld is None or isinstance(weld, str) else repr(float(weld))
 
 
 def _points(vertices: ArrayLike) -> np.ndarray:

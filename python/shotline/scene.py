@@ -20,7 +20,7 @@ from . import _native, text
 from .foreign import instances, is_scene
 from .image import Image, settings
 from .looks import Camera, Light, Material
-from .mesh import Mesh
+from .mesh import Mesh, weld_text
 from .nodes import Node, Object, accelerator, affine
 from .progress import callback
 from .queries import Queries, number_of, threads_of
@@ -367,13 +367,21 @@ class ReadWarning(UserWarning):
     """
 
 
-def load(path: str | os.PathLike[str], *, accel: str | None = None, allow_outside: bool = False) -> Scene:
+def load(
+    path: str | os.PathLike[str],
+    *,
+    accel: str | None = None,
+    allow_outside: bool = False,
+    weld: float | str | None = None,
+) -> Scene:
     """Read a scene file (JSON), or a mesh (PLY, STL, OBJ) as a scene of one object named after the file.
 
     Args:
         path: the file.
         accel: the accelerator used everywhere, whatever the file says; no answer depends on it.
         allow_outside: let the scene name mesh files outside of its own folder.
+        weld: weld the vertices of meshes that are up to this distance apart, in the lengths of the file; "auto" for those
+            nearer to each other than any others by a clear gap.
 
     Warns:
         ReadWarning: for each kind of thing that was dropped or repaired. `shotline info FILE` lists all notes.
@@ -384,7 +392,7 @@ def load(path: str | os.PathLike[str], *, accel: str | None = None, allow_outsid
     """
     path = os.fspath(path)
     os.stat(path)
-    native, notes = _native.Scene.load(path, accel, allow_outside)
+    native, notes = _native.Scene.load(path, accel, allow_outside, weld_text(weld))
     for note, changed in notes:
         if changed:
             warnings.warn(note, ReadWarning, stacklevel=2)

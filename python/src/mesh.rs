@@ -5,7 +5,7 @@ use std::sync::Arc;
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use shotline::solid::mesh::{Topology, TriangleMesh};
+use shotline::solid::mesh::{Topology, TriangleMesh, Weld};
 
 /// Vertices and faces, checked once.
 #[pyclass(frozen, module = "shotline._native")]
@@ -13,20 +13,26 @@ use shotline::solid::mesh::{Topology, TriangleMesh};
 pub struct Mesh {
     pub mesh: Arc<TriangleMesh>,
     topology: Topology,
+    weld_note: Option<String>,
 }
 
 impl Mesh {
     pub fn of(mesh: Arc<TriangleMesh>) -> PyResult<Mesh> {
         let topology = Topology::of(&mesh).map_err(|e| PyValueError::new_err(e.to_string()))?;
-        Ok(Mesh { mesh, topology })
+        Ok(Mesh { mesh, topology, weld_note: None })
     }
 }
 
 #[pymethods]
 impl Mesh {
     /// From arrays of shape (n, 3) and (m, 3), in C order.
+    /// The vertices are welded first, if a distance or "auto" is given.
     #[new]
-    fn new(vertices: PyReadonlyArray2<f64>, faces: PyReadonlyArray2<u32>) -> PyResult<Mesh> {
+    fn new(
+        vertices: PyReadonlyArray2<f64>,
+        faces: PyReadonlyArray2<u32>,
+        weld: Option<&str>,
+    ) -> PyResult<Mesh> {
         let bad =
             |what: &str| PyValueError::new_err(format!("{what} must be a C-ordered array of shape (n, 3)"));
         let (points, _) = vertices.as_slice()?.as_chunks::<3>();
@@ -38,7 +44,18 @@ impl Mesh {
             return Err(bad("faces"));
         }
         let vertices = points.iter().map(|&p| p.into()).collect();
-        Mesh::of(Arc::new(TriangleMesh::new(vertices, corners.to_vec())))
+        let mesh = TriangleMesh::new(vertices, corners.to_vec());
+        let wrong = |error: &dyn std::fmt::Display| PyValueError::new_err(error.to_string());
+        let Some(weld) = weld else { return Mesh::of(Arc::new(mesh)) };
+        let weld: Weld = weld.parse().map_err(|e| wrong(&e))?;
+        let (mesh, welded) = mesh.welded(weld).map_err(|e| wrong(&e))?;
+        let note = shotline_io::weld_note(weld, &welded).text;
+        Ok(Mesh { weld_note: Some(note), ..Mesh::of(Arc::new(mesh))? })
+    }
+
+    /// What welding did, in words.
+    fn weld_note(&self) -> Option<&str> {
+        self.weld_note.as_deref()
     }
 
     /// The vertices, a copy.

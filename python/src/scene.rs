@@ -16,7 +16,8 @@ use shotline::query::batch::{
 use shotline::query::{Kinds, Overlaps, QueryError, Scope};
 use shotline::ray::Span;
 use shotline::scene::{Node, NodeId, Units};
-use shotline_io::{Document, Effect, Packed, Problem, Reach, WriteError};
+use shotline::solid::mesh::WeldError;
+use shotline_io::{Document, Effect, Packed, Problem, Reach, ReadOptions, WriteError};
 
 use crate::mesh::Mesh;
 use crate::rays::{PointRows, RayRows};
@@ -221,9 +222,12 @@ impl Scene {
         path: PathBuf,
         accel: Option<&str>,
         allow_outside: bool,
+        weld: Option<&str>,
     ) -> PyResult<(Scene, Vec<(String, bool)>)> {
         let reach = if allow_outside { Reach::Anywhere } else { Reach::Folder };
-        let document = py.detach(|| shotline_io::load_with(&path, reach));
+        let weld = weld.map(|weld| weld.parse().map_err(|e: WeldError| PyValueError::new_err(e.to_string())));
+        let options = ReadOptions { reach, weld: weld.transpose()? };
+        let document = py.detach(|| shotline_io::load_with(&path, options));
         let document = document.map_err(|e| PyValueError::new_err(e.to_string()))?;
         let notes = document.notes.iter().map(|n| (n.to_string(), n.effect == Effect::Changed)).collect();
         Ok((Scene::of(py, document, accel)?, notes))

@@ -9,7 +9,8 @@ use shotline::compile::Options;
 use shotline::query::Kinds;
 use shotline::ray::Span;
 use shotline::scene::Scene;
-use shotline_io::Reach;
+use shotline::solid::mesh::Weld;
+use shotline_io::{Reach, ReadOptions};
 
 use crate::commands::{bench, cast, check, compare, convert, info, measure, render, shoot};
 use crate::failure::Failure;
@@ -69,12 +70,19 @@ pub struct Model {
     /// Let the scene name mesh files outside of its own folder
     #[arg(long)]
     pub allow_outside: bool,
+    /// Weld vertices of meshes: those up to this distance apart, in the lengths of the file, or with `auto` those nearer
+    /// to each other than any others by a clear gap. What is merged is told
+    #[arg(long, value_name = "DIST|auto")]
+    pub weld: Option<Weld>,
 }
 
 impl Model {
-    /// The files that the scene may name.
-    pub fn reach(&self) -> Reach {
-        if self.allow_outside { Reach::Anywhere } else { Reach::Folder }
+    /// How it is read.
+    pub fn options(&self) -> ReadOptions {
+        ReadOptions {
+            reach: if self.allow_outside { Reach::Anywhere } else { Reach::Folder },
+            weld: self.weld,
+        }
     }
 }
 

@@ -37,9 +37,9 @@ fn read_stream() -> Result<Vec<u8>, Failure> {
 /// If it cannot be read; the message lists everything that is wrong.
 pub fn load(model: &Model) -> Result<Document, Failure> {
     let document = if is_stream(&model.path) {
-        shotline_io::load_bytes(Path::new(STREAM), read_stream()?, model.reach())
+        shotline_io::load_bytes(Path::new(STREAM), read_stream()?, model.options())
     } else {
-        shotline_io::load_with(&model.path, model.reach())
+        shotline_io::load_with(&model.path, model.options())
     };
     document.map_err(|e| Failure::new(e.to_string()))
 }

@@ -9,6 +9,7 @@ use crate::document::Document;
 use crate::error::{ReadError, WriteError};
 use crate::fault::Fault;
 use crate::note::Note;
+use crate::weld::ReadOptions;
 
 /// A file format.
 #[derive(Debug)]
@@ -48,7 +49,7 @@ pub enum Reach {
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum MeshSource<'a> {
     /// Files, read whatever their format.
-    Files { read: fn(&Path) -> Result<MeshFile, ReadError>, reach: Reach },
+    Files { read: fn(&Path) -> Result<MeshFile, ReadError>, options: ReadOptions },
     /// These, named by their number.
     Given(&'a [Arc<TriangleMesh>]),
 }

@@ -28,6 +28,7 @@ pub const TARGETS: &[(&str, Target)] = &[
     ("polygon", polygon),
     ("cast", cast),
     ("csg", bytes::combination),
+    ("weld", bytes::weld),
 ];
 
 /// Runs the target of a name.

@@ -30,6 +30,7 @@ mod save;
 mod scene_json;
 mod stl;
 mod suggest;
+mod weld;
 mod whole;
 
 pub use document::{Document, Source};
@@ -40,6 +41,7 @@ pub use packed::{Packed, pack};
 pub use registry::{FORMATS, load, load_bytes, load_with, parse_scene, read_mesh};
 pub use save::save;
 pub use scene_json::{scene_schema, write_scene};
+pub use weld::{ReadOptions, weld_note};
 pub use whole::{Output, remove_unfinished, write_stream, write_whole};
 
 /// The README's Rust example is compiled.

@@ -10,7 +10,8 @@ use crate::document::{Document, Source};
 use crate::error::ReadError;
 use crate::fault::{At, Fault};
 use crate::files::{read_regular, too_large};
-use crate::format::{Content, Format, MeshFile, MeshSource, Reach};
+use crate::format::{Content, Format, MeshFile, MeshSource};
+use crate::weld::ReadOptions;
 use crate::{obj, ply, scene_json, stl};
 
 /// Every format, in the order in which contents are tried.
@@ -43,17 +44,17 @@ fn of_file(path: &Path, bytes: &[u8]) -> Result<&'static Format, ReadError> {
 /// # Errors
 /// [`ReadError`] with everything that is wrong.
 pub fn load(path: impl AsRef<Path>) -> Result<Document, ReadError> {
-    load_with(path, Reach::Folder)
+    load_with(path, ReadOptions::default())
 }
 
-/// Reads as [`load`] does; the scene may name the mesh files within a reach.
+/// Reads as [`load`] does, with options: the mesh files that the scene may name, and whether their vertices are welded.
 ///
 /// # Errors
 /// [`ReadError`] with everything that is wrong.
-pub fn load_with(path: impl AsRef<Path>, reach: Reach) -> Result<Document, ReadError> {
+pub fn load_with(path: impl AsRef<Path>, options: impl Into<ReadOptions>) -> Result<Document, ReadError> {
     let path = path.as_ref();
     let bytes = read_regular(path, most_bytes(path))?;
-    of_file(path, &bytes)?.read_with(path, bytes, reach)
+    of_file(path, &bytes)?.read_with(path, bytes, options.into())
 }
 
 /// Reads bytes, such as those of standard input, as [`load_with`] reads a file; what they are is told by their contents.
@@ -62,12 +63,16 @@ pub fn load_with(path: impl AsRef<Path>, reach: Reach) -> Result<Document, ReadE
 ///
 /// # Errors
 /// [`ReadError`] with everything that is wrong.
-pub fn load_bytes(name: &Path, bytes: Vec<u8>, reach: Reach) -> Result<Document, ReadError> {
+pub fn load_bytes(
+    name: &Path,
+    bytes: Vec<u8>,
+    options: impl Into<ReadOptions>,
+) -> Result<Document, ReadError> {
     let format = of_file(name, &bytes)?;
     if matches!(format.content, Content::Scene { .. }) && bytes.len() as u64 > scene_json::MAX_BYTES {
         return Err(ReadError::new(Some(name), &[], too_large(scene_json::MAX_BYTES).into()));
     }
-    format.read_with(name, bytes, reach)
+    format.read_with(name, bytes, options.into())
 }
 
 impl Format {
@@ -77,15 +82,15 @@ impl Format {
     /// # Errors
     /// [`ReadError`] with everything that is wrong.
     pub fn read(&self, path: &Path, bytes: Vec<u8>) -> Result<Document, ReadError> {
-        self.read_with(path, bytes, Reach::Folder)
+        self.read_with(path, bytes, ReadOptions::default())
     }
 
-    fn read_with(&self, path: &Path, bytes: Vec<u8>, reach: Reach) -> Result<Document, ReadError> {
+    fn read_with(&self, path: &Path, bytes: Vec<u8>, options: ReadOptions) -> Result<Document, ReadError> {
         match self.content {
-            Content::Scene { read } => read(path, bytes, MeshSource::Files { read: read_mesh_file, reach }),
+            Content::Scene { read } => read(path, bytes, MeshSource::Files { read: read_mesh_file, options }),
             Content::Mesh { read, .. } => {
                 let found = read(&bytes).map_err(|f| mesh_error(path, &bytes, f))?;
-                Ok(mesh_document(path, found))
+                Ok(mesh_document(path, found.welded(options.weld)))
             }
         }
     }
@@ -141,6 +146,6 @@ fn most_bytes(path: &Path) -> u64 {
 /// # Errors
 /// [`ReadError`] with everything that is wrong.
 pub fn parse_scene(text: impl Into<String>, folder: Option<&Path>) -> Result<Document, ReadError> {
-    let meshes = MeshSource::Files { read: read_mesh_file, reach: Reach::Folder };
+    let meshes = MeshSource::Files { read: read_mesh_file, options: ReadOptions::default() };
     scene_json::parse(text.into(), None, folder, meshes)
 }

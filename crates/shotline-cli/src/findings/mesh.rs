@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use shotline::math::Vec3;
-use shotline::solid::mesh::{Edge, Found, MeshSolid, Topology, TriangleMesh};
+use shotline::solid::mesh::{Edge, Found, MeshSolid, Topology, TriangleMesh, Weld, Winding};
 
 use super::{Finding, Findings, Place, Severity};
 use crate::number::{counted, short, short_vector};
@@ -22,23 +22,32 @@ impl Findings {
         let Ok(solid) = MeshSolid::new(mesh.clone(), accel) else {
             return self.line(format!("{name}: not a mesh"));
         };
-        self.line(summary(name, solid.topology()));
+        let winding = solid.winding();
+        self.line(summary(name, solid.topology(), winding.as_ref()));
         let mut examination = Examination { name, mesh, report: self };
         examination.edges(solid.topology());
         examination.faces(solid.topology());
         examination.shells(&solid);
         examination.intersections(&solid);
+        if let Some(winding) = winding {
+            examination.cancelling(&winding);
+        }
+        examination.near_vertices(solid.topology());
     }
 }
 
-fn summary(name: &str, topology: &Topology) -> String {
+fn summary(name: &str, topology: &Topology, winding: Option<&Winding>) -> String {
     let faces = counted(topology.faces as u64, "triangle", "triangles");
     let vertices = counted(topology.vertices as u64, "vertex", "vertices");
     let shells = counted(topology.shells.count as u64, "shell", "shells");
-    let volume = if topology.is_closed() {
-        format!("closed, volume {}", short(topology.signed_volume.abs()))
-    } else {
-        "not closed: a surface without an inside".into()
+    let volume = short(topology.signed_volume.abs());
+    let volume = match winding {
+        None => "not closed: a surface without an inside".into(),
+        Some(winding) if winding.once => format!("closed, volume {volume}"),
+        // `measure` gives that of the inside, so this must not be called the volume.
+        Some(_) => format!(
+            "closed, signed volume {volume}: the sum over the faces, not the volume of the inside, which `measure` gives"
+        ),
     };
     format!("{name}: {faces}, {vertices}, {shells}, {volume}")
 }
@@ -150,6 +159,50 @@ impl Examination<'_> {
         );
         let place = Place { faces: vec![a, b], point: Some(first.point), ..Place::default() };
         self.remark("self_intersections", found.count, text, place);
+    }
+
+    fn cancelling(&mut self, winding: &Winding) {
+        let Some(face) = winding.cancelling.first else { return };
+        let (count, point) = (winding.cancelling.count, self.corner(face));
+        let faces = counted(count as u64, "face cancels", "faces cancel");
+        let mut text = format!(
+            "{faces} with others in the same place that face the other way, the first face {face}, at {}: no ray hits them",
+            short_vector(point)
+        );
+        let severity = if winding.can_be_hit {
+            Severity::Remark
+        } else {
+            text += "; so nothing of this mesh can ever be hit: give a sheet a thickness, or one side only as a surface";
+            Severity::Fault
+        };
+        let first = Place { faces: vec![face], point: Some(point), ..Place::default() };
+        self.add(severity, "cancelling_faces", count, text, first);
+    }
+
+    /// Says if it is nearly equal vertices that keep the mesh open.
+    fn near_vertices(&mut self, topology: &Topology) {
+        if topology.is_closed() {
+            return;
+        }
+        let Ok((welded, report)) = self.mesh.welded(Weld::Auto) else { return };
+        let (Some(_), Some(apart)) = (report.distance, report.apart) else { return };
+        let Ok(after) = Topology::of(&welded) else { return };
+        let left = after.open_edges.count;
+        if left >= topology.open_edges.count {
+            return;
+        }
+        let vertices = counted(report.merged as u64, "vertex lies", "vertices lie");
+        let result = if left == 0 {
+            "welded, the mesh is closed".into()
+        } else {
+            format!("welded, it has {}", counted(left as u64, "open edge", "open edges"))
+        };
+        let text = format!(
+            "{vertices} up to {} from others, but not in one place, while all else is {} or more apart; {result}: use --weld auto",
+            short(report.farthest),
+            short(apart)
+        );
+        self.remark("near_vertices", report.merged, text, Place::default());
     }
 
     /// A place of a face: its first corner.

@@ -128,6 +128,14 @@ pub(super) const MESH: &str = "mesh";
 pub(super) const MESH_FILE: Key =
     key("file", Text, "A PLY, OBJ or STL file, relative to the scene file and not outside of its folder.");
 
+/// How its vertices are welded.
+pub(super) const WELD: Key = key(
+    "weld",
+    Shape::Other,
+    "Vertices to weld: those up to this distance apart, in the lengths of the file, or \"auto\": those nearer to each \
+     other than any others by a clear gap. What is merged is a note.",
+);
+
 /// The names of some keys.
 pub(super) fn names(keys: &'static [Key]) -> impl Iterator<Item = &'static str> {
     keys.iter().map(|k| k.name)

@@ -4,11 +4,12 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use shotline::solid::mesh::TriangleMesh;
+use shotline::solid::mesh::{TriangleMesh, Weld};
 
 use crate::error::ReadError;
 use crate::format::{MeshFile, MeshSource, Reach};
 use crate::note::Note;
+use crate::weld::ReadOptions;
 
 /// The meshes of one scene.
 pub(super) enum Meshes<'a> {
@@ -22,23 +23,27 @@ impl<'a> Meshes<'a> {
     pub(super) fn of(folder: Option<&Path>, source: MeshSource<'a>) -> Meshes<'a> {
         match source {
             MeshSource::Given(meshes) => Meshes::Given(meshes),
-            MeshSource::Files { read, reach } => Meshes::Files(MeshFiles {
+            MeshSource::Files { read, options } => Meshes::Files(MeshFiles {
                 folder: folder.map(Into::into),
                 reader: read,
-                reach,
+                options,
                 read: HashMap::new(),
                 notes: Vec::new(),
             }),
         }
     }
 
-    /// The mesh of a name in the scene.
-    pub(super) fn load(&mut self, name: &str) -> Result<Arc<TriangleMesh>, Refusal> {
+    /// The mesh of a name in the scene, welded if its node says so.
+    pub(super) fn load(&mut self, name: &str, weld: Option<Weld>) -> Result<Arc<TriangleMesh>, Refusal> {
         match self {
-            Meshes::Files(files) => files.load(name),
+            Meshes::Files(files) => files.load(name, weld),
             Meshes::Given(meshes) => {
                 let mesh = name.parse().ok().and_then(|i: usize| meshes.get(i).cloned());
-                mesh.ok_or_else(|| Refusal {
+                let welded = |mesh: Arc<TriangleMesh>| match weld.map(|weld| mesh.welded(weld)) {
+                    Some(Ok((welded, _))) => Arc::new(welded),
+                    _ => mesh,
+                };
+                mesh.map(welded).ok_or_else(|| Refusal {
                     why: format!("there is no mesh '{name}'"),
                     help: format!("{} meshes are given, and named by their numbers from 0", meshes.len()),
                 })
@@ -61,8 +66,9 @@ impl<'a> Meshes<'a> {
 pub(super) struct MeshFiles {
     folder: Option<PathBuf>,
     reader: fn(&Path) -> Result<MeshFile, ReadError>,
-    reach: Reach,
-    read: HashMap<PathBuf, Result<Arc<TriangleMesh>, Refusal>>,
+    options: ReadOptions,
+    /// By their paths and how they are welded.
+    read: HashMap<(PathBuf, Option<u64>), Result<Arc<TriangleMesh>, Refusal>>,
     notes: Vec<Note>,
 }
 
@@ -79,13 +85,19 @@ fn refuse<T>(why: impl Into<String>, help: impl Into<String>) -> Result<T, Refus
 
 impl MeshFiles {
     /// The mesh of a file named as in the scene.
-    fn load(&mut self, file: &str) -> Result<Arc<TriangleMesh>, Refusal> {
+    fn load(&mut self, file: &str, weld: Option<Weld>) -> Result<Arc<TriangleMesh>, Refusal> {
+        let weld = weld.or(self.options.weld);
+        // No distance has the bits of a NaN.
+        let bits =
+            weld.map(|weld| if let Weld::Within(distance) = weld { distance.to_bits() } else { u64::MAX });
         let path = self.found(file)?;
-        if let Some(known) = self.read.get(&path) {
+        let key = (path, bits);
+        if let Some(known) = self.read.get(&key) {
             return known.clone();
         }
-        let mesh = match (self.reader)(&path) {
+        let mesh = match (self.reader)(&key.0) {
             Ok(found) => {
+                let found = found.welded(weld);
                 self.notes.extend(found.notes_of(file));
                 Ok(Arc::new(found.mesh))
             }
@@ -94,7 +106,7 @@ impl MeshFiles {
                 "mend the file or name another one",
             ),
         };
-        self.read.insert(path, mesh.clone());
+        self.read.insert(key, mesh.clone());
         mesh
     }
 
@@ -108,7 +120,7 @@ impl MeshFiles {
                 "read the scene from a file",
             );
         };
-        let confined = self.reach == Reach::Folder;
+        let confined = self.options.reach == Reach::Folder;
         let drive = file.as_bytes().get(1) == Some(&b':') && file.as_bytes()[0].is_ascii_alphabetic();
         if confined && (drive || file.starts_with(['/', '\\']) || Path::new(file).is_absolute()) {
             return refuse("the path of this file is absolute", INSIDE);

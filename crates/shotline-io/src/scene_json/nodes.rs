@@ -8,9 +8,10 @@ use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
 use shotline::scene::{Material, Node, NodeId, Op, Scene};
+use shotline::solid::mesh::Weld;
 use shotline::solid::{self, ParamType, Params, Value};
 
-use super::keys::{ACCEL, MESH, MESH_FILE, OBJECT, OPS, PLACEMENT, names};
+use super::keys::{ACCEL, MESH, MESH_FILE, OBJECT, OPS, PLACEMENT, WELD, names};
 use super::mesh_files::Meshes;
 use super::placement;
 use super::tree::{Member, ValueId};
@@ -293,14 +294,37 @@ impl<'r, 't> Graph<'r, 't> {
 
     fn mesh(&mut self, value: ValueId) -> Option<Node> {
         let known: Vec<_> =
-            ["kind", MESH_FILE.name, ACCEL.name].into_iter().chain(names(PLACEMENT)).collect();
+            ["kind", MESH_FILE.name, WELD.name, ACCEL.name].into_iter().chain(names(PLACEMENT)).collect();
         self.values.only(value, "a mesh", &known);
         let at = self.values.required(value, "this mesh", MESH_FILE.name)?;
         let file = self.values.text(at, "\"file\"")?;
-        match self.meshes.load(file) {
+        let weld = match self.values.tree.get(value, WELD.name) {
+            None => None,
+            Some(at) => Some(self.weld(at)?),
+        };
+        match self.meshes.load(file, weld) {
             Ok(mesh) => Some(Node::Mesh { mesh, file: self.meshes.file(file) }),
             Err(refusal) => {
                 self.values.fault(at, refusal.why, refusal.help);
+                None
+            }
+        }
+    }
+
+    fn weld(&mut self, at: ValueId) -> Option<Weld> {
+        let weld = match self.values.is_text(at) {
+            true => self.values.text(at, "\"weld\"")?.parse(),
+            false => Weld::within(self.values.number(at, "\"weld\"")?),
+        };
+        match weld {
+            // A distance in quotes would be read, but numbers are written without.
+            Ok(weld) if weld == Weld::Auto || !self.values.is_text(at) => Some(weld),
+            Ok(_) => {
+                self.values.fault(at, "a distance is a number, without quotes", "give a number, or \"auto\"");
+                None
+            }
+            Err(error) => {
+                self.values.fault(at, error.to_string(), "give a number of at least 0, or \"auto\"");
                 None
             }
         }

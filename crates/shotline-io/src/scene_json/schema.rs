@@ -7,7 +7,7 @@ use shotline::solid::{self, ParamType};
 
 use super::keys::{
     ACCEL, CAMERA, Key, LIGHT, MATERIAL, MESH, MESH_FILE, MOTION, OBJECT, OPS, PLACEMENT, ROTATION, Shape,
-    TOP, names,
+    TOP, WELD, names,
 };
 
 /// The schema as text, as published in `docs/scene.schema.json`.
@@ -115,7 +115,8 @@ fn leaf(kind: &solid::Kind) -> Value {
 }
 
 fn mesh() -> Value {
-    let own = [("kind", json!({ "const": MESH })), (ACCEL.name, accelerator(ACCEL.about))];
+    let weld = json!({ "anyOf": [{ "type": "number", "minimum": 0 }, { "const": "auto" }], "description": WELD.about });
+    let own = [("kind", json!({ "const": MESH })), (WELD.name, weld), (ACCEL.name, accelerator(ACCEL.about))];
     let own = own.map(|(key, value)| (key.to_string(), value)).into_iter().collect();
     placed(std::slice::from_ref(&MESH_FILE), &["kind", MESH_FILE.name], own, "A triangle mesh from a file.")
 }

@@ -43,6 +43,10 @@ impl<'r, 't> Values<'r, 't> {
         self.faults.push(Fault::text(self.tree.range(at), format!("{what} must be {expected}, not {found}")));
     }
 
+    pub(super) fn is_text(&self, at: ValueId) -> bool {
+        matches!(self.tree.content(at), Content::Text(_))
+    }
+
     pub(super) fn number(&mut self, at: ValueId, what: &str) -> Option<f64> {
         match self.tree.content(at) {
             Content::Number(x) => Some(*x),

@@ -7,21 +7,24 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use super::apart::are_apart;
+use super::known::Known;
+use super::partly::Sampling;
 use super::{MeasureError, polytope};
 use crate::aabb::Aabb;
 use crate::compile::{Body, Placed, Target, World};
 use crate::math::Affine;
-use crate::solid::Moments;
+use crate::solid::Solid;
+use crate::solid::mesh::Enclosed;
 
 /// More entries than this, an object in a placement each, take too much memory.
 const MOST: usize = 10_000_000;
 
 /// All there is of an object in some frame.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Extent {
     pub bounds: Aabb,
     /// Its moments, where bodies and boxes allow.
-    pub moments: Option<Moments>,
+    pub moments: Option<Known>,
     /// A body of it that has no inside.
     pub open: Option<u32>,
 }
@@ -36,21 +39,22 @@ impl Extent {
 /// What a level holds of each object; `None` stands for the object that is named above it.
 type Holdings<T> = BTreeMap<Option<u32>, T>;
 
-/// The extent of each wanted object in the world, in the order of their numbers; moments if closed forms are wanted.
+/// The extent of each wanted object in the world, in the order of their numbers; moments if closed forms are wanted, in
+/// part sampled where a mesh passes through itself.
 ///
 /// # Errors
-/// [`MeasureError::TooNested`].
+/// [`MeasureError::TooNested`], [`MeasureError::Cancelled`].
 pub(super) fn extents(
     world: &World,
     wanted: &[bool],
-    closed_forms: bool,
+    closed_forms: Option<Sampling>,
 ) -> Result<Vec<(u32, Extent)>, MeasureError> {
     let mut survey = Survey { world, wanted, closed_forms, solids: HashMap::new(), levels: Vec::new() };
     let mut entries = 0;
     for level in world.levels() {
         let mut parts: Holdings<Vec<Extent>> = BTreeMap::new();
         for placed in &level.placements {
-            for (object, extent) in survey.of(placed) {
+            for (object, extent) in survey.of(placed)? {
                 parts.entry(object).or_default().push(extent);
                 entries += 1;
                 if entries > MOST {
@@ -61,7 +65,7 @@ pub(super) fn extents(
         survey.levels.push(parts.into_iter().map(|(object, parts)| (object, together(&parts))).collect());
     }
     let found = survey.levels.last();
-    let of = |object: u32| found.and_then(|found| found.get(&Some(object))).copied();
+    let of = |object: u32| found.and_then(|found| found.get(&Some(object))).cloned();
     let objects = (0..).zip(wanted).filter(|(_, wanted)| **wanted).map(|(object, _)| object);
     Ok(objects.map(|object| (object, of(object).unwrap_or_else(|| together(&[])))).collect())
 }
@@ -70,23 +74,23 @@ pub(super) fn extents(
 struct Survey<'w> {
     world: &'w World,
     wanted: &'w [bool],
-    closed_forms: bool,
+    closed_forms: Option<Sampling<'w>>,
     /// The moments of solids, each worked out once, by their addresses.
-    solids: HashMap<*const (), Option<Moments>>,
+    solids: HashMap<*const (), Option<Known>>,
     levels: Vec<Holdings<Extent>>,
 }
 
 impl Survey<'_> {
     /// What is placed, in the frame of the level.
-    fn of(&mut self, placed: &Placed) -> Vec<(Option<u32>, Extent)> {
+    fn of(&mut self, placed: &Placed) -> Result<Vec<(Option<u32>, Extent)>, MeasureError> {
         let wanted = self.wanted;
         let is_wanted = |object: Option<u32>| object.is_none_or(|object| wanted[object as usize]);
         let parts: Vec<(Option<u32>, Extent)> = match placed.target {
-            Target::Body(_) if !is_wanted(placed.object) => return Vec::new(),
-            Target::Body(body) => vec![(placed.object, self.body(body))],
+            Target::Body(_) if !is_wanted(placed.object) => return Ok(Vec::new()),
+            Target::Body(body) => vec![(placed.object, self.body(body)?)],
             Target::Level(level) => {
                 let parts = self.levels[level as usize].iter();
-                let named = parts.map(|(object, extent)| (object.or(placed.object), *extent));
+                let named = parts.map(|(object, extent)| (object.or(placed.object), extent.clone()));
                 named.filter(|(object, _)| is_wanted(*object)).collect()
             }
         };
@@ -97,37 +101,55 @@ impl Survey<'_> {
             bounds: map
                 .map_or(placed.bounds, |map| extent.bounds.transformed(&map).intersection(&placed.bounds)),
             moments: extent.moments.and_then(|moments| Some(moments.placed(&map?))),
-            ..extent
+            open: extent.open,
         };
-        parts.into_iter().map(|(object, extent)| (object, moved(extent))).collect()
+        Ok(parts.into_iter().map(|(object, extent)| (object, moved(extent))).collect())
     }
 
-    fn body(&mut self, body: u32) -> Extent {
-        match self.world.body(body) {
+    fn body(&mut self, body: u32) -> Result<Extent, MeasureError> {
+        Ok(match self.world.body(body) {
             Body::Surface(b) => Extent { bounds: b.bounds, moments: None, open: Some(body) },
             Body::Solid(b) => {
                 let moments = match &b.leaves[..] {
-                    _ if !self.closed_forms => None,
+                    _ if self.closed_forms.is_none() => None,
                     [leaf] => {
-                        let key = Arc::as_ptr(&leaf.solid).cast();
-                        let own = *self.solids.entry(key).or_insert_with(|| leaf.solid.moments());
+                        let own = self.solid(&leaf.solid)?;
                         own.and_then(|m| Some(m.placed(&leaf.local_from_body.inverse().ok()?)))
                     }
-                    _ => polytope::moments(b),
+                    _ => polytope::moments(b).map(Known::Exactly),
                 };
                 Extent { bounds: b.bounds, moments, open: None }
             }
+        })
+    }
+
+    /// The moments of a solid in its own frame.
+    fn solid(&mut self, solid: &Arc<dyn Solid>) -> Result<Option<Known>, MeasureError> {
+        let Some(sampling) = self.closed_forms else { return Ok(None) };
+        let key = Arc::as_ptr(solid).cast();
+        if let Some(known) = self.solids.get(&key) {
+            return Ok(known.clone());
         }
+        let known = match solid.as_mesh().map(|mesh| mesh.enclosed()) {
+            None => solid.moments().map(Known::Exactly),
+            Some(None) => None,
+            Some(Some(Enclosed::Exactly(moments))) => Some(Known::Exactly(moments)),
+            Some(Some(Enclosed::Partly(doubt))) => {
+                Some(sampling.of(&doubt, u32::try_from(self.solids.len()).unwrap_or(u32::MAX))?)
+            }
+        };
+        self.solids.insert(key, known.clone());
+        Ok(known)
     }
 }
 
 /// Parts of one object as one: with moments if all have them and their boxes are apart.
 fn together(parts: &[Extent]) -> Extent {
-    let moments: Option<Vec<Moments>> = parts.iter().map(|part| part.moments).collect();
-    let apart = |_: &Vec<Moments>| are_apart(parts.iter().map(|part| part.bounds).collect());
+    let moments: Option<Vec<Known>> = parts.iter().map(|part| part.moments.clone()).collect();
+    let apart = |_: &Vec<Known>| are_apart(parts.iter().map(|part| part.bounds).collect());
     Extent {
         bounds: parts.iter().fold(Aabb::EMPTY, |all, part| all.union(&part.bounds)),
-        moments: moments.filter(apart).map(|moments| Moments::total(&moments)),
+        moments: moments.filter(apart).map(|moments| Known::total(&moments)),
         open: parts.iter().find_map(|part| part.open),
     }
 }

@@ -5,8 +5,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rayon::prelude::*;
 
 use super::estimate::{COUNT, Estimate, SHIFTS, estimates, numbers};
+use super::known::{Known, Sampled};
 use super::objects::Extent;
 use super::{Measure, MeasureError, Settings};
+use crate::aabb::Aabb;
 use crate::compile::{Body, World};
 use crate::math::{Affine, Dd, Vec3};
 use crate::query::batch::Run;
@@ -16,13 +18,13 @@ use crate::scene::{Scene, Units};
 use crate::solid::Moments;
 
 /// Samples along one axis, of the randomised ones along all three.
-const STRATA: usize = 3 * SHIFTS;
+pub(super) const STRATA: usize = 3 * SHIFTS;
 
 /// So many steps are always granted to a ray on average.
 const STEPS_OF_A_RAY: u64 = 1000;
 
 /// Where fewer stretches are met than this, the samples are too few to tell how much they overlook.
-const FEW: u64 = 16 * SHIFTS as u64;
+pub(super) const FEW: u64 = 16 * SHIFTS as u64;
 
 /// Rays summed by one thread between looks at the cancel flag.
 const CHUNK: usize = 1024;
@@ -101,7 +103,7 @@ impl Rays<'_> {
 
     /// Volume, centroid and inertia, and how many rays were cast for them.
     fn numbers(&self, object: u32, extent: &Extent) -> Result<([Estimate; COUNT], usize), MeasureError> {
-        let Extent { bounds, moments, .. } = *extent;
+        let bounds = extent.bounds;
         let skipped = || {
             if let Some(progress) = self.run.progress {
                 progress(self.settings.rays as u64);
@@ -113,10 +115,28 @@ impl Rays<'_> {
         }
         // Boxes are conservative: where one is flat there is no volume.
         let flat = !bounds.min.cmplt(bounds.max).all();
-        if let Some(moments) = moments.or(flat.then_some(Moments::NOTHING)) {
-            skipped();
-            return Ok((numbers(&moments).map(|value| Estimate { value, std_error: 0.0 }), 0));
+        let nothing = || flat.then_some(Known::Exactly(Moments::NOTHING));
+        match extent.moments.clone().or_else(nothing) {
+            Some(Known::Exactly(moments)) => {
+                skipped();
+                Ok((numbers(&moments).map(|value| Estimate { value, std_error: 0.0 }), 0))
+            }
+            Some(Known::Sampled(sampled)) => Ok(self.partly(&sampled, &bounds)),
+            None => self.by_rays(object, &bounds),
         }
+    }
+
+    /// The estimates where a part has been sampled.
+    fn partly(&self, sampled: &Sampled, bounds: &Aabb) -> ([Estimate; COUNT], usize) {
+        let centre = bounds.centre();
+        let samples = sampled.moments.map(|moments| moments.integrals_from(centre));
+        let mut numbers = estimates(&samples, &Affine::translation(centre));
+        add_unseen(&mut numbers, sampled.unseen, bounds);
+        let rays = self.settings.rays.div_ceil(STRATA).max(1).saturating_mul(STRATA);
+        (numbers, rays.saturating_mul(sampled.solids.len()))
+    }
+
+    fn by_rays(&self, object: u32, bounds: &Aabb) -> Result<([Estimate; COUNT], usize), MeasureError> {
         let rays = self.settings.rays.div_ceil(STRATA).max(1);
         let all_rays = rays.saturating_mul(STRATA);
         let (centre, half) = (bounds.centre(), bounds.size() * 0.5);
@@ -127,15 +147,8 @@ impl Rays<'_> {
         let world_from_box = Affine::translation(centre).then_after(&Affine::scaling(half));
         let mut numbers = estimates(&samples, &world_from_box);
         if task.stretches.into_inner() < FEW {
-            // As if what one ray stands for had been overlooked in a corner of the box.
-            let (size, volume) = (bounds.size(), bounds.size().element_product());
-            let unseen = volume / all_rays as f64;
-            let shift = size * (unseen / (numbers[0].value + unseen));
-            let change = [unseen, shift.x, shift.y, shift.z].into_iter();
-            let change = change.chain(std::iter::repeat(unseen * size.length_squared()));
-            let add =
-                |(number, change): (&mut Estimate, f64)| number.std_error = number.std_error.hypot(change);
-            numbers.iter_mut().zip(change).for_each(add);
+            let volume = bounds.size().element_product();
+            add_unseen(&mut numbers, volume / all_rays as f64, bounds);
         }
         Ok((numbers, all_rays))
     }
@@ -186,11 +199,7 @@ impl Rays<'_> {
         let cast = rays.len() as u64;
         for i in rays {
             let mut place = Vec3::ZERO;
-            for k in 0..2 {
-                let step = STEPS[k].wrapping_mul(i as u64).wrapping_add(shift[k]);
-                // The middle of one of 2^53 cells, less one half: from -1 to 1.
-                place[across[k]] = ((step >> 11) as f64 + 0.5) / (1u64 << 52) as f64 - 1.0;
-            }
+            [place[across[0]], place[across[1]]] = self::place(i, shift);
             stretches.clear();
             let steps = self.stretches(caster, task, place, axis, &mut stretches)?;
             (met, taken) = (met + stretches.len() as u64, taken + steps);
@@ -263,6 +272,19 @@ impl Rays<'_> {
     }
 }
 
+/// Adds to the errors what it would mean if such a volume had been overlooked in a corner of the box.
+fn add_unseen(numbers: &mut [Estimate; COUNT], unseen: f64, bounds: &Aabb) {
+    if unseen == 0.0 {
+        return;
+    }
+    let size = bounds.size();
+    let shift = size * (unseen / (numbers[0].value + unseen));
+    let change = [unseen, shift.x, shift.y, shift.z].into_iter();
+    let change = change.chain(std::iter::repeat(unseen * size.length_squared()));
+    let add = |(number, change): (&mut Estimate, f64)| number.std_error = number.std_error.hypot(change);
+    numbers.iter_mut().zip(change).for_each(add);
+}
+
 /// The integrals of all terms along a stretch of a ray along an axis.
 fn integrals(place: Vec3, axis: usize, [from, to]: [f64; 2]) -> [f64; 10] {
     let length = to - from;
@@ -274,8 +296,17 @@ fn integrals(place: Vec3, axis: usize, [from, to]: [f64; 2]) -> [f64; 10] {
     [1.0, x, y, z, square.x, square.y, square.z, y * z, x * z, x * y].map(|mean| mean * length)
 }
 
+/// The i-th place of the shifted sequence in the square from -1 to 1.
+pub(super) fn place(i: usize, shift: [u64; 2]) -> [f64; 2] {
+    std::array::from_fn(|k| {
+        let step = STEPS[k].wrapping_mul(i as u64).wrapping_add(shift[k]);
+        // The middle of one of 2^53 cells, less one half.
+        ((step >> 11) as f64 + 0.5) / (1u64 << 52) as f64 - 1.0
+    })
+}
+
 /// Bits that have nothing to do with each other for numbers that have (SplitMix64: Steele, Lea, Flood 2014).
-fn mixed(x: u64) -> u64 {
+pub(super) fn mixed(x: u64) -> u64 {
     let z = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -121,6 +121,11 @@ pub trait Solid: Send + Sync + Debug {
         None
     }
 
+    /// The solid as a mesh, if it is one: where it passes through itself it still tells most of its moments.
+    fn as_mesh(&self) -> Option<&mesh::MeshSolid> {
+        None
+    }
+
     /// Bytes used beyond the solid itself.
     fn memory(&self) -> usize {
         0

@@ -58,6 +58,15 @@ impl Moments {
         Moments { volume, centroid, second: symmetric(entry) }
     }
 
+    /// The integrals that [`Moments::from_integrals`] takes, in coordinates from a point.
+    pub fn integrals_from(&self, origin: Vec3) -> [f64; 10] {
+        let (v, c) = (self.volume, self.centroid - origin);
+        let second = |i: usize, j: usize| self.second[i][j] + v * c[i] * c[j];
+        let pairs = [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)].map(|(i, j)| second(i, j));
+        let [xx, yy, zz, yz, xz, xy] = pairs;
+        [v, v * c.x, v * c.y, v * c.z, xx, yy, zz, yz, xz, xy]
+    }
+
     /// Those of the body under an affine map: the volume grows by `|det S|`, and the mean of
     /// `(p - c) (p - c)^T` becomes `S M S^T`.
     pub fn placed(&self, map: &Affine) -> Moments {

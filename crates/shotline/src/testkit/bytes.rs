@@ -5,13 +5,14 @@ use std::sync::Arc;
 
 use super::agreement;
 use super::membership::Membership;
+use crate::accel::Scratch;
 use crate::compile::{Options, World, compile};
 use crate::math::{Affine, Vec3};
 use crate::query::{Caster, Hit};
-use crate::ray::{Ray, Span};
+use crate::ray::{Line, Ray, Span};
 use crate::scene::{LocalTransform, Node, NodeId, Op, Rotation, Scene};
 use crate::solid::Value;
-use crate::solid::mesh::TriangleMesh;
+use crate::solid::mesh::{MeshSolid, TriangleMesh, Weld};
 
 /// Bytes being read; zeros come after their end.
 struct Bytes<'b>(&'b [u8]);
@@ -252,4 +253,46 @@ fn size_is_no_matter(scene: &Scene, root: NodeId, rays: &[(Ray, Span)], factor: 
         let (a, b) = (list(&twice, 2.0), list(&other, factor));
         assert_eq!(bits(&a), bits(&b), "{factor:e} times: {ray:?} {span:?}\n{a:#?}\n{b:#?}");
     }
+}
+
+/// Welds the triangles that the bytes describe, and holds the result to what welding promises: nothing moves farther than
+/// the distance, welding again changes nothing, faces are kept or said to have collapsed, and vertices in exactly one place
+/// become one without any change to what rays meet.
+///
+/// # Panics
+/// Where one of these does not hold.
+pub fn weld(data: &[u8]) {
+    let mut bytes = Bytes(data);
+    let distance = [0.0, 1.0 / 16.0, 1e-6, 1.0, 1e-300, 1e300][bytes.below(6)];
+    let vertices: Vec<Vec3> = (0..=bytes.below(64)).map(|_| bytes.vector()).collect();
+    let faces =
+        (0..=bytes.below(96)).map(|_| [0; 3].map(|_: u32| bytes.below(vertices.len()) as u32)).collect();
+    let mesh = TriangleMesh::new(vertices, faces);
+    for weld in [Weld::Within(distance), Weld::Within(0.0), Weld::Auto] {
+        let Ok((welded, report)) = mesh.welded(weld) else { panic!("refused: {mesh:?}") };
+        assert!(report.farthest <= report.distance.unwrap_or(0.0), "{report:?}");
+        assert_eq!(welded.faces.len() + report.collapsed, mesh.faces.len());
+        assert_eq!(welded.vertices.len() + report.merged + report.repeated, mesh.vertices.len());
+        assert!(welded.vertices.iter().all(|v| mesh.vertices.contains(v)));
+        if let Some(distance) = report.distance {
+            let again = mesh_again(&welded, Weld::Within(distance));
+            assert_eq!(again, welded, "welding again changes it");
+        }
+    }
+    let exact = mesh_again(&mesh, Weld::Within(0.0));
+    let hits = |mesh: &TriangleMesh| {
+        let Ok(solid) = MeshSolid::new(Arc::new(mesh.clone()), "brute") else { return None };
+        let mut hits = Vec::new();
+        for (o, d) in
+            [(Vec3::new(-9.0, 0.1, 0.2), Vec3::X), (Vec3::new(0.3, 9.0, -0.4), Vec3::new(0.1, -1.0, 0.0))]
+        {
+            solid.hits(&Line::exact(o, d), Span::FORWARD, &mut hits, &mut Scratch::default());
+        }
+        Some(hits)
+    };
+    assert_eq!(hits(&mesh), hits(&exact));
+}
+
+fn mesh_again(mesh: &TriangleMesh, weld: Weld) -> TriangleMesh {
+    mesh.welded(weld).unwrap_or_else(|e| panic!("{e}")).0
 }

@@ -6,75 +6,29 @@
 //! signs (J. R. Shewchuk 1997, "Adaptive precision floating-point arithmetic and fast robust geometric
 //! predicates"), so neither size nor place of a mesh matters.
 
-use rayon::prelude::*;
 use robust::{Coord3D, orient3d};
 
-use super::probe::Triangle;
+use super::meetings::Meetings;
 use super::{Found, Intersection, MeshSolid};
-use crate::aabb::BoxRay;
-use crate::accel::Work;
-use crate::math::{HALF_ULP, Vec3};
-use crate::ray::{Line, Span};
+use crate::math::Vec3;
 
 impl MeshSolid {
     /// Pairs of faces that pass through each other. By the rule of the winding number such a mesh has an
     /// inside all the same.
     pub fn self_intersections(&self) -> Found<Intersection> {
-        let items = 0..self.triangles.len() as u32;
-        items.into_par_iter().map(|item| self.intersections_of(item)).reduce(Found::default, both)
+        self.meetings().crossings
     }
 
-    /// The pairs of an item with those that its edges come near to. The stretch that two triangles have in
-    /// common ends at edges, so each pair is found from one of the two at least.
-    fn intersections_of(&self, item: u32) -> Found<Intersection> {
-        let triangle = &self.triangles[item as usize];
-        let mut others = Vec::new();
-        for ray in edges(triangle) {
-            self.accelerator.walk(&ray, &mut Work::default(), &mut |near, _| {
-                others.extend(near.iter().filter(|&&other| self.comes_near(&ray, other)));
-                ray.span().t_max()
-            });
-        }
-        others.sort_unstable();
-        others.dedup();
-        let mut found = Found::default();
-        for other in others {
-            let second = &self.triangles[other as usize];
-            let Some(point) = common_point(triangle.corners, second.corners) else { continue };
-            // A pair that is found from both is counted by the lower.
-            if item < other || !edges(second).iter().any(|ray| self.comes_near(ray, item)) {
-                let (a, b) = (triangle.face, second.face);
-                found.add(Intersection { faces: [a.min(b), a.max(b)], point: self.size.unscale(point) });
-            }
-        }
-        found
-    }
-
-    fn comes_near(&self, edge: &BoxRay, item: u32) -> bool {
-        edge.enter_exit(&self.triangles[item as usize].bounds()).is_some()
+    /// Where faces meet; found once.
+    pub(super) fn meetings(&self) -> &Meetings {
+        self.meetings.get_or_init(|| Meetings::of(self))
     }
 }
 
-/// Both counts, and of both places the one with the lower faces.
-fn both(a: Found<Intersection>, b: Found<Intersection>) -> Found<Intersection> {
-    let firsts = a.first.into_iter().chain(b.first);
-    Found { count: a.count + b.count, first: firsts.min_by_key(|place| place.faces) }
-}
-
-/// The edges as rays with a span from corner to corner, for tests against boxes.
-fn edges(triangle: &Triangle) -> [BoxRay; 3] {
-    let [a, b, c] = triangle.corners;
-    [(a, b), (b, c), (c, a)].map(|(from, to)| {
-        let d = to - from;
-        let line = Line { d_err: d.abs() * HALF_ULP, ..Line::exact(from, d) };
-        BoxRay::new(&line, Span::new(0.0, 1.0).unwrap_or(Span::FORWARD))
-    })
-}
-
-/// A point that the insides of two triangles have in common, `None` if there is none or they lie in one
-/// plane (P. Guigue and O. Devillers 2003, "Fast and robust triangle-triangle overlap test using orientation
+/// The ends of what the insides of two triangles have in common, as near as rounding allows; `None` if they have nothing in
+/// common or lie in one plane (P. Guigue and O. Devillers 2003, "Fast and robust triangle-triangle overlap test using orientation
 /// predicates", without its cases of touching).
-fn common_point(a: [Vec3; 3], b: [Vec3; 3]) -> Option<Vec3> {
+pub(super) fn common_stretch(a: [Vec3; 3], b: [Vec3; 3]) -> Option<[Vec3; 2]> {
     let (mut a, heights_a) = with_lone_corner_first(a, b)?;
     let (mut b, heights_b) = with_lone_corner_first(b, a)?;
     // Both planes meet in a line, of which each triangle covers a stretch.
@@ -92,7 +46,7 @@ fn common_point(a: [Vec3; 3], b: [Vec3; 3]) -> Option<Vec3> {
     }
     let mut stretch = [i, j, k, l];
     stretch.sort_by(|p, q| (j - i).dot(*p).total_cmp(&(j - i).dot(*q)));
-    Some(0.5 * stretch[1] + 0.5 * stretch[2])
+    Some([stretch[1], stretch[2]])
 }
 
 /// The corners in the same order round, first the one that has a side of the other's plane to itself; with
@@ -228,9 +182,9 @@ mod tests {
             let [p, q, r, u, v, w] = corners;
             let (a, b) = ([p, q, r], [u, v, w]);
             let real = |t: [[i64; 3]; 3]| t.map(|p| Vec3::from(p.map(|x| (x + far) as f64)));
-            let point = common_point(real(a), real(b));
+            let point = common_stretch(real(a), real(b)).map(|[p, q]| 0.5 * p + 0.5 * q);
             prop_assert_eq!(point.is_some(), crosses(a, b));
-            prop_assert_eq!(common_point(real(b), real(a)).is_some(), point.is_some());
+            prop_assert_eq!(common_stretch(real(b), real(a)).is_some(), point.is_some());
             let inside = |p: Vec3| (p - Vec3::splat(far as f64)).abs().max_element() <= 3.0;
             prop_assert!(point.is_none_or(inside), "{point:?}");
             // As a mesh, by whatever accelerator.

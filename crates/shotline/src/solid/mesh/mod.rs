@@ -5,17 +5,25 @@
 //! through a triangle is decided exactly (`sheared_ray`, `exact`), so neighbours always agree about the edge they
 //! share; `plane` and `probe` say where, `winding` turns hits into crossings.
 
+mod doubt;
 mod exact;
 mod found;
 mod intersections;
+mod meetings;
 mod moments;
+mod nearest;
+mod obb;
+mod pairs;
+mod patches;
 mod plane;
 mod probe;
+mod separation;
 mod sheared_ray;
 mod shells;
 mod solid;
 mod topology;
 mod turned;
+mod weld;
 mod welded;
 mod winding;
 
@@ -30,10 +38,14 @@ mod tests;
 
 use crate::math::Vec3;
 
+pub use doubt::Doubt;
 pub use found::{Edge, Found, Intersection};
+pub use moments::Enclosed;
 pub(crate) use moments::tetrahedron;
+pub use patches::Winding;
 pub use solid::MeshSolid;
 pub use topology::Topology;
+pub use weld::{Weld, WeldError, Welded};
 
 /// Vertices and triangles, counter-clockwise seen from outside.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -1,56 +1,66 @@
 //! Volume and moments of a mesh by its faces.
 
-use rayon::prelude::*;
-
 use super::MeshSolid;
-use super::probe::Triangle;
-use super::winding::winds_once;
-use crate::accel::Scratch;
+use super::doubt::Doubt;
+use super::patches::Patch;
 use crate::math::{Affine, Dd, Vec3};
-use crate::ray::{Line, Span};
 use crate::solid::Moments;
 
+/// What the faces of a closed mesh tell of its inside.
+#[derive(Debug)]
+pub enum Enclosed<'a> {
+    /// Its moments, exact but for rounding.
+    Exactly(Moments),
+    /// The integrals of the winding number, which counts what is enclosed twice twice, and where it may not be 0 or 1.
+    Partly(Box<Doubt<'a>>),
+}
+
 impl MeshSolid {
-    /// The sums of the signed tetrahedra between the faces and a point (the divergence theorem), if they are those of
-    /// the inside: see [`MeshSolid::winds_once`].
-    pub(super) fn by_tetrahedra(&self) -> Option<Moments> {
-        if !self.winds_once() {
+    /// What the faces tell of the inside: all of it if it winds [once](super::Winding::once); else the signed sum,
+    /// and where that may be wrong. `None` for a mesh that is not closed.
+    pub fn enclosed(&self) -> Option<Enclosed<'_>> {
+        if !self.is_closed() {
             return None;
         }
-        let tip = self.size.scale(self.bounds.centre());
-        let mut sums = [Dd::ZERO; 10];
-        for triangle in &self.triangles {
-            let tetrahedron = tetrahedron(triangle.corners.map(|v| v - tip));
-            sums = std::array::from_fn(|i| sums[i] + Dd::from(tetrahedron[i]));
+        let patches = self.patches();
+        if self.meetings().crossings.count == 0 && patches.iter().all(Patch::is_sound) {
+            return Some(Enclosed::Exactly(self.by_tetrahedra(|_| f64::from(self.inside()))));
         }
-        let sign = if sums[0].hi < 0.0 { -1.0 } else { 1.0 };
-        let moments = Moments::from_integrals(sums.map(|s| s.hi * sign));
-        let unscaled = Moments { centroid: moments.centroid + tip, ..moments };
-        Some(unscaled.placed(&Affine::scaling(self.size.unscale(Vec3::ONE))))
+        if self.meetings().marks.iter().all(|marks| *marks == 0) && self.folds().is_empty() {
+            // No faces meet: both sides of each are those of its patch, and it counts if the inside ends there.
+            let mut weights = vec![0.0; self.triangles.len()];
+            for patch in &patches {
+                let Some([front, back]) = patch.sides else { break };
+                let weight = f64::from(i32::from(back != 0) - i32::from(front != 0));
+                patch.items.iter().for_each(|item| weights[*item as usize] = weight);
+            }
+            if patches.iter().all(|patch| patch.sides.is_some()) {
+                return Some(Enclosed::Exactly(self.by_tetrahedra(|item| weights[item])));
+            }
+        }
+        Some(Enclosed::Partly(Box::new(Doubt::of(self, &patches))))
     }
 
-    /// Whether the winding number is 0 or one other number everywhere, 1 or -1, so that the volume it encloses is
-    /// that of the inside.
-    ///
-    /// It changes only at faces. No two faces pass through each other, and a line through the middle of each face meets
-    /// no other winding number. A face that lies in another, and is seen by none of these lines, might still be
-    /// overlooked.
-    fn winds_once(&self) -> bool {
-        let inside = if self.topology.signed_volume < 0.0 { -1 } else { 1 };
-        let sound = |triangle: &Triangle| {
-            let [a, b, c] = triangle.corners;
-            let normal = (b - a).cross(c - a).abs();
-            let mut hits = Vec::new();
-            let middle = self.size.unscale((a + b + c) / 3.0);
-            // Seen as much from the front as an axis allows.
-            let axis = Vec3::AXES[(0..3).fold(0, |best, i| if normal[i] > normal[best] { i } else { best })];
-            let from = middle - axis * (middle.dot(axis) - self.bounds.min.dot(axis));
-            let before = self.bounds.size().max_element();
-            let line = Line::exact(from - axis * before, axis * before);
-            self.hits(&line, Span::FORWARD, &mut hits, &mut Scratch::default());
-            winds_once(&hits, inside)
-        };
-        self.is_closed() && self.triangles.par_iter().all(sound) && self.self_intersections().count == 0
+    /// The sums of the signed tetrahedra between the faces and a point (the divergence theorem), with the weights of items.
+    fn by_tetrahedra(&self, weight: impl Fn(usize) -> f64) -> Moments {
+        let tip = self.size.scale(self.bounds.centre());
+        let moments = Moments::from_integrals(self.signed_integrals(|v| v - tip, weight));
+        let unscaled = Moments { centroid: moments.centroid + tip, ..moments };
+        unscaled.placed(&Affine::scaling(self.size.unscale(Vec3::ONE)))
+    }
+
+    /// The integrals of the weighted winding number, in the coordinates that a rotation takes the scaled mesh to.
+    pub(super) fn signed_integrals(
+        &self,
+        rotated: impl Fn(Vec3) -> Vec3,
+        weight: impl Fn(usize) -> f64,
+    ) -> [f64; 10] {
+        let mut sums = [Dd::ZERO; 10];
+        for (item, triangle) in self.triangles.iter().enumerate() {
+            let (tetrahedron, weight) = (tetrahedron(triangle.corners.map(&rotated)), weight(item));
+            sums = std::array::from_fn(|i| sums[i] + Dd::from(tetrahedron[i] * weight));
+        }
+        sums.map(|s| s.hi)
     }
 }
 
@@ -118,15 +128,18 @@ mod tests {
     }
 
     #[test]
+    fn shells_in_one_another_and_turned_ones_count_once() {
+        let volume = |mesh: TriangleMesh| moments(mesh).map(|m| m.volume).unwrap();
+        let (one, half) = (volume(ball(2)), volume(ball(1).moved(&at(3.0, 0.5))));
+        assert!((volume(ball(2).with(&ball(2).moved(&at(0.1, 0.5)))) - one).abs() < 1e-14);
+        let turned = volume(ball(2).with(&ball(1).inside_out().moved(&at(3.0, 0.5))));
+        assert!((turned - one - half).abs() < 1e-13);
+    }
+
+    #[test]
     fn where_the_winding_number_is_not_one_faces_do_not_tell() {
-        // Shells in one another, across one another, turned, and in one corner, where no faces pass through each other.
-        for other in [
-            ball(2).moved(&at(0.1, 0.5)),
-            ball(2).moved(&at(0.3, 1.0)),
-            ball(1).inside_out().moved(&at(3.0, 0.5)),
-        ] {
-            assert_eq!(moments(ball(2).with(&other)), None);
-        }
+        // Across one another, and in one corner, where no faces pass through each other.
+        assert_eq!(moments(ball(2).with(&ball(2).moved(&at(0.3, 1.0)))), None);
         assert_eq!(moments(cubes(&[[0, 0, 0]]).with(&cubes(&[[0, 0, 0]]).moved(&at(0.0, 0.25)))), None);
         assert_eq!(moments(sheet(3)), None);
     }

@@ -7,13 +7,13 @@ use crate::math::{Affine, Vec3};
 
 impl TriangleMesh {
     /// The mesh moved.
-    pub(super) fn moved(mut self, by: &Affine) -> TriangleMesh {
+    pub(crate) fn moved(mut self, by: &Affine) -> TriangleMesh {
         self.vertices.iter_mut().for_each(|v| *v = by.point(*v));
         self
     }
 
     /// Both meshes as one.
-    pub(super) fn with(mut self, other: &TriangleMesh) -> TriangleMesh {
+    pub(crate) fn with(mut self, other: &TriangleMesh) -> TriangleMesh {
         let offset = self.vertices.len() as u32;
         self.vertices.extend(&other.vertices);
         self.faces.extend(other.faces.iter().map(|face| face.map(|v| v + offset)));
@@ -21,7 +21,7 @@ impl TriangleMesh {
     }
 
     /// The mesh with its faces the other way round.
-    pub(super) fn inside_out(mut self) -> TriangleMesh {
+    pub(crate) fn inside_out(mut self) -> TriangleMesh {
         self.faces.iter_mut().for_each(|face| face.swap(1, 2));
         self
     }
@@ -75,7 +75,7 @@ pub(super) fn ring(n: u32, m: u32) -> TriangleMesh {
 
 /// The surface of the unit cubes at some integer places: cubes that touch share no face, but may share an
 /// edge of four faces.
-pub(super) fn cubes(places: &[[i32; 3]]) -> TriangleMesh {
+pub(crate) fn cubes(places: &[[i32; 3]]) -> TriangleMesh {
     let mut mesh = TriangleMesh::default();
     let mut numbers = HashMap::new();
     for place in places {
@@ -118,4 +118,39 @@ pub(crate) fn sheet(n: u32) -> TriangleMesh {
         })
         .collect();
     TriangleMesh::new(vertices, faces)
+}
+
+/// A point of the plane across the oblique axis of a fan or a needle, and so high above it.
+fn oblique(angle: f64, radius: f64, height: f64) -> Vec3 {
+    let turn = Affine::rotation_xyz(Vec3::new(23.0, 41.0, 0.0));
+    turn.point(Vec3::new(radius * angle.cos(), radius * angle.sin(), height))
+}
+
+/// A cylinder of radius 1 and height 1 with `n` sides, whose caps are fans around one of their corners, across all axes.
+pub(crate) fn fan(n: u32) -> TriangleMesh {
+    let angle = |i: u32| f64::from(i) / f64::from(n) * std::f64::consts::TAU;
+    let mut mesh = TriangleMesh::default();
+    for i in 0..n {
+        mesh.vertices.extend([oblique(angle(i), 1.0, 0.0), oblique(angle(i), 1.0, 1.0)]);
+        let j = (i + 1) % n;
+        mesh.faces.extend([[2 * i, 2 * j, 2 * j + 1], [2 * i, 2 * j + 1, 2 * i + 1]]);
+        if i > 0 && j > 0 {
+            mesh.faces.extend([[0, 2 * j, 2 * i], [1, 2 * i + 1, 2 * j + 1]]);
+        }
+    }
+    mesh
+}
+
+/// A cone of radius 1 and height 100 with `n` sides that share its apex, across all axes.
+pub(crate) fn needle(n: u32) -> TriangleMesh {
+    let angle = |i: u32| f64::from(i) / f64::from(n) * std::f64::consts::TAU;
+    let vertices = [oblique(0.0, 0.0, 100.0), oblique(0.0, 0.0, 0.0)]
+        .into_iter()
+        .chain((0..n).map(|i| oblique(angle(i), 1.0, 0.0)))
+        .collect();
+    let faces = (0..n).flat_map(|i| {
+        let (i, j) = (2 + i, 2 + (i + 1) % n);
+        [[0, i, j], [1, j, i]]
+    });
+    TriangleMesh::new(vertices, faces.collect())
 }

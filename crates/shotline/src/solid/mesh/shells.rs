@@ -5,15 +5,20 @@ use std::collections::HashSet;
 use super::Found;
 use super::welded::Face;
 
-/// Which vertices hang together: a forest of parents, with paths halved on the way.
+/// A disjoint-set forest: which vertices, or faces, hang together. Paths are halved on the way.
 pub(super) struct Shells {
     parents: Vec<u32>,
 }
 
 impl Shells {
+    /// So many sets of one member each.
+    pub(super) fn apart(members: usize) -> Shells {
+        Shells { parents: (0..).take(members).collect() }
+    }
+
     /// The shells of faces among so many vertices.
     pub(super) fn of(vertices: usize, faces: &[Face]) -> Shells {
-        let mut shells = Shells { parents: (0..).take(vertices).collect() };
+        let mut shells = Shells::apart(vertices);
         for Face { corners: [a, b, c], .. } in faces {
             shells.join(*a, *b);
             shells.join(*b, *c);
@@ -31,7 +36,7 @@ impl Shells {
         v
     }
 
-    fn join(&mut self, a: u32, b: u32) {
+    pub(super) fn join(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         self.parents[a.max(b) as usize] = a.min(b);
     }

@@ -1,7 +1,9 @@
 //! A mesh that answers rays.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
+use super::meetings::Meetings;
+use super::moments::Enclosed;
 use super::probe::{Probe, Size, Triangle};
 use super::winding::{FirstEntry, first_entry, order, to_crossings, total};
 use super::{MeshError, Topology, TriangleMesh, plane};
@@ -27,6 +29,7 @@ pub struct MeshSolid {
     pub(super) triangles: Vec<Triangle>,
     scaled_bounds: Aabb,
     pub(super) accelerator: Box<dyn Accelerator>,
+    pub(super) meetings: OnceLock<Meetings>,
 }
 
 impl MeshSolid {
@@ -57,6 +60,7 @@ impl MeshSolid {
             size,
             triangles,
             accelerator,
+            meetings: OnceLock::new(),
         })
     }
 
@@ -106,7 +110,7 @@ impl MeshSolid {
     }
 
     /// A line prepared to meet the triangles; `None` if it meets none.
-    fn probe(&self, line: &Line) -> Option<Probe> {
+    pub(super) fn probe(&self, line: &Line) -> Option<Probe> {
         Probe::new(line, &self.size, &self.scaled_bounds)
     }
 
@@ -174,7 +178,7 @@ impl MeshSolid {
     }
 
     /// Appends all hits between two `t`, in order, each once.
-    fn hits_between(
+    pub(super) fn hits_between(
         &self,
         probe: &Probe,
         from: f64,
@@ -322,7 +326,14 @@ impl Solid for MeshSolid {
     }
 
     fn moments(&self) -> Option<Moments> {
-        self.by_tetrahedra()
+        match self.enclosed()? {
+            Enclosed::Exactly(moments) => Some(moments),
+            Enclosed::Partly(_) => None,
+        }
+    }
+
+    fn as_mesh(&self) -> Option<&MeshSolid> {
+        Some(self)
     }
 
     fn memory(&self) -> usize {

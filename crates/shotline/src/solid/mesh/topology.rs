@@ -138,7 +138,7 @@ impl Topology {
     }
 }
 
-fn check(mesh: &TriangleMesh) -> Result<(), MeshError> {
+pub(super) fn check(mesh: &TriangleMesh) -> Result<(), MeshError> {
     if mesh.faces.len() >= u32::MAX as usize {
         return Err(MeshError::TooManyFaces { faces: mesh.faces.len() });
     }

@@ -53,7 +53,7 @@ impl MeshSolid {
     }
 
     /// The winding number at a point of those faces that count.
-    fn winding_at(&self, p: Vec3, counts: impl Fn(u32) -> bool) -> i32 {
+    pub(super) fn winding_at(&self, p: Vec3, counts: impl Fn(u32) -> bool) -> i32 {
         let mut hits: Vec<Crossing> = Vec::new();
         self.hits(&Line::exact(p, Vec3::Z), Span::FORWARD, &mut hits, &mut Scratch::default());
         hits.retain(|hit| counts(hit.primitive));

@@ -9,7 +9,7 @@ use crate::crossing::Crossing;
 const SAME_EVENT: f64 = 8.0;
 
 /// What a hit adds to the winding number.
-fn step(hit: &Crossing) -> i32 {
+pub(super) fn step(hit: &Crossing) -> i32 {
     if hit.entering { 1 } else { -1 }
 }
 
@@ -46,15 +46,25 @@ pub(super) fn to_crossings(out: &mut Vec<Crossing>, start: usize, before: i32) {
     }
 }
 
-/// Whether the winding number between the events of sorted hits is 0, as before them, or `inside`.
-pub(super) fn winds_once(hits: &[Crossing], inside: i32) -> bool {
-    let (mut winding, mut reach) = (0, f64::NEG_INFINITY);
-    hits.iter().all(|hit| {
-        let sound = hit.t - SAME_EVENT * hit.t_err <= reach || winding == 0 || winding == inside;
+/// The winding numbers before and behind the event of sorted hits that a triangle takes part in, 0 before all of them;
+/// `None` if it is not hit. Turned so that the first is that on the front of the triangle.
+pub(super) fn sides_of(hits: &[Crossing], primitive: u32) -> Option<[i32; 2]> {
+    let (mut winding, mut before, mut reach) = (0, 0, f64::NEG_INFINITY);
+    let mut found = None;
+    for hit in hits {
+        if hit.t - SAME_EVENT * hit.t_err > reach {
+            if found.is_some() {
+                break;
+            }
+            before = winding;
+        }
         winding += step(hit);
         reach = reach.max(hit.t + SAME_EVENT * hit.t_err);
-        sound
-    })
+        if hit.primitive == primitive {
+            found = Some(hit.entering);
+        }
+    }
+    found.map(|entering| if entering { [before, winding] } else { [winding, before] })
 }
 
 /// The hits that decide the first boundary of a span.
@@ -118,11 +128,14 @@ mod tests {
     }
 
     #[test]
-    fn what_winds_once_may_do_otherwise_within_an_event() {
-        let once = |list: &[(f64, i32)]| winds_once(&hits(list), 1);
-        assert!(once(&[(1.0, 1), (2.0, 1), (2.05, -1), (3.0, -1)]));
-        assert!(!once(&[(1.0, 1), (2.0, 1), (2.5, -1), (3.0, -1)]));
-        assert!(!once(&[(1.0, -1), (2.0, 1)]) && winds_once(&hits(&[(1.0, -1), (2.0, 1)]), -1));
+    fn the_sides_of_a_face_are_those_of_its_event() {
+        let numbered = |list: &[(f64, i32)]| -> Vec<Crossing> {
+            (0..).zip(hits(list)).map(|(i, hit)| Crossing { primitive: i, ..hit }).collect()
+        };
+        let list = numbered(&[(1.0, 1), (2.0, 1), (2.05, -1), (3.0, -1)]);
+        let sides: Vec<_> = (0..5).map(|i| sides_of(&list, i)).collect();
+        assert_eq!(sides, [Some([0, 1]), Some([1, 1]), Some([1, 1]), Some([0, 1]), None]);
+        assert_eq!(sides_of(&numbered(&[(1.0, -1), (2.0, 1)]), 1), Some([-1, 0]));
     }
 
     fn first(list: &[(f64, i32)], t_min: f64) -> Option<(usize, f64)> {

@@ -1,0 +1,70 @@
+//! Welding of meshes as they are read. It is never silent: what it did is a note.
+
+use shotline::solid::mesh::{Weld, Welded};
+
+use crate::format::{MeshFile, Reach};
+use crate::note::{Effect, Note};
+
+/// How files are read.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ReadOptions {
+    /// The mesh files that a scene may name.
+    pub reach: Reach,
+    /// Vertices of meshes to weld, but for meshes of a scene that say so themselves; none if `None`.
+    pub weld: Option<Weld>,
+}
+
+impl From<Reach> for ReadOptions {
+    fn from(reach: Reach) -> ReadOptions {
+        ReadOptions { reach, weld: None }
+    }
+}
+
+impl MeshFile {
+    /// The mesh with vertices welded, and a note of what that did.
+    pub(crate) fn welded(mut self, weld: Option<Weld>) -> MeshFile {
+        let Some(weld) = weld else { return self };
+        // What is no mesh is refused when the scene is compiled, with the place where it is used.
+        if let Ok((mesh, welded)) = self.mesh.welded(weld) {
+            self.mesh = mesh;
+            self.notes.push(weld_note(weld, &welded));
+        }
+        self
+    }
+}
+
+/// What welding did, in words.
+pub fn weld_note(weld: Weld, welded: &Welded) -> Note {
+    let Some(distance) = welded.distance else {
+        let text = "nothing was welded: the distances between vertices show no clear gap; give a distance instead of auto";
+        return Note::new("weld_no_gap", Effect::Kept, 1, text);
+    };
+    let many =
+        |count: usize, one: &str, many: &str| format!("{count} {}", if count == 1 { one } else { many });
+    let within = match (weld, welded.apart) {
+        (Weld::Auto, Some(apart)) => {
+            format!("within {distance:.3e}, all others being {apart:.3e} or more apart")
+        }
+        _ => format!("within {distance:e}"),
+    };
+    let mut text = match welded.merged {
+        0 => format!("no vertices were merged, as none are near each other but not in one place {within}"),
+        count => {
+            let vertices = many(count, "vertex was merged with another", "vertices were merged with others");
+            format!("{vertices} {within}, moved by {:.3e} at most", welded.farthest)
+        }
+    };
+    if welded.repeated > 0 {
+        let vertices =
+            many(welded.repeated, "vertex in the place of another", "vertices in the places of others");
+        text += &format!("; {vertices} became one with these");
+    }
+    if welded.collapsed > 0 {
+        text += &format!(
+            "; {} dropped",
+            many(welded.collapsed, "face collapsed and was", "faces collapsed and were")
+        );
+    }
+    let changed = welded.merged > 0 || welded.collapsed > 0;
+    Note::new("welded", if changed { Effect::Changed } else { Effect::Kept }, welded.merged.max(1), text)
+}

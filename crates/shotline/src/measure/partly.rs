@@ -1,0 +1,74 @@
+//! Meshes that pass through themselves: what is in doubt is sampled, the rest is certain.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use rayon::prelude::*;
+
+use super::known::{Known, Sampled};
+use super::rays::{FEW, STRATA, mixed, place};
+use super::{MeasureError, Settings};
+use crate::accel::Scratch;
+use crate::math::Dd;
+use crate::query::batch::Run;
+use crate::solid::mesh::Doubt;
+
+/// Rays between looks at the cancel flag.
+const CHUNK: usize = 1024;
+
+/// How what is in doubt is sampled.
+#[derive(Clone, Copy)]
+pub(super) struct Sampling<'a> {
+    pub(super) settings: &'a Settings,
+    pub(super) run: Run<'a>,
+}
+
+impl Sampling<'_> {
+    /// The moments of the inside of a mesh, of which `number` is a number for itself.
+    ///
+    /// # Errors
+    /// [`MeasureError::Cancelled`].
+    pub(super) fn of(&self, doubt: &Doubt, number: u32) -> Result<Known, MeasureError> {
+        let rays = self.settings.rays.div_ceil(STRATA).max(1);
+        let one = |stratum: usize| self.stratum(doubt, number, stratum, rays);
+        let strata: Vec<_> = (0..STRATA).into_par_iter().map(one).collect::<Result<_, _>>()?;
+        let mut met = 0;
+        let moments = std::array::from_fn(|shift| {
+            let mut sums = [Dd::ZERO; 10];
+            for (terms, meetings) in &strata[3 * shift..3 * shift + 3] {
+                sums = std::array::from_fn(|i| sums[i] + terms[i]);
+                met += meetings;
+            }
+            doubt.moments(&sums.map(|sum| sum.hi / (3 * rays) as f64))
+        });
+        let unseen = if met < FEW { doubt.volume() / (STRATA * rays) as f64 } else { 0.0 };
+        Ok(Known::Sampled(Arc::new(Sampled { moments, unseen, solids: vec![number] })))
+    }
+
+    /// The sums over the rays of an axis and a shift, and how many of them found anything to add.
+    fn stratum(
+        &self,
+        doubt: &Doubt,
+        number: u32,
+        stratum: usize,
+        rays: usize,
+    ) -> Result<([Dd; 10], u64), MeasureError> {
+        let key = mixed(mixed(self.settings.seed) ^ mixed(u64::from(number) | 1 << 40)) ^ stratum as u64;
+        let shift = [mixed(key), mixed(key ^ (1 << 63))];
+        let (mut sums, mut met, mut scratch) = ([Dd::ZERO; 10], 0, Scratch::default());
+        for i in 0..rays {
+            if i % CHUNK == 0 && self.run.cancel.is_some_and(|c| c.load(Ordering::Relaxed)) {
+                return Err(MeasureError::Cancelled);
+            }
+            // From the square from -1 to 1 to the unit square.
+            let place = place(i, shift).map(|x| 0.5 * x + 0.5);
+            let terms = doubt.sample(stratum % 3, place, &mut scratch);
+            met += u64::from(terms[0] != 0.0);
+            sums = std::array::from_fn(|k| sums[k] + Dd::from(terms[k]));
+        }
+        if let Some(progress) = self.run.progress {
+            progress(rays as u64);
+        }
+        Ok((sums, met))
+    }
+}

@@ -1,0 +1,267 @@
+//! The winding numbers on both sides of every face, by few lines.
+//!
+//! A *patch* is a set of faces that hang together by edges and meet no others: between two faces of a patch one goes from
+//! the front of one to the front of the other, around the edge, without passing any face. So a line through one face tells
+//! the winding numbers of all. Faces that pass through others, touch others or have an edge of more than two faces are
+//! patches of their own.
+
+use rayon::prelude::*;
+
+use super::separation::wings_are_apart;
+use super::shells::Shells;
+use super::welded::places;
+use super::winding::sides_of;
+use super::{Found, MeshSolid, probe::Triangle};
+use crate::accel::Scratch;
+use crate::math::Vec3;
+use crate::ray::{Line, Span};
+
+/// Faces with the same winding number on the front of all, and on the back of all.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Patch {
+    /// The triangles of the solid in it, in ascending order.
+    pub(super) items: Vec<u32>,
+    /// The winding numbers on the front and on the back; `None` where no line tells, as none passes through the face.
+    pub(super) sides: Option<[i32; 2]>,
+    /// The winding number inside where the mesh is sound: 1, or -1 if it is wound inward.
+    pub(super) inside: i32,
+}
+
+impl Patch {
+    /// Whether the winding numbers are known, and 0 or that of the inside.
+    pub(super) fn is_sound(&self) -> bool {
+        self.sides.is_some_and(|sides| sides.iter().all(|w| *w == 0 || *w == self.inside))
+    }
+}
+
+/// What the winding numbers on both sides of all faces of a closed mesh tell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Winding {
+    /// Whether the winding number is 0 or one other number everywhere, 1 or -1: then the signed volume is that of the
+    /// inside.
+    pub once: bool,
+    /// Faces with the same winding number on both sides, as others in the same place face the other way: they cancel, and
+    /// no ray has a crossing there.
+    pub cancelling: Found<u32>,
+    /// Whether any face is where the inside ends, as far as is known. If none is, no ray ever has a crossing.
+    pub can_be_hit: bool,
+}
+
+impl MeshSolid {
+    /// The winding numbers on both sides of all faces; `None` for a mesh that is not closed. Takes as long as
+    /// [`MeshSolid::self_intersections`].
+    ///
+    /// Exact where faces meet at most at their edges and corners. Of a face that others touch or pass through the side is
+    /// that at its middle.
+    pub fn winding(&self) -> Option<Winding> {
+        if !self.is_closed() {
+            return None;
+        }
+        let patches = self.patches();
+        let mut cancelling: Vec<u32> = Vec::new();
+        for patch in patches.iter().filter(|p| p.sides.is_some_and(|[front, back]| front == back)) {
+            cancelling.extend(patch.items.iter().map(|item| self.triangles[*item as usize].face));
+        }
+        cancelling.sort_unstable();
+        let ends = |patch: &Patch| patch.sides.is_none_or(|[front, back]| (front == 0) != (back == 0));
+        Some(Winding {
+            once: self.meetings().crossings.count == 0 && patches.iter().all(Patch::is_sound),
+            cancelling: cancelling.into_iter().collect(),
+            can_be_hit: self.meetings().crossings.count > 0 || patches.iter().any(ends),
+        })
+    }
+
+    /// The winding number inside where the mesh is sound.
+    pub(super) fn inside(&self) -> i32 {
+        if self.topology.signed_volume < 0.0 { -1 } else { 1 }
+    }
+
+    /// The patches of a closed mesh, in the order of their first faces.
+    pub(super) fn patches(&self) -> Vec<Patch> {
+        let mut forest = self.joined_by_edges(&self.edges());
+        let mut number_of_root = vec![usize::MAX; self.triangles.len()];
+        let mut patches: Vec<Vec<u32>> = Vec::new();
+        for item in 0..self.triangles.len() as u32 {
+            let number = &mut number_of_root[forest.root(item) as usize];
+            if *number == usize::MAX {
+                *number = patches.len();
+                patches.push(Vec::new());
+            }
+            patches[*number].push(item);
+        }
+        let sides = |items: &Vec<u32>| {
+            let widest = |i: &&u32, j: &&u32| self.width(**i).total_cmp(&self.width(**j)).then(j.cmp(i));
+            let item = items.iter().max_by(widest)?;
+            self.sides(*item, centroid(&self.triangles[*item as usize]))
+        };
+        let sides: Vec<_> = patches.par_iter().map(sides).collect();
+        let inside = self.inside();
+        patches.into_iter().zip(sides).map(|(items, sides)| Patch { items, sides, inside }).collect()
+    }
+
+    /// The winding numbers on the front and the back of an item at a point of it.
+    pub(super) fn sides(&self, item: u32, at: Vec3) -> Option<[i32; 2]> {
+        let triangle = &self.triangles[item as usize];
+        // Seen as much from the front as an axis allows.
+        let normal = normal(triangle).abs();
+        let axis = (0..3).fold(0, |best, i| if normal[i] > normal[best] { i } else { best });
+        let mut hits = Vec::new();
+        let before = self.bounds.size().max_element();
+        let mut from = self.size.unscale(at);
+        from[axis] = self.bounds.min[axis] - before;
+        let line = Line::exact(from, Vec3::AXES[axis] * before);
+        self.hits(&line, Span::FORWARD, &mut hits, &mut Scratch::default());
+        sides_of(&hits, triangle.face)
+    }
+
+    /// How wide an item is: its area by its longest edge. The wider, the surer a line through it tells.
+    fn width(&self, item: u32) -> f64 {
+        let triangle = &self.triangles[item as usize];
+        let [a, b, c] = triangle.corners;
+        let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+        let width = normal(triangle).length() / longest;
+        if width.is_nan() { 0.0 } else { width }
+    }
+
+    /// The edges of items: their ends, the item, and its corner opposite; sorted.
+    fn edges(&self) -> Vec<Use> {
+        let places = places(&self.mesh.vertices);
+        let mut edges: Vec<Use> = Vec::with_capacity(3 * self.triangles.len());
+        for (item, triangle) in (0..).zip(&self.triangles) {
+            let corners = self.mesh.faces[triangle.face as usize].map(|v| places[v as usize]);
+            for k in 0..3 {
+                let (u, v) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
+                edges.push(([u.min(v), u.max(v)], item, k as u32));
+            }
+        }
+        edges.par_sort_unstable();
+        edges
+    }
+
+    /// Pairs of items with an edge in common of which one may be folded onto the other.
+    pub(super) fn folds(&self) -> Vec<[u32; 2]> {
+        let mut folds = Vec::new();
+        for uses in self.edges().chunk_by(|a, b| a.0 == b.0) {
+            for (n, one) in uses.iter().enumerate() {
+                // Of many faces at an edge each with the next few: they come in no order, so this is a guess.
+                let others = &uses[n + 1..(n + 9).min(uses.len())];
+                folds.extend(others.iter().filter(|other| !self.lies_open(one, other)).map(|o| [one.1, o.1]));
+            }
+        }
+        folds
+    }
+
+    /// Items joined across edges of two faces, where neither meets other faces.
+    fn joined_by_edges(&self, edges: &[Use]) -> Shells {
+        let mut alone: Vec<bool> = self.meetings().marks.iter().map(|marks| *marks != 0).collect();
+        let edges_of = || edges.chunk_by(|a, b| a.0 == b.0);
+        for uses in edges_of() {
+            if !matches!(uses, [one, other] if self.lies_open(one, other)) {
+                uses.iter().for_each(|(_, item, _)| alone[*item as usize] = true);
+            }
+        }
+        let mut forest = Shells::apart(self.triangles.len());
+        for uses in edges_of() {
+            if let [(_, i, _), (_, j, _)] = *uses
+                && !alone[i as usize]
+                && !alone[j as usize]
+            {
+                forest.join(i, j);
+            }
+        }
+        forest
+    }
+
+    /// Whether of two faces at an edge neither is folded onto the other.
+    fn lies_open(&self, &(_, i, k): &Use, &(_, j, l): &Use) -> bool {
+        let (of_i, k) = (self.triangles[i as usize].corners, k as usize);
+        let opposite = self.triangles[j as usize].corners[l as usize];
+        wings_are_apart(of_i[(k + 1) % 3], of_i[(k + 2) % 3], [of_i[k], opposite])
+    }
+}
+
+/// An edge of an item: its ends, the lower first, the item, and which of its corners lies opposite.
+type Use = ([u32; 2], u32, u32);
+
+/// The middle of a triangle.
+pub(super) fn centroid(triangle: &Triangle) -> Vec3 {
+    let [a, b, c] = triangle.corners;
+    (a + b + c) / 3.0
+}
+
+fn normal(triangle: &Triangle) -> Vec3 {
+    let [a, b, c] = triangle.corners;
+    (b - a).cross(c - a)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::math::Affine;
+    use crate::solid::mesh::TriangleMesh;
+    use crate::solid::mesh::shapes::{ball, cubes, fan, needle, ring};
+
+    fn solid(mesh: TriangleMesh) -> MeshSolid {
+        MeshSolid::new(Arc::new(mesh), "bvh").unwrap()
+    }
+
+    #[test]
+    fn a_shell_is_one_patch_whatever_its_faces() {
+        for mesh in [ball(2), ring(9, 5).unwelded(), fan(200), needle(200)] {
+            let solid = solid(mesh);
+            assert_eq!(solid.patches().len(), 1);
+            assert_eq!(solid.patches()[0].sides, Some([0, 1]));
+            assert!(solid.winding().unwrap().once);
+        }
+    }
+
+    #[test]
+    fn patches_in_one_another_have_their_winding_numbers() {
+        let half = ball(2).moved(&Affine::scaling(Vec3::splat(0.5)));
+        let sides = |mesh: TriangleMesh| solid(mesh).patches().iter().map(|p| p.sides).collect::<Vec<_>>();
+        assert_eq!(sides(ball(2).with(&half)), [Some([0, 1]), Some([1, 2])]);
+        assert_eq!(sides(ball(2).with(&half.inside_out())), [Some([0, 1]), Some([0, 1])]);
+    }
+
+    #[test]
+    fn faces_that_cancel_are_never_hit() {
+        let winding = |mesh: TriangleMesh| solid(mesh).winding().unwrap();
+        let sheet = || crate::solid::mesh::shapes::sheet(3);
+        // The other side cut along the other diagonals.
+        let turned = sheet().moved(&Affine::rotation_xyz(Vec3::new(0.0, 0.0, 90.0)));
+        let back = turned.moved(&Affine::translation(Vec3::new(3.0, 0.0, 0.0))).inside_out();
+        for mesh in [sheet().with(&sheet().inside_out()), ball(1).with(&ball(1).inside_out())] {
+            let found = winding(mesh.clone());
+            assert!(!found.can_be_hit && found.cancelling.count == mesh.faces.len(), "{found:?}");
+            let beside = ball(1).moved(&Affine::translation(Vec3::splat(9.0)));
+            let found = winding(mesh.clone().with(&beside));
+            assert!(found.can_be_hit && found.cancelling.count == mesh.faces.len(), "{found:?}");
+        }
+        assert!(!solid(sheet().with(&back)).is_closed() || !winding(sheet().with(&back)).can_be_hit);
+        assert_eq!(winding(ball(2)), Winding { once: true, cancelling: Found::default(), can_be_hit: true });
+        assert!(!winding(ball(2).with(&ball(2))).once);
+    }
+
+    #[test]
+    fn each_face_tells_what_a_line_through_it_tells() {
+        // Shells that touch, overlap, coincide and share edges of four faces.
+        let at = |x: f64, y: f64| cubes(&[[0, 0, 0]]).moved(&Affine::translation(Vec3::new(x, y, 0.25)));
+        let other = ball(2).moved(&Affine::translation(Vec3::new(0.6, 0.1, 0.2)));
+        for mesh in [
+            cubes(&[[0, 0, 0]]).with(&at(1.0, 0.5)),
+            cubes(&[[0, 0, 0]]).with(&at(0.5, 0.5)),
+            cubes(&[[0, 0, 0], [1, 1, 0]]).with(&cubes(&[[0, 0, 0]])),
+            ball(2).with(&other).with(&other.clone().inside_out()),
+        ] {
+            let solid = solid(mesh);
+            for patch in solid.patches() {
+                for &item in &patch.items {
+                    let own = solid.sides(item, centroid(&solid.triangles[item as usize]));
+                    assert_eq!(own, patch.sides);
+                }
+            }
+        }
+    }
+}
