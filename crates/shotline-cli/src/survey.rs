@@ -21,6 +21,8 @@ pub struct Survey {
     pub coincidences: Vec<Pair>,
     /// What could not be looked at, for people.
     pub unexamined: Vec<String>,
+    /// How many rays were cast, if they were fewer than usual.
+    pub few_rays: Option<usize>,
 }
 
 /// Two objects that were seen to be in one place.
@@ -57,6 +59,10 @@ impl Pairs {
 /// Rays along each axis.
 const RAYS: u32 = 2048;
 
+/// Where rays meet so many parts that this many crossings are found, fewer rays have to do, but so many at least.
+const MOST_CROSSINGS: usize = 1 << 22;
+const LEAST_RAYS: usize = 300;
+
 /// Pairs of objects without an end that are named, at most.
 const NAMED: usize = 5;
 
@@ -72,13 +78,21 @@ pub fn survey(world: &World) -> Survey {
     let (mut caster, mut hits) = (Caster::new(world), Vec::new());
     let (mut overlaps, mut coincidences) = (Pairs::default(), Pairs::default());
     let bounds = surveyed(&objects);
-    for ray in (0..3).flat_map(|axis| (0..RAYS).filter_map(move |i| spread(&bounds, axis, i))) {
+    let (mut rays, mut seen, mut few_rays) = (0, 0, None);
+    // Any number of rays from the first on is spread evenly, so the survey may end early.
+    for ray in (0..RAYS).flat_map(|i| (0..3).filter_map(move |axis| spread(&bounds, axis, i))) {
+        if seen > MOST_CROSSINGS && rays >= LEAST_RAYS {
+            few_rays = Some(rays);
+            break;
+        }
+        rays += 1;
         hits.clear();
         let met = caster.crossings(&ray, Span::FORWARD, &mut hits);
         let found = match met.and_then(|()| overlap::on_ray(&mut caster, &ray, Span::FORWARD)) {
             Ok(found) => found,
             Err(error) => return Survey::failed(&error),
         };
+        seen += hits.len();
         for overlap in found {
             let point = ray.at(overlap.t_in.midpoint(overlap.t_out.min(f64::MAX)));
             let point = if point.is_finite() { point } else { ray.at(overlap.t_in) };
@@ -90,7 +104,7 @@ pub fn survey(world: &World) -> Survey {
         }
     }
     let unexamined = unexamined(world, &objects, &overlaps);
-    Survey { overlaps: overlaps.into_list(), coincidences: coincidences.into_list(), unexamined }
+    Survey { overlaps: overlaps.into_list(), coincidences: coincidences.into_list(), unexamined, few_rays }
 }
 
 impl Survey {

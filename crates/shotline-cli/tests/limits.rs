@@ -18,7 +18,9 @@ fn parts_in_one_another_over_and_over_are_refused() {
     let traced = place.run(&[&["shoot", "scene.json", "--trace=closest"], &ray[..]].concat());
     traced.refused(&["more than 20000 crossings"]);
     let checked = place.run(&["check", "scene.json"]);
-    assert!(checked.stdout.contains("not examined for overlaps"), "{}", checked.stdout);
+    assert_eq!(checked.code, Some(3), "{}", checked.stdout);
+    assert!(checked.stdout.contains("not examined: the ray has more than"), "{}", checked.stdout);
+    assert!(!checked.stdout.contains("sound"), "{}", checked.stdout);
 }
 
 #[test]

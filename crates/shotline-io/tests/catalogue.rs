@@ -432,7 +432,7 @@ fn units_that_are_none() {
         assert!(shown.contains("1:26: ") && shown.contains(units) && shown.contains(hint), "{shown}");
     }
     for units in ["nm", "um", "mm", "cm", "m", "km", "in", "ft", "none"] {
-        let document = parse_scene(&format!("{{\"shotline\": 1, \"units\": \"{units}\"}}"), None).unwrap();
+        let document = parse_scene(format!("{{\"shotline\": 1, \"units\": \"{units}\"}}"), None).unwrap();
         assert_eq!(document.scene.units.map_or("none", |units| units.name()), units);
     }
 }

@@ -11,5 +11,5 @@ fn the_example_scene_compiles() {
     let document = shotline_io::parse_scene(text, None).unwrap_or_else(|e| panic!("{e}"));
     let world = compile(&document.scene, Options::default()).expect("a sound scene");
     assert_eq!(world.object_names(), ["plate", "bolts"]);
-    assert_eq!(world.stats().virtual_leaves, 6);
+    assert_eq!(world.stats().virtual_leaves, 10);
 }

@@ -31,6 +31,9 @@ impl Findings {
             survey.coincidences,
             "objects with faces in one place:",
         );
+        if let Some(rays) = survey.few_rays {
+            self.line(format!("overlaps were looked for on {rays} rays only: each meets very many parts"));
+        }
         for what in survey.unexamined {
             self.unexamined(what);
         }

@@ -130,9 +130,9 @@ fn eigenvectors(mut m: [[f64; 3]; 3]) -> [Vec3; 3] {
             for row in &mut m {
                 (row[i], row[j]) = (c * row[i] - s * row[j], s * row[i] + c * row[j]);
             }
-            for k in 0..3 {
-                (m[i][k], m[j][k]) = (c * m[i][k] - s * m[j][k], s * m[i][k] + c * m[j][k]);
-            }
+            let (upper, lower) = (m[i], m[j]);
+            m[i] = std::array::from_fn(|k| c * upper[k] - s * lower[k]);
+            m[j] = std::array::from_fn(|k| s * upper[k] + c * lower[k]);
             (axes[i], axes[j]) = (c * axes[i] - s * axes[j], s * axes[i] + c * axes[j]);
         }
     }
