@@ -44,7 +44,7 @@ docs: $(VENV)/ready-docs package ## the documentation as a site, into out/site
 
 ifneq ($(wildcard $(SHARED)/truth/run.py),)
 truth: build $(VENV)/ready ## score the program against the full truth sets, where they are
-	$(VENV)/bin/python $(SHARED)/truth/run.py --bin $(SHOTLINE) --out out/truth
+	$(VENV)/bin/python $(SHARED)/truth/run.py --bin $(SHOTLINE) --out out/truth --family all --query crossings closest any count
 	$(VENV)/bin/python $(SHARED)/truth/score.py out/truth
 else
 truth:
@@ -59,7 +59,7 @@ bench: build $(VENV)/ready ## rays a second: combinations, and meshes beside Emb
 
 # Seconds for each target of `make fuzz`.
 FUZZ_SECONDS ?= 60
-FUZZ_TARGETS ?= scene ply obj stl npy cast csg
+FUZZ_TARGETS ?= scene ply obj stl npy polygon cast csg
 
 fuzz: ## hostile input for every reader and random combinations, FUZZ_SECONDS=60 each (wants cargo-fuzz)
 	for target in $(FUZZ_TARGETS); do \
@@ -72,7 +72,7 @@ pictures: build ## the pictures of the README and of the flake again (minutes)
 		$(SHOTLINE) render scenes/$$scene.json -o docs/pictures/$$scene.png --size 720x540 --samples 48 --lighting soft || exit 1; \
 	done
 	$(SHOTLINE) render scenes/flake.json -o docs/pictures/flake.png --size 640x480 --samples 8
-	$(SHOTLINE) render scenes/section.json -o docs/pictures/section-thickness.png --size 720x540 --samples 16 --look thickness
+	$(SHOTLINE) render scenes/section.json -o docs/pictures/section-xray.png --size 720x540 --samples 16 --look xray
 
 docs-pictures: build package ## the pictures of the documentation again, of the bunny where it is (minutes)
 	$(PYTHON) demo/work.py --program $(SHOTLINE) --data $(SHARED)/data

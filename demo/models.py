@@ -60,7 +60,7 @@ def armadillo():
         {"kind": "torus", "R": 0.135, "r": 0.045, "translate": [-0.005, -0.02, -0.075], "rotate": [78, 8, 0]},
     ]}
     camera = {"eye": [0.62, -2.15, 0.62], "target": [0, 0, -0.085], "up": [0, 0, 1], "fov": 30}
-    return Model("armadillo", node, -0.572, camera, CORAL | {"mu": 8}, ["lit", "thickness"])
+    return Model("armadillo", node, -0.572, camera, CORAL | {"mu": 8}, ["lit", "xray", "thickness"])
 
 
 def knot():
@@ -70,4 +70,4 @@ def knot():
         {"kind": "torus", "R": 1, "r": 0.2, "translate": [0, 0, 0.6]},
     ]}
     camera = {"eye": [-1.2, -5, 4.6], "target": [0, 0, -0.05], "up": [0, 0, 1], "fov": 32}
-    return Model("knot", node, -0.73, camera, CORAL | {"mu": 2.4}, ["lit", "normal", "thickness"])
+    return Model("knot", node, -0.73, camera, CORAL | {"mu": 2.4}, ["lit", "normal", "xray", "thickness"])

@@ -66,11 +66,16 @@ def bearing():
     )
 
 
-def bearing_xray():
-    """How much of it a ray goes through."""
-    scene = Scene(*(part.named(f"part{k}") for k, part in enumerate(bearing_parts())))
+def bearing_xray(look="xray"):
+    """What comes through it."""
+    scene = Scene(*(part.named(f"part{k}") for k, part in enumerate(bearing_parts())), units="cm")
     camera = Camera(eye=(-7, -11, 9), target=(0, 0, -0.3), fov=30)
-    return scene.render(camera, size=SIZE, samples=16, look="thickness")
+    return scene.render(camera, size=SIZE, samples=16, look=look)
+
+
+def bearing_thickness():
+    """How far rays go through it."""
+    return bearing_xray("thickness")
 
 
 def sponge_part():
@@ -271,7 +276,7 @@ def concept_t():
     return fig
 
 
-RENDERED = [bearing, bearing_xray, sponge, chain, drilled, bearings_cost]
+RENDERED = [bearing, bearing_xray, bearing_thickness, sponge, chain, drilled, bearings_cost]
 DRAWN = [concept_crossings, concept_ends, concept_touching, concept_csg, concept_t]
 
 

@@ -3,7 +3,7 @@
 
     thin.py FULL testdata/truth
 
-FULL holds <family>.json, <family>.npz and mesh_models.npz. Scenes and rays are taken at even steps, so that every
+FULL holds <family>.json, <family>.npz and the meshes of a family in <family>_models.npz. Scenes and rays are taken at even steps, so that every
 group of rays stays; nothing in them is changed.
 """
 import argparse
@@ -21,9 +21,16 @@ KEEP = {
     "csg": (2, 5000, 360),
     "coincident": (4, None, 400),
     "mesh": (1, None, 400),
+    "unbounded": (1, None, 500),
+    "thin": (1, None, 500),
+    "abutting": (1, 9000, 500),
+    "solids2": (2, None, 250),
 }
 PER_RAY = ["scene", "group", "origin", "direction", "guard", "start_inside", "ends_inside"]
 PER_CROSSING = ["t", "t_lo", "entering", "sens"]
+# Of families whose truth leaves something open.
+PER_RAY_OPEN = ["t_min", "t_max", "horizon"]
+PER_CROSSING_OPEN = ["optional", "slack"]
 
 
 def compact(value):
@@ -53,14 +60,26 @@ def thin(family, source, target):
     rows = chosen_rays(full, document["scenes"], count)
     offsets = full["offsets"]
     crossings = np.concatenate([np.arange(offsets[row], offsets[row + 1]) for row in rows])
-    kept = {name: full[name][rows] for name in PER_RAY}
-    kept |= {name: full[name][crossings] for name in PER_CROSSING}
+    kept = {name: full[name][rows] for name in PER_RAY + PER_RAY_OPEN if name in full}
+    kept |= {name: full[name][crossings] for name in PER_CROSSING + PER_CROSSING_OPEN if name in full}
     kept["offsets"] = np.concatenate([[0], np.cumsum(offsets[rows + 1] - offsets[rows])])
     np.savez_compressed(os.path.join(target, family + ".npz"), **kept)
     with open(os.path.join(target, family + ".json"), "w") as file:
         file.write(compact(document) + "\n")
+    thin_models(family, document, source, target)
     groups = len(np.unique(kept["group"]))
     print(f"{family}: {len(document['scenes'])} scenes, {groups} groups, {len(rows)} rays, {len(crossings)} crossings")
+
+
+def thin_models(family, document, source, target):
+    """Keeps the meshes that the scenes name."""
+    path = os.path.join(source, family + "_models.npz")
+    if not os.path.exists(path):
+        return
+    text = compact(document)
+    with np.load(path) as models:
+        used = {name: array for name, array in models.items() if f'"{name.rsplit("_", 1)[0]}"' in text}
+    np.savez_compressed(os.path.join(target, family + "_models.npz"), **used)
 
 
 def main():
@@ -71,8 +90,6 @@ def main():
     os.makedirs(args.target, exist_ok=True)
     for family in KEEP:
         thin(family, args.full, args.target)
-    with np.load(os.path.join(args.full, "mesh_models.npz")) as models:
-        np.savez_compressed(os.path.join(args.target, "mesh_models.npz"), **models)
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ ARRAYS = {
     "crossings": PER_HIT | {"ray_splits": "i8", "kind": "i1"},
     "segments": {"ray_splits": "i8", "t_in": "f8", "t_out": "f8", "length": "f8", "material": "i4",
                  "object": "i4", "path": "i8"},
+    "thickness": {"thickness": "f8"},
 }
 TABLES = {
     "closest": {"object_names", "material_names", "path_names"},
@@ -23,6 +24,7 @@ TABLES = {
     "count": {"object_names", "material_names"},
     "crossings": {"object_names", "material_names", "path_names"},
     "segments": {"object_names", "material_names", "path_names"},
+    "thickness": {"object_names", "material_names"},
 }
 
 BALL = {"kind": "sphere", "radius": 1.25}
@@ -69,7 +71,8 @@ def test_names_and_types(tmp_path, query, n):
         assert splits.shape == (n + 1,) and splits[0] == 0 and (np.diff(splits) >= 0).all()
         rows = splits[-1]
     for name in set(ARRAYS[query]) - {"ray_splits"}:
-        assert arrays[name].shape == ((rows, 3) if name == "normal" else (rows,)), name
+        # Of thickness two materials, and none.
+        assert arrays[name].shape == ((rows, 3) if name in ("normal", "thickness") else (rows,)), name
 
 
 @pytest.mark.parametrize("query", ARRAYS)
@@ -128,6 +131,18 @@ def test_queries_agree(tmp_path):
     ray = np.repeat(np.arange(len(rays)), np.diff(segments["ray_splits"]))
     lengths = (segments["t_out"] - segments["t_in"]) * np.linalg.norm(rays[ray, 3:], axis=1)
     assert np.allclose(segments["length"], lengths, rtol=1e-12, atol=0)
+    by_object = cast(tmp_path, SCENE, rays, "thickness", "--by", "object")["thickness"]
+    for thickness, column, count in [(found["thickness"]["thickness"], "material", 3), (by_object, "object", 2)]:
+        total = np.zeros((len(rays), count))
+        np.add.at(total, (ray, segments[column]), segments["length"])
+        assert thickness.tobytes() == total.tobytes(), column
+
+
+def test_thickness_without_materials_is_in_the_last_column(tmp_path):
+    scene = {"shotline": 1, "objects": [{"name": "ball", "node": BALL}]}
+    rays = np.array([[-5, 0, 0, 2, 0, 0], [-5, 2, 0, 2, 0, 0.0]])
+    thickness = cast(tmp_path, scene, rays, "thickness")["thickness"]
+    assert thickness.tolist() == [[2.5], [0]]
 
 
 def through_ball(rays, radius):

@@ -19,9 +19,10 @@ from .nodes import Difference, Group, Intersection, Node, Object, Union
 from .queries import OverlapWarning
 from .radiography import Detector, radiograph
 from .results import Closest, Cost, Crossings, Measures, Segments
-from .scene import Scene, _unpacked, load  # noqa: F401
+from .scene import ReadWarning, Scene, _unpacked, load  # noqa: F401
 from .solids import *  # noqa: F403
 from .solids import __all__ as _solids
+from .text import DuplicateNameWarning
 
 __all__ = [
     "Camera",
@@ -30,6 +31,7 @@ __all__ = [
     "Crossings",
     "Detector",
     "Difference",
+    "DuplicateNameWarning",
     "Group",
     "Image",
     "Intersection",
@@ -40,6 +42,7 @@ __all__ = [
     "Node",
     "Object",
     "OverlapWarning",
+    "ReadWarning",
     "Scene",
     "Segments",
     "Union",

@@ -19,7 +19,6 @@ from __future__ import annotations
 import functools
 import math
 import operator
-import re
 import uuid
 import weakref
 from collections import deque
@@ -37,6 +36,8 @@ from .progress import callback
 from .rays import rays as checked
 from .results import Closest, Crossings, Segments
 from .scene import Scene
+from .values import choice
+from .values import number as real
 
 try:
     import cloudpickle  # type: ignore[import-untyped,unused-ignore]
@@ -94,6 +95,7 @@ def cast(
     t_max: float = math.inf,
     surfaces_only: bool = False,
     overlaps: str | None = None,
+    by: str | None = None,
     reduce: Callable[[Any, Block], Any] | None = None,
     combine: Callable[[Any, Any], Any] = operator.add,
     progress: Any = None,
@@ -112,6 +114,7 @@ def cast(
         t_min, t_max: as of queries; in lengths of the directions.
         surfaces_only: as of queries.
         overlaps: as of `segments` and `thickness`, and only for those.
+        by: as of `thickness`, and only for that: "material", if not given, or "object".
         reduce: called on the worker as reduce(answer, block) with what the query answers for the rays of a `Block`. What
             it returns is sent back in place of the answer. It travels by cloudpickle.
         combine: joins what `reduce` returned for two stretches of rays, in the order of the rays: added, if not given.
@@ -125,7 +128,8 @@ def cast(
         `reduce`, what was combined: the same bits on any cluster for the same `block`.
 
     Raises:
-        BlockError: for a block that raised on its worker (a bad ray is named by its row in all rays), and for one that
+        BlockError: for a block that raised on its worker (a bad ray is named by its row in all rays, which is `row` of
+            the `__cause__`), and for one that
             ended its worker process time and again (Dask's setting allowed-failures).
         RuntimeError: without a client, and if the workers cannot unpickle the scene, the beam or `reduce`.
         TypeError, ValueError: for arguments that do not fit, before anything is sent.
@@ -135,7 +139,7 @@ def cast(
         raise TypeError(f"scene must be a Scene, not {type(scene).__name__}")
     if query not in _QUERIES:
         raise ValueError(f"query is {query!r}, but must be one of {', '.join(_QUERIES)}")
-    options: dict[str, Any] = {"t_min": float(t_min), "t_max": float(t_max)}
+    options: dict[str, Any] = {"t_min": real(t_min, "t_min"), "t_max": real(t_max, "t_max")}
     if surfaces_only:
         if query in ("segments", "thickness"):
             raise ValueError(f"surfaces_only is for closest, any, count and crossings, not for {query}")
@@ -144,6 +148,10 @@ def cast(
         if query not in ("segments", "thickness"):
             raise ValueError(f"overlaps is for segments and thickness, not for {query}")
         options["overlaps"] = overlaps
+    if by is not None:
+        if query != "thickness":
+            raise ValueError(f"by is for thickness, not for {query}")
+        options["by"] = choice(by, "by", ("material", "object"))
     if (block := operator.index(block)) < 1:
         raise ValueError(f"block is {block}, but must be at least 1")
     beam, sent = (rays, None) if hasattr(rays, "rays") else (None, _Sent(rays))
@@ -251,15 +259,23 @@ def _answer(scene: Scene, job: _Job, number: int, start: int, stop: int, sent: t
     try:
         answer = getattr(scene, job.query)(o, d, threads=1, **job.options)
     except ValueError as error:
-        # The row in the block becomes the row in all rays.
-        message = re.sub(r"^ray (\d+)", lambda row: f"ray {start + int(row[1])}", str(error))
-        raise ValueError(message) from None
+        raise _of_all_rays(error, start) from None
     if job.reduce is not None:
         return job.reduce(answer, Block(number, start, stop, o, d))
     if job.query in _TABLES:
         return list(answer)
     columns = answer if job.query == "closest" else [answer]
     return [column.reshape(stop - start, *column.shape[len(shape) :]) for column in columns]
+
+
+def _of_all_rays(error: ValueError, start: int) -> ValueError:
+    """The error of a row of a block that begins at a ray as the error of that row of all rays."""
+    row = getattr(error, "row", None)
+    if row is None:
+        return error
+    told = ValueError(str(error).replace(f"ray {row}", f"ray {start + row}", 1))
+    setattr(told, "row", start + row)  # noqa: B010
+    return told
 
 
 def _expose(scene: Scene, job: _Job, number: int, start: int, stop: int, sent: None) -> np.ndarray:

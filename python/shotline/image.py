@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from . import _native
 from .looks import Camera
+from .values import text, whole
 
 
 class Image(np.ndarray[Any, np.dtype[np.uint8]]):
@@ -49,6 +50,19 @@ class Image(np.ndarray[Any, np.dtype[np.uint8]]):
         return self.to_png() if self.ndim == 3 and self.dtype == np.uint8 and self.shape[2] in (3, 4) else None
 
 
+# The core refuses less than this, in terms of pixels; these are what it can be told.
+_MOST = 2**32 - 1
+
+
+def picture_size(size: Any) -> tuple[int, int]:
+    """Width and height in pixels. Raises TypeError for anything but two whole numbers, ValueError out of range."""
+    try:
+        width, height = size
+    except (TypeError, ValueError):
+        raise TypeError(f"size is width and height in pixels, as in (800, 600), not {size!r}") from None
+    return whole(width, "the width in size", 0, _MOST), whole(height, "the height in size", 0, _MOST)
+
+
 def settings(
     camera: Camera | None,
     size: tuple[int, int],
@@ -59,6 +73,11 @@ def settings(
     counter: str,
 ) -> tuple[_native.Style, _native.Sight | None]:
     """What `Scene.render` takes in the terms of the core."""
-    width, height = size
-    sight = (camera.eye, camera.target, camera.up, camera.fov, camera.height) if camera else None
+    width, height = picture_size(size)
+    if camera is not None and not isinstance(camera, Camera):
+        raise TypeError(f"camera must be a Camera, not {type(camera).__name__}")
+    samples = whole(samples, "samples", 0, _MOST)
+    look, lighting, counter = text(look, "look"), text(lighting, "lighting"), text(counter, "counter")
+    background = None if background is None else text(background, "background")
+    sight = (camera.eye, camera.target, camera.up or (0.0, 0.0, 1.0), camera.fov, camera.height) if camera else None
     return (width, height, samples, look, lighting, counter, background), sight

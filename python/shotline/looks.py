@@ -5,27 +5,57 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from .values import number, numbers
+
 Vector = tuple[float, float, float]
+
+_INFINITY = float("inf")
 
 
 def _given(**keys: Any) -> dict[str, Any]:
-    """Only what was given; vectors as lists of floats."""
+    """Only what was given; vectors as lists."""
+    return {k: list(v) if isinstance(v, tuple) else v for k, v in keys.items() if v is not None}
 
-    def plain(value: Any) -> Any:
-        if isinstance(value, (bool, str)):
-            return value
-        return [float(x) for x in value] if hasattr(value, "__len__") else float(value)
 
-    return {key: plain(value) for key, value in keys.items() if value is not None}
+def _set(owner: Any, name: str, value: Any) -> None:
+    """Sets a field of a frozen dataclass while it is made."""
+    object.__setattr__(owner, name, value)
+
+
+def _vector(owner: Any, name: str) -> None:
+    value = getattr(owner, name)
+    if value is not None:
+        _set(owner, name, numbers(value, 3, name))
+
+
+def _number(owner: Any, name: str, least: float = 0.0, most: float = _INFINITY) -> None:
+    """A finite number from the least to the most, if there is one."""
+    value = getattr(owner, name)
+    if value is None:
+        return
+    (value,) = numbers(number(value, name), 1, name)
+    if not least <= value <= most:
+        bounds = f"from {least:g} to {most:g}" if most < _INFINITY else f"at least {least:g}"
+        raise ValueError(f"{name} is {value:g}, but must be {bounds}")
+    _set(owner, name, value)
+
+
+def _color(owner: Any) -> None:
+    _vector(owner, "color")
+    if owner.color is not None and not all(0.0 <= x <= 1.0 for x in owner.color):
+        raise ValueError(f"color is {list(owner.color)}, but each of its components must be from 0 to 1")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Material:
     """What an object is made of. Everything is optional.
 
-    `mu` is the linear attenuation coefficient, one over the scene's unit of length; `density` mass per cubed unit. The
-    rest is for pictures, from 0 to 1: `color` as sRGB, the strength of the highlight `specular`, and the share of light
-    that is mirrored, `mirror`; `shininess` is the exponent of the highlight (Phong).
+    `mu` is the linear attenuation coefficient, one over the scene's unit of length, at least 0. `density` is in g/cm^3,
+    whatever the scene's unit of length; in a scene without units it is mass per cubed length. The rest is for pictures,
+    from 0 to 1: `color` as sRGB, the strength of the highlight `specular`, and the share of light that is mirrored,
+    `mirror`; `shininess` is the exponent of the highlight (Phong).
+
+    Raises ValueError for numbers out of range, TypeError for what are no numbers.
     """
 
     mu: float | None = None
@@ -35,27 +65,48 @@ class Material:
     shininess: float | None = None
     mirror: float | None = None
 
+    def __post_init__(self) -> None:
+        for name in ("mu", "density", "shininess"):
+            _number(self, name)
+        for name in ("specular", "mirror"):
+            _number(self, name, most=1.0)
+        _color(self)
+
     def _keys(self) -> dict[str, Any]:
         return _given(**vars(self))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Camera:
-    """Where a picture is seen from: at `eye`, looking at `target`, in world coordinates; `up` is up in the picture.
+    """Where a picture is seen from: at `eye`, looking at `target`, in world coordinates. `up` is up in the picture: z if
+    not given, y for a view along z.
 
-    With `fov`, the vertical angle of view in degrees, in perspective; with `height`, that of the picture in world units,
-    parallel. One of the two must be given.
+    With `fov`, the vertical angle of view in degrees, it is in perspective; with `height`, that of the picture in world
+    units, parallel. With neither, `fov` is 40. Raises ValueError for both, and for numbers out of range.
     """
 
     eye: Vector
     target: Vector = (0.0, 0.0, 0.0)
-    up: Vector = (0.0, 0.0, 1.0)
+    up: Vector | None = None
     fov: float | None = None
     height: float | None = None
 
     def __post_init__(self) -> None:
-        if (self.fov is None) == (self.height is None):
-            raise ValueError("a camera takes either fov (perspective) or height (parallel)")
+        for name in ("eye", "target", "up"):
+            _vector(self, name)
+        _number(self, "fov", most=180.0)
+        _number(self, "height")
+        if self.fov is not None and self.height is not None:
+            raise ValueError("a camera takes fov (perspective) or height (parallel), not both")
+        if self.fov in (0.0, 180.0) or self.height == 0.0:
+            raise ValueError("fov must be above 0 and below 180 degrees, and height above 0")
+        if self.eye == self.target:
+            raise ValueError("eye and target of the camera are the same point")
+        if self.fov is None and self.height is None:
+            _set(self, "fov", 40.0)
+        if self.up is None:
+            along_z = self.eye[:2] == self.target[:2]
+            _set(self, "up", (0.0, 1.0, 0.0) if along_z else (0.0, 0.0, 1.0))
 
     def _keys(self) -> dict[str, Any]:
         return _given(**vars(self))
@@ -77,6 +128,12 @@ class Light:
     def __post_init__(self) -> None:
         if sum(bool(x is not None and x is not False) for x in (self.point, self.direction, self.ambient)) != 1:
             raise ValueError("a light takes one of point, direction and ambient=True")
+        for name in ("point", "direction"):
+            _vector(self, name)
+        if self.direction == (0.0, 0.0, 0.0):
+            raise ValueError("the direction of the light is zero")
+        _number(self, "intensity")
+        _color(self)
 
     def _keys(self) -> dict[str, Any]:
         return _given(**vars(self))

@@ -2,25 +2,33 @@
 
 from __future__ import annotations
 
+import warnings
+from hashlib import blake2b
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native
-from .nodes import Node
+from .foreign import triangles
+from .nodes import Node, accelerator
+from .values import floats, refuse_masked
 
 
 class Mesh(Node):
     """A triangle mesh, as a part of a scene.
 
     `vertices` has shape (n, 3), float64 in the scene's units; `faces` has shape (m, 3), three numbers of vertices each,
-    counter-clockwise seen from outside. Both are copied. Instead of two arrays one object may be given that has
-    `vertices` and `faces` (trimesh), `vertices` and `triangles` (Open3D, also `vertex.positions` and
-    `triangle.indices`), or `points` and `cells_dict` with triangles (meshio).
+    counter-clockwise seen from outside. Both are copied.
+
+    Instead of two arrays one mesh of another package may be given: of trimesh, pyvista (`PolyData`), meshio or Open3D
+    (legacy and tensor meshes), or a `trimesh.Scene`, whose meshes are joined where they are; `Scene(scene)` keeps them
+    apart. Quads are cut in two, and what is no face, as lines and points, is left out with a warning. Triangles come in
+    the order of the source; of pyvista and meshio those of faces and strips of one size after the other.
 
     A closed mesh is a solid. One that is not has hits, but no inside: combinations, segments and `contains` refuse it.
-    Raises ValueError for faces that name vertices which are not there, for NaN, and for no face at all.
+    Raises ValueError for faces that name vertices which are not there, for NaN, for no face at all, and for volume
+    meshes; TypeError for what is no mesh.
 
     >>> corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
     >>> mesh = Mesh(corners, [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
@@ -32,9 +40,12 @@ class Mesh(Node):
 
     def __init__(self, vertices: Any, faces: ArrayLike | None = None, *, accel: str | None = None) -> None:
         if faces is None:
-            vertices, faces = _of_object(vertices)
-        self._native = _native.Mesh(_points(vertices), _faces(faces))
-        self._accel = accel
+            vertices, faces, notes = triangles(vertices)
+            for note in notes:
+                warnings.warn(note, stacklevel=2)
+        points = _points(vertices)
+        self._native = _native.Mesh(points, _faces(faces, len(points)))
+        self._accel = accelerator(accel)
 
     @classmethod
     def _of_native(cls, native: _native.Mesh, accel: str | None = None) -> Mesh:
@@ -65,6 +76,10 @@ class Mesh(Node):
     def _keys(self) -> dict[str, Any]:
         return {"kind": "mesh"} | ({"accel": self._accel} if self._accel else {})
 
+    def _own(self) -> Any:
+        vertices, faces = self.vertices, self.faces
+        return self._accel, len(vertices), blake2b(vertices.data).hexdigest(), blake2b(faces.data).hexdigest()
+
     def __reduce__(self) -> Any:
         return _again, (self.vertices, self.faces, self._accel)
 
@@ -79,13 +94,14 @@ def _again(vertices: np.ndarray, faces: np.ndarray, accel: str | None) -> Mesh:
 
 
 def _points(vertices: ArrayLike) -> np.ndarray:
-    array = np.require(vertices, np.float64, ["C", "A"])
+    array = floats(vertices, "vertices")
     if array.ndim != 2 or array.shape[1] != 3:
         raise ValueError(f"vertices have shape (n, 3), not {array.shape}")
     return array
 
 
-def _faces(faces: ArrayLike) -> np.ndarray:
+def _faces(faces: ArrayLike, vertices: int) -> np.ndarray:
+    refuse_masked(faces, "faces")
     array = np.asarray(faces)
     if array.size == 0:
         array = array.reshape(0, 3).astype(np.uint32)
@@ -93,23 +109,8 @@ def _faces(faces: ArrayLike) -> np.ndarray:
         raise ValueError(f"faces have shape (m, 3), not {array.shape}; cut polygons into triangles first")
     if array.dtype.kind not in "iu":
         raise TypeError(f"faces are numbers of vertices, so integers, not {array.dtype}")
-    if array.size and (array.min() < 0 or array.max() > 0xFFFFFFFF):
-        row = int(np.argmax(((array < 0) | (array > 0xFFFFFFFF)).any(axis=1)))
-        raise ValueError(f"face {row} is {array[row].tolist()}, but vertices are numbered from 0 to 4294967295")
+    if array.size and (array.min() < 0 or array.max() >= vertices):
+        row = int(np.argmax(((array < 0) | (array >= vertices)).any(axis=1)))
+        numbered = f"vertices are numbered from 0 to {vertices - 1}" if vertices else "there are no vertices"
+        raise ValueError(f"face {row} is {array[row].tolist()}, but {numbered}")
     return np.require(array, np.uint32, ["C", "A"])
-
-
-def _of_object(source: Any) -> tuple[Any, Any]:
-    """Vertices and triangles of what another package made."""
-    if hasattr(source, "points") and hasattr(source, "cells_dict"):  # meshio
-        cells = source.cells_dict
-        if set(cells) != {"triangle"}:
-            raise ValueError(f"this mesh has cells {sorted(cells)}; only triangles make a surface mesh")
-        return source.points, cells["triangle"]
-    if hasattr(source, "vertices") and hasattr(source, "faces"):  # trimesh
-        return source.vertices, source.faces
-    if hasattr(source, "vertices") and hasattr(source, "triangles"):  # Open3D
-        return np.asarray(source.vertices), np.asarray(source.triangles)
-    if hasattr(source, "vertex") and hasattr(source, "triangle"):  # Open3D's tensors
-        return source.vertex.positions.numpy(), source.triangle.indices.numpy()
-    raise TypeError(f"a mesh takes vertices and faces, or a mesh of another package, not {type(source).__name__}")

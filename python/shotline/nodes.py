@@ -3,42 +3,47 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import isfinite
-from typing import Any
+from hashlib import blake2b
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native
+from .values import choice, floats, number, numbers, text, whole
 
 Vector = tuple[float, float, float]
 
-
-def numbers(values: ArrayLike, count: int, what: str) -> tuple[float, ...]:
-    """So many finite numbers, or an error that says what they were for."""
-    if (
-        isinstance(values, tuple)
-        and len(values) == count
-        and all(type(x) in (int, float) and isfinite(x) for x in values)
-    ):
-        # Scenes are made of many short tuples, and arrays of them would take ten times as long.
-        return tuple(map(float, values))
-    array = np.asarray(values, dtype=np.float64).reshape(-1)
-    if array.size != count:
-        raise ValueError(f"{what} takes {count} numbers, not {array.size}")
-    if not np.isfinite(array).all():
-        raise ValueError(f"{what} is {array.tolist()}, but must be finite")
-    return tuple(array.tolist())
+_ACCELERATORS = _native.accelerators()[0]
 
 
 class Node:
     """A part of a scene, in its own coordinates: a solid, a mesh, a combination, a group, or one of these placed.
 
-    `a | b`, `a & b` and `a - b` combine; `translate`, `rotate`, `scale` and `transform` place. None of them changes
-    the node itself: each returns a new one.
+    `a | b`, `a & b` and `a - b` combine; `translate`, `rotate`, `scale` and `transform` place, and `part` and `named`
+    give names. All of them can be written in any order and as often as wanted: each places, combines or names what was
+    made so far. None of them changes the node itself: each returns a new one.
+
+    Nodes that were made in the same way from equal numbers are equal, and their hashes too. To a scene they are still
+    two parts; only one and the same node is built once.
     """
 
-    __slots__ = ()
+    # The digest is made when it is first needed.
+    __slots__ = ("_digest",)
+    _digest: bytes
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not name.startswith("_"):
+            raise AttributeError(f"a {type(self).__name__} cannot be changed: make another one with another {name}")
+        object.__setattr__(self, name, value)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Node):
+            return NotImplemented
+        return self is other or _digest(self) == _digest(other)
+
+    def __hash__(self) -> int:
+        return hash(_digest(self))
 
     def __or__(self, other: Node) -> Union:
         return Union(*_chain(Union, self, other)) if isinstance(other, Node) else NotImplemented
@@ -55,28 +60,34 @@ class Node:
         >>> Sphere(radius=1).translate(0, 0, 5)
         Sphere(radius=1.0).translate(0.0, 0.0, 5.0)
         """
-        return _placed(self, ("translate", numbers(offset, 3, "translate")))
+        return Placed((("translate", _three(offset, "translate")),), self)
 
     def rotate(self, *angles: Any, axis: ArrayLike | None = None, degrees: float | None = None) -> Placed:
         """Turn by angles in degrees about x, then y, then z; or with `axis` and `degrees` about an axis through the
         origin, counter-clockwise seen from its tip. Quarter turns are exact."""
         if axis is None and degrees is None:
-            return _placed(self, ("rotate", numbers(angles, 3, "rotate")))
+            if len(angles) == 2:
+                raise ValueError(
+                    "rotate takes three angles; about an axis it is rotate(axis=(x, y, z), degrees=angle)"
+                )
+            return Placed((("rotate", _three(angles, "rotate")),), self)
         if angles or axis is None or degrees is None:
             raise ValueError("rotate takes three angles, or axis= and degrees= together")
         direction = numbers(axis, 3, "axis")
         if not any(direction):
             raise ValueError("the axis has no direction")
-        (angle,) = numbers(degrees, 1, "degrees")
-        return _placed(self, ("rotate", {"axis": direction, "degrees": angle}))
+        (angle,) = numbers(number(degrees, "degrees"), 1, "degrees")
+        return Placed((("rotate", {"axis": direction, "degrees": angle}),), self)
 
     def scale(self, *factors: Any) -> Placed:
         """Scale about the origin, by one factor or by three along the axes. A negative one mirrors; zero is refused."""
-        values = np.asarray(factors, dtype=np.float64).reshape(-1)
+        values = floats(factors[0] if len(factors) == 1 else factors, "scale").reshape(-1)
+        if values.size not in (1, 3):
+            raise ValueError(f"scale takes one factor or three, not {values.size}")
         factors = numbers(np.repeat(values, 3) if values.size == 1 else values, 3, "scale")
         if 0.0 in factors:
             raise ValueError(f"scale is {list(factors)}, but no factor may be zero")
-        return _placed(self, ("scale", factors))
+        return Placed((("scale", factors),), self)
 
     def transform(self, matrix: ArrayLike) -> Placed:
         """Place by an affine map, of shape (3, 4), (4, 4) or (12,): the parent's coordinates from the node's own. The
@@ -84,13 +95,13 @@ class Node:
 
         Raises ValueError for a matrix that is singular, or so nearly that hardly a digit would be left.
         """
-        return _placed(self, ("transform", affine(matrix)))
+        return Placed((("transform", affine(matrix)),), self)
 
     def part(self, name: str) -> Part:
         """Give a shared part a name, which then stands in the names of paths, as in `arm[2]/bolt`."""
         return Part(self, name)
 
-    def named(self, name: str, material: str | None = None, priority: int = 0) -> Object:
+    def named(self, name: str, material: str | None = None, priority: int | None = None) -> Object:
         """Make an object of it: see `Object`."""
         return Object(self, name, material, priority)
 
@@ -101,18 +112,50 @@ class Node:
     def _children(self) -> tuple[Node, ...]:
         return ()
 
+    # All that makes it what it is, without its children.
+    def _own(self) -> Any:
+        return self._keys()
+
+    # The first object in it: where there is one, it cannot be an operand.
+    @property
+    def _object(self) -> Object | None:
+        return None
+
+
+def _digest(root: Node) -> bytes:
+    """A digest of a node and all below it; kept by each of them. Without recursion: nodes may be deep."""
+    stack = [root]
+    while stack:
+        node = stack[-1]
+        children = node._children()
+        missing = [child for child in children if not hasattr(child, "_digest")]
+        if missing and not hasattr(node, "_digest"):
+            stack.extend(missing)
+            continue
+        stack.pop()
+        if not hasattr(node, "_digest"):
+            digest = blake2b(repr((type(node).__name__, node._own())).encode(), digest_size=32)
+            for child in children:
+                digest.update(child._digest)
+            node._digest = digest.digest()
+    return root._digest
+
+
+def _three(values: tuple[Any, ...], what: str) -> tuple[float, ...]:
+    """Three numbers that are given as such or as one vector."""
+    return numbers(values[0] if len(values) == 1 else values, 3, what)
+
 
 def affine(matrix: ArrayLike) -> tuple[float, ...]:
     """The 12 numbers of an affine map, row by row."""
-    array = np.asarray(matrix, dtype=np.float64)
+    array = floats(matrix, "the matrix")
     if array.shape == (4, 4):
         if array[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
             raise ValueError(f"the last row of a 4x4 matrix must be [0, 0, 0, 1], not {array[3].tolist()}")
         array = array[:3]
     if array.shape not in [(3, 4), (12,)]:
         raise ValueError(f"a matrix has shape (3, 4), (4, 4) or (12,), not {array.shape}")
-    flat = numbers(array, 12, "the matrix")
-    return flat
+    return numbers(array, 12, "the matrix")
 
 
 def _checked(node: Any) -> Node:
@@ -133,15 +176,26 @@ class Solid(Node):
     _kind = ""
     _params: tuple[tuple[str, int], ...] = ()
 
-    def __init__(self, **values: Any) -> None:
+    def __init__(self, *args: Any, **values: Any) -> None:
         names = [name for name, _ in self._params]
         unknown = [name for name in values if name not in names]
         missing = [name for name in names if name not in values]
-        if unknown or missing:
-            wrong = [f"no parameter {name!r}" for name in unknown] + [f"{name} is missing" for name in missing]
-            raise TypeError(f"{type(self).__name__}({', '.join(names)}): {'; '.join(wrong)}")
-        self._values = {name: numbers(values[name], count, name) for name, count in self._params}
+        if args or unknown or missing:
+            self._refuse(bool(args), unknown, missing)
+        self._values = {name: _parameter(values[name], count, name) for name, count in self._params}
         _native.check_solid(self._kind, list(self._values.values()))
+
+    def _refuse(self, positional: bool, unknown: list[str], missing: list[str]) -> NoReturn:
+        wrong = ["parameters are given by keyword"] if positional else []
+        wrong += [f"no parameter {name!r}" for name in unknown]
+        wrong += [f"{name} is missing" for name in missing]
+        if any(name in ("center", "centre", "position", "origin") for name in unknown):
+            wrong.append("solids are placed with .translate(x, y, z)")
+        shown = ", ".join(f"{name}=..." for name, _ in self._params)
+        raise TypeError(f"{type(self).__name__}({shown}): {'; '.join(wrong)}")
+
+    def __dir__(self) -> list[str]:
+        return sorted({*super().__dir__(), *(name for name, _ in self._params)})
 
     def __getattr__(self, name: str) -> Any:
         try:
@@ -158,8 +212,17 @@ class Solid(Node):
         return f"{type(self).__name__}({shown})"
 
 
+def _parameter(value: Any, count: int, name: str) -> tuple[float, ...]:
+    return numbers(number(value, name) if count == 1 else value, count, name)
+
+
+def accelerator(name: str | None) -> str | None:
+    """The name of an accelerator, or None for the one that is chosen elsewhere."""
+    return None if name is None else choice(name, "accel", _ACCELERATORS)
+
+
 class _Several(Node):
-    __slots__ = ("_accel", "_args")
+    __slots__ = ("_accel", "_args", "_inner")
     _op = ""
 
     def __init__(self, *args: Node | Iterable[Node], accel: str | None = None) -> None:
@@ -168,7 +231,12 @@ class _Several(Node):
         if not args:
             raise ValueError(f"{type(self).__name__} needs at least one part")
         self._args: tuple[Node, ...] = tuple(_checked(arg) for arg in args)
-        self._accel = accel
+        self._inner = next((arg._object for arg in self._args if arg._object is not None), None)
+        self._accel = accelerator(accel)
+
+    @property
+    def _object(self) -> Object | None:
+        return self._inner
 
     def _keys(self) -> dict[str, Any]:
         return {"op": self._op} | ({"accel": self._accel} if self._accel else {})
@@ -182,7 +250,18 @@ class _Several(Node):
         return f"{type(self).__name__}({', '.join(shown + more)})"
 
 
-class Union(_Several):
+class _Combination(_Several):
+    __slots__ = ()
+
+    def __init__(self, *args: Node | Iterable[Node], accel: str | None = None) -> None:
+        super().__init__(*args, accel=accel)
+        if self._inner is not None:
+            what, name = type(self).__name__, self._inner.name
+            message = f"the object {name!r} cannot be an operand of a {what}: objects stand in scenes and groups"
+            raise ValueError(f"{message}; combine shapes (object.node) and name the result")
+
+
+class Union(_Combination):
     """All points in any of the parts: `a | b`. Parts that touch have no seam.
 
     `accel` names an accelerator for this combination; no answer depends on it.
@@ -192,14 +271,14 @@ class Union(_Several):
     _op = "union"
 
 
-class Intersection(_Several):
+class Intersection(_Combination):
     """All points in each of the parts: `a & b`."""
 
     __slots__ = ()
     _op = "intersection"
 
 
-class Difference(_Several):
+class Difference(_Combination):
     """All points in the first part and in none of the others: `a - b`."""
 
     __slots__ = ()
@@ -227,11 +306,15 @@ def _chain(kind: type[_Several], left: Node, right: Node) -> tuple[Node, ...]:
 class Placed(Node):
     """A node with a placement: what `translate`, `rotate`, `scale` and `transform` return."""
 
-    __slots__ = ("_child", "_steps")
+    __slots__ = ("_child", "_inner", "_steps")
+    _child: Node
+    _steps: tuple[tuple[str, Any], ...]
 
     def __init__(self, steps: tuple[tuple[str, Any], ...], child: Node) -> None:
-        # The innermost step is the first.
-        self._steps, self._child = steps, child
+        # The innermost step is the first. Placements of placements are one, so that the matrix is rounded once.
+        if isinstance(child, Placed):
+            steps, child = (*child._steps, *steps), child._child
+        self._steps, self._child, self._inner = steps, child, child._object
         if any(name in ("scale", "transform") for name, _ in steps):
             _native.compose(list(steps))  # refuses what has no inverse
 
@@ -255,48 +338,73 @@ class Placed(Node):
     def _children(self) -> tuple[Node, ...]:
         return (self._child,)
 
+    def _own(self) -> Any:
+        return self._steps
+
+    @property
+    def _object(self) -> Object | None:
+        return self._inner
+
     def __repr__(self) -> str:
-        text = _words(self._child)
+        shown = _words(self._child)
         for name, value in self._steps:
             if isinstance(value, dict):
-                text += f".{name}(axis={value['axis']}, degrees={value['degrees']})"
+                shown += f".{name}(axis={value['axis']}, degrees={value['degrees']})"
             else:
-                text += f".{name}({', '.join(map(str, value))})"
-        return text
-
-
-def _placed(node: Node, step: tuple[str, Any]) -> Placed:
-    if isinstance(node, Placed):
-        return Placed((*node._steps, step), node._child)
-    return Placed((step,), node)
+                shown += f".{name}({', '.join(map(str, value))})"
+        return shown
 
 
 class Part(Node):
     """A node with a name of its own: see `Node.part`."""
 
-    __slots__ = ("_child", "_name")
+    __slots__ = ("_child", "_inner", "_name")
 
     def __init__(self, node: Node, name: str) -> None:
-        self._child, self._name = _checked(node), str(name)
+        self._child, self._name = _checked(node), text(name, "the name of a part")
+        self._inner = node._object
 
     def _children(self) -> tuple[Node, ...]:
         return (self._child,)
+
+    def _own(self) -> Any:
+        return self._name
+
+    @property
+    def _object(self) -> Object | None:
+        return self._inner
 
     def __repr__(self) -> str:
         return f"{_words(self._child)}.part({self._name!r})"
 
 
 class Object(Node):
-    """A part with a name, a material and a priority: what hits and segments are told of.
+    """A part with a name, a material and a priority: what hits and segments refer to.
 
-    Where objects overlap, the one of the higher priority owns the segment. Objects stand in a scene and in groups, not
-    in combinations.
+    Where objects overlap, the one of the higher priority owns the segment; it is 0 if not given. Objects stand in a
+    scene and in groups, not in combinations.
+
+    An object of an object, however that was placed meanwhile, is the same shape in the same place under the new name;
+    its material and priority stay where none are given.
+
+    >>> bolt = Sphere(radius=1).named("bolt", material="steel").translate(5, 0, 0).named("left bolt")
+    >>> bolt.name, bolt.material, bolt.node
+    ('left bolt', 'steel', Sphere(radius=1.0).translate(5.0, 0.0, 0.0))
     """
 
     __slots__ = ("_material", "_name", "_node", "_priority")
 
-    def __init__(self, node: Node, name: str, material: str | None = None, priority: int = 0) -> None:
-        self._node, self._name, self._material, self._priority = _checked(node), str(name), material, int(priority)
+    def __init__(self, node: Node, name: str, material: str | None = None, priority: int | None = None) -> None:
+        self._name = text(name, "the name of an object")
+        self._material = None if material is None else text(material, "material (the name of one)")
+        self._priority = 0 if priority is None else whole(priority, "priority", -(2**31), 2**31 - 1)
+        placed = placed_object(_checked(node))
+        if placed is not None:
+            steps, inner = placed
+            node = Placed(steps, inner.node) if steps else inner.node
+            self._material = inner.material if material is None else self._material
+            self._priority = inner.priority if priority is None else self._priority
+        self._node = node
 
     @property
     def name(self) -> str:
@@ -329,7 +437,22 @@ class Object(Node):
     def _children(self) -> tuple[Node, ...]:
         return (self._node,)
 
+    @property
+    def _object(self) -> Object | None:
+        return self
+
     def __repr__(self) -> str:
         rest = [] if self._material is None else [f"material={self._material!r}"]
         rest += [f"priority={self._priority}"] if self._priority else []
         return f"{_words(self._node)}.named({', '.join([repr(self._name), *rest])})"
+
+
+def placed_object(node: Node) -> tuple[tuple[tuple[str, Any], ...], Object] | None:
+    """The object that a node is, placed and named as a part any number of times, and the steps of its placements,
+    innermost first; None for a node of another kind. An object's own shape never is one."""
+    steps: tuple[tuple[str, Any], ...] = ()
+    while isinstance(node, (Placed, Part)):
+        if isinstance(node, Placed):
+            steps = (*node._steps, *steps)
+        node = node._child
+    return (steps, node) if isinstance(node, Object) else None

@@ -13,6 +13,7 @@ from . import _native
 from .progress import callback
 from .rays import points, rays
 from .results import Closest, Cost, Crossings, Segments
+from .values import choice, integer, number, text, whole
 
 
 class Queries:
@@ -51,8 +52,10 @@ class Queries:
 
         Raises:
             ValueError: for shapes that do not fit, and for a ray with NaN, infinite numbers or without direction: its
-                row is named, numbered in C order, before any work is done; and for a ray that takes more than 10^7 steps, or
-                has more than 2^20 crossings where they are listed, as where parts lie in one another over and over.
+                row is named, numbered in C order, before any work is done. Also for a ray that takes more than 10^7 steps, or
+                has more than 2^20 crossings where they are listed, as where parts lie in one another over and over. The
+                error has the number of the row as `row`.
+            TypeError: for what are no real numbers.
             MemoryError: for answers that do not fit into memory.
         """
         shape, ask = _ask(o, d, t_min, t_max, threads, progress, surfaces_only)
@@ -134,7 +137,7 @@ class Queries:
         """
         _not_surfaces_only("segments", surfaces_only)
         _, ask = _ask(o, d, t_min, t_max, threads, progress)
-        *columns, met = self._native.segments(ask, overlaps)
+        *columns, met = self._native.segments(ask, text(overlaps, "overlaps"))
         _warn(met, overlaps)
         return Segments(*columns)
 
@@ -143,6 +146,7 @@ class Queries:
         o: ArrayLike,
         d: ArrayLike | None = None,
         *,
+        by: str = "material",
         overlaps: str = "error",
         t_min: float = 0.0,
         t_max: float = math.inf,
@@ -150,20 +154,27 @@ class Queries:
         threads: int = 0,
         progress: Any = None,
     ) -> np.ndarray:
-        """How far each ray goes through each material: (..., n_materials) float64, in world units, in the order of
-        `material_names`. Objects without a material count for none.
+        """How far each ray goes through each material or object: (..., columns) float64, in world units.
 
-        It is the sum of `segments` by material, and takes and raises what that does.
+        By "material" there is a column for each of `material_names`, and a last one for objects without a material; so
+        the sum of a row is all that the ray passes inside objects. By "object" there is a column for each of
+        `object_names`.
+
+        It is the sum of `segments`, and takes and raises what that does; also ValueError for more than 10^9 numbers.
 
         >>> scene = Scene(Sphere(radius=1).named("ball", material="lead"), materials={"lead": {"mu": 1.2}})
         >>> scene.thickness([[-5, 0, 0], [-5, 0.6, 0]], [2, 0, 0]).round(12).tolist()
-        [[2.0], [1.6]]
+        [[2.0, 0.0], [1.6, 0.0]]
+        >>> Scene(Sphere(radius=1)).thickness([-5, 0, 0], [2, 0, 0]).tolist()
+        [2.0]
         """
         _not_surfaces_only("thickness", surfaces_only)
         shape, ask = _ask(o, d, t_min, t_max, threads, progress)
-        lengths, met = self._native.thickness(ask, overlaps)
+        lengths, met = self._native.thickness(
+            ask, choice(by, "by", ("material", "object")), text(overlaps, "overlaps")
+        )
         _warn(met, overlaps)
-        return lengths.reshape(*shape, -1) if lengths.size else np.zeros((*shape, len(self.material_names)))
+        return lengths.reshape(*shape, lengths.shape[1])
 
     def cost(
         self,
@@ -197,6 +208,11 @@ class Queries:
         return self._native.objects_containing(where.reshape(-1, 3), threads_of(threads), callback(progress))
 
     @property
+    def units(self) -> str | None:
+        """The unit of length: "nm", "um", "mm", "cm", "m", "km", "in" or "ft"; None for a scene without one."""
+        return self._native.units()
+
+    @property
     def object_names(self) -> list[str]:
         """The names of the objects, in the order of their numbers."""
         return self._native.object_names()
@@ -208,15 +224,15 @@ class Queries:
 
     def surface_name(self, surface: int) -> str:
         """What a surface's number stands for, as in `cylinder#1.side`. IndexError for a number not in use."""
-        return self._native.surface_name(number_of(surface, "surface"))
+        return self._native.surface_name(number_of(surface, "surface", 2**32))
 
     def path_name(self, path: int) -> str:
         """What a path's number stands for, as in `world/arm[2]/bolt[0]`. IndexError for a number not in use."""
-        return self._native.path_name(number_of(path, "path"))
+        return self._native.path_name(number_of(path, "path", 2**63))
 
     def path_transform(self, path: int) -> np.ndarray:
         """The matrix of a path, (3, 4) float64: world coordinates from those of what is placed there."""
-        return np.array(self._native.path_transform(number_of(path, "path"))).reshape(3, 4)
+        return np.array(self._native.path_transform(number_of(path, "path", 2**63))).reshape(3, 4)
 
     @property
     def path_count(self) -> int:
@@ -250,7 +266,7 @@ def _ask(
 ) -> tuple[tuple[int, ...], tuple[Any, ...]]:
     """A query in the terms of the core, and the shape of its answer."""
     shape, count, origins, directions = rays(o, d)
-    span = float(t_min), float(t_max), bool(surfaces_only)
+    span = number(t_min, "t_min"), number(t_max, "t_max"), bool(surfaces_only)
     return shape, (count, origins, directions, *span, threads_of(threads), callback(progress))
 
 
@@ -263,12 +279,13 @@ def _not_surfaces_only(query: str, surfaces_only: bool) -> None:
 
 
 def threads_of(threads: int) -> int:
-    if not 0 <= threads <= 1024:
-        raise ValueError(f"threads is {threads}, but must be from 0 (one a core) to 1024")
-    return int(threads)
+    """How many threads: 0 is one a core."""
+    return whole(threads, "threads", 0, 1024)
 
 
-def number_of(value: int, what: str) -> int:
-    if value < 0:
-        raise IndexError(f"the scene has no such {what}: {value}")
-    return int(value)
+def number_of(value: int, what: str, limit: int) -> int:
+    """The number of one of the things that a scene counts from 0, of which the core knows fewer than the limit."""
+    count = integer(value, what)
+    if not 0 <= count < limit:
+        raise IndexError(f"the scene has no such {what}: {count}")
+    return count

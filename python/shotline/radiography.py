@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike
 
 from .beams import Cone, Parallel
 from .progress import Told, callback
-from .rays import floats, points
+from .rays import points
 from .scene import Scene
+from .values import floats, number, whole
 
 # Rays at a time: what they take beside the picture stays in bounds.
 _BLOCK = 1 << 20
@@ -41,9 +42,12 @@ class Detector:
             raise ValueError("center, u and v are three finite numbers each")
         if not np.cross(vectors[1], vectors[2]).any():
             raise ValueError("u and v lie in one line, so there is no plane of pixels")
-        rows, columns = self.shape
-        if rows < 1 or columns < 1:
-            raise ValueError(f"a detector has at least one row and one column, not {self.shape}")
+        try:
+            rows, columns = self.shape
+        except (TypeError, ValueError):
+            raise TypeError(f"shape is rows and columns, as in (300, 400), not {self.shape!r}") from None
+        for size, what in ((rows, "the rows in shape"), (columns, "the columns in shape")):
+            whole(size, what, 1, 2**31 - 1)
 
     def _vectors(self) -> dict[str, ArrayLike]:
         return {"center": self.center, "u": self.u, "v": self.v}
@@ -60,6 +64,7 @@ class Detector:
         if np.linalg.norm(right) <= 1e-9 * np.linalg.norm(way):
             right = np.cross(way, [0.0, 1.0, 0.0])
         down = np.cross(way, right)
+        pixel = number(pixel, "pixel")
         u, v = (pixel * side / np.linalg.norm(side) for side in (right, down))
         return cls(center=center, u=u, v=v, shape=shape)
 
@@ -81,7 +86,7 @@ def radiograph(
     scene: Scene,
     source: ArrayLike,
     detector: Detector,
-    mu: Mapping[str, float] | ArrayLike,
+    mu: Mapping[str, float] | ArrayLike | None = None,
     *,
     beam: str = "cone",
     overlaps: str = "error",
@@ -99,26 +104,30 @@ def radiograph(
         source: with `beam="cone"` the point from which the beam comes, outside of everything; with `beam="parallel"` the
             direction in which it goes. World coordinates.
         detector: where it goes.
-        mu: linear attenuation coefficients, one over world units: by the names of the materials, all of which must be
-            there; or an array in the order of `scene.material_names`, of shape (materials,), or (materials, energies)
-            for several energies at once.
+        mu: linear attenuation coefficients, one over world units. None takes those of the scene's materials, each of
+            which must have one. A mapping by the names of materials overrides some or all of them. An array is in the
+            order of `scene.material_names`, of shape (materials,), or (materials, energies) for several at once.
         beam: "cone" or "parallel". A parallel beam is followed from before everything that has an end.
         overlaps: as of `Scene.segments`.
         quantity: "attenuation" is the optical depth, the sum of mu times length; "transmission" is exp(-attenuation),
-            the part of the beam that arrives; "thickness" is the length in each material and does without mu.
+            the part of the beam that arrives; "thickness" is the length in each material, and in a last column in
+            objects without one, and does without mu.
         threads, progress: as of `Scene.closest`.
 
     Returns:
         (rows, columns) float64; with several energies (rows, columns, energies); of thickness (rows, columns,
-        materials).
+        materials + 1).
 
     Raises:
-        ValueError: for a material without mu, negative or not finite mu, names that are none, and as `Scene.segments`.
+        ValueError: for a material without mu, negative or not finite mu, names that are none, a scene in which nothing
+            has a material, and as `Scene.segments`.
 
-    >>> ball = Scene(Sphere(radius=1).named("ball", material="lead"), materials={"lead": {}})
+    >>> ball = Scene(Sphere(radius=1).named("ball", material="lead"), materials={"lead": {"mu": 0.7}})
     >>> plate = Detector.facing([-10, 0, 0], [10, 0, 0], pixel=0.5, shape=(3, 3))
-    >>> radiograph(ball, [-10, 0, 0], plate, {"lead": 0.7})[1, 1].round(12)
+    >>> radiograph(ball, [-10, 0, 0], plate)[1, 1].round(12)
     np.float64(1.4)
+    >>> radiograph(ball, [-10, 0, 0], plate, {"lead": 0.5})[1, 1].round(12)
+    np.float64(1.0)
     """
     if quantity not in ("attenuation", "transmission", "thickness"):
         raise ValueError(f'quantity is {quantity!r}, but must be "attenuation", "transmission" or "thickness"')
@@ -126,7 +135,7 @@ def radiograph(
     rays, t_max = _beam(scene, points(source, "source").reshape(-1), detector, beam)
     rows, columns = detector.shape
     count = rows * columns
-    tail = (len(scene.material_names),) if coefficients is None else coefficients.shape[1:]
+    tail = (len(scene.material_names) + 1,) if coefficients is None else coefficients.shape[1:]
     out = np.empty((count, *tail))
     tell = callback(progress)
     for start in range(0, count, _BLOCK):
@@ -138,7 +147,8 @@ def radiograph(
             threads=threads,
             progress=_within(tell, start, count),
         )
-        out[start:stop] = lengths if coefficients is None else np.tensordot(lengths, coefficients, 1)
+        # What has no material is in the last column, and does not attenuate.
+        out[start:stop] = lengths if coefficients is None else np.tensordot(lengths[:, :-1], coefficients, 1)
     if quantity == "transmission":
         np.exp(-out, out=out)
     return out.reshape(rows, columns, *tail)
@@ -178,17 +188,24 @@ def _beam(
 
 def _coefficients(scene: Scene, mu: Any) -> np.ndarray:
     names = scene.material_names
-    if isinstance(mu, Mapping):
-        missing = [name for name in names if name not in mu]
-        unknown = [name for name in mu if name not in names]
-        if missing or unknown:
-            wrong = [f"there is none for {name!r}" for name in missing]
-            wrong += [f"the scene has no material {name!r}" for name in unknown]
-            raise ValueError(f"mu: {'; '.join(wrong)}")
-        mu = [mu[name] for name in names]
+    if not names and scene.object_names:
+        message = "the scene has no materials, so nothing attenuates: give its objects some"
+        raise ValueError(f'{message}, or take quantity="thickness"')
+    if mu is None or isinstance(mu, Mapping):
+        mu = _by_name(scene, {} if mu is None else mu)
     array = floats(mu, "mu")
     if array.ndim not in (1, 2) or len(array) != len(names):
         raise ValueError(f"mu has a row for each of the {len(names)} materials, not shape {array.shape}")
     if not (np.isfinite(array) & (array >= 0)).all():
         raise ValueError("mu must be finite and not negative")
     return array
+
+
+def _by_name(scene: Scene, mu: Mapping[str, Any]) -> list[Any]:
+    """The coefficient of each material: the one that is given, or else its own."""
+    own = dict(zip(scene.material_names, scene._native.attenuations(), strict=True))
+    wrong = [f"there is none for {name!r}" for name, value in own.items() if value is None and name not in mu]
+    wrong += [f"the scene has no material {name!r}" for name in mu if name not in own]
+    if wrong:
+        raise ValueError(f"mu: {'; '.join(wrong)}; give the materials mu=, or name all of them in mu")
+    return [mu.get(name, value) for name, value in own.items()]

@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .values import floats
+
 
 class Rays(NamedTuple):
     """Rays with their shape checked; the core checks the numbers."""
@@ -15,14 +17,6 @@ class Rays(NamedTuple):
     number: int
     origins: np.ndarray
     directions: np.ndarray | None
-
-
-def floats(values: ArrayLike, what: str) -> np.ndarray:
-    """Real numbers as float64."""
-    array = np.asarray(values)
-    if array.dtype.kind not in "fiub":
-        raise TypeError(f"{what} must be real numbers, not {array.dtype}")
-    return np.require(array, np.float64, ["C", "A"])
 
 
 def points(values: ArrayLike, what: str) -> np.ndarray:

@@ -203,7 +203,8 @@ class Measures(_Table, _MeasuresFields):
     figure is exact but for rounding.
 
     object: (n,) int32. volume: (n,) float64, all placements together; in cubed scene units.
-    mass: (n,) float64, the volume times the material's density; NaN without one.
+    mass: (n,) float64, NaN without a density. In grams, by the density of the material in g/cm^3; in a scene without
+        units it is the volume times the density, in whatever units these are.
     centroid: (n, 3) float64, world coordinates; NaN where there is no volume.
     inertia: (n, 3, 3) float64, about the centroid along the world's axes, for density 1: times the density it is that
         of the mass.

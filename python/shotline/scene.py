@@ -10,29 +10,38 @@ import threading
 import warnings
 import weakref
 from collections.abc import Iterable, Mapping
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native, text
+from .foreign import instances, is_scene
 from .image import Image, settings
 from .looks import Camera, Light, Material
 from .mesh import Mesh
-from .nodes import Node, affine
+from .nodes import Node, Object, accelerator, affine
 from .progress import callback
 from .queries import Queries, number_of, threads_of
 from .results import Measures
+from .values import choice, whole
+from .values import text as text_of
 
 
 class Scene(Queries):
     """A scene, compiled when it is made and immutable from then on; any number of threads may ask it.
 
     `objects` are objects (`node.named("bolt", material="steel")`) or plain nodes, which become objects named `object0`
-    and so on. `materials` maps names to `Material`s or dicts of their parameters. `accel` names the accelerator of
-    everything; no answer depends on it.
+    and so on. A `trimesh.Scene` may be given in their place: its nodes become objects of their names, and meshes that it
+    places several times are shared. `materials` maps names to `Material`s or dicts of their parameters. `units` is the unit of length: "nm",
+    "um", "mm", "cm", "m", "km", "in" or "ft"; "none" or None for a scene without one. No length is converted.
 
-    Raises ValueError with everything that is wrong.
+    `accel` names the accelerator of all parts that have none of their own: a combination, a mesh or a shared group that
+    was made with `accel=` keeps that. No answer depends on it. `load(path, accel=...)` overrides those of parts too.
+
+    Raises ValueError for a scene that cannot be built, and warns (`DuplicateNameWarning`) where one name stands for
+    objects that are not the same.
 
     >>> scene = Scene(Sphere(radius=2).named("ball"))
     >>> float(scene.closest([-5, 0, 0], [1, 0, 0]).t)
@@ -50,19 +59,25 @@ class Scene(Queries):
         units: str | None = None,
         accel: str | None = None,
     ) -> None:
-        if len(objects) == 1 and not isinstance(objects[0], Node):
-            objects = tuple(objects[0])
+        if len(objects) == 1 and is_scene(objects[0]):
+            objects = tuple(_placed_meshes(objects[0]))
+        elif len(objects) == 1 and not isinstance(objects[0], Node):
+            objects = _nodes(objects[0])
         for item in objects:
             if not isinstance(item, Node):
-                raise TypeError(f"a scene is made of objects and other nodes, not of {type(item).__name__}")
-        made = {name: _material(material) for name, material in (materials or {}).items()}
+                raise TypeError(_no_node(item))
+        made = {
+            text_of(name, "a material's name"): _material(name, item) for name, item in (materials or {}).items()
+        }
+        if camera is not None and not isinstance(camera, Camera):
+            raise TypeError(f"camera must be a Camera, not {type(camera).__name__}")
         words, meshes = text.write(
             objects,  # type: ignore[arg-type]
             {name: material._keys() for name, material in made.items()},
             camera._keys() if camera else None,
-            [light._keys() for light in lights],
-            units,
-            accel,
+            [_light(light)._keys() for light in lights],
+            None if units is None else choice(units, "units", _native.units()),
+            accelerator(accel),
         )
         self._set(_native.Scene.parse(words, [mesh._native for mesh in meshes], None), None)
 
@@ -114,15 +129,16 @@ class Scene(Queries):
         """
         if method not in ("best", "rays"):
             raise ValueError(f'method is {method!r}, but must be "best" or "rays"')
-        if rays < 1:
-            raise ValueError(f"rays is {rays}, but must be positive")
+        rays, seed = whole(rays, "rays", 1, 2**63 - 1), whole(seed, "seed", 0, 2**64 - 1)
+        if isinstance(objects, str):
+            raise TypeError(f"objects is a list of names and numbers, as in [{objects!r}], not a string")
         chosen = None if objects is None else [n for item in objects for n in self._objects(item)]
-        how = (int(rays), int(seed), method == "best", overlaps, chosen)
+        how = (rays, seed, method == "best", text_of(overlaps, "overlaps"), chosen)
         return Measures(*_native.measure(self._native, how, threads_of(threads), callback(progress)))
 
     def _objects(self, item: int | str) -> list[int]:
         if not isinstance(item, str):
-            return [number_of(item, "object")]
+            return [number_of(item, "object", 2**32)]
         found = [number for number, name in enumerate(self.object_names) if name == item]
         if not found:
             raise ValueError(f"there is no object {item!r}")
@@ -147,7 +163,7 @@ class Scene(Queries):
             camera: from where; None for the scene's own camera, or one that frames everything.
             size: width and height in pixels.
             samples: samples a pixel; more make smoother edges.
-            look: what it shows: "lit", "normal", "depth", "thickness" or "cost".
+            look: what it shows: "lit", "normal", "depth", "thickness" (with a legend in the scene's units), "xray" or "cost".
             lighting: "sharp" or, with 32 samples or more, "soft".
             background: "studio", "white", "black", "transparent" or a colour such as "#336699"; None leaves it to the
                 look.
@@ -263,8 +279,51 @@ class Scene(Queries):
         return html(json.loads(self._pack()[0]), repr(self))
 
 
-def _material(material: Material | Mapping[str, Any]) -> Material:
-    return material if isinstance(material, Material) else Material(**material)
+def _placed_meshes(scene: Any) -> Iterable[Object]:
+    """The meshes of a scene of trimesh as objects named after their nodes; one that is placed twice is shared."""
+    found, notes = instances(scene)
+    for note in notes:
+        warnings.warn(note, stacklevel=3)
+    meshes: dict[int, Mesh] = {}
+    for name, mesh, matrix in found:
+        shared = meshes.get(id(mesh)) or meshes.setdefault(id(mesh), Mesh(mesh))
+        plain = np.array_equal(matrix, np.eye(4))
+        yield (shared if plain else shared.transform(matrix)).named(name)
+
+
+def _nodes(items: Any) -> tuple[Any, ...]:
+    try:
+        return tuple(items)
+    except TypeError:
+        raise TypeError(_no_node(items)) from None
+
+
+def _no_node(item: Any) -> str:
+    message = f"a scene is made of objects and other nodes, not of {_kind(item)}"
+    wrapped = hasattr(item, "faces") or hasattr(item, "triangles") or hasattr(item, "cells_dict")
+    return f"{message}: wrap a mesh of another package, as in Scene(Mesh(mesh))" if wrapped else message
+
+
+def _material(name: str, material: Material | Mapping[str, Any]) -> Material:
+    if isinstance(material, Material):
+        return material
+    if not isinstance(material, Mapping):
+        raise TypeError(f"material {name!r} must be a Material or a dict of its parameters, not {_kind(material)}")
+    known = [field.name for field in fields(Material)]
+    unknown = [key for key in material if key not in known]
+    if unknown:
+        raise TypeError(f"material {name!r} has no parameter {unknown[0]!r}; it takes {', '.join(known)}")
+    return Material(**material)
+
+
+def _light(light: Any) -> Light:
+    if not isinstance(light, Light):
+        raise TypeError(f"lights are Light objects, not {_kind(light)}")
+    return light
+
+
+def _kind(value: Any) -> str:
+    return type(value).__name__
 
 
 # Scenes that were unpickled and are in use, by content hash and accelerator: a process builds each only once.
@@ -301,6 +360,13 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_forget_building)
 
 
+class ReadWarning(UserWarning):
+    """A reader dropped or repaired part of a file; the message names what, how often, and the first line or byte.
+
+    To refuse such files: `warnings.simplefilter("error", shotline.ReadWarning)`.
+    """
+
+
 def load(path: str | os.PathLike[str], *, accel: str | None = None, allow_outside: bool = False) -> Scene:
     """Read a scene file (JSON), or a mesh (PLY, STL, OBJ) as a scene of one object named after the file.
 
@@ -309,6 +375,9 @@ def load(path: str | os.PathLike[str], *, accel: str | None = None, allow_outsid
         accel: the accelerator used everywhere, whatever the file says; no answer depends on it.
         allow_outside: let the scene name mesh files outside of its own folder.
 
+    Warns:
+        ReadWarning: for each kind of thing that was dropped or repaired. `shotline info FILE` lists all notes.
+
     Raises:
         FileNotFoundError: if there is no such file.
         ValueError: with everything that is wrong, each with its line and how to mend it.
@@ -316,6 +385,7 @@ def load(path: str | os.PathLike[str], *, accel: str | None = None, allow_outsid
     path = os.fspath(path)
     os.stat(path)
     native, notes = _native.Scene.load(path, accel, allow_outside)
-    for note in notes:
-        warnings.warn(note, stacklevel=2)
+    for note, changed in notes:
+        if changed:
+            warnings.warn(note, ReadWarning, stacklevel=2)
     return Scene._of(native, accel)

@@ -6,10 +6,21 @@ wrong and why.
 
 from __future__ import annotations
 
+from inspect import Parameter, Signature
+
 from . import _native
 from .nodes import Solid
 
 __all__: list[str] = []
+
+
+def _signature(parameters: list[tuple[str, int, str]]) -> Signature:
+    """What help and completion tell: keywords, whose types are those of the stubs."""
+    keywords = [
+        Parameter(name, Parameter.KEYWORD_ONLY, annotation="float" if count == 1 else "ArrayLike")
+        for name, count, _ in parameters
+    ]
+    return Signature(keywords)
 
 
 def _class_of(kind: str, summary: str, parameters: list[tuple[str, int, str]]) -> type[Solid]:
@@ -23,6 +34,7 @@ def _class_of(kind: str, summary: str, parameters: list[tuple[str, int, str]]) -
             "__slots__": (),
             "__module__": __name__,
             "__doc__": f"{summary}\n\nParameters:\n" + "\n".join(listed),
+            "__signature__": _signature(parameters),
             "_kind": kind,
             "_params": tuple((name, count) for name, count, _ in parameters),
         },

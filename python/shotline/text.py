@@ -6,12 +6,19 @@ have a name, or in which a deep nest is broken, since readers refuse deep ones.
 
 from __future__ import annotations
 
+import difflib
 import json
-from collections.abc import Iterable, Sequence
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from .mesh import Mesh
-from .nodes import Node, Object, Part, Placed, Solid
+from .nodes import Node, Object, Part, Placed, Solid, placed_object
+
+
+class DuplicateNameWarning(UserWarning):
+    """Objects that are not the same have one name, so that the name stands for all of them."""
+
 
 # Nodes within nodes before the next is put into `defs`.
 NESTED = 100
@@ -23,19 +30,19 @@ class Writer:
     def __init__(self, roots: Sequence[Node]) -> None:
         self.meshes: list[Mesh] = []
         self.defs: dict[str, dict[str, Any]] = {}
-        self._order = _inner_first(roots)
-        self._places = _places(roots, self._order)
+        self.order = _inner_first(roots)
+        self._places = _places(roots, self.order)
         # An object is placed by a reference to it.
-        self._placed = {id(n._child) for n in self._order if isinstance(n, Placed) and isinstance(n._child, Object)}
+        self._placed = {id(n._child) for n in self.order if isinstance(n, Placed) and isinstance(n._child, Object)}
         # By the number of a node; nodes live as long as the roots do.
         self._written: dict[int, dict[str, Any]] = {}
         self._depth: dict[int, int] = {}
         self._names: dict[str, Node] = {}
         self._used: dict[str, int] = {}
-        for node in self._order:
+        for node in self.order:
             if isinstance(node, Part):
                 self._take(node._name, node)
-        for node in self._order:
+        for node in self.order:
             self._write(node)
 
     def of(self, node: Node) -> dict[str, Any]:
@@ -96,13 +103,11 @@ def _word(node: Node) -> str:
 
 
 def _rooted(node: Node) -> Object:
-    """The roots of a scene are objects, and a placed one is one of a placed shape."""
+    """The object that a root of a scene becomes: one that is placed is an object of a placed shape."""
     if isinstance(node, Object):
         return node
-    if isinstance(node, Placed) and isinstance(node._child, Object):
-        inner = node._child
-        return Object(Placed(node._steps, inner.node), inner.name, inner.material, inner.priority)
-    return Unnamed(node)
+    placed = placed_object(node)
+    return Unnamed(node) if placed is None else Object(node, placed[1].name)
 
 
 class Unnamed(Object):
@@ -155,12 +160,46 @@ def write(
     accel: str | None,
 ) -> tuple[str, list[Mesh]]:
     """The text of a scene, and the meshes it names by their numbers."""
-    roots = [_rooted(root) for root in roots]
-    writer = Writer(roots)
+    objects = [_rooted(root) for root in roots]
+    writer = Writer(objects)
+    # Roots that are placed stand for the object that they place: it may be placed elsewhere too.
+    placed = {id(made): root._object for made, root in zip(objects, roots, strict=True)}
+    named = [node for node in writer.order if isinstance(node, Object) and not isinstance(node, Unnamed)]
+    _check_objects([placed.get(id(node)) or node for node in named], materials)
     document: dict[str, Any] = {"shotline": 1}
     parts = {"units": units, "defs": writer.defs, "accel": accel, "materials": materials, "camera": camera}
     document |= {key: value for key, value in parts.items() if value}
-    document["objects"] = [writer.of(root) for root in roots]
+    document["objects"] = [writer.of(root) for root in objects]
     if lights:
         document["lights"] = lights
     return json.dumps(document, allow_nan=False), writer.meshes
+
+
+def _check_objects(objects: Sequence[Object], materials: Mapping[str, Any]) -> None:
+    """Raises ValueError for materials that the scene does not have; warns of names that stand for several objects."""
+    first: dict[str, Object] = {}
+    wrong: dict[str, None] = {}
+    twice: dict[str, None] = {}
+    for item in objects:
+        other = first.setdefault(item.name, item)
+        if other is not item and other != item:
+            twice[item.name] = None
+        if item.material is not None and item.material not in materials:
+            wrong[_unknown_material(item.name, item.material, list(materials))] = None
+    if wrong:
+        raise ValueError("\n".join(wrong))
+    if twice:
+        names = ", ".join(map(repr, list(twice)[:5])) + (", ..." if len(twice) > 5 else "")
+        message = f"several objects, which are not the same, are named {names}: the name stands for each of them"
+        warnings.warn(message, DuplicateNameWarning, stacklevel=4)
+
+
+def _unknown_material(name: str, material: str, known: list[str]) -> str:
+    near = difflib.get_close_matches(material, known, n=1)
+    if near:
+        hint = f"did you mean {near[0]!r}?"
+    elif known:
+        hint = f"its materials are {', '.join(map(repr, known[:10]))}{', ...' if len(known) > 10 else ''}"
+    else:
+        hint = f"give the scene materials={{{material!r}: ...}}"
+    return f"the object {name!r} has the material {material!r}, which the scene does not have; {hint}"

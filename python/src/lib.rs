@@ -33,7 +33,7 @@ mod _native {
     #[pymodule_export]
     use super::picture::{develop, encode_png, expose, render, save_png};
     #[pymodule_export]
-    use super::registry::{accelerators, check_solid, compose, counters, kinds};
+    use super::registry::{accelerators, check_solid, compose, counters, kinds, units};
     #[pymodule_export]
     use super::scene::Scene;
     /// NumPy's interfaces are looked up when first used, which runs Python, and Ctrl-C in the middle of it would be a

@@ -38,7 +38,7 @@ impl Mesh {
             return Err(bad("faces"));
         }
         let vertices = points.iter().map(|&p| p.into()).collect();
-        Mesh::of(Arc::new(TriangleMesh { vertices, faces: corners.to_vec() }))
+        Mesh::of(Arc::new(TriangleMesh::new(vertices, corners.to_vec())))
     }
 
     /// The vertices, a copy.

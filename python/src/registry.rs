@@ -4,6 +4,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use shotline::accel;
 use shotline::math::{Affine, Chain};
+use shotline::scene::Units;
 use shotline::solid::{self, KINDS, ParamError, ParamType, Params, Value};
 
 /// A parameter: its name, how many numbers it takes, and what it is.
@@ -38,6 +39,12 @@ pub fn check_solid(kind: &str, values: Vec<Vec<f64>>) -> PyResult<()> {
 #[pyfunction]
 pub fn accelerators() -> (Vec<&'static str>, &'static str) {
     (accel::NAMES.to_vec(), accel::DEFAULT)
+}
+
+/// The units of length that a scene may have, and what a scene without one calls that.
+#[pyfunction]
+pub fn units() -> Vec<&'static str> {
+    Units::ALL.iter().map(|(name, _)| *name).chain([Units::NONE]).collect()
 }
 
 /// What is counted: names and summaries.

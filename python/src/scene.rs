@@ -11,11 +11,12 @@ use shotline::accel::{self, COUNTERS};
 use shotline::compile::{Live, Options, SceneError, World, compile};
 use shotline::math::Affine;
 use shotline::query::batch::{
-    self, BatchError, ClosestRows, CrossingRows, ObjectRows, Points, Run, SegmentRows,
+    self, BatchError, By, ClosestRows, CrossingRows, ObjectRows, Points, Run, SegmentRows,
 };
 use shotline::query::{Kinds, Overlaps, QueryError, Scope};
 use shotline::ray::Span;
-use shotline_io::{Document, Packed, Reach, WriteError};
+use shotline::scene::{Node, NodeId, Units};
+use shotline_io::{Document, Effect, Packed, Problem, Reach, WriteError};
 
 use crate::mesh::Mesh;
 use crate::rays::{PointRows, RayRows};
@@ -67,7 +68,7 @@ fn failure(error: BatchError) -> PyErr {
     if error == BatchError::OutOfMemory {
         return PyMemoryError::new_err(format!("{error}; cast fewer rays at a time"));
     }
-    PyValueError::new_err(match &error {
+    let message = match &error {
         BatchError::TooMany { .. } => {
             format!("{error}; cast fewer rays at a time, or ask for closest or count")
         }
@@ -75,7 +76,54 @@ fn failure(error: BatchError) -> PyErr {
             format!("{error}; {}", help(inner))
         }
         _ => error.to_string(),
-    })
+    };
+    match &error {
+        BatchError::Ray { row, .. } | BatchError::Point { row } | BatchError::Query { row, .. } => {
+            row_error(*row, message)
+        }
+        _ => PyValueError::new_err(message),
+    }
+}
+
+/// A ValueError about one row, whose number is its attribute `row`.
+fn row_error(row: usize, message: String) -> PyErr {
+    let error = PyValueError::new_err(message);
+    // Exceptions of Python take any attribute; if one should not, the message still names the row.
+    let _ = Python::attach(|py| error.value(py).setattr("row", row));
+    error
+}
+
+/// What is wrong with a scene that was made in Python, whose text the user never wrote: without places in that text.
+fn explained(scene: &shotline::scene::Scene, errors: Vec<SceneError>) -> PyErr {
+    let words = |error: SceneError| {
+        let owner = error.node.and_then(|node| object_around(scene, node));
+        let message = match owner {
+            // Some messages begin with the object already.
+            Some(name) if !error.message.contains(name) => format!("object '{name}': {}", error.message),
+            _ => error.message,
+        };
+        error.hint.map_or(message.clone(), |hint| format!("{message}; {hint}"))
+    };
+    PyValueError::new_err(errors.into_iter().map(words).collect::<Vec<_>>().join("\n"))
+}
+
+/// The name of the first object that has a node in its shape.
+fn object_around(scene: &shotline::scene::Scene, wanted: NodeId) -> Option<&str> {
+    let mut seen = vec![false; scene.nodes.len()];
+    let mut stack: Vec<(NodeId, Option<&str>)> = scene.objects.iter().rev().map(|&id| (id, None)).collect();
+    while let Some((id, mut owner)) = stack.pop() {
+        let node = scene.nodes.get(id.0 as usize)?;
+        if let Node::Object { name, .. } = node {
+            owner = Some(name);
+        }
+        if id == wanted {
+            return owner;
+        }
+        if !std::mem::replace(&mut seen[id.0 as usize], true) {
+            stack.extend(node.children().iter().rev().map(|&child| (child, owner)));
+        }
+    }
+    None
 }
 
 /// What to do about it.
@@ -129,7 +177,10 @@ impl Scene {
     fn of(py: Python, document: Document, accel: Option<&str>) -> PyResult<Scene> {
         let options = options(accel)?;
         let world = py.detach(|| compile(&document.scene, options));
-        let world = world.map_err(|errors| PyValueError::new_err(document.explain(&errors).to_string()))?;
+        let world = world.map_err(|errors| match document.source.path() {
+            Some(_) => PyValueError::new_err(document.explain(&errors).to_string()),
+            None => explained(&document.scene, errors),
+        })?;
         Ok(Scene { scene: Arc::new(document.scene), world: Arc::new(world), options, live: OnceLock::new() })
     }
 
@@ -153,22 +204,28 @@ impl Scene {
     #[staticmethod]
     fn parse(py: Python, text: String, meshes: Vec<PyRef<Mesh>>, accel: Option<&str>) -> PyResult<Scene> {
         let packed = Packed { text, meshes: meshes.iter().map(|m| m.mesh.clone()).collect() };
-        let document = py.detach(|| packed.unpack()).map_err(|e| PyValueError::new_err(e.to_string()))?;
+        let document = py.detach(|| packed.unpack()).map_err(|error| {
+            let words = |problem: Problem| match problem.help {
+                Some(help) => format!("{}; {help}", problem.message),
+                None => problem.message,
+            };
+            PyValueError::new_err(error.problems.into_iter().map(words).collect::<Vec<_>>().join("\n"))
+        })?;
         Scene::of(py, document, accel)
     }
 
-    /// From a file, and what a user may want to know about it.
+    /// From a file; with its notes, each with whether it changes the model.
     #[staticmethod]
     fn load(
         py: Python,
         path: PathBuf,
         accel: Option<&str>,
         allow_outside: bool,
-    ) -> PyResult<(Scene, Vec<String>)> {
+    ) -> PyResult<(Scene, Vec<(String, bool)>)> {
         let reach = if allow_outside { Reach::Anywhere } else { Reach::Folder };
         let document = py.detach(|| shotline_io::load_with(&path, reach));
         let document = document.map_err(|e| PyValueError::new_err(e.to_string()))?;
-        let notes = document.notes.clone();
+        let notes = document.notes.iter().map(|n| (n.to_string(), n.effect == Effect::Changed)).collect();
         Ok((Scene::of(py, document, accel)?, notes))
     }
 
@@ -188,17 +245,21 @@ impl Scene {
     /// A scene in which what a path names is placed by another matrix, of 12 numbers.
     fn with_moved(&self, py: Python, path: &str, matrix: [f64; 12]) -> PyResult<Scene> {
         let moved = py.detach(|| self.with(path, Affine::from_row_major(matrix)));
-        let words = |e: SceneError| match e.hint {
-            Some(hint) => format!("{}; {hint}", e.message),
-            None => e.message,
-        };
-        moved.map_err(|errors| {
-            PyValueError::new_err(errors.into_iter().map(words).collect::<Vec<_>>().join("\n"))
-        })
+        moved.map_err(|errors| explained(&self.scene, errors))
     }
 
     fn object_names(&self) -> Vec<String> {
         self.world.object_names().to_vec()
+    }
+
+    /// The unit of length.
+    fn units(&self) -> Option<&'static str> {
+        self.scene.units.map(Units::name)
+    }
+
+    /// The attenuation coefficients of the materials, where they have any.
+    fn attenuations(&self) -> Vec<Option<f64>> {
+        self.scene.materials.iter().map(|(_, material)| material.mu).collect()
     }
 
     fn material_names(&self) -> Vec<String> {
@@ -304,17 +365,27 @@ impl Scene {
             .into_pyobject(py)
     }
 
-    /// Lengths in materials, (rays, materials), and how many overlaps were met.
+    /// Lengths, (rays, columns), and how many overlaps were met.
     fn thickness<'py>(
         &self,
         py: Python<'py>,
         ask: Ask<'py>,
+        by: &str,
         overlaps: &str,
     ) -> PyResult<(Bound<'py, PyArray2<f64>>, u64)> {
         let overlaps = policy(overlaps)?;
-        let found = ask
-            .answer(py, |rays, scope, run| batch::thickness(&self.world, rays, scope.span, overlaps, run))?;
-        let shape = [ask.0, self.world.material_names().len()];
+        let by = match by {
+            "material" => By::Material,
+            "object" => By::Object,
+            _ => {
+                let message = format!("by is {by:?}, but must be \"material\" or \"object\"");
+                return Err(PyValueError::new_err(message));
+            }
+        };
+        let found = ask.answer(py, |rays, scope, run| {
+            batch::thickness(&self.world, rays, scope.span, by, overlaps, run)
+        })?;
+        let shape = [ask.0, found.columns];
         Ok((found.lengths.into_pyarray(py).reshape(shape)?, found.overlaps))
     }
 

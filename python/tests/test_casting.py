@@ -7,7 +7,7 @@ import shotline
 from shotline import Box, Scene, Sphere
 
 BALL = Scene(Sphere(radius=1).named("ball"))
-QUERIES = ["closest", "any", "count", "crossings", "segments"]
+QUERIES = ["closest", "any", "count", "crossings", "segments", "thickness"]
 
 
 def arrays(answer):
@@ -161,8 +161,9 @@ def test_bad_rays_are_named(query):
         ask([0, 0, 0], d)
     o = np.zeros((100_000, 3))
     o[77_777, 1] = np.nan
-    with pytest.raises(ValueError, match="ray 77777: the origin"):
+    with pytest.raises(ValueError, match="ray 77777: the origin") as raised:
         ask(o, [1, 0, 0])
+    assert raised.value.row == 77777
     for o, d, message in [
         (np.zeros((3, 3)), np.ones((2, 3)), "do not broadcast"),
         (np.zeros((3, 2)), np.ones(3), r"\(\.\.\., 3\)"),
@@ -198,14 +199,30 @@ def test_overlaps():
 def test_thickness_is_the_sum_of_segments(part, aimed):
     o, d = aimed
     segments = part.segments(o, d, overlaps="priority")
-    expected = np.zeros((len(o), 2))
+    expected, by_object = np.zeros((len(o), 3)), np.zeros((len(o), 2))
+    np.add.at(by_object, (segments.ray_ids, segments.object), segments.length)
     np.add.at(expected, (segments.ray_ids, segments.material), segments.length)
     lengths = part.thickness(o, d, overlaps="priority")
-    assert lengths.shape == (500, 2) and lengths.tobytes() == expected.tobytes() and (lengths > 0).sum() > 300
-    assert part.thickness(o.reshape(50, 10, 3), d[0]).shape == (50, 10, 2)
-    assert BALL.thickness([[0, 0, -5]] * 3, [0, 0, 1]).shape == (3, 0)
-    assert part.thickness(np.zeros((0, 3)), [0, 0, 1]).shape == (0, 2)
-    assert part.thickness([0, 0, 9], [0, 0, -2]).shape == (2,)
+    assert part.thickness(o, d, by="object", overlaps="priority").tobytes() == by_object.tobytes()
+    assert lengths.shape == (500, 3) and lengths.tobytes() == expected.tobytes() and (lengths > 0).sum() > 300
+    assert part.thickness(o.reshape(50, 10, 3), d[0]).shape == (50, 10, 3)
+    assert part.thickness(np.zeros((0, 3)), [0, 0, 1]).shape == (0, 3)
+    assert part.thickness([0, 0, 9], [0, 0, -2]).shape == (3,)
+
+
+def test_thickness_of_what_has_no_material_is_in_the_last_column():
+    mixed = Scene(
+        Sphere(radius=1).named("ball"),
+        Sphere(radius=1).translate(0, 0, 3).named("lead", "lead"),
+        materials={"lead": {}},
+    )
+    assert BALL.thickness([[0, 0, -5]] * 3, [0, 0, 1]).tolist() == [[2], [2], [2]]
+    assert mixed.thickness([0, 0, -5], [0, 0, 2]).tolist() == [2, 2]
+    assert mixed.thickness([0, 0, -5], [0, 0, 2], t_max=3).tolist() == [0, 2]
+    assert Scene().thickness([0, 0, -5], [0, 0, 1]).tolist() == [0]
+    assert Scene().thickness([[0, 0, -5]], [0, 0, 1], by="object").shape == (1, 0)
+    with pytest.raises(ValueError, match="by is 'objects': did you mean 'object'"):
+        BALL.thickness([0, 0, -5], [0, 0, 1], by="objects")
 
 
 def test_points_are_inside(rng):

@@ -101,6 +101,13 @@ def test_options(client, scene):
     ) as raised:
         cast(overlapping, BEAM, client, query="segments", block=9000)
     assert isinstance(raised.value.__cause__, ValueError)
+    row = raised.value.__cause__.row
+    assert raised.value.start <= row < raised.value.stop and f"ray {row}: " in str(raised.value)
+    o, d = BEAM.rays(0, len(BEAM))
+    local = overlapping.thickness(o, d, by="object", overlaps="all")
+    assert same(cast(overlapping, BEAM, client, query="thickness", by="object", overlaps="all", block=9000), local)
+    with pytest.raises(ValueError, match="by is for thickness, not for segments"):
+        cast(overlapping, BEAM, client, query="segments", by="object")
 
 
 def test_shapes(client, scene):

@@ -27,6 +27,18 @@ def test_closed_forms():
     assert repr(m).startswith("measures of 3 objects")
 
 
+def test_masses_are_in_grams_where_there_are_units():
+    def mass(units):
+        cube = Box(min=(0, 0, 0), max=(10, 10, 10)).named("cube", "steel")
+        return Scene(cube, materials={"steel": {"density": 7.8}}, units=units).measure().mass[0]
+
+    assert mass("mm") == pytest.approx(7.8, rel=1e-15) and mass("cm") == 7800 and mass("m") == 7.8e9
+    assert mass(None) == mass("none") == 7800
+    scenes = [Scene(Sphere(radius=1), units=units) for units in ("nm", "um", "mm", "cm", "m", "km", "in", "ft")]
+    assert [scene.units for scene in scenes] == ["nm", "um", "mm", "cm", "m", "km", "in", "ft"]
+    assert Scene(Sphere(radius=1)).units is None is Scene(Sphere(radius=1), units="none").units
+
+
 def test_by_rays():
     """A combination has no closed form here; the error is told honestly."""
     scene = Scene((Box(min=(-2, -2, 0), max=(2, 2, 1)) - Cylinder(radius=1, z0=0, z1=1)).named("washer"))

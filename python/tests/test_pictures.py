@@ -42,7 +42,7 @@ def test_cameras_and_looks():
         size=(40, 40), samples=1
     )
     assert lit[12, 20].sum() > lit[28, 20].sum()
-    for look in ("thickness", "cost"):
+    for look in ("thickness", "xray", "cost"):
         assert SCENE.render(look=look, size=(20, 20), samples=1).std() > 1
 
 

@@ -30,7 +30,7 @@ def test_a_ball_in_a_cone_beam():
     through = radiograph(BALL, source, detector, {"lead": 0.7}, quantity="transmission")
     np.testing.assert_array_equal(through, np.exp(-seen))
     lengths = radiograph(BALL, source, detector, None, quantity="thickness")
-    assert lengths.shape == (40, 50, 1)
+    assert lengths.shape == (40, 50, 2) and not lengths[..., 1].any()
     np.testing.assert_allclose(lengths[..., 0], expected, atol=1e-6)
 
 
@@ -118,6 +118,33 @@ def test_detectors_that_are_none():
             Detector(**wrong)
     with pytest.raises(ValueError, match="middle"):
         Detector.facing([1, 2, 3], [1, 2, 3], pixel=1, shape=(3, 3))
+
+
+def test_coefficients_are_those_of_the_materials():
+    scene = Scene(
+        Sphere(radius=1).named("a", "lead"),
+        Sphere(radius=1).translate(0, 0, 3).named("b", "wax"),
+        Sphere(radius=1).translate(0, 0, 6).named("c"),
+        materials={"lead": {"mu": 2.0}, "wax": {"mu": 0.25}},
+    )
+    detector = Detector(center=[0, 0, -5], u=[1, 0, 0], v=[0, -1, 0], shape=(1, 1))
+
+    def seen(*mu):
+        return radiograph(scene, [0, 0, -1], detector, *mu, beam="parallel")[0, 0]
+
+    assert seen() == seen(None) == seen({}) == pytest.approx(4.5)
+    assert seen({"wax": 1}) == pytest.approx(6) and seen([1, 1]) == pytest.approx(4)
+    with pytest.raises(ValueError, match="none for 'lead'; give the materials mu="):
+        radiograph(BALL, [0, 0, 9], detector)
+
+
+def test_a_scene_without_materials_has_no_radiograph_but_thickness():
+    scene, detector = Scene(Sphere(radius=1)), Detector(center=[0, 0, -5], u=[1, 0, 0], v=[0, 1, 0], shape=(1, 1))
+    for mu in (None, {}, []):
+        with pytest.raises(ValueError, match="nothing attenuates"):
+            radiograph(scene, [0, 0, 9], detector, mu)
+    assert radiograph(scene, [0, 0, 9], detector, quantity="thickness")[0, 0] == pytest.approx([2])
+    assert radiograph(Scene(), [0, 0, 9], detector).tolist() == [[0]]
 
 
 def test_overlaps_are_errors():

@@ -26,7 +26,8 @@ pub struct CommandLine {
 }
 
 const EXIT_CODES: &str = "\
-Exit codes: 0 done; 1 `check` found the model not sound; 2 an error, told on stderr; 130 interrupted.
+Exit codes: 0 done; 1 `check` found the model not sound; 2 an error, told on stderr; 3 `check` found no fault but could not
+examine everything; 130 interrupted.
 An output file appears whole or not at all.";
 
 #[derive(Subcommand, Debug)]
@@ -62,7 +63,7 @@ impl Command {
 /// What is looked at.
 #[derive(Args, Debug)]
 pub struct Model {
-    /// A scene file (JSON) or a mesh (PLY, STL, OBJ), which stands for a scene of one object
+    /// A scene file (JSON) or a mesh (PLY, STL, OBJ), which stands for a scene of one object; - for standard input
     #[arg(value_name = "SCENE_OR_MESH")]
     pub path: PathBuf,
     /// Let the scene name mesh files outside of its own folder
@@ -136,7 +137,7 @@ pub struct SpanOfT {
 #[derive(Args, Debug, Clone, Copy)]
 pub struct SurfacesOnly {
     /// Look for surfaces only: leave out the crossings of kind `start` and `end`, with which a list begins and ends where
-    /// the ray begins or ends inside. `closest` and `any` look for the first real surface. Not for `segments`
+    /// the ray begins or ends inside. `closest` and `any` look for the first real surface. Not for `segments` and `thickness`
     #[arg(long)]
     pub surfaces_only: bool,
 }
@@ -153,5 +154,25 @@ impl SpanOfT {
     pub fn span(&self) -> Result<Span, Failure> {
         Span::new(self.t_min, self.t_max)
             .map_err(|e| Failure::new(format!("{e}\nhelp: --t-min must be finite and --t-max not below it")))
+    }
+}
+
+/// Pixels across and down, as in 800x600.
+pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let parse = || {
+        let (width, height) = text.split_once(['x', 'X'])?;
+        Some((width.parse().ok()?, height.parse().ok()?))
+    };
+    parse().ok_or_else(|| "expected the width and the height in pixels, as in 800x600".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_read() {
+        assert_eq!(parse_size("64x48"), Ok((64, 48)));
+        assert!(parse_size("64").is_err() && parse_size("-1x4").is_err());
     }
 }

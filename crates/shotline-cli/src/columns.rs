@@ -4,8 +4,8 @@ use std::collections::HashSet;
 use std::path::Path;
 
 use shotline::compile::World;
-use shotline::query::batch::{ClosestRows, CrossingRows, SegmentRows};
-use shotline_io::arrays::{Column, write_npz};
+use shotline::query::batch::{ClosestRows, CrossingRows, SegmentRows, Thickness};
+use shotline_io::arrays::{Column, fill_npz};
 
 use crate::failure::Failure;
 use crate::output;
@@ -16,6 +16,8 @@ use crate::rays::Rays;
 enum Values {
     F64(Vec<f64>),
     Vec3(Vec<[f64; 3]>),
+    /// So many numbers a row.
+    Rows(usize, Vec<f64>),
     I64(Vec<i64>),
     I32(Vec<i32>),
     I8(Vec<i8>),
@@ -86,6 +88,12 @@ impl Columns {
         Columns { arrays }
     }
 
+    /// A row a ray, with a number for each material or object.
+    pub fn thickness(found: Thickness, rays: &Rays) -> Columns {
+        let Thickness { lengths, columns, .. } = found;
+        Columns { arrays: vec![("thickness", Values::Rows(columns, rays.rows_by_row(lengths, columns)))] }
+    }
+
     /// Adds the tables of names. Paths become indices into theirs: a scene may have more paths than could
     /// ever be listed, an answer only as many as it has rows.
     pub fn with_names(mut self, world: &World) -> Columns {
@@ -102,14 +110,14 @@ impl Columns {
         self
     }
 
-    /// Writes the arrays to an .npz file.
+    /// Writes the arrays to an .npz file; `-` is standard output.
     ///
     /// # Errors
     /// If it cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), Failure> {
         let columns: Vec<(&str, Column)> =
             self.arrays.iter().map(|(name, values)| (*name, values.column())).collect();
-        output::written(write_npz(path, &columns))
+        output::fill(path, |out| fill_npz(out, &columns))
     }
 }
 
@@ -118,6 +126,7 @@ impl Values {
         match self {
             Values::F64(v) => Column::F64(v),
             Values::Vec3(v) => Column::Vec3(v),
+            Values::Rows(width, values) => Column::Rows { width: *width, values },
             Values::I64(v) => Column::I64(v),
             Values::I32(v) => Column::I32(v),
             Values::I8(v) => Column::I8(v),

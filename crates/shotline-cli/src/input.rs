@@ -1,23 +1,81 @@
 //! What a command looks at: models and rays, with messages that name the file.
 
 use std::fmt::Display;
-use std::path::Path;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
 
 use shotline::compile::{self, World};
 use shotline::ray::Ray;
-use shotline_io::Document;
+use shotline::scene::{Node, Scene};
+use shotline_io::{Document, Effect};
 use shotline_render::view;
 
 use crate::args::{Build, Model};
 use crate::failure::Failure;
+use crate::progress::{self, Quiet};
 use crate::rays::{NoRays, OnInvalid, Rays};
 
-/// Reads a scene, or a mesh as a scene of one object.
+/// What standard input is called in messages, and where the name of a file names something.
+const STREAM: &str = "stdin";
+
+/// Whether a path stands for standard input or output.
+pub fn is_stream(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+fn read_stream() -> Result<Vec<u8>, Failure> {
+    let mut bytes = Vec::new();
+    match io::stdin().lock().read_to_end(&mut bytes) {
+        Ok(_) => Ok(bytes),
+        Err(e) => Err(Failure::new(format!("standard input cannot be read: {e}"))),
+    }
+}
+
+/// Reads a scene, or a mesh as a scene of one object; `-` is standard input.
 ///
 /// # Errors
 /// If it cannot be read; the message lists everything that is wrong.
 pub fn load(model: &Model) -> Result<Document, Failure> {
-    shotline_io::load_with(&model.path, model.reach()).map_err(|e| Failure::new(e.to_string()))
+    let document = if is_stream(&model.path) {
+        shotline_io::load_bytes(Path::new(STREAM), read_stream()?, model.reach())
+    } else {
+        shotline_io::load_with(&model.path, model.reach())
+    };
+    document.map_err(|e| Failure::new(e.to_string()))
+}
+
+/// The files that a scene names, as they are found from its own.
+pub fn named_files(model: &Model, scene: &Scene) -> Vec<PathBuf> {
+    let folder = model.path.parent().unwrap_or(Path::new(""));
+    let file = |node: &Node| match node {
+        Node::Mesh { file, .. } => file.as_ref().map(|file| folder.join(file)),
+        _ => None,
+    };
+    scene.nodes.iter().filter_map(file).collect()
+}
+
+/// Refuses two inputs that are both standard input.
+///
+/// # Errors
+/// If they are.
+pub fn expect_one_stream(model: &Model, rays: &Path) -> Result<(), Failure> {
+    if is_stream(&model.path) && is_stream(rays) {
+        let why = "the scene and the rays cannot both be standard input\nhelp: name a file for one of them";
+        return Err(Failure::new(why));
+    }
+    Ok(())
+}
+
+/// Reads as [`load`] does, and says on stderr what the readers dropped or repaired.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_with_remarks(model: &Model, quiet: Quiet) -> Result<Document, Failure> {
+    let document = load(model)?;
+    for note in document.notes.iter().filter(|note| note.effect == Effect::Changed) {
+        progress::remark(&note.to_string(), quiet);
+    }
+    Ok(document)
 }
 
 /// Checks and builds what has been read.
@@ -29,12 +87,17 @@ pub fn compile(document: &Document, build: &Build) -> Result<World, Failure> {
         .map_err(|errors| Failure::new(document.explain(&errors).to_string()))
 }
 
-/// Reads and checks rays.
+/// Reads and checks rays; `-` is standard input.
 ///
 /// # Errors
 /// If the file is not an array of rays, or a row is none and such rows are errors.
 pub fn rays(path: &Path, on_invalid: OnInvalid) -> Result<Rays, Failure> {
-    let rows = shotline_io::arrays::read_rays(path).map_err(|e| Failure::new(e.to_string()))?;
+    let rows = if is_stream(path) {
+        shotline_io::arrays::parse_rays(&read_stream()?)
+            .map_err(|e| Failure::new(format!("{STREAM}: {e}")))?
+    } else {
+        shotline_io::arrays::read_rays(path).map_err(|e| Failure::new(e.to_string()))?
+    };
     Rays::new(&rows, on_invalid).map_err(|error| match error {
         NoRays::BadRow(bad) => {
             let numbers = bad.numbers.map(|x| x.to_string()).join(", ");
@@ -58,6 +121,22 @@ pub fn valid_rays(path: &Path) -> Result<Vec<Ray>, Failure> {
 
 /// The size of the picture whose rays are cast where none are given.
 pub const PICTURE: (u32, u32) = (320, 240);
+
+/// The rays through the middles of the pixels of a picture, row by row from the top.
+///
+/// # Errors
+/// If there is nothing to look at.
+pub fn rays_of_pixels(
+    model: &Model,
+    document: &Document,
+    world: &World,
+    (width, height): (u32, u32),
+) -> Result<Vec<Ray>, Failure> {
+    let failure = |error: &dyn Display| Failure::of_file(&model.path, error);
+    let view = view(world, &document.scene, width, height).map_err(|e| failure(&e))?;
+    let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (f64::from(x) + 0.5, f64::from(y) + 0.5)));
+    pixels.map(|(x, y)| view.ray(x, y)).collect::<Result<_, _>>().map_err(|e| failure(&e))
+}
 
 /// The rays of a picture of the model, scattered over it, so that the first of them are like all of them.
 ///

@@ -24,7 +24,7 @@ use std::ffi::OsString;
 use clap::Parser;
 
 /// Runs a command line, the name of the program first, and answers the exit code: 0 done, 1 not sound
-/// (`check`), 2 an error, 130 interrupted.
+/// (`check`), 2 an error, 3 not examined in full (`check`), 130 interrupted.
 pub fn main(argv: impl IntoIterator<Item = OsString>) -> u8 {
     let line = match args::CommandLine::try_parse_from(argv) {
         Ok(line) => line,

@@ -1,34 +1,106 @@
 //! What a command leaves behind: files that appear whole or not at all, and text on stdout.
 
-use std::io::{self, Write};
-use std::path::Path;
+use std::io::{self, IsTerminal, Write};
+use std::path::{Path, PathBuf};
 
-use shotline_io::WriteError;
+use shotline_io::{Output, WriteError, write_stream, write_whole};
 
 use crate::failure::Failure;
+use crate::input::is_stream;
 
-/// Looks whether a file may be written, before long work is done for it.
+/// The endings of pictures.
+pub const PICTURE: &[&str] = &["png", "apng"];
+
+/// The endings of answers.
+pub const ARRAYS: &[&str] = &["npz"];
+
+/// Looks whether a file may be written, before long work is done for it. `-` is standard output.
 ///
 /// # Errors
-/// If the path is a folder or lies in none.
-pub fn expect_writable(path: &Path) -> Result<(), Failure> {
+/// If the path is a folder or lies in none, ends like another kind of file, or is one of the inputs, under whatever name.
+pub fn expect_writable(path: &Path, endings: &[&str], inputs: &[PathBuf]) -> Result<(), Failure> {
     let refuse = |why: &str| Err(Failure::of_file(path, format!("cannot be written: {why}")));
+    if is_stream(path) {
+        return if endings == PICTURE || endings == ARRAYS { expect_no_terminal() } else { Ok(()) };
+    }
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     if path.is_dir() {
-        refuse("it is a folder\nhelp: name a file in it")
-    } else if folder.is_some_and(|folder| !folder.is_dir()) {
-        refuse("there is no such folder\nhelp: make the folder first")
-    } else {
-        Ok(())
+        return refuse("it is a folder\nhelp: name a file in it");
+    }
+    if folder.is_some_and(|folder| !folder.is_dir()) {
+        return refuse("there is no such folder\nhelp: make the folder first");
+    }
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+    if let Some(ending) = ending.filter(|ending| !endings.is_empty() && !endings.contains(&ending.as_str())) {
+        let known: Vec<String> = endings.iter().map(|known| format!(".{known}")).collect();
+        return refuse(&format!(
+            "what is written is {}, not .{ending}\nhelp: end its name in {}",
+            known.join(" or "),
+            known.join(" or ")
+        ));
+    }
+    expect_apart(path, inputs)
+}
+
+/// Looks whether a file is none of those that are read, under whatever name.
+///
+/// # Errors
+/// If it is.
+pub fn expect_apart(path: &Path, inputs: &[PathBuf]) -> Result<(), Failure> {
+    match inputs.iter().find(|input| !is_stream(path) && is_same_file(path, input)) {
+        None => Ok(()),
+        Some(input) => {
+            let why = format!("it is the input {}\nhelp: write to another file", input.display());
+            Err(Failure::of_file(path, format!("cannot be written: {why}")))
+        }
     }
 }
 
-/// Writes a file, whole or not at all.
+/// Whether two paths lead to one regular file: by links of either kind as well. What does not exist is not the same.
+fn is_same_file(a: &Path, b: &Path) -> bool {
+    let (Ok(of_a), Ok(of_b)) = (a.metadata(), b.metadata()) else { return false };
+    #[cfg(unix)]
+    let same = {
+        use std::os::unix::fs::MetadataExt;
+        (of_a.dev(), of_a.ino()) == (of_b.dev(), of_b.ino())
+    };
+    #[cfg(not(unix))]
+    let same = matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b);
+    same && of_a.is_file() && of_b.is_file()
+}
+
+fn expect_no_terminal() -> Result<(), Failure> {
+    if io::stdout().is_terminal() {
+        let why =
+            "standard output is a terminal, which cannot show this\nhelp: name a file with -o, or pipe it on";
+        return Err(Failure::new(why));
+    }
+    Ok(())
+}
+
+/// Writes a file, whole or not at all; `-` is standard output.
 ///
 /// # Errors
 /// If it cannot be written.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    written(shotline_io::write_whole(path, |file| file.write_all(bytes)))
+    fill(path, |file| file.write_all(bytes))
+}
+
+/// Writes a file as [`write`] does, piece by piece.
+///
+/// # Errors
+/// If it cannot be written.
+pub fn fill(path: &Path, fill: impl FnOnce(&mut Output) -> io::Result<()>) -> Result<(), Failure> {
+    if !is_stream(path) {
+        return written(write_whole(path, fill));
+    }
+    match write_stream(&mut io::stdout().lock(), fill) {
+        // A reader that has seen enough is no error.
+        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
+            Err(Failure::new(format!("standard output cannot be written: {e}")))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// The failure of a write.
@@ -37,6 +109,18 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
 /// If it has failed.
 pub fn written(result: Result<(), WriteError>) -> Result<(), Failure> {
     result.map_err(|e| Failure::new(e.to_string()))
+}
+
+/// Prints what goes beside an output: to stderr where the output itself goes to stdout.
+///
+/// # Errors
+/// As [`print`].
+pub fn print_beside(output: &Path, text: &str) -> Result<(), Failure> {
+    if is_stream(output) {
+        eprint!("{text}");
+        return Ok(());
+    }
+    print(text)
 }
 
 /// Prints to stdout. A reader that has seen enough and closed the pipe is no error.

@@ -1,6 +1,7 @@
 //! What is asked of many rays.
 
 use clap::ValueEnum;
+use shotline::query::batch::By;
 use shotline::query::{Overlaps, QueryError, Scope};
 use shotline::ray::Span;
 
@@ -19,6 +20,8 @@ pub enum Query {
     Crossings,
     /// The stretches inside objects
     Segments,
+    /// How far each ray goes through each material or object
+    Thickness,
 }
 
 impl Query {
@@ -32,13 +35,31 @@ impl Query {
     /// # Errors
     /// If only surfaces are looked for, but stretches are asked for.
     pub fn scope(self, span: Span, only: SurfacesOnly) -> Result<Scope, Failure> {
-        if only.surfaces_only && self == Query::Segments {
-            return Err(Failure::new(
-                "--surfaces-only is not for segments, which are the stretches inside also where a ray begins or ends \
-                 inside\nhelp: ask for closest, any, count or crossings, or leave the flag out",
-            ));
+        if only.surfaces_only && matches!(self, Query::Segments | Query::Thickness) {
+            let why = "the stretches inside are those of the whole ray, also where it begins or ends inside";
+            let help = "ask for closest, any, count or crossings, or leave the flag out";
+            let name = self.name();
+            return Err(Failure::new(format!("--surfaces-only is not for {name}: {why}\nhelp: {help}")));
         }
         Ok(Scope { span, kinds: only.kinds() })
+    }
+}
+
+/// What thickness is counted by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ThicknessBy {
+    /// A column for each material, and a last one for objects without a material
+    Material,
+    /// A column for each object
+    Object,
+}
+
+impl From<ThicknessBy> for By {
+    fn from(by: ThicknessBy) -> By {
+        match by {
+            ThicknessBy::Material => By::Material,
+            ThicknessBy::Object => By::Object,
+        }
     }
 }
 

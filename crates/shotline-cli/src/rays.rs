@@ -71,6 +71,11 @@ impl Rays {
         Ok(Rays { valid, rows: rows.len(), rows_of_valid })
     }
 
+    /// Rays that are all valid.
+    pub fn all(valid: Vec<Ray>) -> Rays {
+        Rays { rows: valid.len(), valid, rows_of_valid: None }
+    }
+
     /// How many rows are not rays.
     pub fn invalid(&self) -> usize {
         self.rows - self.valid.len()
@@ -87,6 +92,16 @@ impl Rays {
         let mut out = vec![miss; self.rows];
         for (&row, value) in rows.iter().zip(values) {
             out[row] = value;
+        }
+        out
+    }
+
+    /// From so many numbers a valid ray to so many a row: zeros where there is no ray.
+    pub fn rows_by_row(&self, values: Vec<f64>, width: usize) -> Vec<f64> {
+        let Some(rows) = &self.rows_of_valid else { return values };
+        let mut out = vec![0.0; self.rows * width];
+        for (&row, values) in rows.iter().zip(values.chunks_exact(width.max(1))) {
+            out[row * width..][..width].copy_from_slice(values);
         }
         out
     }
@@ -124,6 +139,8 @@ mod tests {
         assert_eq!((rays.valid.len(), rays.invalid(), rays.row(1)), (2, 2, 3));
         assert_eq!(rays.by_row(vec![5, 6], -1), [-1, 5, -1, 6]);
         assert_eq!(rays.splits_by_row(vec![0, 3, 4]), [0, 0, 3, 3, 4]);
+        assert_eq!(rays.rows_by_row(vec![5.0, 6.0, 7.0, 8.0], 2), [0.0, 0.0, 5.0, 6.0, 0.0, 0.0, 7.0, 8.0]);
+        assert!(rays.rows_by_row(vec![], 0).is_empty());
         let all = Rays::new(&[GOOD, GOOD], OnInvalid::Miss).unwrap();
         assert_eq!((all.row(1), all.by_row(vec![5, 6], -1)), (1, vec![5, 6]));
     }

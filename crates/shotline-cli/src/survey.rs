@@ -6,18 +6,21 @@ use shotline::aabb::Aabb;
 use shotline::compile::World;
 use shotline::crossing::GROUPING;
 use shotline::math::Vec3;
-use shotline::query::{Caster, Hit, HitKind, QueryError};
+use shotline::measure::object_bounds;
+use shotline::query::{Caster, Hit, HitKind};
 use shotline::ray::{Ray, Span};
 
 use crate::overlap;
 
 /// What the rays have seen; each pair of objects once, in the order of their names.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Survey {
     /// Objects of equal priority that overlap.
     pub overlaps: Vec<Pair>,
     /// Objects that have faces in one place.
     pub coincidences: Vec<Pair>,
+    /// What could not be looked at, for people.
+    pub unexamined: Vec<String>,
 }
 
 /// Two objects that were seen to be in one place.
@@ -42,6 +45,10 @@ impl Pairs {
         self.0.entry(key).or_insert(Pair { first, second, point, rays: 0 }).rays += 1;
     }
 
+    fn has(&self, a: &str, b: &str) -> bool {
+        self.0.contains_key(&(a.min(b).to_string(), a.max(b).to_string()))
+    }
+
     fn into_list(self) -> Vec<Pair> {
         self.0.into_values().collect()
     }
@@ -50,31 +57,101 @@ impl Pairs {
 /// Rays along each axis.
 const RAYS: u32 = 2048;
 
-/// Casts rays along the axes, spread over the bounds; what is small may slip through. `None` if the bounds
-/// have no end.
+/// Pairs of objects without an end that are named, at most.
+const NAMED: usize = 5;
+
+/// Casts rays along the axes, spread over the box of all objects that have an end; what is small may slip through.
 ///
-/// # Errors
-/// [`QueryError`] if a ray costs too much.
-pub fn survey(world: &World) -> Result<Option<Survey>, QueryError> {
-    let bounds = world.bounds();
-    if !bounds.is_empty() && !bounds.is_finite() {
-        return Ok(None);
-    }
+/// An object without an end is cut by that box. So it is seen where it overlaps one that has an end; where it overlaps
+/// another without an end is seen if that is near by, and told as unexamined otherwise.
+pub fn survey(world: &World) -> Survey {
+    let objects = match object_bounds(world) {
+        Ok(objects) => objects,
+        Err(error) => return Survey { unexamined: vec![error.to_string()], ..Survey::default() },
+    };
     let (mut caster, mut hits) = (Caster::new(world), Vec::new());
     let (mut overlaps, mut coincidences) = (Pairs::default(), Pairs::default());
+    let bounds = surveyed(&objects);
+    let mut given_up = None;
     for ray in (0..3).flat_map(|axis| (0..RAYS).filter_map(move |i| spread(&bounds, axis, i))) {
-        for overlap in overlap::on_ray(&mut caster, &ray, Span::FORWARD)? {
-            let point = ray.at(overlap.t_in.midpoint(overlap.t_out));
+        hits.clear();
+        let seen = overlap::on_ray(&mut caster, &ray, Span::FORWARD);
+        let seen = seen.and_then(|seen| caster.crossings(&ray, Span::FORWARD, &mut hits).map(|()| seen));
+        let seen = match seen {
+            Ok(seen) => seen,
+            Err(error) => {
+                // The other rays would cost as much.
+                given_up = Some(format!("a ray was given up: {error}"));
+                break;
+            }
+        };
+        for overlap in seen {
+            let point = ray.at(overlap.t_in.midpoint(overlap.t_out.min(f64::MAX)));
+            let point = if point.is_finite() { point } else { ray.at(overlap.t_in) };
             overlaps.add(&overlap.first, &overlap.second, point);
         }
-        hits.clear();
-        caster.crossings(&ray, Span::FORWARD, &mut hits)?;
         for ((a, b), t) in coincidences_on_ray(&hits) {
             let names = world.object_names();
             coincidences.add(&names[a as usize], &names[b as usize], ray.at(t));
         }
     }
-    Ok(Some(Survey { overlaps: overlaps.into_list(), coincidences: coincidences.into_list() }))
+    let mut unexamined = unexamined(world, &objects, &overlaps);
+    unexamined.extend(given_up);
+    Survey { overlaps: overlaps.into_list(), coincidences: coincidences.into_list(), unexamined }
+}
+
+fn is_endless(bounds: &Aabb) -> bool {
+    !bounds.is_empty() && !bounds.is_finite()
+}
+
+/// The box that rays are spread over: of the objects that have an end, and of the sides that others have.
+fn surveyed(objects: &[Aabb]) -> Aabb {
+    let mut b = objects.iter().filter(|b| b.is_finite()).fold(Aabb::EMPTY, |all, b| all.union(b));
+    for other in objects.iter().filter(|b| is_endless(b)) {
+        for axis in 0..3 {
+            for side in [other.min[axis], other.max[axis]].into_iter().filter(|x| x.is_finite()) {
+                b.min[axis] = b.min[axis].min(side);
+                b.max[axis] = b.max[axis].max(side);
+            }
+        }
+    }
+    let size = (0..3).map(|axis| b.max[axis] - b.min[axis]).filter(|s| s.is_finite()).fold(0.0, f64::max);
+    let size = if size > 0.0 { size } else { 1.0 };
+    for axis in 0..3 {
+        // Where nothing tells where to look: about the origin. Where all sides are one plane: on both sides of it.
+        if b.min[axis] > b.max[axis] {
+            (b.min[axis], b.max[axis]) = (0.0, 0.0);
+        }
+        if b.min[axis] == b.max[axis] {
+            (b.min[axis], b.max[axis]) = (b.min[axis] - size, b.max[axis] + size);
+        }
+    }
+    if objects.iter().all(Aabb::is_empty) { Aabb::EMPTY } else { b }
+}
+
+/// Pairs of objects without an end that were not seen to overlap, but might do so far away.
+fn unexamined(world: &World, objects: &[Aabb], seen: &Pairs) -> Vec<String> {
+    let endless: Vec<u32> = (0..).zip(objects).filter(|(_, b)| is_endless(b)).map(|(i, _)| i).collect();
+    let name = |object: u32| world.object_names()[object as usize].as_str();
+    let (mut out, mut more) = (Vec::new(), 0);
+    for (i, &a) in endless.iter().enumerate() {
+        for &b in &endless[i + 1..] {
+            let common = objects[a as usize].intersection(&objects[b as usize]);
+            let apart = !common.min.cmplt(common.max).all();
+            if apart || world.object_priority(a) != world.object_priority(b) || seen.has(name(a), name(b)) {
+                continue;
+            }
+            if out.len() < NAMED {
+                out.push(format!("'{}' and '{}' have no end: far away they might overlap", name(a), name(b)));
+            } else {
+                more += 1;
+            }
+        }
+    }
+    if more > 0 {
+        out.push(format!("{more} more pairs of objects that have no end"));
+    }
+    out
 }
 
 /// Pairs of objects whose surfaces the ray passes in one event, with the first such `t`. Where many are in

@@ -16,7 +16,7 @@ const RAYS: &[[f64; 6]] = &[
     [3.0, 0.0, 0.0, 0.5, 0.0, 0.0],
 ];
 
-const QUERIES: [&str; 5] = ["closest", "any", "count", "crossings", "segments"];
+const QUERIES: [&str; 6] = ["closest", "any", "count", "crossings", "segments", "thickness"];
 
 fn place() -> Place {
     Place::new().with("drilled.json", DRILLED).with_rays("rays.npy", RAYS)
@@ -97,6 +97,15 @@ fn overlaps_are_refused_with_names_and_place() {
         let stats: Value = serde_json::from_str(&text).unwrap();
         assert!(stats["overlaps"].as_u64().is_some());
     }
+}
+
+#[test]
+fn columns_of_thickness_are_refused_for_other_queries() {
+    let place = place();
+    place.run(&cast("segments", &["--by", "object"])).refused(&["--by is for --query thickness"]);
+    place.run(&cast("thickness", &["--by", "object"])).ok();
+    let bench = ["bench", "drilled.json", "--rays", "rays.npy", "--query", "thickness", "--repeats", "1"];
+    assert!(place.run(&bench).ok().contains("rays/s"));
 }
 
 #[test]

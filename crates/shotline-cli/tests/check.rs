@@ -66,12 +66,60 @@ fn overlapping_objects_are_named_once() {
     assert!(!answer.stdout.contains("fault: 'far'"), "{}", answer.stdout);
 }
 
+/// A scene of objects, each by name, node and priority.
+fn scene(objects: &[(&str, &str, i32)]) -> String {
+    let object = |(name, node, priority): &(&str, &str, i32)| {
+        format!(r#"{{"name": "{name}", "priority": {priority}, "node": {node}}}"#)
+    };
+    let objects: Vec<String> = objects.iter().map(object).collect();
+    format!(r#"{{"shotline": 1, "objects": [{}]}}"#, objects.join(","))
+}
+
+const GROUND: &str = r#"{"kind": "halfspace", "normal": [0, 0, 1], "offset": 0}"#;
+const POLE: &str = r#"{"kind": "quadric", "coeffs": [1, 1, 0, 0, 0, 0, 0, 0, 0, -1]}"#;
+
 #[test]
-fn a_model_without_bounds_is_not_searched_for_overlaps() {
-    let scene = r#"{"shotline": 1, "objects": [{"name": "ground",
-        "node": {"kind": "halfspace", "normal": [0, 0, 1], "offset": 0}}]}"#;
-    let text = Place::new().with("scene.json", scene).run(&["check", "scene.json"]).ok();
-    assert!(text.contains("no bounds") && text.contains("sound"), "{text}");
+fn an_object_without_an_end_does_not_switch_the_survey_off() {
+    let ball = r#"{"kind": "sphere", "radius": 1, "translate": [5, 0, 1]}"#;
+    let sunk = r#"{"kind": "sphere", "radius": 1, "translate": [5, 0, 0.9]}"#;
+    let other = r#"{"kind": "sphere", "radius": 1, "translate": [6, 0, 1]}"#;
+    let place = Place::new()
+        .with("alone.json", scene(&[("ground", GROUND, 0)]))
+        .with("resting.json", scene(&[("ground", GROUND, 0), ("ball", ball, 0)]))
+        .with("sunk.json", scene(&[("ground", GROUND, 0), ("ball", sunk, 0)]))
+        .with("two.json", scene(&[("ground", GROUND, 0), ("ball", ball, 0), ("other", other, 0)]));
+    for model in ["alone.json", "resting.json"] {
+        let text = place.run(&["check", model]).ok();
+        assert!(text.ends_with(": sound\n"), "{text}");
+    }
+    for (model, pair) in [("sunk.json", "'ball' and 'ground'"), ("two.json", "'ball' and 'other'")] {
+        let answer = place.run(&["check", model]);
+        assert_eq!(answer.code, Some(1), "{}", answer.stdout);
+        assert!(answer.stdout.contains(&format!("fault: {pair}")), "{}", answer.stdout);
+    }
+}
+
+#[test]
+fn what_could_not_be_examined_is_never_called_sound() {
+    let slanted = r#"{"kind": "halfspace", "normal": [0, 0.001, -1], "offset": -1e6}"#;
+    let sky = r#"{"kind": "halfspace", "normal": [0, 0, -1], "offset": -9}"#;
+    let place = Place::new()
+        .with("far.json", scene(&[("ground", GROUND, 0), ("roof", slanted, 0)]))
+        .with("pole.json", scene(&[("ground", GROUND, 0), ("pole", POLE, 0)]))
+        .with("owned.json", scene(&[("ground", GROUND, 0), ("pole", POLE, 1)]))
+        .with("apart.json", scene(&[("ground", GROUND, 0), ("sky", sky, 0)]));
+    let answer = place.run(&["check", "far.json"]);
+    assert_eq!(answer.code, Some(3), "{}", answer.stdout);
+    assert!(answer.stdout.contains("not examined: 'ground' and 'roof'"), "{}", answer.stdout);
+    assert!(!answer.stdout.contains(": sound"), "{}", answer.stdout);
+    let report: serde_json::Value =
+        serde_json::from_str(&place.run(&["check", "far.json", "--json"]).stdout).unwrap();
+    assert!(report["sound"].is_null() && report["unexamined"].as_array().unwrap().len() == 1, "{report}");
+    let answer = place.run(&["check", "pole.json"]);
+    assert_eq!(answer.code, Some(1), "{}", answer.stdout);
+    for model in ["owned.json", "apart.json"] {
+        assert_eq!(place.run(&["check", model]).code, Some(0), "{model}");
+    }
 }
 
 /// A PLY file of triangles.

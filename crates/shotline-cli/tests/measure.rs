@@ -53,6 +53,30 @@ fn json_has_every_digit_and_honest_errors() {
     assert_eq!(answer["rays"], 144);
 }
 
+/// 7.8 g/cm^3 in a cube of 10: the unit of length decides the mass, which was 7800 of nothing for all of them.
+#[test]
+fn masses_have_a_unit_or_say_that_they_have_none() {
+    for (units, mass) in [("mm", 7.8), ("cm", 7800.0), ("m", 7.8e9), ("in", 7800.0 * 16.387_064)] {
+        let scene = format!(
+            r#"{{"shotline": 1, "units": "{units}", "materials": {{"steel": {{"density": 7.8}}}}, "objects": [
+                {{"name": "cube", "material": "steel", "node": {{"kind": "box", "min": [0, 0, 0], "max": [10, 10, 10]}}}}]}}"#
+        );
+        let bare = scene.replace(&format!("\"units\": \"{units}\","), "");
+        let place = Place::new().with("cube.json", &scene).with("bare.json", &bare);
+        let answer = json(&place, &["cube.json"]);
+        let told = answer["objects"][0]["mass"]["value"].as_f64().unwrap();
+        assert!((told / mass - 1.0).abs() < 1e-15, "{units}: {told}");
+        assert_eq!((&answer["units"], &answer["mass_units"]), (&units.into(), &"g".into()));
+        let text = place.run(&["measure", "cube.json"]).ok();
+        assert!(text.contains("mass g") && text.contains(&format!("volume {units}^3")), "{text}");
+        let answer = json(&place, &["bare.json"]);
+        assert_eq!(answer["objects"][0]["mass"]["value"], 7800.0);
+        assert_eq!((&answer["units"], &answer["mass_units"]), (&Value::Null, &Value::Null));
+        let text = place.run(&["measure", "bare.json"]).ok();
+        assert!(text.contains("mass density x length^3"), "{text}");
+    }
+}
+
 #[test]
 fn the_seed_decides_every_bit_and_threads_and_accelerators_none() {
     let place = Place::new().with("drilled.json", DRILLED);
@@ -87,13 +111,16 @@ fn what_cannot_be_measured_is_refused_by_name() {
         {"name": "ground", "node": {"kind": "halfspace", "normal": [0, 0, 1], "offset": 0}}]}"#;
     let place =
         Place::new().with("ground.json", scene).with("open.ply", cube_ply(10)).with("cube.ply", cube_ply(12));
-    place.run(&["measure", "ground.json"]).refused(&[
+    place.run(&["measure", "ground.json", "--object", "ground"]).refused(&[
         "ground.json",
         "'ground'",
         "finite",
         "intersect",
         "--object",
     ]);
+    let text = place.run(&["measure", "ground.json"]).ok();
+    assert!(text.contains("4.1887902") && text.contains("unbounded"), "{text}");
+    assert_eq!(json(&place, &["ground.json"])["objects"][1]["unbounded"], true);
     assert!(place.run(&["measure", "ground.json", "--object", "ball"]).ok().contains("4.1887902"));
     place.run(&["measure", "ground.json", "--object", "moon"]).refused(&["'moon'", "info"]);
     place.run(&["measure", "open.ply"]).refused(&["open.ply", "not closed", "open edges", "check"]);

@@ -1,4 +1,6 @@
-//! A place in a run of bytes that never reads beyond its end.
+//! A place in a run of bytes that never reads beyond its end, and what texts are made of: lines, words and numbers.
+
+use crate::fault::Fault;
 
 /// Bytes with a position.
 #[derive(Clone, Debug)]
@@ -25,23 +27,79 @@ impl<'b> Cursor<'b> {
         Some(taken)
     }
 
-    /// The next line and where it begins, without its break (`\n`, `\r\n`); `None` at the end.
+    /// The next line and where it begins, without its break (`\n`, `\r\n` or `\r`); `None` at the end.
     pub(crate) fn line(&mut self) -> Option<(usize, &'b [u8])> {
         let start = self.at;
         let rest = self.bytes.get(start..).filter(|rest| !rest.is_empty())?;
-        let length = rest.iter().position(|b| *b == b'\n');
-        self.at = start + length.map_or(rest.len(), |n| n + 1);
-        let line = &rest[..length.unwrap_or(rest.len())];
-        Some((start, line.strip_suffix(b"\r").unwrap_or(line)))
+        let length = rest.iter().position(|b| matches!(b, b'\n' | b'\r')).unwrap_or(rest.len());
+        self.at = start + length + break_at(rest, length);
+        Some((start, &rest[..length]))
     }
 }
 
-/// The words of a line, each with the bytes at which it stands; `start` is where the line begins.
+/// How many bytes the line break at a place takes; 0 where there is none.
+pub(crate) fn break_at(bytes: &[u8], at: usize) -> usize {
+    match bytes.get(at..).unwrap_or_default() {
+        [b'\r', b'\n', ..] => 2,
+        [b'\r' | b'\n', ..] => 1,
+        _ => 0,
+    }
+}
+
+/// The line, counted from 1, in which a byte stands. Line breaks are those of [`Cursor::line`].
+pub(crate) fn line_at(bytes: &[u8], at: usize) -> usize {
+    1 + line_starts(&bytes[..at.min(bytes.len())]).count()
+}
+
+/// Where the second line and those after it begin.
+pub(crate) fn line_starts(bytes: &[u8]) -> impl Iterator<Item = usize> {
+    // The last byte of a break is one where a break of one byte is read.
+    (0..bytes.len()).filter(|i| break_at(bytes, *i) == 1).map(|i| i + 1)
+}
+
+/// The length of a UTF-8 byte order mark at the beginning; 0 where there is none.
+pub(crate) fn mark_length(bytes: &[u8]) -> usize {
+    if bytes.starts_with(b"\xEF\xBB\xBF") { 3 } else { 0 }
+}
+
+/// Where a text begins, behind its byte order mark.
+///
+/// # Errors
+/// If it is text of 16 or 32 bits a character, which no reader takes.
+pub(crate) fn text_start(bytes: &[u8]) -> Result<usize, Fault> {
+    match wide_encoding(bytes) {
+        None => Ok(mark_length(bytes)),
+        Some(name) => Err(Fault::file(format!("is {name} text; save it as UTF-8"))
+            .help("editors offer the encoding when saving; `iconv -f UTF-16 -t UTF-8` converts it as well")),
+    }
+}
+
+/// The name of an encoding of more than 8 bits, by its byte order mark or by the zero bytes between its letters.
+pub(crate) fn wide_encoding(bytes: &[u8]) -> Option<&'static str> {
+    if bytes.starts_with(b"\xFF\xFE\0\0") || bytes.starts_with(b"\0\0\xFE\xFF") {
+        return Some("UTF-32");
+    }
+    let (pairs, _) = bytes[..bytes.len().min(64)].as_chunks::<2>();
+    let is_letter = |b: u8| b.is_ascii_graphic() || b.is_ascii_whitespace();
+    let every = |k: usize| pairs.len() > 3 && pairs.iter().all(|p| is_letter(p[k]) && p[1 - k] == 0);
+    let is_marked = bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF");
+    (is_marked || every(0) || every(1)).then_some("UTF-16")
+}
+
+/// A line without a comment, which begins with `#`, but not in the numbers `1.#IND` and `1.#INF` of old programs.
+pub(crate) fn without_comment(line: &[u8]) -> &[u8] {
+    let marks = line.iter().enumerate().filter(|(_, b)| **b == b'#').map(|(i, _)| i);
+    &line[..marks.into_iter().find(|i| *i == 0 || line[i - 1] != b'.').unwrap_or(line.len())]
+}
+
+/// The words of a line, each with the bytes at which it stands; `start` is where the line begins. Zero bytes, with which
+/// some programs fill up files, and the mark of DOS for the end of a file stand between words.
 pub(crate) fn words(line: &[u8], start: usize) -> impl Iterator<Item = Word<'_>> {
     let mut at = 0;
+    let is_gap = |b: &u8| b.is_ascii_whitespace() || matches!(b, 0 | 0x0B | 0x1A);
     std::iter::from_fn(move || {
-        at += line[at..].iter().position(|b| !b.is_ascii_whitespace())?;
-        let length = line[at..].iter().position(u8::is_ascii_whitespace).unwrap_or(line.len() - at);
+        at += line[at..].iter().position(|b| !is_gap(b))?;
+        let length = line[at..].iter().position(is_gap).unwrap_or(line.len() - at);
         let word = Word { bytes: &line[at..at + length], start: start + at };
         at += length;
         Some(word)
@@ -65,20 +123,40 @@ impl Word<'_> {
         String::from_utf8_lossy(&self.bytes[..self.bytes.len().min(40)]).into_owned()
     }
 
+    /// Whether it is a keyword, in whatever case.
+    pub(crate) fn is(&self, word: &str) -> bool {
+        self.bytes.eq_ignore_ascii_case(word.as_bytes())
+    }
+
     pub(crate) fn parse<T: std::str::FromStr>(&self) -> Option<T> {
         std::str::from_utf8(self.bytes).ok()?.parse().ok()
     }
 
-    /// A finite number; Rust would also read `nan` and `inf`.
-    pub(crate) fn finite(&self) -> Result<f64, crate::fault::Fault> {
-        match self.parse::<f64>() {
-            Some(x) if x.is_finite() => Ok(x),
-            Some(_) => {
-                Err(crate::fault::Fault::text(self.range(), format!("{} is not finite", self.shown())))
-            }
-            None => {
-                Err(crate::fault::Fault::text(self.range(), format!("'{}' is not a number", self.shown())))
-            }
-        }
+    /// A number, which may be NaN or infinite, as the libraries of C and of Windows write these.
+    ///
+    /// # Errors
+    /// If it is no number, as in `1,5` or `3.1+e2`.
+    pub(crate) fn number(&self) -> Result<f64, Fault> {
+        self.parse::<f64>().or_else(|| self.is_odd().then_some(f64::NAN)).ok_or_else(|| {
+            let fault = Fault::text(self.range(), format!("'{}' is not a number", self.shown()));
+            if self.bytes.contains(&b',') { fault.help("write decimals with a point") } else { fault }
+        })
+    }
+
+    /// A finite number.
+    ///
+    /// # Errors
+    /// If it is no number or none that is finite.
+    pub(crate) fn finite(&self) -> Result<f64, Fault> {
+        let number = self.number()?;
+        let fault = || Fault::text(self.range(), format!("{} is not finite", self.shown()));
+        number.is_finite().then_some(number).ok_or_else(fault)
+    }
+
+    /// Whether this is how old programs write what is no number: `-1.#IND`, `1.#INF`, `nan(ind)`.
+    pub(crate) fn is_odd(&self) -> bool {
+        let sign = usize::from(matches!(self.bytes.first(), Some(b'-' | b'+')));
+        let lower = self.bytes[sign..].to_ascii_lowercase();
+        lower.starts_with(b"1.#") || (lower.starts_with(b"nan(") && lower.ends_with(b")"))
     }
 }

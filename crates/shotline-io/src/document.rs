@@ -8,14 +8,15 @@ use shotline::scene::{Node, NodeId, Scene};
 
 use crate::error::ReadError;
 use crate::fault::{Fault, Faults};
+use crate::note::Note;
 
 /// A scene with its source.
 #[derive(Clone, Debug)]
 pub struct Document {
     /// The scene.
     pub scene: Scene,
-    /// What a user may want to know about the files, as in "12 polygons were cut into triangles".
-    pub notes: Vec<String>,
+    /// What the readers of the files passed over, dropped or repaired.
+    pub notes: Vec<Note>,
     /// Where it came from.
     pub source: Source,
 }

@@ -5,6 +5,7 @@ use std::io;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use crate::bytes::{line_starts, mark_length};
 use crate::fault::{At, Fault, Faults};
 
 /// A file that cannot be read: everything that is wrong with it. Its text is ready for a terminal.
@@ -99,8 +100,9 @@ struct Lines<'b> {
 
 impl Lines<'_> {
     fn of(bytes: &[u8]) -> Lines<'_> {
-        let after_breaks = bytes.iter().enumerate().filter(|(_, b)| **b == b'\n').map(|(i, _)| i + 1);
-        Lines { bytes, starts: std::iter::once(0).chain(after_breaks).collect() }
+        // The column after a byte order mark is the first.
+        let first = mark_length(bytes);
+        Lines { bytes, starts: std::iter::once(first).chain(line_starts(bytes)).collect() }
     }
 
     fn problem(&self, fault: Fault) -> Problem {
@@ -113,10 +115,11 @@ impl Lines<'_> {
     }
 
     fn place(&self, range: Range<usize>) -> Place {
-        let start = range.start.min(self.bytes.len());
+        let start = range.start.max(self.starts[0]).min(self.bytes.len());
         let line = self.starts.partition_point(|s| *s <= start);
         let line_start = self.starts[line - 1];
         let line_end = self.starts.get(line).map_or(self.bytes.len(), |next| next - 1);
+        let line_end = line_end - usize::from(self.bytes[line_start..line_end].ends_with(b"\r"));
         let marked = start.min(line_end)..range.end.clamp(start.min(line_end), line_end);
         let column = 1 + characters(&self.bytes[line_start..start]);
         Place::Text { bytes: range, line, column, snippet: snippet(self.bytes, line_start..line_end, marked) }

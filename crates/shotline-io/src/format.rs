@@ -8,6 +8,7 @@ use shotline::solid::mesh::TriangleMesh;
 use crate::document::Document;
 use crate::error::{ReadError, WriteError};
 use crate::fault::Fault;
+use crate::note::Note;
 
 /// A file format.
 #[derive(Debug)]
@@ -70,17 +71,13 @@ impl From<Vec<u8>> for Encoded {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct MeshFile {
     pub(crate) mesh: TriangleMesh,
-    /// How many faces had more than three corners and were cut into triangles from their first corner.
-    pub(crate) polygons_cut: usize,
+    /// What was passed over, dropped or repaired.
+    pub(crate) notes: Vec<Note>,
 }
 
 impl MeshFile {
-    /// What a user may want to know.
-    pub(crate) fn note(&self) -> Option<String> {
-        match self.polygons_cut {
-            0 => None,
-            1 => Some("1 polygon was cut into triangles".into()),
-            n => Some(format!("{n} polygons were cut into triangles")),
-        }
+    /// The notes, with the name of the file.
+    pub(crate) fn notes_of(&self, file: &str) -> impl Iterator<Item = Note> {
+        self.notes.iter().map(move |note| note.clone().of_file(file))
     }
 }

@@ -12,6 +12,7 @@ use shotline::testkit::{agreement, bytes};
 use crate::document::Document;
 use crate::error::ReadError;
 use crate::format::{Content, Format};
+use crate::polygon::hold;
 use crate::{arrays, obj, parse_scene, ply, scene_json, stl, write_scene};
 
 /// What must hold of bytes; panics where it does not.
@@ -24,6 +25,7 @@ pub const TARGETS: &[(&str, Target)] = &[
     ("obj", |bytes| mesh(&obj::FORMAT, bytes)),
     ("stl", |bytes| mesh(&stl::FORMAT, bytes)),
     ("npy", npy),
+    ("polygon", polygon),
     ("cast", cast),
     ("csg", bytes::combination),
 ];
@@ -69,8 +71,12 @@ fn mesh(format: &Format, bytes: &[u8]) {
         Ok(document) => document,
     };
     let Some(Node::Mesh { mesh, .. }) = document.scene.nodes.first() else { panic!("{document:?}") };
-    assert!(mesh.vertices.iter().all(|v| v.is_finite()) && !mesh.faces.is_empty());
-    assert!(mesh.faces.iter().flatten().all(|i| (*i as usize) < mesh.vertices.len()));
+    assert!(!mesh.faces.is_empty());
+    assert!(
+        mesh.faces.iter().flatten().all(|i| mesh.vertices.get(*i as usize).is_some_and(|v| v.is_finite()))
+    );
+    assert!(mesh.polygons.is_empty() || mesh.polygons.len() == mesh.faces.len());
+    assert!(mesh.polygons.is_sorted() && document.notes.iter().all(|note| note.count > 0));
     let written = write(mesh).expect("what was read can be written").bytes;
     let again = read(&written).expect("what was written can be read").mesh;
     let corners = |mesh: &shotline::solid::mesh::TriangleMesh| {
@@ -78,6 +84,15 @@ fn mesh(format: &Format, bytes: &[u8]) {
         (0..mesh.faces.len()).map(|i| mesh.corners(i as u32).map(|v| v + zero)).collect::<Vec<_>>()
     };
     assert_eq!(corners(&again), corners(mesh));
+}
+
+/// Two bytes are a corner, the first three say in which plane they lie.
+fn polygon(bytes: &[u8]) {
+    let [axis, slopes @ ..] = bytes else { return };
+    let [u, v, corners @ ..] = slopes else { return };
+    let (pairs, _) = corners.as_chunks::<2>();
+    let corners: Vec<[i64; 2]> = pairs.iter().take(200).map(|p| p.map(|b| i64::from(b as i8))).collect();
+    hold::cut_holds(&corners, usize::from(axis % 3), [*u, *v].map(|b| i64::from(b as i8) / 16));
 }
 
 fn npy(bytes: &[u8]) {

@@ -20,6 +20,7 @@ mod files;
 mod format;
 #[cfg(feature = "testkit")]
 pub mod fuzz;
+mod note;
 mod obj;
 mod packed;
 mod ply;
@@ -34,11 +35,12 @@ mod whole;
 pub use document::{Document, Source};
 pub use error::{Place, Problem, ReadError, Snippet, WriteError};
 pub use format::{Format, Reach};
+pub use note::{Effect, Note, Spot};
 pub use packed::{Packed, pack};
-pub use registry::{FORMATS, load, load_with, parse_scene, read_mesh};
+pub use registry::{FORMATS, load, load_bytes, load_with, parse_scene, read_mesh};
 pub use save::save;
 pub use scene_json::{scene_schema, write_scene};
-pub use whole::{Output, write_whole};
+pub use whole::{Output, remove_unfinished, write_stream, write_whole};
 
 /// The README's Rust example is compiled.
 #[cfg(doctest)]

@@ -5,10 +5,11 @@ use std::path::Path;
 use shotline::scene::{Node, Scene};
 use shotline::solid::mesh::TriangleMesh;
 
+use crate::bytes::text_start;
 use crate::document::{Document, Source};
 use crate::error::ReadError;
 use crate::fault::{At, Fault};
-use crate::files::read_regular;
+use crate::files::{read_regular, too_large};
 use crate::format::{Content, Format, MeshFile, MeshSource, Reach};
 use crate::{obj, ply, scene_json, stl};
 
@@ -30,7 +31,8 @@ pub(crate) fn known_extensions() -> String {
 fn of_file(path: &Path, bytes: &[u8]) -> Result<&'static Format, ReadError> {
     let found = by_extension(path).or_else(|| FORMATS.iter().copied().find(|f| (f.detect)(bytes)));
     found.ok_or_else(|| {
-        let fault = Fault::file("is of no known format").help(format!("known are {}", known_extensions()));
+        let unknown = Fault::file("is of no known format").help(format!("known are {}", known_extensions()));
+        let fault = text_start(bytes).err().unwrap_or(unknown);
         ReadError::new(Some(path), &[], fault.into())
     })
 }
@@ -52,6 +54,20 @@ pub fn load_with(path: impl AsRef<Path>, reach: Reach) -> Result<Document, ReadE
     let path = path.as_ref();
     let bytes = read_regular(path, most_bytes(path))?;
     of_file(path, &bytes)?.read_with(path, bytes, reach)
+}
+
+/// Reads bytes, such as those of standard input, as [`load_with`] reads a file; what they are is told by their contents.
+/// The name appears in messages and names the object of a mesh. Mesh files that a scene names are looked for in the
+/// working folder.
+///
+/// # Errors
+/// [`ReadError`] with everything that is wrong.
+pub fn load_bytes(name: &Path, bytes: Vec<u8>, reach: Reach) -> Result<Document, ReadError> {
+    let format = of_file(name, &bytes)?;
+    if matches!(format.content, Content::Scene { .. }) && bytes.len() as u64 > scene_json::MAX_BYTES {
+        return Err(ReadError::new(Some(name), &[], too_large(scene_json::MAX_BYTES).into()));
+    }
+    format.read_with(name, bytes, reach)
 }
 
 impl Format {
@@ -105,7 +121,7 @@ fn mesh_error(path: &Path, bytes: &[u8], fault: Fault) -> ReadError {
 fn mesh_document(path: &Path, found: MeshFile) -> Document {
     let stem = path.file_stem().map_or("mesh".into(), |s| s.to_string_lossy());
     let file = path.file_name().map(|f| f.to_string_lossy().into_owned());
-    let notes = found.note().map(|note| format!("{}: {note}", path.display())).into_iter().collect();
+    let notes = found.notes_of(&path.display().to_string()).collect();
     let mut scene = Scene::default();
     let node = scene.add(Node::Mesh { mesh: found.mesh.into(), file });
     scene.add_object(&stem, None, node);

@@ -144,7 +144,7 @@ fn losses(scene: &Scene) -> Vec<String> {
     if objects > 1 {
         lost.push(format!("{objects} objects were joined into one mesh; their names are lost"));
     }
-    if let Some(units) = &scene.units {
+    if let Some(units) = scene.units {
         lost.push(format!("the units, {units}, are lost"));
     }
     if !scene.materials.is_empty() {

@@ -1,15 +1,24 @@
 //! Output files that appear whole or not at all: written beside their place and then moved into it.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, BufWriter, Write};
-use std::path::Path;
+use std::io::{self, BufWriter, Seek, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use crate::error::WriteError;
 
 /// What a file is written through.
 pub type Output<'f> = BufWriter<&'f File>;
 
-/// Writes a file. If `fill` fails or the program ends, whatever stood at the path before stands there still.
+/// Links to links that are followed, at most.
+const MOST_LINKS: usize = 40;
+
+/// The files that are being written, under the names that they do not keep.
+static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// Writes a file. If `fill` fails or the program ends, whatever stood at the path before stands there still. A link
+/// stays a link, and the file keeps its permissions; a file that is write-protected is left alone.
 ///
 /// # Errors
 /// [`WriteError::Io`] if the system refuses or `fill` fails.
@@ -17,32 +26,88 @@ pub fn write_whole(path: &Path, fill: impl FnOnce(&mut Output) -> io::Result<()>
     write(path, fill).map_err(|source| WriteError::Io { path: path.into(), source })
 }
 
+/// Writes to something that can only be written to, such as standard output: all at once, after `fill` has succeeded.
+///
+/// # Errors
+/// Those of `fill` and of the writer.
+pub fn write_stream(
+    stream: &mut impl Write,
+    fill: impl FnOnce(&mut Output) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut file = tempfile::tempfile()?;
+    through(&file, fill)?;
+    file.rewind()?;
+    io::copy(&mut file, stream)?;
+    stream.flush()
+}
+
+/// Removes the files that are being written, for a program that is about to end without finishing them.
+pub fn remove_unfinished() {
+    for path in std::mem::take(&mut *UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)) {
+        // What is gone already need not be removed.
+        let _ = fs::remove_file(path);
+    }
+}
+
 fn write(path: &Path, fill: impl FnOnce(&mut Output) -> io::Result<()>) -> io::Result<()> {
-    // A link stays a link: what it points to is replaced.
-    let target = fs::canonicalize(path).unwrap_or_else(|_| path.into());
-    if fs::metadata(&target).is_ok_and(|m| !m.is_file()) {
+    let target = target_of(path)?;
+    let before = fs::metadata(&target).ok();
+    if before.as_ref().is_some_and(|m| !m.is_file()) {
         // A device or a pipe cannot be replaced, only written to.
-        return through(&OpenOptions::new().write(true).open(&target)?, fill);
+        return write_stream(&mut OpenOptions::new().write(true).open(&target)?, fill);
+    }
+    if before.as_ref().is_some_and(|m| m.permissions().readonly()) {
+        return Err(io::Error::new(io::ErrorKind::PermissionDenied, "the file is write-protected"));
     }
     let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut builder = tempfile::Builder::new();
     builder.prefix(".shotline-");
     #[cfg(unix)]
     {
-        // Temporary files are private; an output file is as open as the user's mask says.
+        // Temporary files are private; a new output file is as open as the user's mask says.
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
     let file = builder.tempfile_in(folder)?;
+    let _unfinished = Unfinished::new(file.path());
     through(file.as_file(), fill)?;
+    if let Some(before) = before {
+        file.as_file().set_permissions(before.permissions())?;
+    }
     file.persist(&target).map_err(|e| e.error)?;
     Ok(())
+}
+
+/// What a path stands for: links are followed, also to what does not exist yet.
+fn target_of(path: &Path) -> io::Result<PathBuf> {
+    let mut target = path.to_path_buf();
+    for _ in 0..MOST_LINKS {
+        let Ok(link) = fs::read_link(&target) else { return Ok(target) };
+        target = target.parent().unwrap_or(Path::new("")).join(link);
+    }
+    Err(io::Error::other("too many links to links"))
 }
 
 fn through(file: &File, fill: impl FnOnce(&mut Output) -> io::Result<()>) -> io::Result<()> {
     let mut out = BufWriter::with_capacity(1 << 18, file);
     fill(&mut out)?;
     out.flush()
+}
+
+/// A file among those that are not finished, while the value lives.
+struct Unfinished(PathBuf);
+
+impl Unfinished {
+    fn new(path: &Path) -> Unfinished {
+        UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).insert(path.into());
+        Unfinished(path.into())
+    }
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).remove(&self.0);
+    }
 }
 
 #[cfg(test)]
@@ -67,5 +132,37 @@ mod tests {
     fn a_missing_folder_is_an_error() {
         let path = tempfile::tempdir().unwrap().path().join("none/a.txt");
         assert!(write_whole(&path, |_| Ok(())).is_err());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_a_link_even_to_what_does_not_exist_yet() {
+        let folder = tempfile::tempdir().unwrap();
+        let (link, target) = (folder.path().join("link"), folder.path().join("target"));
+        std::os::unix::fs::symlink("target", &link).unwrap();
+        for text in ["first", "second"] {
+            write_whole(&link, |out| out.write_all(text.as_bytes())).unwrap();
+            assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+            assert_eq!(fs::read(&target).unwrap(), text.as_bytes());
+        }
+        std::os::unix::fs::symlink("round", folder.path().join("round")).unwrap();
+        assert!(write_whole(&folder.path().join("round"), |_| Ok(())).is_err());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn permissions_are_kept_and_protected_files_left_alone() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        write_whole(&path, |out| out.write_all(b"first")).unwrap();
+        let with_mode = |mode| fs::set_permissions(&path, fs::Permissions::from_mode(mode)).unwrap();
+        with_mode(0o600);
+        write_whole(&path, |out| out.write_all(b"second")).unwrap();
+        assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o600);
+        with_mode(0o444);
+        let error = write_whole(&path, |out| out.write_all(b"third")).unwrap_err().to_string();
+        assert!(error.contains("write-protected"), "{error}");
+        assert_eq!(fs::read(&path).unwrap(), b"second");
     }
 }

@@ -424,6 +424,20 @@ fn byte_order_mark() {
 }
 
 #[test]
+fn units_that_are_none() {
+    for (units, hint) in
+        [("parnsips", "nm, um, mm"), ("Mm", "did you mean 'mm'"), ("inch", "did you mean 'in'")]
+    {
+        let shown = refused(&format!("{{\"shotline\": 1, \"units\": \"{units}\"}}"));
+        assert!(shown.contains("1:26: ") && shown.contains(units) && shown.contains(hint), "{shown}");
+    }
+    for units in ["nm", "um", "mm", "cm", "m", "km", "in", "ft", "none"] {
+        let document = parse_scene(&format!("{{\"shotline\": 1, \"units\": \"{units}\"}}"), None).unwrap();
+        assert_eq!(document.scene.units.map_or("none", |units| units.name()), units);
+    }
+}
+
+#[test]
 fn lone_surrogates() {
     for text in [r"\ud800", r"\udc00", r"\ud800\ud800", r"\ud800x", r"\u12"] {
         let shown = refused(&format!("{{\"shotline\": 1, \"units\": \"{text}\"}}"));

@@ -150,6 +150,6 @@ fn headers_that_promise_too_much_are_refused_at_once() {
     assert!(long.contains("byte 168: a list of 4294967295 is longer than the rest of the file"), "{long}");
     let mut stl = vec![0; 84];
     stl[80..].fill(0xFF);
-    assert!(file("stl", &stl).contains("promises 4294967295 triangles"));
+    assert!(file("stl", &stl).contains("says 4294967295 triangles"));
     assert!(MEMORY.peak_usage_as_mb() < MOST_MIB);
 }

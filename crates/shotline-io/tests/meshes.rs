@@ -3,12 +3,12 @@
 use shotline::math::{Affine, Vec3};
 use shotline::scene::{Node, Scene};
 use shotline::solid::mesh::TriangleMesh;
-use shotline_io::{load, read_mesh, save, write_scene};
+use shotline_io::{Spot, load, read_mesh, save, write_scene};
 
 fn tetrahedron() -> TriangleMesh {
     let vertices =
         vec![Vec3::new(0.1, -0.0, 1e-300), Vec3::new(1.0, 0.0, 0.0), Vec3::Y, Vec3::new(0.0, 1e300, 0.3)];
-    TriangleMesh { vertices, faces: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]] }
+    TriangleMesh::new(vertices, vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
 }
 
 fn scene_of(mesh: TriangleMesh) -> Scene {
@@ -134,17 +134,19 @@ fn wrong_meshes_are_refused_with_the_place() {
     let obj = refusal("a.obj", "v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n");
     assert_eq!(
         obj,
-        "a.obj:2:7: nan is not finite\n    v 1 0 nan\n          ^^^\nhelp: mend this line, or export the mesh again"
+        "a.obj:2:7: this vertex has a coordinate that is NaN or infinite, and faces use it\n    v 1 0 nan\n          ^^^\n\
+         help: mend this line, or export the mesh again"
     );
     let obj = refusal("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n");
-    assert!(obj.starts_with("a.obj:4:1: face 0 names vertex 8, but there are 3"), "{obj}");
+    assert!(obj.starts_with("a.obj:4:1: there is no vertex 9; the file has 3, counted from 1"), "{obj}");
     assert!(refusal("a.obj", "v 0 0 0\nf 0 1 1\n").contains("a.obj:2:3: vertices count from 1"));
     assert!(refusal("a.obj", "v 0 0 0\nf 1 1 -2\n").contains("counts back further"));
     assert!(refusal("a.obj", "v 0 0 0\n").contains("has no faces"));
     let head = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
                 element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n";
     assert!(
-        refusal("a.ply", &format!("{head}0 inf 0\n3 0 1 2\n")).contains("a.ply:12:1: vertex 2 has a coord")
+        refusal("a.ply", &format!("{head}0 inf 0\n3 0 1 2\n"))
+            .contains("a.ply:12:1: this vertex has a coord")
     );
     assert!(
         refusal("a.ply", &format!("{head}0 1 0\n3 0 1 3\n"))
@@ -152,12 +154,11 @@ fn wrong_meshes_are_refused_with_the_place() {
     );
     assert!(refusal("a.ply", &format!("{head}0 1 0\n3 0 1 -1\n")).contains("names vertex -1"));
     assert!(refusal("a.ply", &format!("{head}0 1\n3 0 1 2\n")).contains("12:1: numbers are missing"));
-    assert!(refusal("a.ply", &format!("{head}0 1 0 7\n3 0 1 2\n")).contains("12:7: more numbers"));
-    assert!(refusal("a.ply", &format!("{head}0 1 0\n2 0 1\n")).contains("has only 2 corners"));
+    assert!(refusal("a.ply", &format!("{head}0 1 0\n2 0 1\n")).contains("has no faces"));
     assert!(refusal("a.ply", &format!("{head}0 1 0\n")).contains("ends before its last row"));
     let stl =
         "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\nendfacet\nendsolid\n";
-    assert!(refusal("a.stl", stl).contains("a.stl:7:1: triangle 0 has 2 corners"));
+    assert!(refusal("a.stl", stl).contains("a.stl:7:1: this facet has 2 corners; it needs three"));
     assert!(refusal("a.stl", &stl[..38]).contains("byte 38: the file ends within a facet"));
     assert!(refusal("a.txt", "hello").contains("is of no known format"));
     assert!(refusal("a.json", "\u{FEFF}").contains("a value is missing"));
@@ -169,7 +170,9 @@ fn polygons_are_cut_and_counted() {
     let path = folder.path().join("a.obj");
     std::fs::write(&path, "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1/1 2/2/2 3//3 4\nf -4 -3 -2\n").unwrap();
     let document = load(&path).unwrap();
-    assert!(document.notes[0].ends_with("a.obj: 1 polygon was cut into triangles"));
+    let note = &document.notes[0];
+    assert!(note.to_string().ends_with("a.obj: 1 polygon was cut into triangles, on line 5"), "{note}");
+    assert_eq!((note.kind, note.count, note.first), ("polygons_cut", 1, Some(Spot::Line(5))));
     assert_eq!(read_mesh(&path).unwrap().faces, [[0, 1, 2], [0, 2, 3], [0, 1, 2]]);
 }
 

@@ -14,7 +14,7 @@ use shotline_io::pack;
 fn tetrahedron(size: f64) -> Arc<TriangleMesh> {
     let at = |x: f64, y: f64, z: f64| [x, y, z].map(|c| c * size).into();
     let vertices = vec![at(0.0, 0.0, 0.0), at(1.0, 0.0, 0.0), at(0.0, 1.0, 0.0), at(0.0, 0.0, 1.0)];
-    Arc::new(TriangleMesh { vertices, faces: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]] })
+    Arc::new(TriangleMesh::new(vertices, vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]))
 }
 
 fn answers(scene: &Scene, rays: &[Ray]) -> String {

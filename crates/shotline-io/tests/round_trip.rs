@@ -6,6 +6,7 @@ use shotline::accel::NAMES;
 use shotline::math::{Affine, Vec3};
 use shotline::scene::{
     Camera, Lens, Light, LightSource, LocalTransform, Material, Motion, Node, NodeId, Op, Rotation, Scene,
+    Units,
 };
 use shotline::solid::{KINDS, ParamType, Params, Value};
 use shotline::testkit::random::Random;
@@ -67,7 +68,7 @@ fn leaf(random: &mut Random) -> Node {
 
 /// A scene whose nodes name earlier ones, so that many are shared; some of them have names.
 fn random_scene(random: &mut Random) -> Scene {
-    let mut scene = Scene { units: maybe(random, |_| "\"mm\" \\ \u{1}é😀".into()), ..Scene::default() };
+    let mut scene = Scene { units: maybe(random, |r| Units::ALL[r.below(8)].1), ..Scene::default() };
     scene.materials = (0..random.below(3)).map(|i| (format!("m{i}"), material(random))).collect();
     let mut shapes = vec![scene.add(leaf(random))];
     let mut members = shapes.clone();

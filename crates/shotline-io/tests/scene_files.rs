@@ -4,7 +4,7 @@ use std::path::Path;
 
 use shotline::compile::{Options, compile};
 use shotline::math::Vec3;
-use shotline::scene::{Lens, LightSource, LocalTransform, Node, NodeId, Rotation};
+use shotline::scene::{Lens, LightSource, LocalTransform, Node, NodeId, Rotation, Units};
 use shotline_io::{Document, Place, load, parse_scene};
 
 fn read(text: &str) -> Document {
@@ -52,7 +52,7 @@ fn every_section_is_read() {
              "lights": [ { "direction": [0, 0, -1], "color": [1, 1, 0] }, { "ambient": true, "intensity": 0.1 } ] }"#,
     );
     let scene = document.scene;
-    assert_eq!(scene.units.as_deref(), Some("mm"));
+    assert_eq!(scene.units, Some(Units::Millimetres));
     assert_eq!(scene.materials[0].1.density, Some(7.8));
     let camera = scene.camera.unwrap();
     assert_eq!((camera.up, camera.lens), (Vec3::Y, Lens::Orthographic { height: 3.0 }));

@@ -45,7 +45,7 @@ pub enum AnimationError<E> {
 
 /// Renders the frames of a scene and gives each to `take`. The scene's [motions](shotline::scene::Motion) say how
 /// its objects move. A scene without a camera is framed as it is in the first
-/// frame, and of that size the look `thickness` takes its scale.
+/// frame, and of that size the look `xray` takes its scale.
 ///
 /// # Errors
 /// [`AnimationError`].
@@ -65,8 +65,7 @@ pub fn animate<E>(
     let moving = Moving { frames, nodes: scene.set_in_motion() };
     let mut live = Live::new(scene, options).map_err(AnimationError::Scene)?;
     let mut kept = Kept::default();
-    // What a pixel costs depends on the shape of accelerators, and so on all that moves.
-    if settings.coherence.frames && orbit == 0.0 && settings.look.name != "cost" {
+    if settings.coherence.frames && orbit == 0.0 && settings.look.local {
         kept.swept = Some(moving.swept(&mut live).map_err(|e| AnimationError::Scene(vec![e]))?);
     }
     moving.set(&mut live, 0).map_err(|e| AnimationError::Scene(vec![e]))?;

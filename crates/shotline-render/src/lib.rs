@@ -14,6 +14,7 @@ pub mod error;
 mod film;
 mod finish;
 pub mod framing;
+mod heat;
 pub mod image;
 mod lettering;
 pub mod light;

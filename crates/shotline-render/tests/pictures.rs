@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use shotline::compile::{Options, World, compile};
 use shotline::math::Vec3;
 use shotline::query::batch::Run;
-use shotline::scene::{Camera, Lens, Light, LightSource, Material, Motion, Node, Rotation, Scene};
+use shotline::scene::{Camera, Lens, Light, LightSource, Material, Motion, Node, Rotation, Scene, Units};
 use shotline::solid::Value;
 use shotline_render::{Animation, Backdrop, Coherence, Image, RenderError, Settings, animate, look, render};
 
@@ -67,9 +67,9 @@ fn a_sphere_throws_its_shadow() {
 }
 
 #[test]
-fn thickness_is_the_share_that_comes_through() {
+fn an_xray_is_the_share_that_comes_through() {
     let scene = sphere(Some(0.7));
-    let image = render(&world(&scene), &scene, &settings("thickness"), Run::default()).unwrap();
+    let image = render(&world(&scene), &scene, &settings("xray"), Run::default()).unwrap();
     for (column, row) in [(40, 40), (30, 45), (55, 52), (0, 0)] {
         let at = |pixel: u32| (f64::from(pixel) + 0.5 - 40.0) / 20.0;
         let distance = at(column).hypot(at(row));
@@ -77,6 +77,41 @@ fn thickness_is_the_share_that_comes_through() {
         let through = f64::from(image.pixel(column, row)[0]);
         assert!((through - (-0.7 * chord).exp()).abs() < 1e-6, "{through} at {column}, {row}");
     }
+}
+
+/// The look `thickness` shows lengths, whatever attenuates: the scale goes from 0 to the longest.
+#[test]
+fn thickness_is_the_length_of_the_path() {
+    let colours = |scene: &Scene, column: u32, row: u32| {
+        render(&world(scene), scene, &settings("thickness"), Run::default()).unwrap().pixel(column, row)
+    };
+    let scene = sphere(None);
+    let linear = |srgb: [f64; 3]| srgb.map(|x| shotline_render::color::decode(x) as f32);
+    assert_eq!(colours(&scene, 40, 40)[..3], linear([0.99, 1.0, 0.64]));
+    assert_eq!(colours(&scene, 0, 0)[..3], linear([0.0, 0.0, 0.02]));
+    // Half of the longest path, at a distance of sqrt(3) / 2, is between the third and the fourth colour.
+    let half = colours(&scene, 57, 40);
+    let between = linear([0.725, 0.235, 0.31]);
+    assert!(half[..3].iter().zip(between).all(|(a, b)| (a - b).abs() < 0.06), "{half:?}");
+    assert_eq!(colours(&sphere(Some(9.0)), 57, 40), half);
+}
+
+#[test]
+fn the_legend_of_thickness_names_the_units() {
+    let picture = |units: Option<Units>| {
+        let scene = Scene { units, ..sphere(None) };
+        let settings = Settings { width: 300, height: 80, ..settings("thickness") };
+        render(&world(&scene), &scene, &settings, Run::default()).unwrap()
+    };
+    // The text stands above the bar: "thickness: 0 to 2" and then the unit.
+    let ink = |image: &Image, letters: std::ops::Range<u32>| {
+        let columns = 8 * (1 + letters.start)..8 * (1 + letters.end);
+        let places = columns.flat_map(|x| (52..60).map(move |y| (x, y)));
+        places.filter(|&(x, y)| image.pixel(x, y)[..3] == [1.0; 3]).count()
+    };
+    let [bare, cm, mm] = [None, Some(Units::Centimetres), Some(Units::Millimetres)].map(picture);
+    assert!(ink(&bare, 0..17) > 50 && ink(&bare, 17..20) == 0);
+    assert!(ink(&cm, 17..20) > 10 && ink(&cm, 0..17) == ink(&bare, 0..17) && cm != mm);
 }
 
 #[test]
@@ -102,7 +137,7 @@ fn depth_is_brightest_in_front() {
 
 #[test]
 fn threads_leave_no_trace() {
-    for name in ["lit", "depth", "thickness"] {
+    for name in ["lit", "depth", "thickness", "xray"] {
         let mut scene = sphere(None);
         scene.camera = None;
         let world = world(&scene);
@@ -234,7 +269,7 @@ fn frames_are_what_they_would_be_alone() {
         .unwrap();
         (images, work.into_inner().unwrap().boxes)
     };
-    for name in ["lit", "normal", "depth", "thickness", "cost"] {
+    for name in ["lit", "normal", "depth", "thickness", "xray", "cost"] {
         let (images, boxes) = movie(name, true, 0.0);
         let (anew, all_boxes) = movie(name, false, 0.0);
         assert_eq!(images.len(), FRAMES as usize);

@@ -176,6 +176,11 @@ impl BoxRay {
         self.span
     }
 
+    /// The same line with another span.
+    pub fn over(&self, span: Span) -> BoxRay {
+        BoxRay { span, ..*self }
+    }
+
     /// How the line passes the planes across an axis.
     #[inline]
     pub fn slope(&self, axis: usize) -> Slope {

@@ -16,12 +16,26 @@ pub struct Crossing {
     pub surface: u32,
     /// The triangle of a mesh, else [`NO_PRIMITIVE`].
     pub primitive: u32,
+    /// The crossing is one event with others within this many times its bound: [`GROUPING`], or less where the
+    /// sign of the surface is certain nearer to `t` than that. A root near infinity has a bound as large as its own
+    /// distance, and must not reach back to where the line certainly is inside or outside.
+    pub reach: f32,
 }
 
 impl Crossing {
     /// A crossing with a surface that has no triangles.
     pub fn new(t: f64, t_err: f64, entering: bool, surface: u32) -> Crossing {
-        Crossing { t, t_err, entering, surface, primitive: NO_PRIMITIVE }
+        Crossing { t, t_err, entering, surface, primitive: NO_PRIMITIVE, reach: GROUPING as f32 }
+    }
+
+    /// The lower end of the interval in which the crossing is one event with others.
+    pub fn low(&self) -> f64 {
+        self.t - f64::from(self.reach) * self.t_err
+    }
+
+    /// The upper end of that interval.
+    pub fn high(&self) -> f64 {
+        self.t + f64::from(self.reach) * self.t_err
     }
 }
 
@@ -30,7 +44,19 @@ pub const GROUPING: f64 = 8.0;
 
 /// Whether two crossings, the first not after the second, are one event.
 pub fn together(a: &Crossing, b: &Crossing) -> bool {
-    b.t == a.t || b.t - GROUPING * b.t_err <= a.t + GROUPING * a.t_err
+    b.t == a.t || b.low() <= a.high()
+}
+
+/// A stretch on which a line runs within the surface of a solid, as exactly as rounding can tell: on one side of
+/// it is the interior, on the other is not.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// Where the stretch begins: the crossing of a surface that bounds it.
+    pub enter: Crossing,
+    /// Where it ends.
+    pub exit: Crossing,
+    /// The surfaces in which the line lies, as a set of bits: bit 2 for surface 2. More than one along an edge.
+    pub surfaces: u32,
 }
 
 /// Whether a list is what a solid may answer: ascending, alternating from an entry, and even.

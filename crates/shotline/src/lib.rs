@@ -53,6 +53,7 @@
 //!   over all cores.
 //! - [`solid`] has the solids, [`accel`] the accelerators: one file and one line to add one.
 //! - [`measure`] tells volume, mass, centroid and inertia of objects.
+//! - [`region`] bounds what planes and quadrics enclose together.
 //! - [`trace`] tells what a ray did, step by step.
 //! - [`csg`] has Roth's table and the programs and the sweep that replace it for many operands.
 //! - [`math`] and [`roots`] have planes as row vectors, affine maps and polynomial roots.
@@ -61,7 +62,8 @@
 //!
 //! - Whether a ray within its own rounding of a tangent, an edge, a rim or an apex touches or crosses. What is
 //!   promised is that the list is even and alternates either way.
-//! - What a ray that lies in a face sees of that face.
+//! - What a ray that lies in a face of a mesh sees of that face. (In a face of another solid it is not inside; in one
+//!   that two operands of a union share it is.)
 //! - Crossings at distances at which f64 cannot tell the solid from a point.
 #![deny(missing_docs)]
 
@@ -75,6 +77,7 @@ pub mod math;
 pub mod measure;
 pub mod query;
 pub mod ray;
+pub mod region;
 pub mod roots;
 pub mod scene;
 pub mod solid;

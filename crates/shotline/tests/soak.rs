@@ -8,6 +8,8 @@
 mod exact;
 #[path = "soak/mesh.rs"]
 mod mesh;
+#[path = "soak/thin.rs"]
+mod thin;
 #[path = "soak/torus.rs"]
 mod torus;
 
@@ -103,4 +105,10 @@ fn tori() {
 fn mesh_edges_and_vertices() {
     let meshes = mesh::Meshes::new();
     soak("mesh edges and vertices", 30_000, |random, rays, tally| meshes.run(random, rays, tally));
+}
+
+#[test]
+fn thin_meshes_and_spans() {
+    let meshes = thin::Meshes::new();
+    soak("thin meshes and spans", 10_000, |random, rays, tally| meshes.run(random, rays, tally));
 }

@@ -7,7 +7,7 @@ use std::time::Instant;
 use clap::Args;
 use serde_json::json;
 use shotline::compile::World;
-use shotline::query::batch::{self, BatchError, Run};
+use shotline::query::batch::{self, BatchError, By, Run};
 use shotline::query::{Overlaps, Scope};
 use shotline::ray::{Ray, Span};
 
@@ -22,8 +22,8 @@ use crate::{input, interrupt, output};
 ///
 /// Casts the same rays again and again and tells the median, the best and the spread, from the fastest to the
 /// slowest in parts of the median: differences smaller than that say nothing. A first cast, which is not counted,
-/// warms the caches. Answers are gathered in memory as `cast` does, and not written. `segments` resolves overlaps
-/// by priority.
+/// warms the caches. Answers are gathered in memory as `cast` does, and not written. `segments` and
+/// `thickness` resolve overlaps by priority.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Command {
@@ -73,7 +73,7 @@ impl Command {
         interrupt::catch();
         let scope = self.query.scope(Span::FORWARD, self.surfaces_only)?;
         let begin = Instant::now();
-        let document = input::load(&self.model)?;
+        let document = input::load_with_remarks(&self.model, self.quiet)?;
         let load = begin.elapsed().as_secs_f64();
         let begin = Instant::now();
         let world = input::compile(&document, &self.build)?;
@@ -128,6 +128,9 @@ impl Command {
             Query::Count => batch::count(world, rays, scope, run).map(drop),
             Query::Crossings => batch::crossings(world, rays, scope, run).map(drop),
             Query::Segments => batch::segments(world, rays, scope.span, Overlaps::Priority, run).map(drop),
+            Query::Thickness => {
+                batch::thickness(world, rays, scope.span, By::Material, Overlaps::Priority, run).map(drop)
+            }
         }
     }
 

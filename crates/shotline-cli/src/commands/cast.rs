@@ -1,6 +1,6 @@
 //! `shotline cast`: many rays, arrays in and arrays out.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -13,12 +13,12 @@ use shotline::query::Scope;
 use shotline::query::batch::{self, BatchError, Run};
 use shotline::scene::Scene;
 
-use crate::args::{Build, Model, SpanOfT, SurfacesOnly, Threads};
+use crate::args::{Build, Model, SpanOfT, SurfacesOnly, Threads, parse_size};
 use crate::columns::Columns;
 use crate::failure::Failure;
 use crate::number::counted;
 use crate::progress::{self, Quiet};
-use crate::query::{OverlapPolicy, Query, help};
+use crate::query::{OverlapPolicy, Query, ThicknessBy, help};
 use crate::rays::{OnInvalid, Rays};
 use crate::{input, interrupt, output};
 
@@ -26,6 +26,7 @@ use crate::{input, interrupt, output};
 ///
 /// Reads rays from a .npy file of shape (N, 6), float64: the origin, then the
 /// direction, of any length but zero. t counts lengths of the direction.
+/// With --camera the rays are those of a picture.
 /// Writes the answers as named arrays to an .npz file:
 ///
 ///   closest    t, t_err, normal, object, surface, primitive, path, entering:
@@ -38,6 +39,9 @@ use crate::{input, interrupt, output};
 ///              1 start (the ray begins inside), 2 end (it ends inside)
 ///   segments   ray_splits, t_in, t_out, length, material, object, path:
 ///              a row a stretch inside an object
+///   thickness  thickness: float64 (N, columns), a row a ray: its length in each
+///              of material_names and, last, in objects without a material;
+///              with --by object its length in each of object_names
 ///
 /// object, material and path are indices into the text arrays object_names,
 /// material_names and path_names. The same bits come out for every accelerator
@@ -47,16 +51,22 @@ use crate::{input, interrupt, output};
 pub struct Command {
     #[command(flatten)]
     model: Model,
-    /// The rays, as .npy
-    #[arg(long, value_name = "FILE.npy")]
-    rays: PathBuf,
+    /// The rays, as .npy; - for standard input
+    #[arg(long, value_name = "FILE.npy", required_unless_present = "camera")]
+    rays: Option<PathBuf>,
+    /// Cast the rays through the middles of so many pixels of the scene's camera instead, row by row from the top
+    #[arg(long, value_name = "WxH", value_parser = parse_size, conflicts_with = "rays")]
+    camera: Option<(u32, u32)>,
     /// What is asked of each ray
     #[arg(long, value_enum)]
     query: Query,
-    /// The answers, as .npz
+    /// The answers, as .npz; - for standard output
     #[arg(short, long, value_name = "FILE.npz")]
     output: PathBuf,
-    /// What `segments` does where objects of equal priority overlap
+    /// What `thickness` has columns for: material, if not given
+    #[arg(long, value_enum)]
+    by: Option<ThicknessBy>,
+    /// What `segments` and `thickness` do where objects of equal priority overlap
     #[arg(long, value_name = "POLICY", value_enum, default_value_t = OverlapPolicy::Error)]
     overlaps: OverlapPolicy,
     /// What to do with a row that is not a ray: NaN, infinite, or without direction
@@ -83,6 +93,7 @@ pub struct Command {
 const EXAMPLES: &str = "\
 Examples:
   shotline cast engine.json --rays rays.npy --query crossings -o crossings.npz
+  shotline cast engine.json --camera 640x480 --query segments -o - | python look.py
   shotline cast bunny.ply --rays rays.npy --query closest -o closest.npz --accel bvh --stats";
 
 /// What was met on the way.
@@ -103,14 +114,28 @@ impl Command {
     pub fn run(&self) -> Result<u8, Failure> {
         interrupt::catch();
         let scope = self.query.scope(self.span.span()?, self.surfaces_only)?;
-        let rays = input::rays(&self.rays, self.on_invalid)?;
-        output::expect_writable(&self.output)?;
+        if self.by.is_some() && self.query != Query::Thickness {
+            let why = format!("--by is for --query thickness, not for {}", self.query.name());
+            return Err(Failure::new(why));
+        }
+        let inputs: Vec<PathBuf> = self.rays.iter().chain([&self.model.path]).cloned().collect();
+        self.rays.iter().try_for_each(|rays| input::expect_one_stream(&self.model, rays))?;
+        output::expect_writable(&self.output, output::ARRAYS, &inputs)?;
+        let rays = self.rays.as_ref().map(|path| input::rays(path, self.on_invalid)).transpose()?;
         let begin = Instant::now();
-        let document = input::load(&self.model)?;
+        let document = input::load_with_remarks(&self.model, self.quiet)?;
+        output::expect_apart(&self.output, &input::named_files(&self.model, &document.scene))?;
         let load = begin.elapsed().as_secs_f64();
         let begin = Instant::now();
         let world = input::compile(&document, &self.build)?;
         let build = begin.elapsed().as_secs_f64();
+        let rays = match (rays, self.camera) {
+            (Some(rays), _) => rays,
+            (None, size) => {
+                let size = size.unwrap_or(input::PICTURE);
+                Rays::all(input::rays_of_pixels(&self.model, &document, &world, size)?)
+            }
+        };
         let work = Mutex::new(Work::default());
         let (overlaps, cast) = interrupt::listening(|cancel| {
             let begin = Instant::now();
@@ -123,7 +148,8 @@ impl Command {
         self.remarks(&rays, overlaps, repaired);
         if self.stats {
             let counts = Counts { overlaps, repaired };
-            output::print(&self.stats(&document.scene, &world, &rays, counts, &Times { load, build, cast }))?;
+            let stats = self.stats(&document.scene, &world, &rays, counts, &Times { load, build, cast });
+            output::print_beside(&self.output, &stats)?;
         }
         Ok(0)
     }
@@ -165,9 +191,22 @@ impl Command {
                     (Columns::segments(rows, rays), overlaps)
                 })
             }
+            Query::Thickness => {
+                let by = self.by.unwrap_or(ThicknessBy::Material).into();
+                let policy = self.overlaps.into();
+                batch::thickness(world, valid, scope.span, by, policy, run).map(|found| {
+                    let overlaps = found.overlaps;
+                    (Columns::thickness(found, rays), overlaps)
+                })
+            }
         };
         bar.finish_and_clear();
         answer.map_err(|error| self.failure(error, rays))
+    }
+
+    /// Where the rays come from.
+    fn source(&self) -> &Path {
+        self.rays.as_deref().unwrap_or(&self.model.path)
     }
 
     fn failure(&self, error: BatchError, rays: &Rays) -> Failure {
@@ -175,19 +214,19 @@ impl Command {
             BatchError::Cancelled => return Failure::Interrupted,
             error @ BatchError::OutOfMemory => {
                 let help = "cast fewer rays at a time, or ask for closest or count";
-                return Failure::of_file(&self.rays, format!("{error}\nhelp: {help}"));
+                return Failure::of_file(self.source(), format!("{error}\nhelp: {help}"));
             }
             error @ BatchError::TooMany { .. } => {
                 let help = "cast fewer rays at a time, ask for closest or count, or raise --max-crossings";
-                return Failure::of_file(&self.rays, format!("{error}\nhelp: {help}"));
+                return Failure::of_file(self.source(), format!("{error}\nhelp: {help}"));
             }
             // Rays that were read are rays: other rows were told of or set aside.
             error @ (BatchError::Ray { .. } | BatchError::Point { .. }) => {
-                return Failure::of_file(&self.rays, error);
+                return Failure::of_file(self.source(), error);
             }
             BatchError::World(error) => (String::new(), error),
             BatchError::Query { row, error } => {
-                (format!("row {} of {}: ", rays.row(row), self.rays.display()), error)
+                (format!("row {} of {}: ", rays.row(row), self.source().display()), error)
             }
         };
         let help = help(&error);

@@ -16,6 +16,7 @@ use crate::args::Model;
 use crate::failure::Failure;
 use crate::input::PICTURE;
 use crate::number::{bytes, short};
+use crate::progress::Quiet;
 use crate::table::{Align, Table};
 use crate::{input, interrupt, output};
 
@@ -67,17 +68,23 @@ impl Command {
     /// Runs the command.
     pub fn run(&self) -> Result<u8, Failure> {
         interrupt::catch();
-        self.output.iter().try_for_each(|path| output::expect_writable(path))?;
-        let document = input::load(&self.model)?;
+        let inputs: Vec<PathBuf> = self.rays.iter().chain([&self.model.path]).cloned().collect();
+        self.rays.iter().try_for_each(|rays| input::expect_one_stream(&self.model, rays))?;
+        self.output.iter().try_for_each(|path| output::expect_writable(path, output::PICTURE, &inputs))?;
+        let document = input::load_with_remarks(&self.model, Quiet { quiet: false })?;
         let rays = self.rays(&document)?;
         let entries: Vec<Entry> =
             NAMES.iter().map(|name| entry(name, &document, &rays)).collect::<Result<_, _>>()?;
         for other in &entries[1..] {
             agree(&entries[0], other)?;
         }
-        output::print(&table(&entries).text())?;
-        if let Some(path) = &self.output {
-            output::write(path, &encode_png(&self.sheet(&document, &entries)?))?;
+        let text = table(&entries).text();
+        match &self.output {
+            None => output::print(&text)?,
+            Some(path) => {
+                output::print_beside(path, &text)?;
+                output::write(path, &encode_png(&self.sheet(&document, &entries)?))?;
+            }
         }
         Ok(0)
     }

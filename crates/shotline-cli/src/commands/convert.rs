@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use shotline_io::{WriteError, save};
+use shotline::scene::{Node, Scene};
+use shotline_io::{WriteError, save, write_scene};
 
 use crate::args::Model;
 use crate::failure::Failure;
@@ -39,15 +40,29 @@ impl Command {
     /// Runs the command.
     pub fn run(&self) -> Result<u8, Failure> {
         interrupt::catch();
-        output::expect_writable(&self.output)?;
+        output::expect_writable(&self.output, &[], &[self.model.path.clone()])?;
         let document = input::load(&self.model)?;
-        let notes =
-            interrupt::listening(|_| save(&self.output, &document.scene).map_err(|e| self.failure(&e)))?;
+        output::expect_apart(&self.output, &input::named_files(&self.model, &document.scene))?;
+        let notes = interrupt::listening(|_| self.save(&document.scene))?;
         let comments = has_comments(document.source.text()).then(|| "comments are lost".into());
-        for note in document.notes.iter().chain(&notes).chain(&comments) {
-            progress::remark(note, self.quiet);
+        let read = document.notes.iter().map(ToString::to_string);
+        for note in read.chain(notes).chain(comments) {
+            progress::remark(&note, self.quiet);
         }
         Ok(0)
+    }
+
+    /// Writes the scene and answers what a user may want to know. Standard output takes a scene as text.
+    fn save(&self, scene: &Scene) -> Result<Vec<String>, Failure> {
+        if !input::is_stream(&self.output) {
+            return save(&self.output, scene).map_err(|e| self.failure(&e));
+        }
+        if scene.nodes.iter().any(|node| matches!(node, Node::Mesh { .. })) {
+            let why = "standard output takes a scene, and the meshes of this one are files beside it";
+            return Err(Failure::new(format!("{why}\nhelp: name a file to write to")));
+        }
+        output::write(&self.output, write_scene(scene).map_err(|e| self.failure(&e))?.as_bytes())?;
+        Ok(Vec::new())
     }
 
     fn failure(&self, error: &WriteError) -> Failure {

@@ -8,7 +8,7 @@ use shotline::aabb::Aabb;
 use shotline::compile::World;
 use shotline::measure::{self, Estimate, Measure, MeasureError, Method, Settings};
 use shotline::query::batch::Run;
-use shotline::scene::Scene;
+use shotline::scene::{Scene, Units};
 
 use crate::args::{Build, Model, Threads};
 use crate::failure::Failure;
@@ -23,10 +23,13 @@ use crate::{input, interrupt, output};
 /// Exact, but for rounding, where there is a closed form: single solids, closed meshes, and groups of them whose
 /// boxes do not overlap, however placed. All others are measured by rays, and told with their standard errors: about
 /// two thirds of all values are off by less than theirs, and one in a hundred by more than three times as much. What no
-/// ray meets is not seen; more rays see more.
+/// ray meets is not seen; more rays see more. Polytopes, intersections of half-spaces and boxes, are exact too.
 ///
-/// The inertia tensor (--json) is about the centroid, along the axes of the world, and of density 1. Mass is volume times
-/// the density of the material, where the scene tells one. The same bits come out for every accelerator and number of
+/// An object that has no end is told as unbounded, and the others are measured. If none of them has one, that is an error.
+///
+/// The inertia tensor (--json) is about the centroid, along the axes of the world, and of density 1. Mass is in
+/// grams, by the density of the material in g/cm^3, where it has one; in a scene without units it is volume times
+/// density, in whatever units these are. The same bits come out for every accelerator and number of
 /// threads.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
@@ -78,7 +81,7 @@ impl Command {
     /// Runs the command.
     pub fn run(&self) -> Result<u8, Failure> {
         interrupt::catch();
-        let document = input::load(&self.model)?;
+        let document = input::load_with_remarks(&self.model, self.quiet)?;
         let world = input::compile(&document, &self.build)?;
         let settings = Settings {
             rays: self.rays,
@@ -92,9 +95,26 @@ impl Command {
         };
         let measures =
             interrupt::listening(|cancel| self.measure(&world, &document.scene, &settings, cancel))?;
+        self.expect_an_end(&world, &measures)?;
         let report = Report { world: &world, scene: &document.scene, settings: &settings, measures };
         output::print(&if self.json { format!("{:#}\n", report.to_json()) } else { report.to_text() })?;
         Ok(0)
+    }
+
+    /// Refuses an answer that would tell nothing.
+    fn expect_an_end(&self, world: &World, measures: &[Measure]) -> Result<(), Failure> {
+        let Some(first) = measures.first().filter(|_| measures.iter().all(Measure::is_unbounded)) else {
+            return Ok(());
+        };
+        let Aabb { min, max } = first.bounds;
+        let why = format!(
+            "object '{}' has no finite bounds: its box reaches from {} to {}\n\
+             help: intersect it with a box around what is meant, or choose others with --object",
+            world.object_names()[first.object as usize],
+            short_vector(min),
+            short_vector(max)
+        );
+        Err(Failure::of_file(&self.model.path, why))
     }
 
     /// The numbers of the objects that are named; `None` for all.
@@ -137,15 +157,15 @@ impl Command {
         let help = match error {
             MeasureError::Cancelled => return Failure::Interrupted,
             MeasureError::Query(error) => help(error),
-            MeasureError::Unbounded { .. } => {
-                "intersect it with a box around what is meant, or choose others with --object"
-            }
             MeasureError::TooMany { .. } => "choose fewer --rays, or measure what is placed by itself",
             MeasureError::TooNested { .. } | MeasureError::NoObject { .. } => "choose fewer with --object",
         };
         Failure::of_file(&self.model.path, format!("{error}\nhelp: {help}"))
     }
 }
+
+/// The unit of masses, in scenes with a unit of length.
+const GRAMS: &str = "g";
 
 /// What is told.
 struct Report<'a> {
@@ -158,12 +178,14 @@ struct Report<'a> {
 impl Report<'_> {
     fn to_json(&self) -> Value {
         json!({
-            "units": self.scene.units,
+            "units": self.scene.units.map(Units::name),
+            "mass_units": self.scene.units.map(|_| GRAMS),
             "seed": self.settings.seed,
             "rays": self.rays(),
             "objects": self.measures.iter().map(|m| json!({
                 "name": self.name(m),
                 "exact": m.exact,
+                "unbounded": m.is_unbounded(),
                 "rays": m.rays,
                 "volume": estimate(&m.volume),
                 "mass": m.mass.as_ref().map(estimate),
@@ -180,18 +202,21 @@ impl Report<'_> {
 
     fn to_text(&self) -> String {
         let column = |name: &str, unit: &str| {
-            let units = self.scene.units.as_ref().map_or_else(String::new, |units| format!(" {units}{unit}"));
+            let units = self.scene.units.map_or_else(String::new, |units| format!(" {units}{unit}"));
             (format!("{name}{units}"), Align::Left)
         };
         let has_mass = self.measures.iter().any(|m| m.mass.is_some());
         let mut columns = vec![("object".into(), Align::Left), column("volume", "^3")];
         if has_mass {
-            columns.push(("mass".into(), Align::Left));
+            let units = if self.scene.units.is_some() { GRAMS } else { "density x length^3" };
+            columns.push((format!("mass {units}"), Align::Left));
         }
         columns.extend([column("centroid", ""), column("bounds", ""), ("rays".into(), Align::Right)]);
         let mut table = Table::new(columns);
         for m in &self.measures {
-            let mut row = vec![self.name(m).to_string(), told(&m.volume)];
+            let told = |e: &Estimate| if m.is_unbounded() { "-".into() } else { told(e) };
+            let volume = if m.is_unbounded() { "unbounded".into() } else { told(&m.volume) };
+            let mut row = vec![self.name(m).to_string(), volume];
             if has_mass {
                 row.push(m.mass.as_ref().map_or_else(|| "-".into(), told));
             }
@@ -205,7 +230,13 @@ impl Report<'_> {
             } else {
                 format!("{} to {}", short_vector(min), short_vector(max))
             });
-            row.push(if m.exact { "exact".into() } else { grouped(m.rays as u64) });
+            row.push(if m.is_unbounded() {
+                "-".into()
+            } else if m.exact {
+                "exact".into()
+            } else {
+                grouped(m.rays as u64)
+            });
             table.row(row);
         }
         let rays = counted(self.rays(), "ray", "rays");

@@ -19,7 +19,7 @@ use shotline_render::{
     Settings, animate, encode_png,
 };
 
-use crate::args::{Build, Model, Threads};
+use crate::args::{Build, Model, Threads, parse_size};
 use crate::failure::Failure;
 use crate::progress::{self, Quiet};
 use crate::{input, interrupt, output};
@@ -33,7 +33,7 @@ use crate::{input, interrupt, output};
 pub struct Command {
     #[command(flatten)]
     model: Model,
-    /// The picture, as PNG
+    /// The picture, as PNG; - for standard output
     #[arg(short, long, value_name = "FILE.png")]
     output: PathBuf,
     /// Pixels across and down
@@ -81,7 +81,7 @@ pub struct Command {
 const EXAMPLES: &str = "\
 Examples:
   shotline render engine.json -o engine.png
-  shotline render bunny.ply -o bunny.png --size 1600x1200 --look thickness --background white
+  shotline render bunny.ply -o bunny.png --size 1600x1200 --look xray --background white
   shotline render engine.json -o soft.png --lighting soft --samples 64
   shotline render bunny.ply -o turning.png --frames 72";
 
@@ -128,8 +128,8 @@ impl Command {
     /// Runs the command.
     pub fn run(&self) -> Result<u8, Failure> {
         interrupt::catch();
-        output::expect_writable(&self.output)?;
-        let document = input::load(&self.model)?;
+        output::expect_writable(&self.output, output::PICTURE, &[self.model.path.clone()])?;
+        let document = input::load_with_remarks(&self.model, self.quiet)?;
         let work = Mutex::default();
         let started = Instant::now();
         interrupt::listening(|cancel| {
@@ -152,7 +152,8 @@ impl Command {
         })?;
         if self.stats {
             let work = work.into_inner().unwrap_or_default();
-            output::print(&self.report(&document.scene, work, started.elapsed().as_secs_f64()))?;
+            let report = self.report(&document.scene, work, started.elapsed().as_secs_f64());
+            output::print_beside(&self.output, &report)?;
         }
         Ok(0)
     }
@@ -225,24 +226,5 @@ impl Command {
             RenderError::Cancelled => Failure::Interrupted,
             error => Failure::of_file(&self.model.path, error),
         }
-    }
-}
-
-fn parse_size(text: &str) -> Result<(u32, u32), String> {
-    let parse = || {
-        let (width, height) = text.split_once(['x', 'X'])?;
-        Some((width.parse().ok()?, height.parse().ok()?))
-    };
-    parse().ok_or_else(|| "expected the width and the height in pixels, as in 800x600".into())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn sizes_are_read() {
-        assert_eq!(parse_size("64x48"), Ok((64, 48)));
-        assert!(parse_size("64").is_err() && parse_size("-1x4").is_err());
     }
 }

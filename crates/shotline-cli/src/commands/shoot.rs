@@ -8,6 +8,7 @@ use shotline::ray::Ray;
 use crate::args::{Build, Model, SpanOfT, SurfacesOnly};
 use crate::failure::Failure;
 use crate::number::parse_vector;
+use crate::progress::Quiet;
 use crate::shot::Shot;
 use crate::steps::{Query, Steps};
 use crate::{input, output};
@@ -82,14 +83,14 @@ impl Command {
     pub fn run(&self) -> Result<u8, Failure> {
         let ray = self.ray()?;
         let span = self.span.span()?;
-        let document = input::load(&self.model)?;
+        let document = input::load_with_remarks(&self.model, Quiet { quiet: false })?;
         let world = input::compile(&document, &self.build)?;
         let failure = |e| {
             let help = "report a part of it with --t-min and --t-max, or use `shotline cast`";
             Failure::of_file(&self.model.path, format!("{e}\nhelp: {help}"))
         };
         let kinds = self.surfaces_only.kinds();
-        let shot = Shot::new(&world, ray, span, kinds, document.scene.units.clone()).map_err(failure)?;
+        let shot = Shot::new(&world, ray, span, kinds, document.scene.units).map_err(failure)?;
         let steps =
             self.trace.map(|query| Steps::new(&world, &ray, Scope { span, kinds }, query, self.steps));
         let steps = steps.transpose().map_err(failure)?;

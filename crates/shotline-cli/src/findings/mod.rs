@@ -1,10 +1,11 @@
-//! What `check` has found: faults, which make a model not sound, and remarks, which do not.
+//! What `check` has found: faults, which make a model not sound, and remarks and notes of readers, which do not.
 
 mod mesh;
 mod scene;
 
 use serde_json::{Value, json};
 use shotline::math::Vec3;
+use shotline_io::{Effect, Note, Spot};
 
 use crate::number::json_vector;
 
@@ -16,9 +17,41 @@ pub struct Findings {
 
 #[derive(Debug)]
 enum Line {
-    /// What is looked at, or could not be.
+    /// What is looked at.
     Text(String),
+    /// What could not be looked at.
+    Unexamined(String),
     Finding(Finding),
+}
+
+/// What is said of a model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Everything was examined, and there is no fault.
+    Sound,
+    /// There is a fault.
+    NotSound,
+    /// No fault was found, but something could not be examined.
+    Unknown,
+}
+
+impl Verdict {
+    fn text(self) -> &'static str {
+        match self {
+            Verdict::Sound => "sound",
+            Verdict::NotSound => "not sound",
+            Verdict::Unknown => "no fault found, but not examined in full",
+        }
+    }
+
+    /// The exit code of `check`.
+    pub fn exit_code(self) -> u8 {
+        match self {
+            Verdict::Sound => 0,
+            Verdict::NotSound => 1,
+            Verdict::Unknown => 3,
+        }
+    }
 }
 
 /// One kind of defect in one part of a model.
@@ -38,6 +71,7 @@ struct Finding {
 enum Severity {
     Fault,
     Remark,
+    Note,
 }
 
 impl Severity {
@@ -45,6 +79,7 @@ impl Severity {
         match self {
             Severity::Fault => "fault",
             Severity::Remark => "remark",
+            Severity::Note => "note",
         }
     }
 }
@@ -56,12 +91,30 @@ struct Place {
     vertices: Vec<u32>,
     objects: Vec<String>,
     point: Option<Vec3>,
+    spot: Option<Spot>,
 }
 
 impl Findings {
     /// Adds a line for people.
     pub fn line(&mut self, text: impl Into<String>) {
         self.lines.push(Line::Text(text.into()));
+    }
+
+    /// Adds what could not be examined, and why.
+    pub fn unexamined(&mut self, what: impl Into<String>) {
+        self.lines.push(Line::Unexamined(what.into()));
+    }
+
+    /// Adds what a reader passed over, dropped or repaired.
+    pub fn add_note(&mut self, note: &Note) {
+        self.add(Finding {
+            severity: Severity::Note,
+            subject: note.file.clone().unwrap_or_else(|| "scene".into()),
+            kind: note.kind,
+            count: note.count,
+            text: note.to_string(),
+            first: Place { spot: note.first, ..Place::default() },
+        });
     }
 
     fn add(&mut self, finding: Finding) {
@@ -71,13 +124,26 @@ impl Findings {
     fn findings(&self) -> impl Iterator<Item = &Finding> {
         self.lines.iter().filter_map(|line| match line {
             Line::Finding(finding) => Some(finding),
-            Line::Text(_) => None,
+            Line::Text(_) | Line::Unexamined(_) => None,
         })
     }
 
-    /// Whether there is no fault.
-    pub fn are_sound(&self) -> bool {
-        self.findings().all(|f| f.severity != Severity::Fault)
+    fn all_unexamined(&self) -> impl Iterator<Item = &String> {
+        self.lines.iter().filter_map(|line| match line {
+            Line::Unexamined(what) => Some(what),
+            Line::Text(_) | Line::Finding(_) => None,
+        })
+    }
+
+    /// What all findings together say.
+    pub fn verdict(&self) -> Verdict {
+        if self.findings().any(|f| f.severity == Severity::Fault) {
+            Verdict::NotSound
+        } else if self.all_unexamined().next().is_some() {
+            Verdict::Unknown
+        } else {
+            Verdict::Sound
+        }
     }
 
     /// The report for people.
@@ -86,10 +152,15 @@ impl Findings {
         for line in &self.lines {
             out += &match line {
                 Line::Text(text) => format!("{text}\n"),
-                Line::Finding(finding) => format!("  {}: {}\n", finding.severity.name(), finding.text),
+                Line::Unexamined(what) => format!("  not examined: {what}\n"),
+                Line::Finding(finding) => {
+                    // Notes stand before the mesh to which they belong, the others below it.
+                    let indent = if finding.severity == Severity::Note { "" } else { "  " };
+                    format!("{indent}{}: {}\n", finding.severity.name(), finding.text)
+                }
             };
         }
-        out += &format!("{model}: {}\n", if self.are_sound() { "sound" } else { "not sound" });
+        out += &format!("{model}: {}\n", self.verdict().text());
         out
     }
 
@@ -97,7 +168,12 @@ impl Findings {
     pub fn to_json(&self, model: &str) -> Value {
         json!({
             "model": model,
-            "sound": self.are_sound(),
+            "sound": match self.verdict() {
+                Verdict::Sound => Value::Bool(true),
+                Verdict::NotSound => Value::Bool(false),
+                Verdict::Unknown => Value::Null,
+            },
+            "unexamined": self.all_unexamined().collect::<Vec<_>>(),
             "findings": self.findings().map(Finding::to_json).collect::<Vec<_>>(),
         })
     }
@@ -115,6 +191,35 @@ impl Finding {
             "vertices": self.first.vertices,
             "objects": self.first.objects,
             "point": self.first.point.map(json_vector),
+            "line": line(self.first.spot),
+            "byte": byte(self.first.spot),
+            "vertex": vertex(self.first.spot),
         })
     }
+}
+
+/// A note as JSON, as `info` prints it.
+pub fn note_to_json(note: &Note) -> Value {
+    json!({
+        "kind": note.kind,
+        "changed": note.effect == Effect::Changed,
+        "count": note.count,
+        "text": note.to_string(),
+        "file": note.file,
+        "line": line(note.first),
+        "byte": byte(note.first),
+        "vertex": vertex(note.first),
+    })
+}
+
+fn line(spot: Option<Spot>) -> Option<usize> {
+    spot.and_then(|spot| if let Spot::Line(line) = spot { Some(line) } else { None })
+}
+
+fn byte(spot: Option<Spot>) -> Option<usize> {
+    spot.and_then(|spot| if let Spot::Byte(byte) = spot { Some(byte) } else { None })
+}
+
+fn vertex(spot: Option<Spot>) -> Option<usize> {
+    spot.and_then(|spot| if let Spot::Vertex(vertex) = spot { Some(vertex) } else { None })
 }

@@ -18,11 +18,7 @@ impl Findings {
 
     /// Looks for objects that overlap and for faces that lie in each other.
     pub fn examine_world(&mut self, world: &World) {
-        let survey = match survey(world) {
-            Ok(Some(survey)) => survey,
-            Ok(None) => return self.line("not examined for overlaps: the model has no bounds"),
-            Err(error) => return self.line(format!("not examined for overlaps: {error}")),
-        };
+        let survey = survey(world);
         self.add_pairs(
             Severity::Fault,
             "overlap",
@@ -35,6 +31,9 @@ impl Findings {
             survey.coincidences,
             "objects with faces in one place:",
         );
+        for what in survey.unexamined {
+            self.unexamined(what);
+        }
     }
 
     fn add_pairs(&mut self, severity: Severity, kind: &'static str, pairs: Vec<Pair>, title: &str) {

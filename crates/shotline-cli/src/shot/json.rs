@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 use shotline::query::HitKind;
+use shotline::scene::Units;
 
 use super::{Row, Shot};
 use crate::number::{json as number, json_vector};
@@ -16,7 +17,7 @@ impl Shot {
                 "t_min": number(self.span.t_min()),
                 "t_max": number(self.span.t_max()),
             },
-            "units": self.units,
+            "units": self.units.map(Units::name),
             "crossings": self.crossings.iter().map(crossing).collect::<Vec<_>>(),
             "materials": self.totals.iter().map(|t| json!({
                 "material": t.material,
@@ -54,6 +55,7 @@ fn crossing(row: &Row) -> Value {
         "normal": row.obliquity.map(|_| json_vector(row.hit.normal)),
         "obliquity": row.obliquity.map(number),
         "primitive": row.hit.primitive,
+        "polygon": row.hit.polygon,
         "barycentric": row.hit.barycentric,
         "thickness": row.thickness.map(number),
     })

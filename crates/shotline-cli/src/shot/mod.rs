@@ -7,6 +7,7 @@ use shotline::compile::World;
 use shotline::math::{Vec3, length, unit};
 use shotline::query::{Caster, Hit, HitKind, Kinds, Limits, Overlaps, QueryError, Scope, Segment};
 use shotline::ray::{Ray, Span};
+use shotline::scene::Units;
 
 use crate::overlap::{self, Overlap};
 
@@ -15,7 +16,7 @@ use crate::overlap::{self, Overlap};
 pub struct Shot {
     ray: Ray,
     span: Span,
-    units: Option<String>,
+    units: Option<Units>,
     crossings: Vec<Row>,
     totals: Vec<Total>,
     overlaps: Vec<Overlap>,
@@ -62,7 +63,7 @@ impl Shot {
         ray: Ray,
         span: Span,
         kinds: Kinds,
-        units: Option<String>,
+        units: Option<Units>,
     ) -> Result<Shot, QueryError> {
         let mut caster = Caster::new(world);
         caster.limit(Limits { crossings: MOST, ..Limits::default() });

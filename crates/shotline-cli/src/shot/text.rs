@@ -22,7 +22,7 @@ impl Shot {
     }
 
     fn unit(&self) -> String {
-        self.units.as_ref().map_or_else(String::new, |u| format!(" {u}"))
+        self.units.map_or_else(String::new, |u| format!(" {u}"))
     }
 
     fn heading(&self) -> String {
@@ -40,7 +40,7 @@ impl Shot {
 
     fn table(&self) -> Table {
         let column = |name: &str, align| (name.to_string(), align);
-        let measure = |name: &str| match &self.units {
+        let measure = |name: &str| match self.units {
             Some(unit) => (format!("{name} [{unit}]"), Align::Right),
             None => (name.to_string(), Align::Right),
         };

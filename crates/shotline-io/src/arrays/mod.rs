@@ -7,5 +7,5 @@ mod npy;
 mod npz;
 mod rays;
 
-pub use npz::{Column, write_npz};
+pub use npz::{Column, fill_npz, write_npz};
 pub use rays::{InvalidRow, parse_rays, rays_of, read_rays};

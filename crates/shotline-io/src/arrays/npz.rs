@@ -41,14 +41,77 @@ pub enum Column<'a> {
 /// # Errors
 /// [`WriteError`] if the system refuses.
 pub fn write_npz(path: impl AsRef<Path>, columns: &[(&str, Column)]) -> Result<(), WriteError> {
-    write_whole(path.as_ref(), |out| {
-        let mut zip = ZipWriter::new(out);
-        for (name, column) in columns {
-            write_column(&mut zip, name, column)?;
+    write_whole(path.as_ref(), |out| fill_npz(out, columns))
+}
+
+/// Writes the bytes of an `.npz` file with columns under their names.
+///
+/// # Errors
+/// If `out` cannot be written.
+pub fn fill_npz(out: &mut (impl Write + Seek), columns: &[(&str, Column)]) -> io::Result<()> {
+    let mut zip = ZipWriter::new(Deferred::new(out));
+    for (name, column) in columns {
+        write_column(&mut zip, name, column)?;
+    }
+    match zip.finish()?.failure {
+        None => Ok(()),
+        Some(failure) => Err(failure),
+    }
+}
+
+/// Keeps the first failure for the end, and from then on only counts. A `ZipWriter` that meets one prints to stderr when
+/// it is dropped.
+struct Deferred<W> {
+    out: W,
+    failure: Option<io::Error>,
+    /// Where the next byte goes, and where the last one ends.
+    place: u64,
+    end: u64,
+}
+
+impl<W> Deferred<W> {
+    fn new(out: W) -> Deferred<W> {
+        Deferred { out, failure: None, place: 0, end: 0 }
+    }
+}
+
+impl<W: Write> Write for Deferred<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.failure.is_none()
+            && let Err(error) = self.out.write_all(bytes)
+        {
+            self.failure = Some(error);
         }
-        zip.finish()?;
+        self.place += bytes.len() as u64;
+        self.end = self.end.max(self.place);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        if self.failure.is_none()
+            && let Err(error) = self.out.flush()
+        {
+            self.failure = Some(error);
+        }
         Ok(())
-    })
+    }
+}
+
+impl<W: Seek> Seek for Deferred<W> {
+    fn seek(&mut self, to: io::SeekFrom) -> io::Result<u64> {
+        let place = match to {
+            io::SeekFrom::Start(place) => Some(place),
+            io::SeekFrom::Current(way) => self.place.checked_add_signed(way),
+            io::SeekFrom::End(way) => self.end.checked_add_signed(way),
+        };
+        self.place = place.ok_or_else(|| io::Error::from(io::ErrorKind::InvalidInput))?;
+        if self.failure.is_none()
+            && let Err(error) = self.out.seek(io::SeekFrom::Start(self.place))
+        {
+            self.failure = Some(error);
+        }
+        Ok(self.place)
+    }
 }
 
 fn write_column<W: Write + Seek>(zip: &mut ZipWriter<W>, name: &str, column: &Column) -> io::Result<()> {

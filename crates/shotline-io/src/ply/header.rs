@@ -1,7 +1,10 @@
 //! The header of a PLY file: which elements follow, how many of each and of what they are made.
 
-use crate::bytes::{Cursor, Word, words};
-use crate::fault::Fault;
+use std::collections::VecDeque;
+
+use crate::bytes::{Cursor, Word, break_at, text_start, words};
+use crate::fault::{At, Fault};
+use crate::note::{Effect, NoteKind, Notes};
 
 /// How the numbers are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,55 +98,117 @@ pub(super) struct Header {
     pub(super) end: usize,
 }
 
-pub(super) fn read(bytes: &[u8]) -> Result<Header, Fault> {
-    let mut cursor = Cursor::new(bytes, 0);
-    if cursor.line().is_none_or(|(_, line)| line.trim_ascii_end() != b"ply") {
+const STRAY_LINE: NoteKind = NoteKind {
+    name: "header_lines",
+    effect: Effect::Changed,
+    one: "1 line of the header that says nothing known was passed over",
+    many: "# lines of the header that say nothing known were passed over",
+};
+
+/// Reads the header; what it has beyond the format is noted.
+pub(super) fn read(bytes: &[u8], notes: &mut Notes) -> Result<Header, Fault> {
+    let mut cursor = Cursor::new(bytes, text_start(bytes)?);
+    let begin = cursor.at;
+    // Some programs write all of a header on one line, so a line may hold several statements.
+    let mut line: VecDeque<Word> =
+        cursor.line().map(|(start, l)| words(l, start).collect()).unwrap_or_default();
+    if line.pop_front().is_none_or(|w| w.bytes != b"ply" || w.start != begin) {
         return Err(Fault::byte(0, "a PLY file begins with the line 'ply'"));
     }
+    let breaks_with_cr = break_at(bytes, begin + 3) == 1 && bytes[begin + 3] == b'\r';
     let mut encoding = None;
     let mut elements: Vec<Element> = Vec::new();
     loop {
-        let (start, line) =
-            cursor.line().ok_or_else(|| Fault::byte(bytes.len(), "the header has no end_header"))?;
-        let all: Vec<Word> = words(line, start).collect();
-        let whole = start..start + line.len();
-        let texts: Vec<&[u8]> = all.iter().map(|w| w.bytes).collect();
-        match texts[..] {
-            [] | [b"comment" | b"obj_info", ..] => {}
-            [b"format", name, _] => encoding = Some(read_encoding(name, &all[1])?),
-            [b"element", name, _] => elements.push(Element {
-                name: String::from_utf8_lossy(name).into_owned(),
-                count: all[2].parse().ok_or_else(|| {
-                    Fault::text(all[2].range(), format!("'{}' is not a number of rows", all[2].shown()))
-                })?,
-                count_at: all[2].range(),
-                properties: Vec::new(),
-            }),
-            [b"property", ..] => {
-                let property = read_property(&all)
-                    .ok_or_else(|| Fault::text(whole.clone(), "this is no property of a known type"))?;
+        while line.is_empty() {
+            let Some((start, words_of)) = cursor.line().map(|(start, l)| (start, words(l, start))) else {
+                return Err(Fault::byte(bytes.len(), "the header has no end_header"));
+            };
+            line.extend(words_of);
+            // Before the first table nothing can be mistaken for a part of it: old versions of Blender sign there.
+            if elements.is_empty() && line.front().is_some_and(|w| !KEYWORDS.contains(&w.bytes)) {
+                notes.add(&STRAY_LINE, At::Text(start..cursor.at));
+                line.clear();
+            }
+        }
+        let first = line[0];
+        match first.bytes {
+            b"comment" | b"obj_info" => line.clear(),
+            b"end_header" => {
+                let end = first.range().end;
+                return finish(bytes, encoding, elements, end, breaks_with_cr);
+            }
+            b"format" => encoding = Some(read_encoding(&take(&mut line, 3)?[1])?),
+            b"element" => elements.push(read_element(&take(&mut line, 3)?)?),
+            b"property" => {
+                let is_list = line.get(1).is_some_and(|w| w.bytes == b"list");
+                let words = take(&mut line, if is_list { 5 } else { 3 })?;
+                let range = first.start..words.last().map_or(first.start, |w| w.range().end);
+                let property = read_property(&words)
+                    .ok_or_else(|| Fault::text(range.clone(), "this is no property of a known type"))?;
                 let element = elements.last_mut();
                 element
-                    .ok_or_else(|| Fault::text(whole, "a property without an element"))?
+                    .ok_or_else(|| Fault::text(range, "a property without an element"))?
                     .properties
                     .push(property);
             }
-            [b"end_header"] => break,
-            _ => return Err(Fault::text(whole, "the header has no such line")),
+            _ => {
+                let end = line.back().map_or(first.start, |w| w.range().end);
+                return Err(Fault::text(first.start..end, "the header has no such line"));
+            }
         }
     }
-    let encoding = encoding.ok_or_else(|| Fault::byte(0, "the header has no format line"))?;
-    Ok(Header { encoding, elements, end: cursor.at })
 }
 
-fn read_encoding(name: &[u8], word: &Word) -> Result<Encoding, Fault> {
-    match name {
+/// The words with which statements of a header begin.
+const KEYWORDS: &[&[u8]] = &[b"format", b"element", b"property", b"comment", b"obj_info", b"end_header"];
+
+/// Takes the words of a statement off a line.
+fn take<'b>(line: &mut VecDeque<Word<'b>>, count: usize) -> Result<Vec<Word<'b>>, Fault> {
+    if line.len() < count {
+        let end = line.back().map_or(0, |w| w.range().end);
+        let start = line.front().map_or(0, |w| w.start);
+        return Err(Fault::text(start..end, "this line of the header is not complete"));
+    }
+    Ok(line.drain(..count).collect())
+}
+
+/// The header ends with one line break behind its last word, of the kind that it uses: a byte of a table may look like
+/// the second half of one. On a line with the tables it ends with the word.
+fn finish(
+    bytes: &[u8],
+    encoding: Option<Encoding>,
+    elements: Vec<Element>,
+    end: usize,
+    breaks_with_cr: bool,
+) -> Result<Header, Fault> {
+    let encoding = encoding.ok_or_else(|| Fault::byte(0, "the header has no format line"))?;
+    let blanks = bytes[end..].iter().take_while(|b| matches!(b, b' ' | b'\t')).count();
+    let length = match break_at(bytes, end + blanks) {
+        2 if breaks_with_cr => 1,
+        length => length,
+    };
+    let end = if length > 0 { end + blanks + length } else { end };
+    Ok(Header { encoding, elements, end })
+}
+
+fn read_encoding(word: &Word) -> Result<Encoding, Fault> {
+    match word.bytes {
         b"ascii" => Ok(Encoding::Ascii),
         b"binary_little_endian" => Ok(Encoding::LittleEndian),
         b"binary_big_endian" => Ok(Encoding::BigEndian),
         _ => Err(Fault::text(word.range(), format!("there is no PLY format '{}'", word.shown()))
             .help("there is ascii, binary_little_endian, binary_big_endian")),
     }
+}
+
+fn read_element(words: &[Word]) -> Result<Element, Fault> {
+    let fault = || Fault::text(words[2].range(), format!("'{}' is not a number of rows", words[2].shown()));
+    Ok(Element {
+        name: String::from_utf8_lossy(words[1].bytes).into_owned(),
+        count: words[2].parse().ok_or_else(fault)?,
+        count_at: words[2].range(),
+        properties: Vec::new(),
+    })
 }
 
 fn read_property(words: &[Word]) -> Option<Property> {

@@ -10,48 +10,35 @@ use shotline::math::Vec3;
 use shotline::solid::mesh::TriangleMesh;
 
 use self::header::{Element, Encoding, Header, Shape};
-use self::rows::{AsciiRows, BinaryRows, Rows};
-use crate::bytes::Cursor;
+use self::rows::{AsciiRows, BinaryRows, Layout, Rows};
+use crate::bytes::{Cursor, mark_length};
 use crate::error::WriteError;
 use crate::fault::Fault;
 use crate::format::{Content, Encoded, Format, MeshFile};
-use crate::polygon::{Corner, Polygons};
+use crate::note::{Effect, Note, NoteKind, Notes};
+use crate::polygon::{Corner, Polygons, Vertices};
 
 pub(crate) const FORMAT: Format = Format {
     name: "PLY",
     extensions: &["ply"],
-    detect: |bytes| bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r"),
+    detect: |bytes| {
+        let text = &bytes[mark_length(bytes)..];
+        text.starts_with(b"ply") && text.get(3).is_some_and(u8::is_ascii_whitespace)
+    },
     content: Content::Mesh { read, write },
 };
 
 fn read(bytes: &[u8]) -> Result<MeshFile, Fault> {
-    let header = header::read(bytes)?;
-    let cursor = Cursor::new(bytes, header.end);
-    match header.encoding {
-        Encoding::Ascii => read_tables(&header, bytes.len(), &mut AsciiRows::new(cursor)),
-        encoding => read_tables(&header, bytes.len(), &mut BinaryRows::new(cursor, encoding)),
+    let mut notes = Notes::default();
+    let header = header::read(bytes, &mut notes)?;
+    let cursor = || Cursor::new(bytes, header.end);
+    if header.encoding != Encoding::Ascii {
+        return Tables::new(&header, bytes, notes)?.read(&mut BinaryRows::new(cursor(), header.encoding));
     }
-}
-
-fn read_tables(header: &Header, bytes: usize, rows: &mut impl Rows) -> Result<MeshFile, Fault> {
-    let count_of = |name: &str| header.elements.iter().find(|e| e.name == name).map_or(0, |e| e.count);
-    if count_of("face") == 0 {
-        let help = "a mesh needs an element 'face' with its list of vertices";
-        return Err(Fault::file("has no faces").help(help));
-    }
-    for element in &header.elements {
-        check_count(element, header, bytes)?;
-    }
-    let mut vertices = Vec::new();
-    let mut polygons = Polygons::new(count_of("vertex"));
-    for element in &header.elements {
-        match element.name.as_str() {
-            "vertex" => read_vertices(element, rows, &mut vertices)?,
-            "face" => read_faces(element, rows, &mut polygons)?,
-            _ => skip(element, rows)?,
-        }
-    }
-    Ok(polygons.finish(vertices))
+    let read_as =
+        |layout| Tables::new(&header, bytes, notes.clone())?.read(&mut AsciiRows::new(cursor(), layout));
+    // What is wrong with a text is said of its lines, unless its numbers fit without them.
+    read_as(Layout::Lines).or_else(|fault| read_as(Layout::Loose).map_err(|_| fault))
 }
 
 /// Counts are believed only as far as the file has bytes for them.
@@ -69,72 +56,177 @@ fn check_count(element: &Element, header: &Header, bytes: usize) -> Result<(), F
     Err(Fault::text(element.count_at.clone(), message).help("the file is cut off or its header is broken"))
 }
 
-fn read_vertices(element: &Element, rows: &mut impl Rows, out: &mut Vec<Vec3>) -> Result<(), Fault> {
-    let mut columns = [0; 3];
-    for (column, name) in columns.iter_mut().zip(["x", "y", "z"]) {
-        let found =
-            element.properties.iter().position(|p| p.name == name && matches!(p.shape, Shape::One(_)));
-        *column = found.ok_or_else(|| Fault::file(format!("has vertices without '{name}'")))?;
-    }
-    let mut numbers = Vec::new();
-    for i in 0..element.count {
-        let mut xyz = [0.0; 3];
-        rows.begin()?;
-        for (p, property) in element.properties.iter().enumerate() {
-            numbers.clear();
-            rows.property(property.shape, &mut numbers)?;
-            for (x, _) in xyz.iter_mut().zip(columns).filter(|(_, column)| *column == p) {
-                *x = numbers[0];
-            }
-        }
-        rows.end()?;
-        let vertex = Vec3::from(xyz);
-        if !vertex.is_finite() {
-            return Err(rows.fault(format!("vertex {i} has a coordinate that is NaN or infinite")));
-        }
-        out.push(vertex);
-    }
-    Ok(())
+/// The tables on their way to a mesh.
+struct Tables<'f> {
+    header: &'f Header,
+    bytes: &'f [u8],
+    vertices: Vertices,
+    polygons: Polygons,
+    not_read: Vec<&'f str>,
 }
 
-fn read_faces(element: &Element, rows: &mut impl Rows, out: &mut Polygons) -> Result<(), Fault> {
-    let is_corners = |name: &str| matches!(name, "vertex_indices" | "vertex_index");
-    let corners = element.properties.iter().position(|p| {
-        is_corners(&p.name) && matches!(p.shape, Shape::List { item, .. } if item.is_integer())
-    });
-    let corners =
-        corners.ok_or_else(|| Fault::file("has faces without a list of whole numbers 'vertex_indices'"))?;
-    let (mut numbers, mut polygon) = (Vec::new(), Vec::new());
-    for i in 0..element.count {
-        rows.begin()?;
-        for (p, property) in element.properties.iter().enumerate() {
-            numbers.clear();
-            rows.property(property.shape, &mut numbers)?;
-            if p == corners {
-                polygon.clear();
-                polygon.extend(numbers.iter().map(|x| *x as Corner));
+/// A strip of triangles may end within a list, which goes on with another.
+const END_OF_STRIP: Corner = -1;
+
+const STRIPS: NoteKind = NoteKind {
+    name: "strips_cut",
+    effect: Effect::Kept,
+    one: "1 strip of triangles was cut into these",
+    many: "# strips of triangles were cut into these",
+};
+
+const SEAMS: NoteKind = NoteKind {
+    name: "strip_seams",
+    effect: Effect::Kept,
+    one: "1 triangle with two corners at one vertex, a seam of a strip, was left out",
+    many: "# triangles with two corners at one vertex, seams of strips, were left out",
+};
+
+impl<'f> Tables<'f> {
+    fn new(header: &'f Header, bytes: &'f [u8], notes: Notes) -> Result<Tables<'f>, Fault> {
+        let count_of = |name: &str| header.elements.iter().find(|e| e.name == name).map_or(0, |e| e.count);
+        if count_of("face") == 0 && count_of("tristrips") == 0 {
+            let help = "a mesh needs an element 'face' with its list of vertices";
+            return Err(Fault::file("has no faces").help(help));
+        }
+        for element in &header.elements {
+            check_count(element, header, bytes.len())?;
+        }
+        let polygons = Polygons::new(count_of("vertex"), notes);
+        Ok(Tables { header, bytes, vertices: Vertices::default(), polygons, not_read: Vec::new() })
+    }
+
+    fn read(mut self, rows: &mut impl Rows) -> Result<MeshFile, Fault> {
+        for element in &self.header.elements {
+            match element.name.as_str() {
+                "vertex" => self.read_vertices(element, rows)?,
+                "face" => self.read_lists(element, rows, Tables::add_face)?,
+                "tristrips" => self.read_lists(element, rows, Tables::add_strips)?,
+                name => {
+                    self.not_read.push(name);
+                    self.skip(element, rows)?;
+                }
             }
         }
-        rows.end()?;
-        out.add(&polygon).map_err(|why| rows.fault(format!("face {i} {why}")))?;
-    }
-    Ok(())
-}
-
-fn skip(element: &Element, rows: &mut impl Rows) -> Result<(), Fault> {
-    if element.properties.is_empty() {
-        return Ok(());
-    }
-    let mut numbers = Vec::new();
-    for _ in 0..element.count {
-        rows.begin()?;
-        for property in &element.properties {
-            numbers.clear();
-            rows.property(property.shape, &mut numbers)?;
+        rows.end_all(self.polygons.notes())?;
+        let count = self.not_read.len();
+        if count > 0 {
+            let what = if count == 1 { "property or element was" } else { "properties and elements were" };
+            let text = format!("{count} {what} not read: {}", self.not_read.join(", "));
+            self.polygons.notes().push(Note::new("not_read", Effect::Kept, count, text));
         }
-        rows.end()?;
+        self.polygons.finish(self.vertices, 0, self.bytes)
     }
-    Ok(())
+
+    fn read_vertices(&mut self, element: &'f Element, rows: &mut impl Rows) -> Result<(), Fault> {
+        let mut columns = [0; 3];
+        for (column, name) in columns.iter_mut().zip(["x", "y", "z"]) {
+            let found =
+                element.properties.iter().position(|p| p.name == name && matches!(p.shape, Shape::One(_)));
+            *column = found.ok_or_else(|| Fault::file(format!("has vertices without '{name}'")))?;
+        }
+        self.leave_out(element, &columns);
+        let mut numbers = Vec::new();
+        for _ in 0..element.count {
+            let mut xyz = [0.0; 3];
+            rows.begin()?;
+            for (p, property) in element.properties.iter().enumerate() {
+                numbers.clear();
+                rows.property(property.shape, &mut numbers)?;
+                for (x, _) in xyz.iter_mut().zip(columns).filter(|(_, column)| *column == p) {
+                    *x = numbers[0];
+                }
+            }
+            rows.end(self.polygons.notes())?;
+            self.vertices.push(Vec3::from(xyz), || rows.place());
+        }
+        Ok(())
+    }
+
+    /// Reads a list of vertices from each row.
+    fn read_lists<R: Rows>(
+        &mut self,
+        element: &'f Element,
+        rows: &mut R,
+        add: fn(&mut Tables<'f>, &[Corner], &R) -> Result<(), Corner>,
+    ) -> Result<(), Fault> {
+        let is_corners = |name: &str| matches!(name, "vertex_indices" | "vertex_index");
+        let corners = element.properties.iter().position(|p| {
+            is_corners(&p.name) && matches!(p.shape, Shape::List { item, .. } if item.is_integer())
+        });
+        let missing = || {
+            Fault::file(format!(
+                "has an element '{}' without a list of whole numbers 'vertex_indices'",
+                element.name
+            ))
+        };
+        let corners = corners.ok_or_else(missing)?;
+        self.leave_out(element, &[corners]);
+        let (mut numbers, mut polygon) = (Vec::new(), Vec::new());
+        for i in 0..element.count {
+            rows.begin()?;
+            for (p, property) in element.properties.iter().enumerate() {
+                numbers.clear();
+                rows.property(property.shape, &mut numbers)?;
+                if p == corners {
+                    polygon.clear();
+                    polygon.extend(numbers.iter().map(|x| *x as Corner));
+                }
+            }
+            rows.end(self.polygons.notes())?;
+            add(self, &polygon, rows).map_err(|corner| {
+                let (name, count) = (&element.name, self.polygons.vertices());
+                rows.fault(format!("{name} {i} names vertex {corner}, but there are {count}, counted from 0"))
+            })?;
+        }
+        Ok(())
+    }
+
+    fn add_face(&mut self, corners: &[Corner], rows: &impl Rows) -> Result<(), Corner> {
+        self.polygons.add(corners, || rows.place())
+    }
+
+    /// Every three corners in a row are a triangle, and every second of these is wound the other way.
+    fn add_strips(&mut self, corners: &[Corner], rows: &impl Rows) -> Result<(), Corner> {
+        for strip in corners.split(|corner| *corner == END_OF_STRIP).filter(|strip| !strip.is_empty()) {
+            if strip.len() < 3 {
+                self.polygons.add(strip, || rows.place())?;
+                continue;
+            }
+            self.polygons.notes().add(&STRIPS, rows.place());
+            for (i, corners) in strip.windows(3).enumerate() {
+                let [a, b, c] = *corners else { continue };
+                if a == b || b == c || c == a {
+                    self.polygons.notes().add(&SEAMS, rows.place());
+                } else {
+                    self.polygons.add(&if i % 2 == 0 { [a, b, c] } else { [b, a, c] }, || rows.place())?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Notes the properties that say nothing of where faces lie.
+    fn leave_out(&mut self, element: &'f Element, read: &[usize]) {
+        let others = element.properties.iter().enumerate().filter(|(p, _)| !read.contains(p));
+        self.not_read.extend(others.map(|(_, property)| property.name.as_str()));
+    }
+
+    fn skip(&mut self, element: &Element, rows: &mut impl Rows) -> Result<(), Fault> {
+        if element.properties.is_empty() {
+            return Ok(());
+        }
+        let mut numbers = Vec::new();
+        for _ in 0..element.count {
+            rows.begin()?;
+            for property in &element.properties {
+                numbers.clear();
+                rows.property(property.shape, &mut numbers)?;
+            }
+            rows.end(self.polygons.notes())?;
+        }
+        Ok(())
+    }
 }
 
 /// Binary, in float64: nothing is lost.

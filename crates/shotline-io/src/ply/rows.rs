@@ -1,8 +1,9 @@
 //! The rows of a PLY table, from text or from binary, as numbers in float64 (which holds every PLY type exactly).
 
 use super::header::{Encoding, Scalar, Shape};
-use crate::bytes::{Cursor, Word, words};
-use crate::fault::Fault;
+use crate::bytes::{Cursor, Word, without_comment, words};
+use crate::fault::{At, Fault};
+use crate::note::{Effect, NoteKind, Notes};
 
 /// Reads one row after another.
 pub(super) trait Rows {
@@ -13,26 +14,88 @@ pub(super) trait Rows {
     fn property(&mut self, shape: Shape, out: &mut Vec<f64>) -> Result<(), Fault>;
 
     /// Ends a row.
-    fn end(&mut self) -> Result<(), Fault>;
+    fn end(&mut self, notes: &mut Notes) -> Result<(), Fault>;
+
+    /// Ends the last row.
+    fn end_all(&mut self, notes: &mut Notes) -> Result<(), Fault>;
+
+    /// Where the row read last stands.
+    fn place(&self) -> At;
 
     /// A fault of the row read last.
-    fn fault(&self, message: String) -> Fault;
+    fn fault(&self, message: String) -> Fault {
+        Fault { at: self.place(), message, help: None }
+    }
 }
 
-/// A row is a line.
+const EXTRA_NUMBERS: NoteKind = NoteKind {
+    name: "extra_numbers",
+    effect: Effect::Changed,
+    one: "1 row has more numbers than the header says; they were dropped",
+    many: "# rows have more numbers than the header says; they were dropped",
+};
+
+const EXTRA_LINES: NoteKind = NoteKind {
+    name: "extra_lines",
+    effect: Effect::Changed,
+    one: "1 line behind the last row was dropped",
+    many: "# lines behind the last row were dropped",
+};
+
+const EXTRA_BYTES: NoteKind = NoteKind {
+    name: "extra_bytes",
+    effect: Effect::Changed,
+    one: "1 byte behind the last row was dropped",
+    many: "# bytes behind the last row were dropped",
+};
+
+const LOOSE_ROWS: NoteKind = NoteKind {
+    name: "loose_rows",
+    effect: Effect::Kept,
+    one: "rows do not stand on lines of their own; the numbers were read one after another",
+    many: "rows do not stand on lines of their own; the numbers were read one after another",
+};
+
+/// How the rows of a text stand on its lines.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Layout {
+    /// A row is a line, as the format says.
+    Lines,
+    /// Rows follow each other whatever the lines, and must take up the file exactly.
+    Loose,
+}
+
+/// The rows of a text.
 pub(super) struct AsciiRows<'b> {
-    pub(super) cursor: Cursor<'b>,
+    cursor: Cursor<'b>,
+    layout: Layout,
     line: Vec<Word<'b>>,
     next: usize,
     start: usize,
 }
 
 impl<'b> AsciiRows<'b> {
-    pub(super) fn new(cursor: Cursor<'b>) -> AsciiRows<'b> {
-        AsciiRows { cursor, line: Vec::new(), next: 0, start: 0 }
+    pub(super) fn new(cursor: Cursor<'b>, layout: Layout) -> AsciiRows<'b> {
+        AsciiRows { start: cursor.at, cursor, layout, line: Vec::new(), next: 0 }
+    }
+
+    /// Goes to the next line that has words; answers whether there is one.
+    fn next_line(&mut self) -> bool {
+        self.line.clear();
+        self.next = 0;
+        while self.line.is_empty() {
+            let Some((start, line)) = self.cursor.line() else { return false };
+            self.start = start;
+            self.line.extend(words(without_comment(line), start));
+            if self.line.first().is_some_and(|w| w.bytes == b"comment") {
+                self.line.clear();
+            }
+        }
+        true
     }
 
     fn word(&mut self) -> Result<Word<'b>, Fault> {
+        while self.layout == Layout::Loose && self.next >= self.line.len() && self.next_line() {}
         let word = self.line.get(self.next).copied();
         self.next += 1;
         word.ok_or_else(|| self.fault("numbers are missing on this line".into()))
@@ -46,23 +109,25 @@ impl<'b> AsciiRows<'b> {
             Scalar::F64 => word.parse::<f64>(),
             _ => word.parse::<i64>().map(|i| i as f64),
         };
-        found.ok_or_else(|| Fault::text(word.range(), format!("'{}' is not such a number", word.shown())))
+        let odd = || (!ty.is_integer() && word.is_odd()).then_some(f64::NAN);
+        found
+            .or_else(odd)
+            .ok_or_else(|| Fault::text(word.range(), format!("'{}' is not such a number", word.shown())))
+    }
+
+    /// How many words may follow, at most.
+    fn words_left(&self) -> usize {
+        let on_line = self.line.len().saturating_sub(self.next);
+        if self.layout == Layout::Lines { on_line } else { on_line + self.cursor.left() / 2 + 1 }
     }
 }
 
 impl Rows for AsciiRows<'_> {
     fn begin(&mut self) -> Result<(), Fault> {
-        self.line.clear();
-        self.next = 0;
-        while self.line.is_empty() {
-            let (start, line) = self
-                .cursor
-                .line()
-                .ok_or_else(|| Fault::byte(self.cursor.at, "the file ends before its last row"))?;
-            self.start = start;
-            self.line.extend(words(line, start));
+        if self.layout == Layout::Loose && self.next < self.line.len() || self.next_line() {
+            return Ok(());
         }
-        Ok(())
+        Err(Fault::byte(self.cursor.at, "the file ends before its last row"))
     }
 
     fn property(&mut self, shape: Shape, out: &mut Vec<f64>) -> Result<(), Fault> {
@@ -70,7 +135,7 @@ impl Rows for AsciiRows<'_> {
             Shape::One(ty) => out.push(self.number(ty)?),
             Shape::List { count, item } => {
                 let count = list_length(self.number(count)?).ok_or_else(|| self.fault(BAD_LENGTH.into()))?;
-                if count > self.line.len() - self.next.min(self.line.len()) {
+                if count > self.words_left() {
                     return Err(self.fault("the list is longer than its line".into()));
                 }
                 for _ in 0..count {
@@ -81,16 +146,29 @@ impl Rows for AsciiRows<'_> {
         Ok(())
     }
 
-    fn end(&mut self) -> Result<(), Fault> {
-        match self.line.get(self.next) {
-            None => Ok(()),
-            Some(word) => Err(Fault::text(word.range(), "more numbers on this line than the header says")),
+    fn end(&mut self, notes: &mut Notes) -> Result<(), Fault> {
+        if let (Layout::Lines, Some(word)) = (self.layout, self.line.get(self.next)) {
+            notes.add(&EXTRA_NUMBERS, At::Text(word.range()));
         }
+        Ok(())
     }
 
-    fn fault(&self, message: String) -> Fault {
+    fn end_all(&mut self, notes: &mut Notes) -> Result<(), Fault> {
+        if self.layout == Layout::Lines {
+            while self.next_line() {
+                notes.add(&EXTRA_LINES, self.place());
+            }
+        } else if self.next < self.line.len() || self.next_line() {
+            return Err(self.fault("more numbers than the header says".into()));
+        } else {
+            notes.add(&LOOSE_ROWS, At::File);
+        }
+        Ok(())
+    }
+
+    fn place(&self) -> At {
         let end = self.line.last().map_or(self.start, |w| w.range().end);
-        Fault::text(self.start..end, message)
+        At::Text(self.start..end)
     }
 }
 
@@ -157,12 +235,17 @@ impl Rows for BinaryRows<'_> {
         Ok(())
     }
 
-    fn end(&mut self) -> Result<(), Fault> {
+    fn end(&mut self, _: &mut Notes) -> Result<(), Fault> {
         Ok(())
     }
 
-    fn fault(&self, message: String) -> Fault {
-        Fault::byte(self.start, message)
+    fn end_all(&mut self, notes: &mut Notes) -> Result<(), Fault> {
+        notes.add_many(&EXTRA_BYTES, self.cursor.left(), At::Byte(self.cursor.at));
+        Ok(())
+    }
+
+    fn place(&self) -> At {
+        At::Byte(self.start)
     }
 }
 

@@ -30,7 +30,11 @@ const fn key(name: &'static str, shape: Shape, about: &'static str) -> Key {
 pub(super) const TOP: &[Key] = &[
     key("$schema", Text, "Where the schema lies, for editors; not read."),
     key("shotline", Integer, "The version of the format: 1."),
-    key("units", Text, "The unit of length, for people and reports; nothing is converted."),
+    key(
+        "units",
+        Text,
+        "The unit of length, printed with lengths, which are never converted, and used for masses; none if absent.",
+    ),
     key("defs", Shape::Other, "Parts by name; a node refers to one with {\"ref\": NAME}."),
     key("objects", Shape::Other, "The objects of the scene."),
     key("materials", Shape::Other, "Materials by name."),
@@ -72,7 +76,11 @@ pub(super) const ROTATION: &[Key] = &[
 /// A material.
 pub(super) const MATERIAL: &[Key] = &[
     key("mu", Number, "Linear attenuation coefficient, per unit of length."),
-    key("density", Number, "Mass per cubed unit of length."),
+    key(
+        "density",
+        Number,
+        "Density in g/cm^3, whatever the units; in a scene without units, mass per cubed length.",
+    ),
     key("color", Numbers(3), "Colour as sRGB, each from 0 to 1."),
     key("specular", Number, "Strength of the highlight, from 0 to 1."),
     key("shininess", Number, "Exponent of the highlight."),

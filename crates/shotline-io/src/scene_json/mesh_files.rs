@@ -8,6 +8,7 @@ use shotline::solid::mesh::TriangleMesh;
 
 use crate::error::ReadError;
 use crate::format::{MeshFile, MeshSource, Reach};
+use crate::note::Note;
 
 /// The meshes of one scene.
 pub(super) enum Meshes<'a> {
@@ -50,8 +51,8 @@ impl<'a> Meshes<'a> {
         matches!(self, Meshes::Files(_)).then(|| name.to_owned())
     }
 
-    /// What a user may want to know about the files.
-    pub(super) fn into_notes(self) -> Vec<String> {
+    /// The notes of all files read.
+    pub(super) fn into_notes(self) -> Vec<Note> {
         if let Meshes::Files(files) = self { files.notes } else { Vec::new() }
     }
 }
@@ -62,7 +63,7 @@ pub(super) struct MeshFiles {
     reader: fn(&Path) -> Result<MeshFile, ReadError>,
     reach: Reach,
     read: HashMap<PathBuf, Result<Arc<TriangleMesh>, Refusal>>,
-    notes: Vec<String>,
+    notes: Vec<Note>,
 }
 
 /// Why a mesh file is not used.
@@ -85,7 +86,7 @@ impl MeshFiles {
         }
         let mesh = match (self.reader)(&path) {
             Ok(found) => {
-                self.notes.extend(found.note().map(|note| format!("{file}: {note}")));
+                self.notes.extend(found.notes_of(file));
                 Ok(Arc::new(found.mesh))
             }
             Err(error) => refuse(

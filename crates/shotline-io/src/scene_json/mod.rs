@@ -16,6 +16,8 @@ mod write;
 
 use std::path::Path;
 
+use shotline::scene::Units;
+
 use self::keys::{TOP, names};
 use self::mesh_files::Meshes;
 use self::nodes::Graph;
@@ -23,11 +25,13 @@ pub use self::schema::scene_schema;
 use self::tree::ValueId;
 use self::values::Values;
 pub use self::write::write_scene;
+use crate::bytes::text_start;
 use crate::document::{Document, Source};
 use crate::error::ReadError;
 use crate::fault::{Fault, Faults};
 use crate::files::too_large;
 use crate::format::{Content, Format, MeshSource};
+use crate::note::Note;
 
 pub(crate) const FORMAT: Format = Format {
     name: "scene",
@@ -44,6 +48,9 @@ pub(crate) const MAX_BYTES: u64 = 256 << 20;
 
 /// Reads the bytes of a scene file.
 fn read(path: &Path, bytes: Vec<u8>, meshes: MeshSource) -> Result<Document, ReadError> {
+    if let Err(fault) = text_start(&bytes) {
+        return Err(ReadError::new(Some(path), &bytes, fault.into()));
+    }
     let text = match String::from_utf8(bytes) {
         Ok(text) => text,
         Err(error) => {
@@ -75,7 +82,7 @@ pub(crate) fn parse(
     }
 }
 
-type Parts = (shotline::scene::Scene, Vec<std::ops::Range<usize>>, Vec<String>);
+type Parts = (shotline::scene::Scene, Vec<std::ops::Range<usize>>, Vec<Note>);
 
 fn document(text: &str, meshes: Meshes, faults: &mut Faults) -> Option<Parts> {
     // Only what comes from outside is suspected; places in the text are 32 bits wide.
@@ -90,7 +97,7 @@ fn document(text: &str, meshes: Meshes, faults: &mut Faults) -> Option<Parts> {
     values.only(root, "a scene", &names(TOP).collect::<Vec<_>>());
     check_version(&mut values, root);
     let get = |key: &str| tree.get(root, key);
-    let units = get("units").and_then(|at| values.text(at, "\"units\"")).map(ToString::to_string);
+    let units = get("units").and_then(|at| read_units(&mut values, at));
     let materials = get("materials").map(|at| looks::read_materials(&mut values, at)).unwrap_or_default();
     let camera = get("camera").and_then(|at| looks::read_camera(&mut values, at));
     let lights = get("lights").map(|at| looks::read_lights(&mut values, at)).unwrap_or_default();
@@ -104,6 +111,18 @@ fn document(text: &str, meshes: Meshes, faults: &mut Faults) -> Option<Parts> {
     scene.accel = accel;
     scene.motions = motions.into_iter().map(|(motion, _)| motion).collect();
     Some((scene, spans, meshes.into_notes()))
+}
+
+/// The unit of length; `None` for a scene without one.
+fn read_units(values: &mut Values, at: ValueId) -> Option<Units> {
+    let written = values.text(at, "\"units\"")?;
+    let known = Units::ALL.iter().find(|(name, _)| name == written);
+    if known.is_none() && written != Units::NONE {
+        let names = Units::ALL.iter().map(|(name, _)| *name).chain([Units::NONE]);
+        let help = values.hint(written, names);
+        values.fault(at, format!("'{written}' is not a unit of length"), help);
+    }
+    known.map(|(_, units)| *units)
 }
 
 fn check_version(values: &mut Values, root: ValueId) {

@@ -62,17 +62,7 @@ fn nameless(scene: &Scene, named: &HashMap<NodeId, String>) -> Vec<NodeId> {
         {
             need(*child, &mut found);
         }
-        todo.extend(children(node).iter().rev().map(|child| (*child, depth + 1)));
+        todo.extend(node.children().iter().rev().map(|child| (*child, depth + 1)));
     }
     found
-}
-
-fn children(node: &Node) -> &[NodeId] {
-    match node {
-        Node::Solid { .. } | Node::Mesh { .. } => &[],
-        Node::Csg { args, .. } => args,
-        Node::Group { members } => members,
-        Node::Transform { child, .. } => std::slice::from_ref(child),
-        Node::Object { node, .. } => std::slice::from_ref(node),
-    }
 }

@@ -2,6 +2,7 @@
 
 use serde_json::{Map, Value, json};
 use shotline::accel::NAMES;
+use shotline::scene::Units;
 use shotline::solid::{self, ParamType};
 
 use super::keys::{
@@ -37,6 +38,7 @@ fn top() -> Map<String, Value> {
     let motion = closed(MOTION, &["object"], turn);
     let refs = [
         ("shotline", json!({ "const": 1 })),
+        ("units", units()),
         ("defs", named("member")),
         ("objects", json!({ "type": "array", "items": reusable })),
         ("materials", named("material")),
@@ -46,6 +48,11 @@ fn top() -> Map<String, Value> {
         ("motions", json!({ "type": "array", "items": motion })),
     ];
     refs.map(|(key, value)| (key.to_string(), value)).into_iter().collect()
+}
+
+fn units() -> Value {
+    let names: Vec<_> = Units::ALL.iter().map(|(name, _)| *name).chain([Units::NONE]).collect();
+    json!({ "enum": names, "description": about(TOP, "units") })
 }
 
 fn object() -> Value {

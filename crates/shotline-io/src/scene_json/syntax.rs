@@ -176,11 +176,11 @@ impl<'t> Parser<'t, '_> {
         let bytes = self.text.as_bytes();
         let quote = bytes[start];
         let mut end = start + 1;
-        while bytes.get(end).is_some_and(|b| *b != quote && *b != b'\n') {
+        while bytes.get(end).is_some_and(|b| *b != quote && !matches!(b, b'\n' | b'\r')) {
             end += if bytes[end] == b'\\' { 2 } else { 1 };
         }
         if bytes.get(end) != Some(&quote) {
-            let shown = self.text[start..].lines().next().map_or(1, str::len);
+            let shown = self.text[start..].find(['\n', '\r']).unwrap_or(self.text.len() - start);
             return Err(Fault::text(start..start + shown, "this string does not end on its line"));
         }
         self.at = end + 1;
@@ -225,7 +225,7 @@ impl<'t> Parser<'t, '_> {
             let rest = &rest[blank..];
             self.at += blank;
             if rest.starts_with("//") {
-                self.at += rest.find('\n').unwrap_or(rest.len());
+                self.at += rest.find(['\n', '\r']).unwrap_or(rest.len());
             } else if let Some(comment) = rest.strip_prefix("/*") {
                 match comment.find("*/") {
                     Some(end) => self.at += end + 4,

@@ -54,8 +54,8 @@ enum Field {
 impl Writer<'_> {
     fn document(&mut self) -> String {
         let mut sections = vec![vec![Step::Text("  \"shotline\": 1".into())]];
-        if let Some(units) = &self.scene.units {
-            sections.push(vec![Step::Text(format!("  \"units\": {}", quoted(units)))]);
+        if let Some(units) = self.scene.units {
+            sections.push(vec![Step::Text(format!("  \"units\": {}", quoted(units.name())))]);
         }
         if !self.names.defs.is_empty() {
             sections.push(section("defs", '{', self.defs(), '}'));

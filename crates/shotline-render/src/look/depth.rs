@@ -15,6 +15,7 @@ pub(super) static LOOK: Look = Look {
     name: "depth",
     summary: "distance from the plane of the eye, from near (white) to far (dark grey)",
     backdrop: Backdrop::BLACK,
+    local: true,
     shader: |_| Ok(Box::new(Depth)),
 };
 

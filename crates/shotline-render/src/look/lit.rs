@@ -18,6 +18,7 @@ pub(super) static LOOK: Look = Look {
     name: "lit",
     summary: "surfaces in the colours of their materials, with shadows, highlights and mirrors",
     backdrop: Backdrop::STUDIO,
+    local: true,
     shader: |stage| Ok(Box::new(Lit::new(stage)?)),
 };
 

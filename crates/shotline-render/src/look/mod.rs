@@ -7,6 +7,7 @@ mod depth;
 mod lit;
 mod normal;
 mod thickness;
+mod xray;
 
 use std::fmt;
 
@@ -32,6 +33,9 @@ pub struct Look {
     pub summary: &'static str,
     /// What is behind everything if the settings do not say.
     pub backdrop: Backdrop,
+    /// Whether a pixel depends on nothing but what its rays meet. What a ray costs depends on the whole accelerator, and
+    /// so on everything that moves.
+    pub(crate) local: bool,
     /// Works out once what all rays need.
     pub(crate) shader: fn(&Stage) -> Result<Box<dyn Shader>, RenderError>,
 }
@@ -71,7 +75,7 @@ macro_rules! registry {
     };
 }
 
-registry!(lit, normal, depth, thickness, cost);
+registry!(lit, normal, depth, thickness, xray, cost);
 
 /// The look of a name.
 pub fn look(name: &str) -> Option<&'static Look> {

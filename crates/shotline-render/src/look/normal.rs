@@ -15,6 +15,7 @@ pub(super) static LOOK: Look = Look {
     name: "normal",
     summary: "the unit normal on the side that is seen, (n + 1) / 2 as red, green and blue",
     backdrop: Backdrop::plain([0.5; 3]),
+    local: true,
     shader: |_| Ok(Box::new(Normals)),
 };
 

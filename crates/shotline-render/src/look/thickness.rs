@@ -1,55 +1,40 @@
-//! Thickness as a radiograph.
+//! How far each ray goes through objects, as a heat map with a legend.
 
 use shotline::math::Vec3;
 use shotline::query::QueryError;
 use shotline::ray::Ray;
+use shotline::scene::Units;
 
 use super::{Look, Shader, Stage};
 use crate::backdrop::Backdrop;
-use crate::film::Sample;
-use crate::finish;
+use crate::film::{Exposure, Sample};
+use crate::heat::{self, three_digits};
 use crate::sampling::Chance;
 use crate::sight::Eye;
 
 pub(super) static LOOK: Look = Look {
     name: "thickness",
-    summary: "a radiograph: the share of light that comes through, exp(-sum of mu times length)",
-    backdrop: Backdrop::WHITE,
-    shader: |stage| Ok(Box::new(Radiograph { mu: attenuations(stage) })),
+    summary: "how far each ray goes through objects, with a legend in the scene's units",
+    backdrop: Backdrop::BLACK,
+    local: true,
+    shader: |stage: &Stage| Ok(Box::new(Thickness { units: stage.scene.units })),
 };
 
-/// Across the longest side of the scene, a material that does not say how much it attenuates lets
-/// `exp(-DEFAULT)` through.
-const DEFAULT: f64 = 3.0;
-
-struct Radiograph {
-    /// By object.
-    mu: Vec<f64>,
+struct Thickness {
+    units: Option<Units>,
 }
 
-impl Shader for Radiograph {
-    /// Black that covers what does not come through: over white that is what does.
+impl Shader for Thickness {
+    /// Each pixel holds the mean length of its rays, in world units.
     fn sample(&self, eye: &mut Eye, ray: &Ray, _chance: &Chance) -> Result<Sample, QueryError> {
-        // A stretch without end lets nothing through and would hide the rest, as would a ground: left out.
-        let ends = eye.segments(ray)?.iter().filter(|s| s.length.is_finite());
-        let depth: f64 = ends.map(|s| self.mu[s.object as usize] * s.length).sum();
-        Ok(Sample { color: Vec3::ZERO, alpha: -(-depth).exp_m1() })
+        // A stretch without end has no length that a scale could show, and a ground has nothing else: left out.
+        let lengths = eye.segments(ray)?.iter().map(|s| s.length).filter(|length| length.is_finite());
+        Ok(Sample::opaque(Vec3::splat(lengths.sum())))
     }
-}
 
-/// The attenuation of each object. Where no material of the scene has one, denser materials attenuate more;
-/// what has neither gets the default.
-fn attenuations(stage: &Stage) -> Vec<f64> {
-    let default = DEFAULT / stage.size;
-    let densest = stage.scene.materials.iter().filter_map(|(_, m)| m.density).fold(0.0, f64::max);
-    let objects = 0..stage.world.object_names().len() as u32;
-    objects
-        .map(|object| {
-            let material = finish::material(stage.world, stage.scene, object).map(|(_, m)| m);
-            let mu = material.and_then(|m| m.mu);
-            let by_density = || material.and_then(|m| m.density).map(|d| default * d / densest);
-            // Negative or NaN numbers would brighten or blot out the picture.
-            mu.or_else(by_density).filter(|mu| *mu >= 0.0).unwrap_or(default)
-        })
-        .collect()
+    fn develop(&self, exposure: &mut Exposure) {
+        let most = three_digits(heat::colour(exposure));
+        let units = self.units.map_or_else(String::new, |units| format!(" {units}"));
+        heat::legend(exposure, &format!("thickness: 0 to {most}{units}"));
+    }
 }

@@ -9,8 +9,9 @@ use super::world::{Body, Leaf, SolidBody, SurfaceBody};
 use super::{SceneError, Stats};
 use crate::aabb::Aabb;
 use crate::accel::{self, Items};
-use crate::csg::{Op, Program, Tree, TreeNode};
-use crate::math::{Chain, Placement};
+use crate::csg::{LeafBounds, Op, Program, Tree, TreeNode};
+use crate::math::{Affine, Chain, Placement};
+use crate::region::Constraint;
 use crate::scene::{Node, NodeId, Scene};
 use crate::solid::Solid;
 
@@ -22,6 +23,12 @@ pub(super) struct BodyBuilder<'s> {
     /// Surfaces numbered so far.
     pub surfaces: u32,
     pub stats: Stats,
+}
+
+/// A leaf with the map that places it.
+struct PlacedLeaf {
+    leaf: Leaf,
+    body_from_local: Affine,
 }
 
 /// What is still to be done for a node of an expression.
@@ -53,7 +60,7 @@ impl BodyBuilder<'_> {
     }
 
     /// The expression over placed leaves. Shared parts are written out: each use is a leaf of its own.
-    fn flatten(&mut self, node: NodeId, chain: &Chain) -> Result<(Tree, u32, Vec<Leaf>), SceneError> {
+    fn flatten(&mut self, node: NodeId, chain: &Chain) -> Result<(Tree, u32, Vec<PlacedLeaf>), SceneError> {
         let (mut tree, mut leaves) = (Tree::default(), Vec::new());
         let mut steps = vec![Step::Enter(node, *chain)];
         let mut done: Vec<u32> = Vec::new();
@@ -90,7 +97,7 @@ impl BodyBuilder<'_> {
         Ok((tree, root, leaves))
     }
 
-    fn leaf(&mut self, node: NodeId, chain: &Chain) -> Result<Leaf, SceneError> {
+    fn leaf(&mut self, node: NodeId, chain: &Chain) -> Result<PlacedLeaf, SceneError> {
         let placement = self.placed(node, chain)?;
         let (solid, kind): (std::sync::Arc<dyn Solid>, _) = match self.parts.get(node) {
             Some(Part::Solid { solid, kind }) => (solid.clone(), *kind),
@@ -100,7 +107,8 @@ impl BodyBuilder<'_> {
         let first_surface = self.surfaces;
         self.count_surfaces(&*solid);
         let bounds = solid.bounds().transformed(&placement.parent_from_local);
-        Ok(Leaf { solid, kind, local_from_body: placement.local_from_parent, bounds, first_surface })
+        let leaf = Leaf { solid, kind, local_from_body: placement.local_from_parent, bounds, first_surface };
+        Ok(PlacedLeaf { leaf, body_from_local: placement.parent_from_local })
     }
 
     /// The placement of a node under a chain; remembers how badly conditioned any has been.
@@ -125,11 +133,13 @@ fn enter_all(steps: &mut Vec<Step>, op: Op, args: &[NodeId], chain: &Chain) {
     steps.extend(args.iter().rev().map(|&arg| Step::Enter(arg, *chain)));
 }
 
-fn finish(tree: &Tree, root: u32, mut leaves: Vec<Leaf>, first_surface: u32, accel: &str) -> SolidBody {
-    let program = Program::new(tree, root, leaves.len());
-    let own: Vec<Aabb> = leaves.iter().map(|l| l.bounds).collect();
-    let bounds = program.bounds(&own);
-    let effective = program.effective_bounds(&own);
+fn finish(tree: &Tree, root: u32, placed: Vec<PlacedLeaf>, first_surface: u32, accel: &str) -> SolidBody {
+    let program = Program::new(tree, root, placed.len());
+    let own: Vec<Aabb> = placed.iter().map(|placed| placed.leaf.bounds).collect();
+    let constraints = constraints(&program, &placed);
+    let effective = program.effective_bounds(LeafBounds { boxes: &own, constraints: &constraints });
+    let bounds = program.bounds(&effective);
+    let mut leaves: Vec<Leaf> = placed.into_iter().map(|placed| placed.leaf).collect();
     for (leaf, b) in leaves.iter_mut().zip(&effective) {
         leaf.bounds = *b;
     }
@@ -140,6 +150,24 @@ fn finish(tree: &Tree, root: u32, mut leaves: Vec<Leaf>, first_surface: u32, acc
         None
     };
     SolidBody { leaves, program, accel, bounds, first_surface }
+}
+
+/// What is known of each leaf that has no end; nothing where all have.
+fn constraints(program: &Program, placed: &[PlacedLeaf]) -> Vec<Option<Constraint>> {
+    let has_no_end = |placed: &PlacedLeaf| {
+        let b = placed.leaf.bounds;
+        !b.is_empty() && !b.is_finite() && placed.leaf.solid.surfaces().len() == 1
+    };
+    // A lone leaf has the box that it has.
+    if placed.len() < 2 || !placed.iter().any(has_no_end) {
+        return Vec::new();
+    }
+    let constraint = |(number, placed): (u32, &PlacedLeaf)| {
+        let leaf = Some(placed).filter(|placed| has_no_end(placed))?;
+        let q = leaf.leaf.solid.homogeneous(0)?.rows;
+        Constraint::new(q, &leaf.body_from_local, &leaf.leaf.local_from_body, program.is_taken(number))
+    };
+    (0..).zip(placed).map(constraint).collect()
 }
 
 /// The leaves of each operation, outer ones first.

@@ -14,17 +14,6 @@ pub(super) struct Graph {
     shared: Vec<bool>,
 }
 
-/// The children of a node, in order.
-pub(super) fn children(node: &Node) -> &[NodeId] {
-    match node {
-        Node::Solid { .. } | Node::Mesh { .. } => &[],
-        Node::Csg { args, .. } => args,
-        Node::Group { members } => members,
-        Node::Transform { child, .. } => std::slice::from_ref(child),
-        Node::Object { node, .. } => std::slice::from_ref(node),
-    }
-}
-
 #[derive(Clone, Copy, PartialEq)]
 enum Mark {
     New,
@@ -57,7 +46,7 @@ fn check_numbers(scene: &Scene) -> Result<(), Vec<SceneError>> {
         errors.push(SceneError::general(format!("there is no node number {}", id.0)));
     }
     for (i, node) in (0..).zip(&scene.nodes) {
-        for id in children(node).iter().filter(|id| !is_there(id)) {
+        for id in node.children().iter().filter(|id| !is_there(id)) {
             errors.push(SceneError::at(NodeId(i), format!("there is no node number {}", id.0)));
         }
     }
@@ -87,7 +76,7 @@ fn search(scene: &Scene) -> Result<Vec<NodeId>, Vec<SceneError>> {
             way.push((root, 0));
         }
         while let Some((node, next)) = way.last_mut() {
-            let Some(&child) = children(scene.node(*node)).get(*next) else {
+            let Some(&child) = scene.node(*node).children().get(*next) else {
                 marks[node.0 as usize] = Mark::Done;
                 postorder.push(*node);
                 way.pop();
@@ -150,7 +139,7 @@ fn find_shared(scene: &Scene, postorder: &[NodeId]) -> Vec<bool> {
         if matches!(scene.node(*id), Node::Csg { .. }) {
             continue;
         }
-        for child in children(scene.node(*id)) {
+        for child in scene.node(*id).children() {
             let c = child.0 as usize;
             parents[c] += 1;
             reached[c] = true;

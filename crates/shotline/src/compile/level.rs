@@ -123,7 +123,7 @@ impl<'s> Builder<'s> {
                 self.world.objects.push(ObjectInfo { material, priority: *priority });
                 self.world.object_names.push(name.clone());
             }
-            stack.extend(super::graph::children(scene.node(id)).iter().rev());
+            stack.extend(scene.node(id).children().iter().rev());
         }
     }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::SceneError;
 use super::choice::Choice;
-use super::graph::{Graph, children};
+use super::graph::Graph;
 use crate::math::Chain;
 use crate::scene::{Node, NodeId, Scene};
 use crate::solid::Solid;
@@ -89,7 +89,7 @@ fn build_leaf(node: &Node, id: NodeId, choice: Choice) -> Result<Option<Part>, S
 
 fn gather(node: &Node, id: NodeId, below: &[Below], part: Option<&Part>) -> Below {
     let mut out = Below { nodes: 1, ..Below::default() };
-    for child in children(node) {
+    for child in node.children() {
         let b = &below[child.0 as usize];
         out.leaves = out.leaves.saturating_add(b.leaves);
         out.nodes = out.nodes.saturating_add(b.nodes);

@@ -3,7 +3,6 @@
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
-use super::graph::children;
 use super::world::Target;
 use crate::math::Chain;
 use crate::scene::{Node, NodeId, Scene};
@@ -145,7 +144,7 @@ fn find_operands(
             if matches!(scene.node(node), Node::Transform { .. }) {
                 found.entry(node).or_default().push(place);
             }
-            stack.extend(children(scene.node(node)));
+            stack.extend(scene.node(node).children());
         }
     }
     found

@@ -4,7 +4,6 @@
 //! So a crossing costs what it changes, not the size of the expression.
 
 use super::Op;
-use crate::aabb::Aabb;
 
 /// A boolean expression as an arena; no recursion, so that its depth is no matter.
 #[derive(Clone, Debug, Default)]
@@ -26,28 +25,28 @@ const NONE: u32 = u32::MAX;
 
 /// Where the value of a leaf or of a node is counted.
 #[derive(Clone, Copy, Debug)]
-struct Link {
+pub(super) struct Link {
     /// The node above; `NONE` for the root.
-    node: u32,
+    pub node: u32,
     /// Whether it is the first operand of a difference.
-    first: bool,
+    pub first: bool,
     /// Whether an odd number of differences takes it away.
     subtracted: bool,
 }
 
 #[derive(Clone, Debug)]
-struct ProgramNode {
-    op: Op,
-    arity: u32,
-    link: Link,
+pub(super) struct ProgramNode {
+    pub op: Op,
+    pub arity: u32,
+    pub link: Link,
 }
 
 /// The flat program: chains of like operations are one node, `((A - B) - C) - D` as well as `A - (B | C)`.
 #[derive(Clone, Debug)]
 pub struct Program {
     /// Parents come before their children; the root is node 0.
-    nodes: Vec<ProgramNode>,
-    leaves: Vec<Link>,
+    pub(super) nodes: Vec<ProgramNode>,
+    pub(super) leaves: Vec<Link>,
 }
 
 impl Program {
@@ -108,52 +107,6 @@ impl Program {
     /// Whether the leaf is taken away, so that its surface bounds the result from the other side.
     pub fn is_subtracted(&self, leaf: u32) -> bool {
         self.leaves[leaf as usize].subtracted
-    }
-
-    /// The boxes within which the leaves can matter: an operand counts only inside the bounds of what it is
-    /// taken from or intersected with. Empty for leaves that never matter.
-    pub fn effective_bounds(&self, leaves: &[Aabb]) -> Vec<Aabb> {
-        let mut bounds: Vec<Aabb> = self
-            .nodes
-            .iter()
-            .map(|n| if n.op == Op::Intersection { Aabb::EVERYTHING } else { Aabb::EMPTY })
-            .collect();
-        let gather = |bounds: &mut Vec<Aabb>, link: &Link, own: Aabb| {
-            let Some(node) = self.nodes.get(link.node as usize) else { return };
-            let above = &mut bounds[link.node as usize];
-            *above = match node.op {
-                Op::Union => above.union(&own),
-                Op::Intersection => above.intersection(&own),
-                Op::Difference if link.first => own,
-                Op::Difference => *above,
-            };
-        };
-        for (link, own) in self.leaves.iter().zip(leaves) {
-            gather(&mut bounds, link, *own);
-        }
-        for i in (1..self.nodes.len()).rev() {
-            let own = bounds[i];
-            gather(&mut bounds, &self.nodes[i].link, own);
-        }
-        for i in 1..self.nodes.len() {
-            bounds[i] = bounds[i].intersection(&bounds[self.nodes[i].link.node as usize]);
-        }
-        self.leaves
-            .iter()
-            .zip(leaves)
-            .map(|(link, own)| own.intersection(&bounds[link.node as usize]))
-            .map(|b| if b.is_empty() { Aabb::EMPTY } else { b })
-            .collect()
-    }
-
-    /// The box of the result.
-    pub fn bounds(&self, leaves: &[Aabb]) -> Aabb {
-        let effective = self.effective_bounds(leaves);
-        // What is taken away adds nothing to the box of the result.
-        (0..)
-            .zip(&effective)
-            .filter(|(leaf, _)| !self.is_subtracted(*leaf))
-            .fold(Aabb::EMPTY, |b, (_, leaf)| b.union(leaf))
     }
 
     /// Bytes used.

@@ -1,74 +1,31 @@
 //! The sweep: crossings of leaves in ascending order go in, boundaries of the combination come out.
 //!
 //! Crossings that agree within their bounds are one event: all of them are toggled, then the expression is
-//! judged once. So tangents, shared faces and flush holes leave nothing, at any scale.
+//! judged once. So tangents, shared faces and flush holes leave nothing, at any scale. Where events form a chain,
+//! each in agreement with the next but not the first with the last, the chain is resolved in `chain.rs`.
 
 use std::collections::VecDeque;
 
+use super::chain;
+use super::contact::Contacts;
+use super::event::{Boundary, Change, Event, HitKind};
 use super::{Program, ProgramState};
-use crate::crossing::{Crossing, GROUPING};
+use crate::crossing::Crossing;
+use crate::math::Vec3;
 use crate::ray::Span;
-
-/// What a boundary is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(i8)]
-pub enum HitKind {
-    /// The ray passes a surface.
-    Surface = 0,
-    /// The span begins inside: there is no surface.
-    Start = 1,
-    /// The span ends inside: there is no surface.
-    End = 2,
-}
-
-/// A crossing of a leaf on its way into the sweep.
-#[derive(Clone, Copy, Debug)]
-pub struct Event {
-    /// The lower end of the interval in which this crossing is one with others.
-    pub low: f64,
-    /// The leaf.
-    pub leaf: u32,
-    /// What the leaf's solid answered.
-    pub crossing: Crossing,
-}
-
-impl Event {
-    /// The event of a leaf's crossing, given where the ray enters the leaf's effective bounds. Before those
-    /// the leaf cannot matter; `None` says that it happened before and only changes the state.
-    pub fn new(leaf: u32, crossing: Crossing, enter: f64) -> Option<Event> {
-        let reach = GROUPING * crossing.t_err;
-        if crossing.t + reach < enter {
-            return None;
-        }
-        // Never before the box: so the order of events does not depend on when the box was opened.
-        Some(Event { low: (crossing.t - reach).max(enter), leaf, crossing })
-    }
-
-    fn high(&self) -> f64 {
-        self.low.max(self.crossing.t + GROUPING * self.crossing.t_err)
-    }
-}
-
-/// Where the membership in the result changes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Boundary {
-    /// What it is.
-    pub kind: HitKind,
-    /// Whether the ray passes into the result.
-    pub entering: bool,
-    /// The leaf whose surface it is; meaningless without a surface.
-    pub leaf: u32,
-    /// The leaf's crossing, with `t` and its bound.
-    pub crossing: Crossing,
-}
 
 /// The state of one sweep; reused from ray to ray.
 #[derive(Debug)]
 pub struct Sweep {
     span: Span,
     state: ProgramState,
+    contacts: Contacts,
     group: Vec<Event>,
+    /// The highest and the lowest upper end of the events of the group.
     group_high: f64,
+    first_high: f64,
+    /// Boundaries of a chain: memory only.
+    chain: Vec<Boundary>,
     /// Whether the result was in after the last event.
     inside: bool,
     begun: bool,
@@ -80,8 +37,11 @@ impl Default for Sweep {
         Sweep {
             span: Span::FORWARD,
             state: ProgramState::default(),
+            contacts: Contacts::default(),
             group: Vec::new(),
             group_high: f64::NEG_INFINITY,
+            first_high: f64::INFINITY,
+            chain: Vec::new(),
             inside: false,
             begun: false,
             out: VecDeque::new(),
@@ -103,18 +63,41 @@ impl Sweep {
     /// Ends a ray; must be called before the next begins.
     pub fn end(&mut self, program: &Program) {
         self.state.clear(program);
+        self.contacts.clear();
+    }
+
+    /// Adds a face of a leaf in which the ray lies, before the events of the contact: its outward normal and the
+    /// ray's direction, in the frame of the body.
+    pub fn touch(&mut self, leaf: u32, normal: Vec3, direction: Vec3) {
+        self.contacts.add(leaf, normal, direction);
     }
 
     /// A crossing that happened before anything that matters.
-    pub fn preset(&mut self, program: &Program, leaf: u32) {
-        self.state.toggle(program, leaf);
+    pub fn preset(&mut self, program: &Program, leaf: u32, change: Change) {
+        match change {
+            Change::Membership => self.state.toggle(program, leaf),
+            Change::Contact => self.contacts.toggle(leaf),
+        }
+    }
+
+    /// Whether the ray is in the result.
+    fn value(&mut self, program: &Program) -> bool {
+        if self.contacts.is_empty() {
+            self.state.value(program)
+        } else {
+            self.contacts.value(program, &mut self.state)
+        }
     }
 
     /// The next event; `low` must not be below that of earlier ones.
     pub fn offer(&mut self, program: &Program, event: Event) {
         self.advance(program, event.low);
-        self.group_high =
-            if self.group.is_empty() { event.high() } else { self.group_high.max(event.high()) };
+        let high = event.high();
+        if self.group.is_empty() {
+            (self.group_high, self.first_high) = (high, high);
+        } else {
+            (self.group_high, self.first_high) = (self.group_high.max(high), self.first_high.min(high));
+        }
         self.group.push(event);
     }
 
@@ -149,7 +132,7 @@ impl Sweep {
             return false;
         }
         self.begun = true;
-        let inside = self.state.value(program);
+        let inside = self.value(program);
         if inside && alone {
             self.inside = true;
             self.emit_span_end(HitKind::Start, self.span.t_min());
@@ -158,42 +141,82 @@ impl Sweep {
     }
 
     fn judge(&mut self, program: &Program) {
-        let (t_min, t_max) = (self.span.t_min(), self.span.t_max());
-        let at_start = self.group.iter().any(|e| e.low <= t_min);
-        let began_inside = self.settle_start(program, !at_start);
-        for event in &self.group {
-            self.state.toggle(program, event.leaf);
-        }
-        let inside = self.state.value(program);
-        if inside != self.inside {
-            let witness = self.witness(program, inside);
-            let t = witness.crossing.t;
-            if inside && (began_inside || t < t_min) {
-                self.inside = true;
-                self.emit_span_end(HitKind::Start, t_min);
-            } else if t < t_max || (t == t_max && !inside) {
-                // What begins where the span ends has no length in it.
-                self.inside = inside;
-                self.out.push_back(Boundary { kind: HitKind::Surface, entering: inside, ..witness });
-            }
+        // Events come in the order of their lower ends: in a chain the last begins behind the end of another.
+        if self.group.last().is_some_and(|last| last.low > self.first_high) {
+            self.judge_chain(program);
+        } else {
+            self.judge_event(program);
         }
         self.group.clear();
     }
 
-    /// The crossing of the group that stands for it: one that goes the way the result goes, the surest,
-    /// whatever order they came in.
-    fn witness(&self, program: &Program, entering: bool) -> Boundary {
-        let goes_along = |e: &&Event| (e.crossing.entering != program.is_subtracted(e.leaf)) == entering;
-        let order = |a: &&Event, b: &&Event| {
-            let (x, y) = (&a.crossing, &b.crossing);
-            x.t_err
-                .total_cmp(&y.t_err)
-                .then(a.leaf.cmp(&b.leaf))
-                .then(x.t.total_cmp(&y.t))
-                .then(x.primitive.cmp(&y.primitive))
-        };
-        let best = self.group.iter().filter(goes_along).min_by(order).unwrap_or(&self.group[0]);
-        Boundary { kind: HitKind::Surface, entering, leaf: best.leaf, crossing: best.crossing }
+    /// Judges a group that is one event.
+    fn judge_event(&mut self, program: &Program) {
+        let t_min = self.span.t_min();
+        let at_start = self.group.iter().any(|e| e.low <= t_min);
+        let began_inside = self.settle_start(program, !at_start);
+        for i in 0..self.group.len() {
+            let Event { leaf, change, .. } = self.group[i];
+            self.preset(program, leaf, change);
+        }
+        let inside = self.value(program);
+        if inside != self.inside {
+            let witness = witness(&self.group, program, inside);
+            let t = witness.crossing.t;
+            if inside && (began_inside || t < t_min) {
+                self.inside = true;
+                self.emit_span_end(HitKind::Start, t_min);
+            } else if is_within(&witness, self.span) {
+                self.inside = inside;
+                self.out.push_back(Boundary { kind: HitKind::Surface, entering: inside, ..witness });
+            }
+        }
+    }
+
+    /// Judges a chain: its events one by one in the order of their `t`, then what that leaves of extents and gaps
+    /// that are resolved.
+    fn judge_chain(&mut self, program: &Program) {
+        let t_min = self.span.t_min();
+        let at_start = !self.begun && self.group.iter().any(|e| e.low <= t_min);
+        let began_inside = self.settle_start(program, !at_start);
+        let mut inside = if at_start { began_inside } else { self.inside };
+        let before = inside;
+        let mut chain = std::mem::take(&mut self.chain);
+        chain.clear();
+        let mut group = std::mem::take(&mut self.group);
+        group.sort_by(|a, b| a.crossing.t.total_cmp(&b.crossing.t));
+        for same in group.chunk_by(|a, b| a.crossing.t == b.crossing.t) {
+            same.iter().for_each(|e| self.preset(program, e.leaf, e.change));
+            let now = self.value(program);
+            if now != inside {
+                chain.push(witness(same, program, now));
+                inside = now;
+            }
+        }
+        self.group = group;
+        chain::resolve(&mut chain);
+        let first = if at_start { self.start_in_chain(&chain, before) } else { 0 };
+        for boundary in chain[first..].iter().take_while(|b| is_within(b, self.span)) {
+            self.inside = boundary.entering;
+            self.out.push_back(*boundary);
+        }
+        self.chain = chain;
+    }
+
+    /// Begins the span within a chain, given the state before it; returns the first boundary that counts.
+    fn start_in_chain(&mut self, chain: &[Boundary], before: bool) -> usize {
+        let t_min = self.span.t_min();
+        let first = chain.partition_point(|b| b.crossing.t < t_min);
+        self.inside = before ^ (first % 2 == 1);
+        if self.inside {
+            // If the ray leaves where the span begins, nothing is left of it.
+            if chain.get(first).is_some_and(|b| b.crossing.low() <= t_min) {
+                self.inside = false;
+                return first + 1;
+            }
+            self.emit_span_end(HitKind::Start, t_min);
+        }
+        first
     }
 
     /// A boundary where the span begins or ends inside.
@@ -206,6 +229,28 @@ impl Sweep {
             crossing: Crossing::new(t, 0.0, entering, 0),
         });
     }
+}
+
+/// The crossing that stands for events that are one: one that goes the way the result goes, the surest, whatever
+/// order they came in.
+fn witness(group: &[Event], program: &Program, entering: bool) -> Boundary {
+    let goes_along = |e: &&Event| (e.crossing.entering != program.is_subtracted(e.leaf)) == entering;
+    let order = |a: &&Event, b: &&Event| {
+        let (x, y) = (&a.crossing, &b.crossing);
+        x.t_err
+            .total_cmp(&y.t_err)
+            .then(a.leaf.cmp(&b.leaf))
+            .then(x.t.total_cmp(&y.t))
+            .then(x.primitive.cmp(&y.primitive))
+    };
+    let best = group.iter().filter(goes_along).min_by(order).unwrap_or(&group[0]);
+    Boundary { kind: HitKind::Surface, entering, leaf: best.leaf, crossing: best.crossing }
+}
+
+/// Whether a boundary lies within a span, as far as its end goes. What begins where the span ends has no length in it.
+fn is_within(boundary: &Boundary, span: Span) -> bool {
+    let t = boundary.crossing.t;
+    t < span.t_max() || (t == span.t_max() && !boundary.entering)
 }
 
 #[cfg(test)]
@@ -221,9 +266,10 @@ mod tests {
         let mut events = Vec::new();
         for (leaf, list) in (0..).zip(lists) {
             for (i, &t) in list.iter().enumerate() {
-                match Event::new(leaf, Crossing::new(t, t.abs() * 1e-16, i % 2 == 0, 0), span.t_min()) {
+                let crossing = Crossing::new(t, t.abs() * 1e-16, i % 2 == 0, 0);
+                match Event::new(leaf, Change::Membership, crossing, span.t_min()) {
                     Some(event) => events.push(event),
-                    None => sweep.preset(program, leaf),
+                    None => sweep.preset(program, leaf, Change::Membership),
                 }
             }
         }

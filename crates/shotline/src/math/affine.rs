@@ -8,8 +8,10 @@
 use super::length::{power_of_two_near, unit};
 use super::{Dd, Vec3};
 
-/// Transforms with a condition number above this are refused: fewer than two digits of `t` would survive.
-pub const MAX_CONDITION: f64 = 1e14;
+/// Transforms with a condition number above this are refused. At a condition `c` the bounds of crossings are of the size of
+/// `c` times 10^-15 of the solid, and crossings within 8 times the sum of their bounds are one event. So above this a solid
+/// would vanish between its own bounds.
+pub const MAX_CONDITION: f64 = 1e12;
 
 /// An affine map as a 3x4 matrix, row by row: `p -> S p + x`.
 ///

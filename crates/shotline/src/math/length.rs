@@ -24,7 +24,7 @@ fn scale(v: Vec3) -> f64 {
 }
 
 /// A power of two within a factor of two of a positive finite number (kept inside the normal range).
-pub(super) fn power_of_two_near(x: f64) -> f64 {
+pub fn power_of_two_near(x: f64) -> f64 {
     libm::ldexp(1.0, (libm::frexp(x).1).clamp(-1000, 1000))
 }
 

@@ -8,7 +8,7 @@ mod plane;
 pub use affine::{Affine, Chain, MAX_CONDITION, Placement, SingularTransform};
 pub use dd::{Dd, difference_of_products, sum, two_prod, two_sum};
 pub use glam::DVec3 as Vec3;
-pub use length::{length, unit};
+pub use length::{length, power_of_two_near, unit};
 pub use plane::Plane;
 
 /// Half a unit in the last place of 1: the largest relative error of one rounded operation.

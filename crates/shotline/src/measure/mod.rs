@@ -2,7 +2,7 @@
 //! estimate of the error.
 //!
 //! **Exact** are objects made of boxes, spheres, ellipsoids, cylinders, cones, paraboloids, hyperboloids, tori
-//! that are no spindles, and closed meshes of which the winding number is nowhere other than 0 and 1 (or -1): one of
+//! that are no spindles, polytopes (intersections of half-spaces and boxes), and closed meshes of which the winding number is nowhere other than 0 and 1 (or -1): one of
 //! them, or any number whose boxes do not overlap, under whatever transforms and however often shared parts are placed.
 //! Exact means but for rounding; the error is told as 0.
 //!
@@ -22,6 +22,7 @@
 mod apart;
 mod estimate;
 mod objects;
+mod polytope;
 mod rays;
 #[cfg(test)]
 mod tests;
@@ -72,9 +73,11 @@ pub enum Method {
 pub struct Measure {
     /// The object: an index into [`object_names`](World::object_names).
     pub object: u32,
-    /// The volume, all placements together; bodies of one object that overlap count once.
+    /// The volume, all placements together; bodies of one object that overlap count once. NaN, as all the rest, for an
+    /// object that [has no end](Measure::is_unbounded).
     pub volume: Estimate,
-    /// The volume times the density of the material, if it has one.
+    /// The mass, if the material has a density: in grams, by densities in g/cm^3; in a scene without units, the volume
+    /// times the density, whatever these stand for.
     pub mass: Option<Estimate>,
     /// The centroid, in world coordinates; NaN where no volume was found.
     pub centroid: [Estimate; 3],
@@ -87,6 +90,23 @@ pub struct Measure {
     pub bounds: Aabb,
     /// The rays cast for it.
     pub rays: usize,
+}
+
+impl Measure {
+    /// Whether the object has no end, or none that its box tells: then nothing but the box is known of it.
+    pub fn is_unbounded(&self) -> bool {
+        !self.bounds.is_empty() && !self.bounds.is_finite()
+    }
+}
+
+/// The box of every object, in the order of their numbers: infinite where it has no end, empty where it is nowhere.
+///
+/// # Errors
+/// [`MeasureError::TooNested`].
+pub fn object_bounds(world: &World) -> Result<Vec<Aabb>, MeasureError> {
+    let wanted = vec![true; world.object_names().len()];
+    let extents = objects::extents(world, &wanted, false)?;
+    Ok(extents.into_iter().map(|(_, extent)| extent.bounds).collect())
 }
 
 /// Why objects could not be measured.
@@ -102,17 +122,6 @@ pub enum MeasureError {
         object: u32,
         /// How many there are.
         count: usize,
-    },
-    /// An object without end, or none that its box can tell.
-    #[error(
-        "object '{object}' has no finite bounds: its box reaches from {:?} to {:?}",
-        .bounds.min.to_array(), .bounds.max.to_array()
-    )]
-    Unbounded {
-        /// The object.
-        object: String,
-        /// Its box.
-        bounds: Aabb,
     },
     /// A mesh that is not closed, or objects that overlap where that is an error.
     #[error(transparent)]

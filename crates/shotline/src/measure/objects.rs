@@ -6,8 +6,8 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
-use super::MeasureError;
 use super::apart::are_apart;
+use super::{MeasureError, polytope};
 use crate::aabb::Aabb;
 use crate::compile::{Body, Placed, Target, World};
 use crate::math::Affine;
@@ -24,6 +24,13 @@ pub(super) struct Extent {
     pub moments: Option<Moments>,
     /// A body of it that has no inside.
     pub open: Option<u32>,
+}
+
+impl Extent {
+    /// Whether it has no end, or none that its box tells.
+    pub fn is_unbounded(&self) -> bool {
+        !self.bounds.is_empty() && !self.bounds.is_finite()
+    }
 }
 
 /// What a level holds of each object; `None` stands for the object that is named above it.
@@ -100,12 +107,13 @@ impl Survey<'_> {
             Body::Surface(b) => Extent { bounds: b.bounds, moments: None, open: Some(body) },
             Body::Solid(b) => {
                 let moments = match &b.leaves[..] {
-                    [leaf] if self.closed_forms => {
+                    _ if !self.closed_forms => None,
+                    [leaf] => {
                         let key = Arc::as_ptr(&leaf.solid).cast();
                         let own = *self.solids.entry(key).or_insert_with(|| leaf.solid.moments());
                         own.and_then(|m| Some(m.placed(&leaf.local_from_body.inverse().ok()?)))
                     }
-                    _ => None,
+                    _ => polytope::moments(b),
                 };
                 Extent { bounds: b.bounds, moments, open: None }
             }

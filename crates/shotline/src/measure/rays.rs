@@ -12,7 +12,7 @@ use crate::math::{Affine, Dd, Vec3};
 use crate::query::batch::Run;
 use crate::query::{Caster, Limits, Overlaps, QueryError};
 use crate::ray::{Ray, Span};
-use crate::scene::Scene;
+use crate::scene::{Scene, Units};
 use crate::solid::Moments;
 
 /// Samples along one axis, of the randomised ones along all three.
@@ -61,18 +61,14 @@ struct Task {
 }
 
 impl Rays<'_> {
-    /// Whether an object has an inside and an end.
+    /// Whether an object has an inside.
     ///
     /// # Errors
     /// [`MeasureError`] if not.
     pub(super) fn check(&self, object: u32, extent: &Extent) -> Result<(), MeasureError> {
-        let Extent { bounds, open, .. } = *extent;
-        if let Some(Body::Surface(surface)) = open.map(|body| self.world.body(body)) {
+        if let Some(Body::Surface(surface)) = extent.open.map(|body| self.world.body(body)) {
             let why = surface.mesh.topology().why_open();
             return Err(MeasureError::Query(QueryError::NotASolid { object: self.name(object), why }));
-        }
-        if !bounds.is_empty() && !bounds.is_finite() {
-            return Err(MeasureError::Unbounded { object: self.name(object), bounds });
         }
         Ok(())
     }
@@ -90,13 +86,14 @@ impl Rays<'_> {
         let (numbers, rays) = self.numbers(object, extent)?;
         let material = self.world.object_material(object).and_then(|m| scene.materials.get(m as usize));
         let density = material.and_then(|(_, material)| material.density);
+        let mass_of_one = scene.units.map_or(1.0, Units::cubic_centimetres);
         Ok(Measure {
             object,
             volume: numbers[0],
-            mass: density.map(|density| numbers[0].times(density)),
+            mass: density.map(|density| numbers[0].times(density * mass_of_one)),
             centroid: [numbers[1], numbers[2], numbers[3]],
             inertia: std::array::from_fn(|i| std::array::from_fn(|j| numbers[4 + 3 * i + j])),
-            exact: rays == 0,
+            exact: rays == 0 && !extent.is_unbounded(),
             bounds: extent.bounds,
             rays,
         })
@@ -105,12 +102,19 @@ impl Rays<'_> {
     /// Volume, centroid and inertia, and how many rays were cast for them.
     fn numbers(&self, object: u32, extent: &Extent) -> Result<([Estimate; COUNT], usize), MeasureError> {
         let Extent { bounds, moments, .. } = *extent;
-        // Boxes are conservative: where one is flat there is no volume.
-        let flat = !bounds.min.cmplt(bounds.max).all();
-        if let Some(moments) = moments.or(flat.then_some(Moments::NOTHING)) {
+        let skipped = || {
             if let Some(progress) = self.run.progress {
                 progress(self.settings.rays as u64);
             }
+        };
+        if extent.is_unbounded() {
+            skipped();
+            return Ok(([Estimate { value: f64::NAN, std_error: f64::NAN }; COUNT], 0));
+        }
+        // Boxes are conservative: where one is flat there is no volume.
+        let flat = !bounds.min.cmplt(bounds.max).all();
+        if let Some(moments) = moments.or(flat.then_some(Moments::NOTHING)) {
+            skipped();
             return Ok((numbers(&moments).map(|value| Estimate { value, std_error: 0.0 }), 0));
         }
         let rays = self.settings.rays.div_ceil(STRATA).max(1);

@@ -240,9 +240,6 @@ fn what_cannot_be_measured_is_an_error_at_once() {
         scene.add_object(name, None, node);
     }
     let only = |objects: &[u32]| Settings { objects: Some(objects.to_vec()), ..Settings::default() };
-    assert!(
-        matches!(all(&scene, &only(&[0, 1])), Err(MeasureError::Unbounded { object, .. }) if object == "ground")
-    );
     let error = all(&scene, &only(&[2])).unwrap_err();
     assert!(matches!(&error, MeasureError::Query(QueryError::NotASolid { object, .. }) if object == "open"));
     assert_eq!(all(&scene, &only(&[3])), Err(MeasureError::NoObject { object: 3, count: 3 }));
@@ -264,4 +261,96 @@ fn nothing_has_no_volume() {
     });
     let found = all(&scene, &Settings::default()).unwrap()[0];
     assert!(found.exact && found.volume == Estimate::default() && found.centroid[1].value.is_nan());
+}
+
+#[test]
+fn an_object_without_an_end_does_not_stop_the_others() {
+    let mut scene = Scene::default();
+    let ground = solid(&mut scene, "halfspace", &[Vector([0.0, 0.0, 1.0]), Number(0.0)]);
+    let ball = solid(&mut scene, "sphere", &[Number(1.0)]);
+    scene.add_object("ground", None, ground);
+    scene.add_object("ball", None, ball);
+    let found = all(&scene, &Settings::default()).unwrap();
+    assert!(found[0].is_unbounded() && found[0].volume.value.is_nan() && !found[0].exact, "{found:?}");
+    assert!(!found[1].is_unbounded() && found[1].exact && found[1].volume.value > 4.0, "{found:?}");
+}
+
+/// Half-spaces by normal and offset, and boxes, in one intersection under a transform.
+fn polytope(planes: &[([f64; 3], f64)], boxes: &[[[f64; 3]; 2]], map: Affine) -> Measure {
+    let scene = one(|scene| {
+        let mut args: Vec<NodeId> = planes
+            .iter()
+            .map(|(n, offset)| solid(scene, "halfspace", &[Vector(*n), Number(*offset)]))
+            .collect();
+        args.extend(boxes.iter().map(|[min, max]| solid(scene, "box", &[Vector(*min), Vector(*max)])));
+        let node = scene.add_csg(Op::Intersection, args);
+        scene.add_transform(map, node)
+    });
+    all(&scene, &Settings::default()).unwrap()[0]
+}
+
+#[test]
+fn polytopes_of_half_spaces_are_measured_exactly() {
+    let signs = [1.0, -1.0];
+    let normals = signs.iter().flat_map(|x| signs.iter().flat_map(move |y| signs.map(|z| [*x, *y, z])));
+    let octahedron: Vec<_> = normals.map(|n| (n, 1.0)).collect();
+    let corner = [([-1.0, 0.0, 0.0], 0.0), ([0.0, -1.0, 0.0], 0.0), ([0.0, 0.0, -1.0], 0.0), ([1.0; 3], 1.0)];
+    let half_box = [([1.0, 1.0, 0.0], 0.0)];
+    let turn = Affine::rotation_xyz(Vec3::new(20.0, 50.0, -10.0));
+    for size in [1.0, 1e-60, 1e60] {
+        let map = Affine::translation(Vec3::splat(size))
+            .then_after(&turn)
+            .then_after(&Affine::scaling(Vec3::new(size, 2.0 * size, size)));
+        for map in [Affine::IDENTITY, map] {
+            let growth = map.determinant();
+            let cases: [(Measure, f64, f64); 3] = [
+                (polytope(&octahedron, &[], map), 4.0 / 3.0, 0.0),
+                (polytope(&corner, &[], map), 1.0 / 6.0, 0.25),
+                (polytope(&half_box, &[[[-1.0; 3], [1.0; 3]]], map), 4.0, -1.0 / 3.0),
+            ];
+            for (found, volume, x) in cases {
+                assert!(found.exact && found.volume.std_error == 0.0, "{found:?}");
+                assert!((found.volume.value / (volume * growth) - 1.0).abs() < 1e-13, "{found:?}");
+                let z = if volume == 4.0 { 0.0 } else { x };
+                let centroid = map.point(Vec3::new(x, x, z));
+                let off = (found.centroid[0].value - centroid.x).abs();
+                assert!(off <= 1e-13 * map.vector(Vec3::ONE).abs().max_element(), "{found:?}");
+            }
+        }
+    }
+    // The inertia of an octahedron: m / 5 about each axis, for corners at 1.
+    let inertia = polytope(&octahedron, &[], Affine::IDENTITY).inertia;
+    assert!((inertia[2][2].value - 4.0 / 15.0).abs() < 1e-15 && inertia[0][1].value.abs() < 1e-16);
+}
+
+#[test]
+fn a_half_space_taken_away_leaves_a_polytope() {
+    let scene = one(|scene| {
+        let brick = solid(scene, "box", &[Vector([0.0; 3]), Vector([1.0; 3])]);
+        let above = solid(scene, "halfspace", &[Vector([-1.0, -1.0, -1.0]), Number(-1.0)]);
+        scene.add_csg(Op::Difference, vec![brick, above])
+    });
+    let found = all(&scene, &Settings::default()).unwrap()[0];
+    assert!(found.exact && (found.volume.value - 1.0 / 6.0).abs() < 1e-15, "{found:?}");
+}
+
+#[test]
+fn ellipsoids_given_as_quadrics_are_exact_and_cylinders_between_planes_have_a_volume() {
+    // x^2 + xy + y^2 + z^2 - 2z < 0: a ball of radius 1 about (0, 0, 1), stretched by 2 / sqrt(3).
+    let coeffs = [1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, -2.0, 0.0];
+    let scene = one(|s| solid(s, "quadric", &[crate::solid::Value::Ten(coeffs)]));
+    let found = all(&scene, &Settings::default()).unwrap()[0];
+    let volume = 4.0 / 3.0 * PI * 2.0 / 3f64.sqrt();
+    assert!(found.exact && (found.volume.value / volume - 1.0).abs() < 1e-14, "{found:?}");
+    assert!((found.centroid[2].value - 1.0).abs() < 1e-15);
+    let pin = one(|s| {
+        let side = [1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0];
+        let side = solid(s, "quadric", &[crate::solid::Value::Ten(side)]);
+        let top = solid(s, "halfspace", &[Vector([0.1, 0.2, 1.0]), Number(1.0)]);
+        let bottom = solid(s, "halfspace", &[Vector([0.0, 0.3, -1.0]), Number(1.0)]);
+        s.add_csg(Op::Intersection, vec![side, top, bottom])
+    });
+    let found = all(&pin, &rays(48_000, 1)).unwrap()[0];
+    assert!((found.volume.value - 2.0 * PI).abs() < 5.0 * found.volume.std_error, "{found:?}");
+    assert!(found.volume.std_error < 0.01);
 }

@@ -21,6 +21,7 @@ pub(super) fn hit(world: &World, walk: &Walk, ray: &Ray, meeting: &Meeting, boun
         object: meeting.object,
         surface: None,
         primitive: None,
+        polygon: None,
         barycentric: None,
         path: meeting.path,
     };
@@ -48,6 +49,7 @@ pub(super) fn hit(world: &World, walk: &Walk, ray: &Ray, meeting: &Meeting, boun
     hit.surface = Some(first_surface + crossing.surface);
     if crossing.primitive != NO_PRIMITIVE {
         hit.primitive = Some(crossing.primitive);
+        hit.polygon = solid.polygon(crossing.primitive);
         hit.barycentric = solid.barycentric(p, crossing.primitive);
     }
     hit

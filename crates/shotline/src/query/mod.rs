@@ -40,6 +40,8 @@ pub struct Hit {
     pub surface: Option<u32>,
     /// The triangle of a mesh.
     pub primitive: Option<u32>,
+    /// The polygon of the mesh file that the triangle was cut from, counted from 0.
+    pub polygon: Option<u32>,
     /// Barycentric coordinates in that triangle, weights of its second and third vertex.
     pub barycentric: Option<[f64; 2]>,
     /// The number of the instance path, see [`path_name`](crate::compile::World::path_name).

@@ -9,8 +9,8 @@ use super::repair::repair;
 use crate::aabb::BoxRay;
 use crate::accel::{Offer, Pending, Scratch, Tags};
 use crate::compile::{Leaf, SolidBody};
-use crate::crossing::Crossing;
-use crate::csg::{Boundary, Event, Sweep};
+use crate::crossing::{Contact, Crossing, NO_PRIMITIVE};
+use crate::csg::{Boundary, Change, Event, Sweep};
 use crate::ray::{Line, Span};
 use crate::solid::Wanted;
 use crate::trace::{Act, Log};
@@ -34,6 +34,7 @@ pub(super) struct StreamScratch {
     sweep: Sweep,
     offers: Vec<Pending>,
     crossings: Vec<Crossing>,
+    contacts: Vec<Contact>,
     /// Of leaves; those of triangles are in the scratch that solids are given.
     tags: Tags,
 }
@@ -181,21 +182,48 @@ impl<'a, 'c> Stream<'a, 'c> {
         solid.crossings_within(&line, self.ray.span(), wanted, &mut scratch.crossings, self.below);
         self.below.work.repaired += u64::from(repair(&**solid, &line, &mut scratch.crossings));
         self.below.log.add(1, None, || Act::Found { crossings: scratch.crossings.clone() });
-        for &crossing in &scratch.crossings {
-            match Event::new(leaf, crossing, enter) {
-                Some(event) => {
-                    if crossing.t < f64::INFINITY {
-                        let place = Entry::Event(scratch.events.len() as u32);
-                        scratch.heap.push(event.low, Rank::Crossing, place);
-                        scratch.events.push(event);
-                        self.below.work.heap_pushes += 1;
-                    }
-                }
-                None => {
-                    self.below.log.add(2, Some(crossing.t), || Act::Before { item: name(), crossing });
-                    scratch.sweep.preset(&self.body.program, leaf);
+        for i in 0..self.scratch.crossings.len() {
+            self.take(leaf, Change::Membership, self.scratch.crossings[i], enter);
+        }
+        if self.scratch.crossings.is_empty() && self.body.leaves.len() > 1 {
+            self.touch(leaf, &line, enter);
+        }
+    }
+
+    /// Puts a crossing of a leaf on the heap, or to the state of the sweep if it happened before the leaf matters.
+    fn take(&mut self, leaf: u32, change: Change, crossing: Crossing, enter: f64) {
+        let scratch = &mut *self.scratch;
+        match Event::new(leaf, change, crossing, enter) {
+            Some(event) => {
+                if crossing.t < f64::INFINITY {
+                    let place = Entry::Event(scratch.events.len() as u32);
+                    scratch.heap.push(event.low, Rank::Crossing, place);
+                    scratch.events.push(event);
+                    self.below.work.heap_pushes += 1;
                 }
             }
+            None => {
+                let name = || self.body.leaf_name(leaf as usize);
+                self.below.log.add(2, Some(crossing.t), || Act::Before { item: name(), crossing });
+                scratch.sweep.preset(&self.body.program, leaf, change);
+            }
+        }
+    }
+
+    /// Takes the stretches on which the line lies in the surface of a leaf.
+    fn touch(&mut self, leaf: u32, line: &Line, enter: f64) {
+        let Leaf { solid, local_from_body, .. } = &self.body.leaves[leaf as usize];
+        self.scratch.contacts.clear();
+        solid.contacts(line, &mut self.scratch.contacts);
+        for i in 0..self.scratch.contacts.len() {
+            let Contact { enter: begin, exit: end, surfaces } = self.scratch.contacts[i];
+            let t = [begin.t, end.t].into_iter().find(|t| t.is_finite()).unwrap_or(0.0);
+            for surface in (0..u32::BITS).filter(|s| surfaces >> s & 1 == 1) {
+                let normal = local_from_body.covector(solid.normal(line.at(t), surface, NO_PRIMITIVE));
+                self.scratch.sweep.touch(leaf, normal, self.line.d);
+            }
+            self.take(leaf, Change::Contact, begin, enter);
+            self.take(leaf, Change::Contact, end, enter);
         }
     }
 }

@@ -1,9 +1,13 @@
 //! Whole worlds: every query agrees with every other, with membership, and with every accelerator.
 
+mod bounds;
 mod growth;
 mod limits;
+mod spans;
 mod structures;
 mod surfaces;
+mod thin;
+mod touching;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -354,7 +358,7 @@ fn a_box_of_many_holes_costs_what_the_ray_meets() {
 fn surfaces_have_hits_but_no_inside() {
     let mut scene = Scene::default();
     let vertices = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
-    let sheet = TriangleMesh { vertices, faces: vec![[0, 1, 2]] };
+    let sheet = TriangleMesh::new(vertices, vec![[0, 1, 2]]);
     let sheet = scene.add(Node::Mesh { mesh: Arc::new(sheet), file: None });
     let group = scene.add(Node::Group { members: vec![sheet, sheet] });
     let ball = scene.add_solid("sphere", &[Value::Number(0.1)]).expect("sphere");

@@ -3,6 +3,7 @@
 
 mod motion;
 mod placement;
+mod units;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -10,6 +11,7 @@ use std::sync::Arc;
 pub use crate::csg::Op;
 pub use motion::Motion;
 pub use placement::{LocalTransform, Rotation};
+pub use units::Units;
 
 use crate::math::{Affine, Vec3};
 use crate::solid::mesh::TriangleMesh;
@@ -69,11 +71,24 @@ pub enum Node {
     },
 }
 
+impl Node {
+    /// The nodes directly below, in order.
+    pub fn children(&self) -> &[NodeId] {
+        match self {
+            Node::Solid { .. } | Node::Mesh { .. } => &[],
+            Node::Csg { args, .. } => args,
+            Node::Group { members } => members,
+            Node::Transform { child, .. } => std::slice::from_ref(child),
+            Node::Object { node, .. } => std::slice::from_ref(node),
+        }
+    }
+}
+
 /// A whole scene.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
-    /// The unit of length, as text; shotline does not convert.
-    pub units: Option<String>,
+    /// The unit of length, if the scene has one. Lengths are never converted.
+    pub units: Option<Units>,
     /// The arena.
     pub nodes: Vec<Node>,
     /// Shared parts by name, in order of definition.
@@ -100,7 +115,7 @@ pub struct Scene {
 pub struct Material {
     /// Linear attenuation coefficient, per unit of length.
     pub mu: Option<f64>,
-    /// Mass per cubed unit of length.
+    /// Density in g/cm^3, whatever the unit of length; in a scene without units, mass per cubed length.
     pub density: Option<f64>,
     /// Colour as sRGB from 0 to 1.
     pub color: Option<[f64; 3]>,

@@ -5,10 +5,10 @@ use std::f64::consts::PI;
 use super::form::{Form, rounded};
 use super::homogeneous::Homogeneous;
 use super::interval::{Interval, Slab};
-use super::{Moments, Solid};
+use super::{Moments, Solid, definite};
 use crate::aabb::Aabb;
-use crate::crossing::Crossing;
-use crate::math::Vec3;
+use crate::crossing::{Contact, Crossing};
+use crate::math::{Plane, Vec3};
 use crate::ray::Line;
 
 /// The names of the surfaces of a quadric between two planes; without them the first is the only one.
@@ -55,6 +55,24 @@ impl Solid for Capped {
         }
     }
 
+    fn contacts(&self, line: &Line, out: &mut Vec<Contact>) {
+        let (between, touched) = match &self.caps {
+            None => (Interval::ALL, 0),
+            Some(caps) => match caps.closed(line) {
+                Some(closed) => closed,
+                None => return,
+            },
+        };
+        let mut push = |inside: Interval, surfaces: u32| {
+            out.extend(inside.clip(between).map(|stretch| stretch.contact(surfaces)));
+        };
+        if self.form.touches(line) {
+            push(Interval::ALL, touched | 1);
+        } else if touched != 0 {
+            self.form.inside(line).into_iter().flatten().for_each(|inside| push(inside, touched));
+        }
+    }
+
     fn implicit(&self, p: Vec3, surface: u32, _primitive: u32) -> f64 {
         match (surface, &self.caps) {
             (1, Some(caps)) => caps.low - p.z,
@@ -83,8 +101,11 @@ impl Solid for Capped {
     /// zero, over the coefficient of `x^2`. It is cut into the stretches of the axis that are inside.
     fn moments(&self) -> Option<Moments> {
         let Form { centre, shrink, square, constant, .. } = self.form;
+        if self.caps.is_none() && !self.form.is_about_its_centre() {
+            return definite::moments(&self.form);
+        }
         if !self.bounds.is_finite() {
-            return None;
+            return self.bounds.is_empty().then_some(Moments::NOTHING);
         }
         if self.caps.is_none() {
             let squares = (-constant.hi / rounded(&square)) / (shrink * shrink);
@@ -97,6 +118,12 @@ impl Solid for Capped {
         self.crossings(&Line::exact(Vec3::ZERO, Vec3::Z), &mut ends);
         let part = |ends: &[Crossing]| Moments::of_revolution(ends[0].t, ends[1].t, square_of_radius);
         Some(Moments::total(&ends.chunks_exact(2).map(part).collect::<Vec<_>>()))
+    }
+
+    fn half_spaces(&self) -> Option<Vec<Plane>> {
+        let q = self.form.homogeneous().rows;
+        let is_plane = self.caps.is_none() && (0..3).all(|i| (0..3).all(|j| q[i][j] == 0.0));
+        is_plane.then(|| vec![Plane::new(2.0 * Vec3::new(q[0][3], q[1][3], q[2][3]), q[3][3])])
     }
 
     fn homogeneous(&self, surface: u32) -> Option<Homogeneous> {

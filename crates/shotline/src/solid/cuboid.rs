@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::interval::{Interval, Slab};
 use super::{Kind, Moments, Param, ParamError, ParamType, Solid, Value};
 use crate::aabb::Aabb;
-use crate::crossing::Crossing;
-use crate::math::Vec3;
+use crate::crossing::{Contact, Crossing};
+use crate::math::{Plane, Vec3};
 use crate::ray::Line;
 
 /// `min < p < max`: what lies in three slabs.
@@ -66,6 +66,18 @@ impl Solid for Cuboid {
         }
     }
 
+    fn contacts(&self, line: &Line, out: &mut Vec<Contact>) {
+        let slabs = self.slabs();
+        if !slabs.iter().any(|slab| slab.is_parallel(line)) {
+            return;
+        }
+        let all = slabs.iter().try_fold((Interval::ALL, 0), |(stretch, surfaces), slab| {
+            let (between, touched) = slab.closed(line)?;
+            Some((stretch.clip(between)?, surfaces | touched))
+        });
+        out.extend(all.filter(|a| a.1 != 0).map(|(stretch, surfaces)| stretch.contact(surfaces)));
+    }
+
     fn implicit(&self, p: Vec3, surface: u32, _primitive: u32) -> f64 {
         let axis = surface as usize / 2;
         if surface.is_multiple_of(2) { self.min[axis] - p[axis] } else { p[axis] - self.max[axis] }
@@ -78,6 +90,12 @@ impl Solid for Cuboid {
 
     fn contains(&self, p: Vec3) -> bool {
         self.min.cmplt(p).all() && p.cmplt(self.max).all()
+    }
+
+    fn half_spaces(&self) -> Option<Vec<Plane>> {
+        let pair =
+            |i: usize| [Plane::new(Vec3::AXES[i], -self.max[i]), Plane::new(-Vec3::AXES[i], self.min[i])];
+        Some((0..3).flat_map(pair).collect())
     }
 
     fn moments(&self) -> Option<Moments> {

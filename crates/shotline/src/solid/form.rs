@@ -32,6 +32,11 @@ impl Form {
         constant: Dd::ZERO,
     };
 
+    /// Whether it has squares and a constant only.
+    pub fn is_about_its_centre(&self) -> bool {
+        self.cross.is_none() && self.linear.iter().all(|x| x.hi == 0.0)
+    }
+
     /// The value at a point of the solid's frame.
     pub fn value(&self, p: Vec3) -> f64 {
         let x = (p - self.centre) * self.shrink;

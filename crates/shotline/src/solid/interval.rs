@@ -1,6 +1,6 @@
 //! Stretches of a line inside a convex piece of a solid, with the surface and the bound at either end.
 
-use crate::crossing::Crossing;
+use crate::crossing::{Contact, Crossing, GROUPING};
 use crate::math::HALF_ULP;
 use crate::ray::Line;
 
@@ -10,12 +10,22 @@ pub(super) struct End {
     pub t: f64,
     pub t_err: f64,
     pub surface: u32,
+    /// As [`Crossing::reach`].
+    pub reach: f32,
 }
 
 impl End {
     /// An end at infinity: no surface is there.
-    const BEFORE_ALL: End = End { t: f64::NEG_INFINITY, t_err: 0.0, surface: 0 };
-    const AFTER_ALL: End = End { t: f64::INFINITY, t_err: 0.0, surface: 0 };
+    const BEFORE_ALL: End = End::new(f64::NEG_INFINITY, 0.0, 0);
+    const AFTER_ALL: End = End::new(f64::INFINITY, 0.0, 0);
+
+    pub const fn new(t: f64, t_err: f64, surface: u32) -> End {
+        End { t, t_err, surface, reach: GROUPING as f32 }
+    }
+
+    fn crossing(self, entering: bool) -> Crossing {
+        Crossing { reach: self.reach, ..Crossing::new(self.t, self.t_err, entering, self.surface) }
+    }
 }
 
 /// An open interval of the parameter.
@@ -48,9 +58,13 @@ impl Interval {
 
     /// Appends the entry and the exit.
     pub fn push(self, out: &mut Vec<Crossing>) {
-        let Interval { enter, exit } = self;
-        out.push(Crossing::new(enter.t, enter.t_err, true, enter.surface));
-        out.push(Crossing::new(exit.t, exit.t_err, false, exit.surface));
+        out.push(self.enter.crossing(true));
+        out.push(self.exit.crossing(false));
+    }
+
+    /// The stretch of a line that lies in surfaces of a solid, given as a set of bits.
+    pub fn contact(self, surfaces: u32) -> Contact {
+        Contact { enter: self.enter.crossing(true), exit: self.exit.crossing(false), surfaces }
     }
 }
 
@@ -65,22 +79,52 @@ pub(super) struct Slab {
 }
 
 impl Slab {
-    /// The part of a line between the planes.
+    /// Whether a line cannot be told from a parallel of the planes.
+    pub fn is_parallel(&self, line: &Line) -> bool {
+        line.d[self.axis].abs() <= GROUPING * line.d_err[self.axis]
+    }
+
+    /// The surface of which a parallel of the planes cannot be told apart, as a set of bits; nothing where a line
+    /// is certain to pass it or to miss it.
+    pub fn touched(&self, line: &Line) -> u32 {
+        let doubt = GROUPING * line.o_err[self.axis];
+        let touches = |z: f64| self.is_parallel(line) && (line.o[self.axis] - z).abs() <= doubt;
+        u32::from(touches(self.low)) << self.surface | u32::from(touches(self.high)) << (self.surface + 1)
+    }
+
+    /// The part of a line between the planes. Within a plane is not between them.
     pub fn interval(&self, line: &Line) -> Option<Interval> {
+        if self.is_parallel(line) && self.touched(line) != 0 {
+            return None;
+        }
+        self.between(line)
+    }
+
+    /// As [`Slab::interval`], but a line in one of the planes counts as between them, and the plane is returned.
+    /// A line in both cannot be told from one in a slab of no thickness.
+    pub fn closed(&self, line: &Line) -> Option<(Interval, u32)> {
+        let touched = self.touched(line);
+        match touched.count_ones() {
+            0 => Some((self.between(line)?, 0)),
+            1 => Some((Interval::ALL, touched)),
+            _ => None,
+        }
+    }
+
+    fn between(&self, line: &Line) -> Option<Interval> {
         let (o, d) = (line.o[self.axis], line.d[self.axis]);
         if d == 0.0 {
-            // In a face plane is not between the planes.
             return (self.low < o && o < self.high).then_some(Interval::ALL);
         }
         let end = |z: f64, surface: u32| {
             let t = (z - o) / d;
             let moved = line.o_err[self.axis] + line.d_err[self.axis] * t.abs();
             if !t.is_finite() {
-                return End { t, t_err: 0.0, surface };
+                return End::new(t, 0.0, surface);
             }
             // One subtraction and one division; a line of the world is exact.
             let of_frame = if moved > 0.0 { moved / d.abs() } else { 0.0 };
-            End { t, t_err: 2.0 * HALF_ULP * t.abs() + of_frame, surface }
+            End::new(t, 2.0 * HALF_ULP * t.abs() + of_frame, surface)
         };
         let (low, high) = (end(self.low, self.surface), end(self.high, self.surface + 1));
         let (enter, exit) = if d > 0.0 { (low, high) } else { (high, low) };
@@ -106,13 +150,29 @@ mod tests {
             for zero in [0.0, -0.0] {
                 let line = Line::exact(Vec3::new(0.0, 0.0, z), Vec3::new(1.0, 0.0, zero));
                 assert_eq!(UNIT.interval(&line), inside.then_some(Interval::ALL));
+                let face = match z {
+                    0.0 => 1,
+                    1.0 => 2,
+                    _ => 0,
+                };
+                assert_eq!(UNIT.closed(&line), Some((Interval::ALL, face)));
             }
         }
     }
 
     #[test]
+    fn lines_along_a_face_up_to_rounding_touch_it() {
+        let mut line = Line::exact(Vec3::new(0.0, 0.0, 1.0 + 3e-16), Vec3::new(1.0, 0.0, 1e-16));
+        assert_eq!((UNIT.touched(&line), UNIT.closed(&line).map(|c| c.1)), (0, Some(0)));
+        line = Line { o_err: Vec3::splat(1e-16), d_err: Vec3::splat(1e-16), ..line };
+        assert_eq!((UNIT.interval(&line), UNIT.closed(&line)), (None, Some((Interval::ALL, 2))));
+        line.d.z = 1e-15;
+        assert_eq!(UNIT.touched(&line), 0);
+    }
+
+    #[test]
     fn intervals_that_touch_have_nothing_in_common() {
-        let end = |t: f64| End { t, t_err: 0.0, surface: 0 };
+        let end = |t: f64| End::new(t, 0.0, 0);
         assert_eq!(Interval::before(end(1.0)).clip(Interval::after(end(1.0))), None);
         let both = Interval::before(end(1.0)).clip(Interval::after(end(0.5))).unwrap();
         assert_eq!((both.enter.t, both.exit.t), (0.5, 1.0));

@@ -9,6 +9,7 @@ mod capped_tests;
 mod cone;
 mod cuboid;
 mod cylinder;
+mod definite;
 mod ellipsoid;
 mod form;
 mod halfspace;
@@ -30,12 +31,13 @@ use std::fmt::Debug;
 
 use crate::aabb::Aabb;
 use crate::accel::Scratch;
-use crate::crossing::Crossing;
-use crate::math::Vec3;
+use crate::crossing::{Contact, Crossing};
+use crate::math::{Plane, Vec3};
 use crate::ray::{Line, Span};
 
 pub use homogeneous::Homogeneous;
 pub use kind::{Kind, Param, ParamError, ParamType, Params, Value};
+pub(crate) use mesh::tetrahedron;
 pub use moments::Moments;
 
 /// How much of a list is wanted.
@@ -72,6 +74,12 @@ pub trait Solid: Send + Sync + Debug {
         self.crossings(line, out);
     }
 
+    /// Appends the stretches of a line that lie in the surface of the solid, up to rounding: a line in a face, or
+    /// along a generator. They are no part of [`Solid::crossings`], which is empty then. Combinations need them to
+    /// see that two operands share a face in which the line lies. A solid without straight lines in its surface
+    /// has none, and neither has a mesh: its rule for ties already puts such a line on one side of every face.
+    fn contacts(&self, _line: &Line, _out: &mut Vec<Contact>) {}
+
     /// The implicit function of one surface: negative on the side of the interior, zero on the surface,
     /// with [`Solid::normal`] as its gradient (up to a positive factor).
     fn implicit(&self, p: Vec3, surface: u32, primitive: u32) -> f64;
@@ -92,8 +100,18 @@ pub trait Solid: Send + Sync + Debug {
         None
     }
 
+    /// The polygon that a triangle was cut from, counted from 0; `None` for solids without triangles.
+    fn polygon(&self, _primitive: u32) -> Option<u32> {
+        None
+    }
+
     /// The surface as a quadric over homogeneous points, up to a positive factor; `None` where it is none.
     fn homogeneous(&self, _surface: u32) -> Option<Homogeneous> {
+        None
+    }
+
+    /// The planes in front of none of which the solid is, if it is all that lies behind them: a half-space, a box.
+    fn half_spaces(&self) -> Option<Vec<Plane>> {
         None
     }
 

@@ -8,6 +8,7 @@
 use super::form::{Form, power_of_two, rounded};
 use super::interval::{End, Interval};
 use super::quadratic::{Negative, Quadratic};
+use crate::crossing::GROUPING;
 use crate::math::{Dd, HALF_ULP, Vec3, two_prod, two_sum};
 use crate::ray::Line;
 
@@ -19,6 +20,9 @@ const NOISE_WIDE: f64 = HALF_ULP * HALF_ULP * 64.0;
 /// Roots are worked out anew in double-double where rounding moved them by more than so many times what
 /// rounding of the line itself could do.
 const SENSIBLE: f64 = 8.0;
+/// A root is looked at for where its doubt ends if that seems to reach so much of the way back from it to the
+/// closest approach.
+const FAR_REACHING: f64 = 0.5;
 
 /// A line in the coordinates of a form: `p + (s - s0) d`, with `s` in proportion to `t`.
 struct Local {
@@ -52,6 +56,11 @@ impl Local {
             (local.p[i], local.p_rest[i]) = (point.hi, point.lo);
         }
         local
+    }
+
+    /// The parameter of the ray where that of this line is `s`.
+    fn t(&self, s: f64) -> f64 {
+        s * self.t_over_s[0] * self.t_over_s[1]
     }
 
     /// The point `p` again, with all digits.
@@ -136,6 +145,72 @@ struct Root {
     sensible: bool,
 }
 
+/// Where the sign of an expansion is in doubt.
+struct Doubt<'a> {
+    expansion: &'a Expansion,
+    at: &'a Local,
+    /// Bounds on what the errors of the line's frame do to its origin and direction, in the form's coordinates: to
+    /// `o`, to one step of `t`, and to one step of `s`.
+    o: Vec3,
+    per_t: Vec3,
+    per_s: Vec3,
+}
+
+impl Doubt<'_> {
+    fn new<'a>(form: &Form, expansion: &'a Expansion, at: &'a Local, line: &Line) -> Doubt<'a> {
+        let (o, per_t) = (line.o_err * form.shrink, line.d_err * form.shrink);
+        let per_s = line.d_err * at.t_over_s[1] * form.shrink * at.t_over_s[0];
+        Doubt { expansion, at, o, per_t, per_s }
+    }
+
+    /// Whether the sign is certain at `s = s0 + x`, with the room in which crossings are one event.
+    fn certain(&self, x: f64) -> bool {
+        let Quadratic { a, b, c, .. } = self.expansion.poly;
+        let t = self.at.t(self.at.s0 + x);
+        let frame = self.expansion.gradient(x).dot(self.o + self.per_t * t.abs());
+        let value = x * (a * x + 2.0 * b) + c;
+        value.abs() > GROUPING * (self.expansion.poly.residual(x) + frame)
+    }
+
+    /// Whether the line cannot be told from one that lies in the surface: the coefficients are lost in their errors,
+    /// and so is the value where the ray begins. (Near a parallel of an axis the closest approach to it is so far
+    /// away that all is in doubt there.)
+    fn vanishes(&self) -> bool {
+        let Quadratic { a, b, c, size, noise, .. } = self.expansion.poly;
+        let (slope, turn) = (self.expansion.slope.abs(), self.expansion.turn.abs());
+        let p = self.o + self.per_s * self.at.s0.abs();
+        let lost = |value: f64, doubt: f64| value.abs() <= GROUPING * doubt;
+        lost(a, noise * size[0] + 2.0 * turn.dot(self.per_s))
+            && lost(b, noise * size[1] + slope.dot(self.per_s) + turn.dot(p))
+            && lost(c, noise * size[2] + 2.0 * slope.dot(p))
+            && !self.certain(-self.at.s0)
+    }
+
+    /// How far back from a root the sign is in doubt: towards the closest approach to the centre or towards the
+    /// origin of the ray, whichever is less, looked for at halves, quarters and so on of the way. `None` if it is
+    /// in doubt all the way, as near a tangent.
+    fn way_back(&self, root: f64) -> Option<f64> {
+        let (s0, b) = (self.at.s0, self.expansion.poly.b);
+        let p = self.o + self.per_s * s0.abs();
+        let poly = &self.expansion.poly;
+        let slope_doubt = poly.noise * poly.size[1]
+            + self.expansion.slope.abs().dot(self.per_s)
+            + self.expansion.turn.abs().dot(p);
+        if b.abs() <= GROUPING * slope_doubt && !self.certain(0.0) && !self.certain(-s0) {
+            return None;
+        }
+        let first = |place: &dyn Fn(f64) -> f64| {
+            let mut part = 0.5;
+            while part > 0.0 && !self.certain(place(part)) {
+                part *= 0.5;
+            }
+            (part > 0.0).then(|| (root - place(part)).abs())
+        };
+        let towards = [first(&|part| root * part), first(&|part| (s0 + root) * part - s0)];
+        towards.into_iter().flatten().min_by(f64::total_cmp)
+    }
+}
+
 impl Form {
     /// The stretches of a line, ascending, on which the form is negative; their ends lie on surface 0.
     pub fn inside(&self, line: &Line) -> [Option<Interval>; 2] {
@@ -147,7 +222,31 @@ impl Form {
                 return stretches;
             }
         }
-        self.stretches(&quick.widened(self, line, &at), &at, line).0
+        let wide = quick.widened(self, line, &at);
+        if Doubt::new(self, &wide, &at, line).vanishes() {
+            return [None, None];
+        }
+        self.stretches(&wide, &at, line).0
+    }
+
+    /// Whether a line lies in the surface, as exactly as rounding can tell.
+    pub fn touches(&self, line: &Line) -> bool {
+        if !self.may_touch(line) {
+            return false;
+        }
+        let at = Local::new(self, line);
+        let wide = Expansion::new(self, &at).widened(self, line, &at);
+        Doubt::new(self, &wide, &at, line).vanishes()
+    }
+
+    /// `false` if the form certainly has a second degree along a line: it is cheap to see that, and so for nearly all.
+    fn may_touch(&self, line: &Line) -> bool {
+        let d = line.d * self.shrink;
+        let turn = self.apply(d);
+        let doubt = NOISE * d.abs().dot(self.apply_abs(d)) + 2.0 * turn.abs().dot(line.d_err * self.shrink);
+        let curved = d.dot(turn).abs() > GROUPING * doubt;
+        // Numbers out of range say nothing: they compare as not greater.
+        !curved
     }
 
     /// The stretches according to one expansion, and whether all their ends are sensible.
@@ -170,11 +269,10 @@ impl Form {
     }
 
     fn root(&self, x: f64, expansion: &Expansion, at: &Local, line: &Line) -> Root {
-        let in_t = |s: f64| s * at.t_over_s[0] * at.t_over_s[1];
         let s = at.s0 + x;
-        let t = in_t(s);
+        let t = at.t(s);
         if !t.is_finite() {
-            return Root { end: End { t, t_err: 0.0, surface: 0 }, sensible: true };
+            return Root { end: End::new(t, 0.0, 0), sensible: true };
         }
         let gradient = expansion.gradient(x);
         let rounded = expansion.poly.residual(x);
@@ -182,7 +280,12 @@ impl Form {
         let moved = gradient.dot((line.o_err + line.d_err * t.abs()) * self.shrink);
         let deserved = gradient.dot(at.o.abs() + at.d.abs() * s.abs());
         let s_err = expansion.poly.root_err(x, rounded + moved) + HALF_ULP * s.abs();
-        let end = End { t, t_err: in_t(s_err), surface: 0 };
-        Root { end, sensible: rounded <= SENSIBLE * (HALF_ULP * deserved + moved) }
+        let mut end = End::new(t, at.t(s_err).min(f64::MAX), 0);
+        let reaches_back = GROUPING * s_err > FAR_REACHING * x.abs();
+        if reaches_back && let Some(way) = Doubt::new(self, expansion, at, line).way_back(x) {
+            end.reach = (way / s_err * (1.0 - f64::from(f32::EPSILON))).min(GROUPING) as f32;
+        }
+        let sensible = rounded <= SENSIBLE * (HALF_ULP * deserved + moved) && !reaches_back;
+        Root { end, sensible }
     }
 }

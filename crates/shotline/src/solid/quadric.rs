@@ -1,11 +1,10 @@
-//! The general quadric, unbounded.
+//! The general quadric; bounded if it is an ellipsoid.
 
 use std::sync::Arc;
 
 use super::capped::Capped;
 use super::form::{Form, power_of_two};
-use super::{Kind, Param, ParamError, ParamType, Value};
-use crate::aabb::Aabb;
+use super::{Kind, Param, ParamError, ParamType, Value, definite};
 use crate::math::{Dd, Vec3};
 
 pub(super) static KIND: Kind = Kind {
@@ -17,12 +16,16 @@ pub(super) static KIND: Kind = Kind {
         if coeffs.iter().all(|x| *x == 0.0) {
             return Err(ParamError { param: "coeffs", why: "are all zero, but one must not be".into() });
         }
-        Ok(Arc::new(Capped::whole(form(coeffs), Aabb::EVERYTHING, &["quadric"])))
+        let form = form(coeffs);
+        let bounds = definite::bounds(&form);
+        Ok(Arc::new(Capped::whole(form, bounds, &["quadric"])))
     },
     examples: &[
         &[Value::Ten([1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0])],
         &[Value::Ten([1.3, 2.8, 1.6, 0.2, -2.8, 0.2, -0.3, 0.4, 0.3, -1.0])],
         &[Value::Ten([0.2, -0.7, -0.5, 1.3, 0.8, -0.2, -0.4, 0.5, 0.4, -0.3])],
+        &[Value::Ten([2.0, 1.0, 3.0, 1.0, -0.5, 0.25, -8.0, 4.0, -12.0, 20.0])],
+        &[Value::Ten([1.0, 0.0, 2.0, 0.0, 1.0, 0.0, -2.0, 0.0, 1.0, 0.5])],
         &[Value::Ten([1.0, 0.0, 0.0, 0.0, 0.0, 0.5, 0.0, 1.0, 0.0, 0.0])],
         &[Value::Ten([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, -2.0, 0.5, 3.0])],
         &[Value::Ten([1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])],

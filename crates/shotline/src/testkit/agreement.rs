@@ -1,10 +1,12 @@
 //! What must hold of any world and any ray, however odd: lists alternate and are in order, every query tells the
 //! same story, and every accelerator gives the same bits.
 
-use std::collections::BTreeMap;
+use std::cmp::Ordering;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::accel;
 use crate::compile::{Options, World, compile};
+use crate::math::Vec3;
 use crate::query::{Caster, Hit, HitKind, Overlaps, QueryError, Seed};
 use crate::ray::{Ray, Span};
 use crate::scene::Scene;
@@ -32,6 +34,37 @@ pub fn hold(scene: &Scene, rays: &[(Ray, Span)]) -> bool {
         }
     }
     true
+}
+
+/// Asks everything of each ray of one world.
+///
+/// # Panics
+/// Where a rule is broken, with the ray and the answers.
+pub fn hold_one(world: &World, rays: &[(Ray, Span)]) {
+    let mut seeds = Seeds::default();
+    rays.iter().for_each(|(ray, span)| {
+        answers(world, ray, *span, &mut seeds);
+    });
+}
+
+/// Spans that begin and end where it matters: at crossings of a ray, just before and behind them, between them, and
+/// around single ones.
+pub fn spans_of(world: &World, ray: &Ray) -> Vec<Span> {
+    let mut hits = Vec::new();
+    let from = Span::new(-1e12, f64::INFINITY).unwrap_or(Span::FORWARD);
+    Caster::new(world).crossings(ray, from, &mut hits).expect("within limits");
+    let surfaces: Vec<f64> = hits.iter().filter(|h| h.kind == HitKind::Surface).map(|h| h.t).collect();
+    let mut places: Vec<f64> = surfaces.iter().flat_map(|t| [t.next_down(), *t, t.next_up()]).collect();
+    places.extend(hits.iter().filter(|h| h.t_err > 0.0).flat_map(|h| {
+        let reach = 8.0 * h.t_err;
+        [h.t - 2.0 * reach, h.t - 0.9 * reach, h.t + 0.9 * reach, h.t + 2.0 * reach]
+    }));
+    places.extend(surfaces.windows(2).map(|pair| 0.5 * pair[0] + 0.5 * pair[1]));
+    places.sort_by(f64::total_cmp);
+    let begin = places.iter().filter_map(|&t| Span::new(t, f64::INFINITY).ok());
+    let short = places.windows(2).filter_map(|pair| Span::new(pair[0], pair[1]).ok());
+    let long = places.windows(5).filter_map(|some| Span::new(some[0], some[4]).ok());
+    begin.chain(short).chain(long).chain([Span::FORWARD]).collect()
 }
 
 /// Hits in a form that compares every bit.
@@ -79,6 +112,12 @@ fn answers(world: &World, ray: &Ray, span: Span, seeds: &mut Seeds) -> Vec<Hit> 
             alternate(&hits, &context);
             let sound = segments.iter().all(|s| s.t_in <= s.t_out && s.length >= 0.0);
             assert!(sound, "{segments:?} of {}", context());
+            let mut found: Vec<Stretch> = segments
+                .iter()
+                .map(|s| (s.path.expect("a path of its own"), s.object, s.t_in, s.t_out))
+                .collect();
+            found.sort_by(by_path);
+            assert_eq!(found, between_crossings(&hits), "segments of {}", context());
         }
         Err(error) => assert!(matches!(error, QueryError::NotASolid { .. }), "{error} of {}", context()),
     }
@@ -99,6 +138,65 @@ fn in_order(hits: &[Hit], span: Span, context: Context) {
         assert!(unit == (hit.kind == HitKind::Surface), "normal {}: {}", hit.normal, context());
         assert!(hit.surface.is_some() == unit, "surface: {}", context());
     }
+}
+
+/// A part of a ray inside an object: path, object, from and to which `t`.
+type Stretch = (u64, u32, f64, f64);
+
+fn by_path(a: &Stretch, b: &Stretch) -> Ordering {
+    a.0.cmp(&b.0).then(a.2.total_cmp(&b.2)).then(a.3.total_cmp(&b.3))
+}
+
+/// What lies between the crossings of each path, two by two.
+fn between_crossings(hits: &[Hit]) -> Vec<Stretch> {
+    let mut open: BTreeMap<u64, f64> = BTreeMap::new();
+    let mut stretches = Vec::new();
+    for hit in hits {
+        match open.remove(&hit.path) {
+            None => drop(open.insert(hit.path, hit.t)),
+            Some(from) => stretches.push((hit.path, hit.object, from, hit.t)),
+        }
+    }
+    stretches.sort_by(by_path);
+    stretches
+}
+
+/// Holds `contains` to the crossings: halfway between two crossings, where that is far enough from both for the
+/// rounding of the point, it names the objects that the ray is in there. Answers how many points were asked.
+///
+/// # Panics
+/// Where it does not, at the point and all around it.
+pub fn contains_agrees(world: &World, ray: &Ray) -> usize {
+    let (mut caster, mut hits, mut asked) = (Caster::new(world), Vec::new(), 0);
+    caster.crossings(ray, Span::FORWARD, &mut hits).expect("within limits");
+    for pair in hits.windows(2) {
+        let t = 0.5 * pair[0].t + 0.5 * pair[1].t;
+        let (p, d) = (ray.at(t), ray.direction());
+        // How far the nearer of both faces is, square to it; and what rounding of coordinates might be.
+        let slopes = pair.iter().filter(|h| h.kind == HitKind::Surface).map(|h| h.normal.dot(d).abs());
+        let clear = slopes.fold(f64::INFINITY, f64::min) * (pair[1].t - pair[0].t) * 0.5;
+        let fine = 1e-12 * ray.origin().abs().max(p.abs()).max_element();
+        if clear.is_nan() || clear <= 8.0 * fine || t.is_infinite() {
+            continue;
+        }
+        let mut inside: BTreeMap<u64, u32> = BTreeMap::new();
+        for hit in hits.iter().filter(|hit| hit.t < t) {
+            if inside.remove(&hit.path).is_none() {
+                inside.insert(hit.path, hit.object);
+            }
+        }
+        let expected: BTreeSet<u32> = inside.into_values().collect();
+        let mut differs = |p: Vec3| {
+            let mut held = Vec::new();
+            caster.contains(p, &mut held).is_ok() && held != Vec::from_iter(expected.iter().copied())
+        };
+        // Near a face that the ray runs along, a point may be held on its other side.
+        let around = Vec3::AXES.into_iter().flat_map(|axis| [axis * fine, -axis * fine]);
+        let refuted = differs(p) && around.into_iter().all(|step| differs(p + step));
+        assert!(!refuted, "contains at {p:?}, t = {t}, is not {expected:?}: {ray:?}\n{hits:#?}");
+        asked += 1;
+    }
+    asked
 }
 
 /// The crossings of each path go in, out, in, out.

@@ -178,7 +178,7 @@ fn leaf(bytes: &mut Bytes, scene: &mut Scene) -> NodeId {
 fn mesh(bytes: &mut Bytes, scene: &mut Scene) -> NodeId {
     let vertices = (0..4).map(|_| bytes.vector()).collect();
     let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
-    scene.add(Node::Mesh { mesh: Arc::new(TriangleMesh { vertices, faces }), file: None })
+    scene.add(Node::Mesh { mesh: Arc::new(TriangleMesh::new(vertices, faces)), file: None })
 }
 
 fn moved(bytes: &mut Bytes, scene: &mut Scene, child: NodeId) -> NodeId {

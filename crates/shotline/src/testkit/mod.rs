@@ -1,10 +1,11 @@
 //! Conformance suites: one that every solid passes, one that every accelerator passes, what must hold of any world,
-//! and random scenes.
+//! random scenes, and meshes that are hard on rounding.
 
 pub mod accel;
 pub mod agreement;
 pub mod bytes;
 pub mod membership;
+pub mod meshes;
 pub mod moments;
 pub mod random;
 pub mod scene;

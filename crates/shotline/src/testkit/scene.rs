@@ -1,30 +1,55 @@
-//! Random scenes: combinations, transforms, groups and shared parts of all kinds of bounded solids.
+//! Random scenes: combinations, transforms, groups and shared parts of all kinds of solids.
 
+use std::sync::Arc;
+
+use super::meshes::Thin;
 use super::random::Random;
 use crate::math::Vec3;
 use crate::scene::{LocalTransform, Node, NodeId, Op, Rotation, Scene};
 use crate::solid::Value;
 
-/// A scene of a few objects around the origin, about four units wide.
+/// What leaves of a scene may be.
+type Leaf = fn(&mut Scene, &mut Random) -> NodeId;
+
+/// A scene of a few objects around the origin, about four units wide; each is bounded, and has parameters.
 pub fn random_scene(random: &mut Random) -> Scene {
     let mut scene = Scene::default();
-    let shared: Vec<NodeId> = (0..3).map(|_| combination(&mut scene, random, 2, &[])).collect();
-    let group = shared_group(&mut scene, random, &shared);
+    fill(&mut scene, random, bounded);
+    scene
+}
+
+/// As [`random_scene`], with meshes, solids without end, empty groups and priorities.
+pub fn random_mixed_scene(random: &mut Random) -> Scene {
+    let mut scene = Scene::default();
+    fill(&mut scene, random, mixed);
+    let empty = scene.add(Node::Group { members: Vec::new() });
+    for node in &mut scene.nodes {
+        match node {
+            Node::Group { members } if random.below(3) == 0 && !members.is_empty() => members.push(empty),
+            Node::Object { priority, .. } => *priority = random.below(3) as i32 - 1,
+            _ => {}
+        }
+    }
+    scene
+}
+
+fn fill(scene: &mut Scene, random: &mut Random, leaf: Leaf) {
+    let shared: Vec<NodeId> = (0..3).map(|_| combination(scene, random, 2, &[], leaf)).collect();
+    let group = shared_group(scene, random, &shared);
     for i in 0..1 + random.below(3) {
         let node = match random.below(4) {
-            0 => leaf(&mut scene, random),
+            0 => leaf(scene, random),
             1 => {
-                let members = (0..1 + random.below(4)).map(|_| moved(&mut scene, random, group)).collect();
+                let members = (0..1 + random.below(4)).map(|_| moved(scene, random, group)).collect();
                 scene.add(Node::Group { members })
             }
             _ => {
-                let tree = combination(&mut scene, random, 3, &shared);
-                moved(&mut scene, random, tree)
+                let tree = combination(scene, random, 3, &shared, leaf);
+                moved(scene, random, tree)
             }
         };
         scene.add_object(&format!("object {i}"), None, node);
     }
-    scene
 }
 
 fn shared_group(scene: &mut Scene, random: &mut Random, shared: &[NodeId]) -> NodeId {
@@ -33,7 +58,13 @@ fn shared_group(scene: &mut Scene, random: &mut Random, shared: &[NodeId]) -> No
 }
 
 /// A tree of operations over placed leaves and shared parts.
-fn combination(scene: &mut Scene, random: &mut Random, depth: usize, shared: &[NodeId]) -> NodeId {
+fn combination(
+    scene: &mut Scene,
+    random: &mut Random,
+    depth: usize,
+    shared: &[NodeId],
+    leaf: Leaf,
+) -> NodeId {
     if depth == 0 || random.below(5) == 0 {
         let node = match shared.len() {
             n if n > 0 && random.below(3) == 0 => shared[random.below(n)],
@@ -42,12 +73,13 @@ fn combination(scene: &mut Scene, random: &mut Random, depth: usize, shared: &[N
         return moved(scene, random, node);
     }
     let op = [Op::Union, Op::Intersection, Op::Difference][random.below(3)];
-    let args = (0..2 + random.below(2)).map(|_| combination(scene, random, depth - 1, shared)).collect();
+    let args =
+        (0..2 + random.below(2)).map(|_| combination(scene, random, depth - 1, shared, leaf)).collect();
     let node = scene.add_csg(op, args);
     if random.below(3) == 0 { moved(scene, random, node) } else { node }
 }
 
-fn leaf(scene: &mut Scene, random: &mut Random) -> NodeId {
+fn bounded(scene: &mut Scene, random: &mut Random) -> NodeId {
     let mut size = || random.number(0.4, 1.4);
     let n = Value::Number;
     let (a, b, c) = (size(), size(), size());
@@ -61,7 +93,40 @@ fn leaf(scene: &mut Scene, random: &mut Random) -> NodeId {
         6 => ("hyperboloid", vec![n(0.5 * a), n(b), n(-c), n(c)]),
         _ => ("torus", vec![n(a), n(0.4 * b)]),
     };
-    match scene.add_solid(kind, &values) {
+    solid(scene, kind, &values)
+}
+
+fn mixed(scene: &mut Scene, random: &mut Random) -> NodeId {
+    let n = Value::Number;
+    match random.below(8) {
+        0 | 1 => {
+            let mesh = Arc::new(Thin::near(random).mesh(random));
+            scene.add(Node::Mesh { mesh, file: None })
+        }
+        2 => {
+            let (a, c) = (random.number(0.2, 0.8), random.number(0.1, 0.4));
+            solid(scene, "hyperboloid2", &[n(a), n(c), n(-1.2), n(0.9)])
+        }
+        3 => {
+            let normal = Value::Vector(random.direction().to_array());
+            solid(scene, "halfspace", &[normal, n(random.number(-1.0, 1.0))])
+        }
+        4 => {
+            // Ellipsoids, cylinders, cones and hyperboloids about the origin or near it.
+            let mut square = || random.number(-0.5, 2.0);
+            let squares = [square(), square(), square()];
+            let mut coeffs = [0.0; 10];
+            coeffs[..3].copy_from_slice(&squares);
+            coeffs[3..9].iter_mut().for_each(|c| *c = random.number(-0.3, 0.3));
+            coeffs[9] = random.number(-1.0, 0.2);
+            solid(scene, "quadric", &[Value::Ten(coeffs)])
+        }
+        _ => bounded(scene, random),
+    }
+}
+
+fn solid(scene: &mut Scene, kind: &str, values: &[Value]) -> NodeId {
+    match scene.add_solid(kind, values) {
         Some(node) => node,
         None => panic!("no kind {kind}"),
     }

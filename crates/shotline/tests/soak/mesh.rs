@@ -13,6 +13,7 @@ use shotline::math::Vec3;
 use shotline::ray::{Line, Span};
 use shotline::solid::Solid;
 use shotline::solid::mesh::{MeshSolid, TriangleMesh};
+use shotline::testkit::meshes::{cuboid, hollow, tray};
 use shotline::testkit::random::Random;
 
 use super::Tally;
@@ -34,10 +35,15 @@ struct Pair {
 pub struct Meshes(Vec<Pair>);
 
 impl Meshes {
-    /// Balls, rings, a cube, far from the origin and near it.
+    /// Balls, rings, a cube, a hollow one and a tray with thin walls, far from the origin and near it.
     pub fn new() -> Meshes {
         let mut pairs = Vec::new();
-        for shift in [Vec3::ZERO, Vec3::new(1000.0, -2000.0, 500.0)] {
+        for shift in [Vec3::ZERO, Vec3::new(1000.0, -2000.0, 500.0), Vec3::new(-1e6, 3e5, 1e6)] {
+            let wall = 4.0 * GRID;
+            let in_the_floor = Vec3::new(0.5, 0.5, 0.5 * wall);
+            let box_with_cavity = hollow(cuboid(Vec3::ZERO, Vec3::ONE), wall);
+            pairs.push(Pair::new(box_with_cavity, shift, in_the_floor, false));
+            pairs.push(Pair::new(tray(wall), shift, in_the_floor, false));
             pairs.push(Pair::new(surface(24, 12, ball), shift, Vec3::ZERO, false));
             pairs.push(Pair::new(surface(20, 16, ring), shift, Vec3::new(2.0, 0.0, 0.0), false));
             pairs.push(Pair::new(cube(), shift, Vec3::ZERO, true));
@@ -88,6 +94,8 @@ struct Lists {
 impl Pair {
     fn new(mut mesh: TriangleMesh, shift: Vec3, inside: Vec3, convex: bool) -> Pair {
         mesh.vertices.iter_mut().for_each(|v| *v = snapped(*v) + shift);
+        // No face uses these.
+        mesh.vertices.extend([Vec3::splat(1e30), Vec3::NAN]);
         let mesh = Arc::new(mesh);
         let solid = |accel| MeshSolid::new(mesh.clone(), accel).expect("a mesh");
         let (fast, brute) = (solid("bvh"), solid("brute"));
@@ -108,7 +116,7 @@ impl Pair {
         let d = match random.below(8) {
             0 => target - self.inside,
             1 => b - a,
-            2 => target - self.mesh.vertices[random.below(self.mesh.vertices.len())],
+            2 => target - self.mesh.corners(random.below(self.mesh.faces.len()) as u32)[0],
             3 => Vec3::AXES[random.below(3)],
             _ => snapped(random.point(-1.0, 1.0)),
         };
@@ -238,5 +246,5 @@ fn cube() -> TriangleMesh {
         (0..8).map(|i| Vec3::from([0, 1, 2].map(|k| f64::from((i >> k) & 1) * 2.0 - 1.0))).collect();
     let squares = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let faces = squares.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
-    TriangleMesh { vertices, faces }
+    TriangleMesh::new(vertices, faces)
 }

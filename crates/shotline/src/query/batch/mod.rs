@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 pub use rays::{Points, Rays};
 use rows::blank;
-pub use rows::{ClosestRows, CrossingRows, ObjectRows, SegmentRows, Thickness};
+pub use rows::{By, ClosestRows, CrossingRows, ObjectRows, SegmentRows, Thickness};
 pub use run::{FEW, Run};
 
 use super::caster::all_solid;
@@ -169,40 +169,41 @@ pub fn segments(
     })
 }
 
-/// How far each ray goes through each material. It takes 8 bytes a ray and material.
+/// How far each ray goes through each material or object. It takes 8 bytes a ray and column of [`By`].
 ///
 /// # Errors
-/// As [`segments`].
+/// As [`segments`]; too many are more numbers than [`Run::most_rows`].
 pub fn thickness(
     world: &World,
     rays: &(impl Rays + ?Sized),
     span: Span,
+    by: By,
     overlaps: Overlaps,
     run: Run,
 ) -> Result<Thickness, BatchError> {
     all_solid(world).map_err(BatchError::World)?;
-    let materials = world.material_names().len();
-    let mut lengths = blank(0.0, rays.len().saturating_mul(materials))?;
+    let columns = by.columns(world);
+    // By object there can be more numbers than any machine holds.
+    let count = rays.len().checked_mul(columns).filter(|count| *count as u64 <= run.most_rows);
+    let mut lengths = blank(0.0, count.ok_or(BatchError::TooMany { most: run.most_rows })?)?;
     let met = AtomicU64::new(0);
     let mut rest = &mut lengths[..];
-    // Not `chunks_mut`: without materials there are parts all the same.
+    // Not `chunks_mut`: without objects there are parts all the same.
     let parts = std::iter::from_fn(move || {
-        let size = rest.len().min(CHUNK * materials);
+        let size = rest.len().min(CHUNK * columns);
         rest.split_off_mut(..size)
     });
     Batch::new(world, OfRays(rays), run).fill(parts, |worker, ray, part, i| {
         empty(&mut worker.segments);
         let new = worker.caster.segments(ray, span, overlaps, &mut worker.segments)?;
         met.fetch_add(new, Ordering::Relaxed);
-        let lengths = &mut part[i * materials..][..materials];
+        let lengths = &mut part[i * columns..][..columns];
         for segment in &worker.segments {
-            if let Some(material) = segment.material {
-                lengths[material as usize] += segment.length;
-            }
+            lengths[by.column(segment, columns)] += segment.length;
         }
         Ok(())
     })?;
-    Ok(Thickness { lengths, overlaps: met.into_inner() })
+    Ok(Thickness { lengths, columns, overlaps: met.into_inner() })
 }
 
 /// What the closest crossing of each ray takes: every counter of [`COUNTERS`], row by row.

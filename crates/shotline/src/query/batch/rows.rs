@@ -3,6 +3,7 @@
 use std::collections::TryReserveError;
 
 use super::BatchError;
+use crate::compile::World;
 use crate::query::{Hit, QueryError, Segment};
 
 /// Closest crossings as columns, a row a ray.
@@ -72,12 +73,42 @@ pub struct SegmentRows {
     pub overlaps: u64,
 }
 
-/// How far each ray goes through each material.
+/// What thickness is counted by.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum By {
+    /// A column for each of [`material_names`](World::material_names), and a last one for objects without a material.
+    #[default]
+    Material,
+    /// A column for each of [`object_names`](World::object_names).
+    Object,
+}
+
+impl By {
+    /// How many columns there are.
+    pub fn columns(self, world: &World) -> usize {
+        match self {
+            By::Material => world.material_names().len() + 1,
+            By::Object => world.object_names().len(),
+        }
+    }
+
+    /// The column of a segment, where there are so many.
+    pub(super) fn column(self, segment: &Segment, columns: usize) -> usize {
+        match self {
+            By::Material => segment.material.map_or(columns - 1, |material| material as usize),
+            By::Object => segment.object as usize,
+        }
+    }
+}
+
+/// How far each ray goes through each material or object.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Thickness {
-    /// The lengths of a ray's segments in world units, added up in their order: a row a ray, in it a number for each of
-    /// [`material_names`](crate::compile::World::material_names). What has no material is in none.
+    /// The lengths of a ray's segments in world units, added up in their order: a row a ray, in it a number for each
+    /// column of [`By`].
     pub lengths: Vec<f64>,
+    /// How many columns a row has.
+    pub columns: usize,
     /// How many overlaps of equal priority were met.
     pub overlaps: u64,
 }

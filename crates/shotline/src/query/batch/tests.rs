@@ -91,7 +91,7 @@ fn batch_answers(world: &World, rays: &(impl Rays + ?Sized), run: Run) -> String
     let count = count(world, rays, span, run).expect("count");
     let crossings = crossings(world, rays, span, run).expect("crossings");
     let segments = segments(world, rays, span, Overlaps::Priority, run).expect("segments");
-    let thickness = thickness(world, rays, span, Overlaps::Priority, run).expect("thickness");
+    let thickness = thickness(world, rays, span, By::Material, Overlaps::Priority, run).expect("thickness");
     format!("{closest:?}\n{any:?}\n{count:?}\n{crossings:?}\n{segments:?}\n{thickness:?}")
 }
 
@@ -102,7 +102,8 @@ fn plain_answers(world: &World, rays: &[Ray]) -> String {
     let mut first = ClosestRows::default();
     let mut all = CrossingRows { ray_splits: vec![0], ..CrossingRows::default() };
     let mut inside = SegmentRows { ray_splits: vec![0], ..SegmentRows::default() };
-    let mut through = Thickness::default();
+    let columns = world.material_names().len() + 1;
+    let mut through = Thickness { columns, ..Thickness::default() };
     let (mut any, mut count) = (Vec::new(), Vec::new());
     let (mut hits, mut segments): (Vec<Hit>, Vec<Segment>) = (Vec::new(), Vec::new());
     for ray in rays {
@@ -133,7 +134,7 @@ fn plain_answers(world: &World, rays: &[Ray]) -> String {
         all.ray_splits.push(all.t.len() as i64);
         segments.clear();
         inside.overlaps += caster.segments(ray, span, Overlaps::Priority, &mut segments).expect("solids");
-        let mut lengths = vec![0.0; world.material_names().len()];
+        let mut lengths = vec![0.0; world.material_names().len() + 1];
         for segment in &segments {
             inside.t_in.push(segment.t_in);
             inside.t_out.push(segment.t_out);
@@ -141,9 +142,8 @@ fn plain_answers(world: &World, rays: &[Ray]) -> String {
             inside.material.push(number(segment.material));
             inside.object.push(segment.object as i32);
             inside.path.push(segment.path.map_or(-1, |path| path as i64));
-            if let Some(material) = segment.material {
-                lengths[material as usize] += segment.length;
-            }
+            let column = segment.material.map_or(lengths.len() - 1, |material| material as usize);
+            lengths[column] += segment.length;
         }
         inside.ray_splits.push(inside.t_in.len() as i64);
         through.lengths.extend(lengths);
@@ -257,7 +257,9 @@ fn the_first_ray_without_an_answer_is_named() {
         rays[first] = through;
         for threads in [1, 2, 4] {
             let segments = segments(&world, &rays, Span::FORWARD, Overlaps::Error, run(threads)).map(drop);
-            let thickness = thickness(&world, &rays, Span::FORWARD, Overlaps::Error, run(threads)).map(drop);
+            let thickness =
+                thickness(&world, &rays, Span::FORWARD, By::Material, Overlaps::Error, run(threads))
+                    .map(drop);
             for answer in [segments, thickness] {
                 assert!(matches!(answer, Err(BatchError::Query { row, .. }) if row == first), "{answer:?}");
             }
@@ -316,18 +318,50 @@ fn more_rows_than_asked_for_are_an_error() {
     }
 }
 
+/// Two balls, one within the other and only the inner of a material: every length is in a column.
 #[test]
-fn without_materials_there_are_no_lengths_but_overlaps() {
+fn thickness_counts_what_has_no_material() {
+    let mut scene = Scene::default();
+    scene.materials.push(("lead".into(), Material::default()));
+    for (radius, material) in [(2.0, None), (1.0, Some("lead"))] {
+        let ball = scene.add_solid("sphere", &[Value::Number(radius)]).expect("a sphere");
+        scene.add_object("ball", material, ball);
+    }
+    let (world, ray) = (world(&scene), Ray::new(Vec3::X * -5.0, Vec3::X).expect("a ray"));
+    for n in [1, 600] {
+        let answer = |by| thickness(&world, &vec![ray; n], Span::FORWARD, by, Overlaps::Priority, run(1));
+        for (by, columns) in [(By::Material, [2.0, 2.0]), (By::Object, [2.0, 2.0])] {
+            let lengths = columns.repeat(n);
+            // The later ball owns the overlap, at each of its two ends.
+            assert_eq!(answer(by), Ok(Thickness { lengths, columns: 2, overlaps: n as u64 }), "{by:?}");
+        }
+    }
+}
+
+#[test]
+fn without_materials_all_lengths_are_in_the_last_column() {
     let mut scene = Scene::default();
     for name in ["left", "right"] {
         let ball = scene.add_solid("sphere", &[Value::Number(1.0)]).expect("a sphere");
         scene.add_object(name, None, ball);
     }
-    let ray = Ray::new(Vec3::X * -5.0, Vec3::X).expect("a ray");
-    for n in [1, 600] {
-        let answer = thickness(&world(&scene), &vec![ray; n], Span::FORWARD, Overlaps::Priority, run(1));
-        assert_eq!(answer, Ok(Thickness { lengths: Vec::new(), overlaps: n as u64 }));
+    let (world, ray) = (world(&scene), Ray::new(Vec3::X * -5.0, Vec3::X).expect("a ray"));
+    for n in [0, 1, 600] {
+        let answer = |by| thickness(&world, &vec![ray; n], Span::FORWARD, by, Overlaps::Priority, run(1));
+        let overlaps = n as u64;
+        assert_eq!(answer(By::Material), Ok(Thickness { lengths: vec![2.0; n], columns: 1, overlaps }));
+        let lengths = [0.0, 2.0].repeat(n);
+        assert_eq!(answer(By::Object), Ok(Thickness { lengths, columns: 2, overlaps }));
     }
+    let more = thickness(
+        &world,
+        &vec![ray; 3],
+        Span::FORWARD,
+        By::Object,
+        Overlaps::All,
+        Run { most_rows: 5, ..run(1) },
+    );
+    assert_eq!(more, Err(BatchError::TooMany { most: 5 }));
 }
 
 #[test]

@@ -85,8 +85,7 @@ fn a_ray_past_a_million_million_spheres_ends() {
 fn a_ray_through_a_million_million_sheets_ends() {
     let sheet = |scene: &mut Scene| {
         let vertices = [(-1.0, 0.0), (1.0, -2.0), (1.0, 2.0)].map(|(y, z)| Vec3::new(0.0, y, z)).to_vec();
-        scene
-            .add(Node::Mesh { mesh: Arc::new(TriangleMesh { vertices, faces: vec![[0, 1, 2]] }), file: None })
+        scene.add(Node::Mesh { mesh: Arc::new(TriangleMesh::new(vertices, vec![[0, 1, 2]])), file: None })
     };
     let world = world(&doubled(sheet, |_| Vec3::ZERO), "bvh");
     let mut caster = Caster::new(&world);

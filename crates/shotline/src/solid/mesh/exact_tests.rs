@@ -62,10 +62,7 @@ impl Whole {
     }
 
     fn real(&self) -> TriangleMesh {
-        TriangleMesh {
-            vertices: self.vertices.iter().copied().map(real).collect(),
-            faces: self.faces.clone(),
-        }
+        TriangleMesh::new(self.vertices.iter().copied().map(real).collect(), self.faces.clone())
     }
 
     fn corners(&self, face: usize) -> [Point; 3] {

@@ -235,7 +235,7 @@ mod tests {
             prop_assert!(point.is_none_or(inside), "{point:?}");
             // As a mesh, by whatever accelerator.
             let vertices = real(a).into_iter().chain(real(b)).collect();
-            let mesh = TriangleMesh { vertices, faces: vec![[0, 1, 2], [3, 4, 5]] };
+            let mesh = TriangleMesh::new(vertices, vec![[0, 1, 2], [3, 4, 5]]);
             if let Ok(solid) = MeshSolid::new(Arc::new(mesh), "bvh") {
                 prop_assert_eq!(solid.self_intersections().count, usize::from(point.is_some()));
             }

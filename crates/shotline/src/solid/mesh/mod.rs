@@ -1,15 +1,18 @@
 //! Triangle meshes: closed ones are solids, others surfaces.
 //!
 //! [`TriangleMesh`] is plain data, [`Topology`] says what is right and wrong with it, [`MeshSolid`] answers
-//! rays and, asked for it, what takes longer to find out (`turned`, `intersections`, `moments`). A line meets a triangle by signs that are decided exactly (`side`, `probe`), so that neighbours
-//! always agree about the edge they share; `winding` turns hits into crossings.
+//! rays and, on demand, what takes longer to find out (`turned`, `intersections`, `moments`). Whether a line passes
+//! through a triangle is decided exactly (`sheared_ray`, `exact`), so neighbours always agree about the edge they
+//! share; `plane` and `probe` say where, `winding` turns hits into crossings.
 
+mod exact;
 mod found;
 mod intersections;
 mod moments;
+mod plane;
 mod probe;
+mod sheared_ray;
 mod shells;
-mod side;
 mod solid;
 mod topology;
 mod turned;
@@ -28,19 +31,33 @@ mod tests;
 use crate::math::Vec3;
 
 pub use found::{Edge, Found, Intersection};
+pub(crate) use moments::tetrahedron;
 pub use solid::MeshSolid;
 pub use topology::Topology;
 
 /// Vertices and triangles, counter-clockwise seen from outside.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TriangleMesh {
-    /// The vertices.
+    /// The vertices. Those that no face names may hold anything, also NaN.
     pub vertices: Vec<Vec3>,
     /// Three vertex numbers a triangle.
     pub faces: Vec<[u32; 3]>,
+    /// For each triangle the number of the polygon in its file, from 0, that it was cut from. Empty where triangle and
+    /// polygon numbers are the same. No answer depends on it.
+    pub polygons: Vec<u32>,
 }
 
 impl TriangleMesh {
+    /// Triangles that are not cut from polygons.
+    pub fn new(vertices: Vec<Vec3>, faces: Vec<[u32; 3]>) -> TriangleMesh {
+        TriangleMesh { vertices, faces, polygons: Vec::new() }
+    }
+
+    /// The polygon of its file that a face was cut from, counted from 0.
+    pub fn polygon(&self, face: u32) -> u32 {
+        self.polygons.get(face as usize).copied().unwrap_or(face)
+    }
+
     /// The three corners of a face.
     ///
     /// # Panics
@@ -75,14 +92,17 @@ pub enum MeshError {
         /// The number of vertices.
         count: usize,
     },
-    /// A vertex that is not a point.
+    /// A corner of a face that is not a point.
     #[error(
-        "vertex {vertex} is ({}, {}, {}), but coordinates must be finite; correct it or remove it with its faces",
+        "vertex {vertex} is ({}, {}, {}), but coordinates must be finite where a face uses them, and face {face} uses \
+         it; correct the vertex or remove it with its faces",
         position.x, position.y, position.z
     )]
     NotFinite {
         /// The vertex, from 0.
         vertex: usize,
+        /// The first face that has it, from 0.
+        face: usize,
         /// What it is given as.
         position: Vec3,
     },

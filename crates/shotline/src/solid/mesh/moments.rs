@@ -56,7 +56,7 @@ impl MeshSolid {
 
 /// The integrals of `1`, `x`, `y`, `z`, `x^2`, `y^2`, `z^2`, `yz`, `xz`, `xy` over the tetrahedron between the origin
 /// and a triangle, negative where that is seen from behind.
-fn tetrahedron([a, b, c]: [Vec3; 3]) -> [f64; 10] {
+pub(crate) fn tetrahedron([a, b, c]: [Vec3; 3]) -> [f64; 10] {
     let volume = a.dot(b.cross(c)) / 6.0;
     let s = a + b + c;
     let first = s * (volume / 4.0);

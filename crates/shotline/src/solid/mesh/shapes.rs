@@ -30,7 +30,7 @@ impl TriangleMesh {
     pub(super) fn unwelded(&self) -> TriangleMesh {
         let vertices = (0..).take(self.faces.len()).flat_map(|face| self.corners(face)).collect();
         let faces = (0..).take(self.faces.len()).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-        TriangleMesh { vertices, faces }
+        TriangleMesh::new(vertices, faces)
     }
 }
 
@@ -38,7 +38,7 @@ impl TriangleMesh {
 pub(crate) fn ball(times: u32) -> TriangleMesh {
     let vertices = [Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z].to_vec();
     let faces = vec![[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]];
-    let mut mesh = TriangleMesh { vertices, faces };
+    let mut mesh = TriangleMesh::new(vertices, faces);
     for _ in 0..times {
         let mut middles = HashMap::new();
         let mut faces = Vec::new();
@@ -117,5 +117,5 @@ pub(crate) fn sheet(n: u32) -> TriangleMesh {
             [[a, b, c], [a, c, d]]
         })
         .collect();
-    TriangleMesh { vertices, faces }
+    TriangleMesh::new(vertices, faces)
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::probe::{Probe, Size, Triangle};
 use super::winding::{FirstEntry, first_entry, order, to_crossings, total};
-use super::{MeshError, Topology, TriangleMesh};
+use super::{MeshError, Topology, TriangleMesh, plane};
 use crate::aabb::Aabb;
 use crate::accel::{self, Accelerator, Scratch, Work};
 use crate::crossing::Crossing;
@@ -36,8 +36,8 @@ impl MeshSolid {
     /// [`MeshError`] for what is not a mesh at all. An open mesh is none of these: see [`Topology`].
     pub fn new(mesh: Arc<TriangleMesh>, accel: &str) -> Result<MeshSolid, MeshError> {
         let topology = Topology::of(&mesh)?;
-        let size = Size::of(&mesh.vertices);
         let corners = |face: &[u32; 3]| face.map(|v| mesh.vertices[v as usize]);
+        let size = Size::of(mesh.faces.iter().flat_map(corners));
         let triangles: Vec<Triangle> = (0..)
             .zip(&mesh.faces)
             .map(|(face, indices)| Triangle { corners: corners(indices).map(|v| size.scale(v)), face })
@@ -50,7 +50,7 @@ impl MeshSolid {
         let accelerator = accel::build(accel, &boxes)
             .ok_or_else(|| MeshError::UnknownAccelerator { name: accel.to_string() })?;
         Ok(MeshSolid {
-            bounds: Aabb::around(mesh.faces.iter().flat_map(corners)),
+            bounds: Aabb::around(triangles.iter().flat_map(|t| mesh.corners(t.face))),
             scaled_bounds: boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(b)),
             mesh,
             topology,
@@ -74,7 +74,7 @@ impl MeshSolid {
     /// sees the front. A ray through a shared edge or vertex hits one of the triangles there.
     pub fn hits(&self, line: &Line, span: Span, out: &mut Vec<Crossing>, scratch: &mut Scratch) {
         self.make_room(scratch);
-        if let Some(probe) = Probe::new(line, &self.size) {
+        if let Some(probe) = self.probe(line) {
             self.hits_between(&probe, span.t_min(), span.t_max(), out, scratch);
         }
     }
@@ -82,7 +82,7 @@ impl MeshSolid {
     /// The first of the [`MeshSolid::hits`].
     pub fn nearest(&self, line: &Line, span: Span, scratch: &mut Scratch) -> Option<Crossing> {
         self.make_room(scratch);
-        let probe = Probe::new(line, &self.size)?;
+        let probe = self.probe(line)?;
         let mut nearest: Option<Crossing> = None;
         self.walk(&probe, span.t_min(), span.t_max(), scratch, |hit| {
             if nearest.is_none_or(|best| order(&hit, &best).is_lt()) {
@@ -96,13 +96,18 @@ impl MeshSolid {
     /// Whether there are [`MeshSolid::hits`].
     pub fn any(&self, line: &Line, span: Span, scratch: &mut Scratch) -> bool {
         self.make_room(scratch);
-        let Some(probe) = Probe::new(line, &self.size) else { return false };
+        let Some(probe) = self.probe(line) else { return false };
         let mut any = false;
         self.walk(&probe, span.t_min(), span.t_max(), scratch, |_| {
             any = true;
             f64::NEG_INFINITY
         });
         any
+    }
+
+    /// A line prepared to meet the triangles; `None` if it meets none.
+    fn probe(&self, line: &Line) -> Option<Probe> {
+        Probe::new(line, &self.size, &self.scaled_bounds)
     }
 
     /// Lets triangles be tagged, where the scratch is worth it: where it is kept.
@@ -184,18 +189,20 @@ impl MeshSolid {
         });
     }
 
-    /// Appends the hits that decide the first entry behind `from`, where the line is outside: those up to
-    /// the end of its event, or all if there is none.
+    /// Appends the hits that decide the first boundary from `t_min` on, given that the line is outside at `from`,
+    /// where an event that reaches to `t_min` begins at the earliest: those up to the end of the first entry, or all
+    /// if there is none.
     fn hits_to_first_entry(
         &self,
         probe: &Probe,
-        mut from: f64,
-        to: f64,
+        t_min: f64,
+        [mut from, to]: [f64; 2],
         out: &mut Vec<Crossing>,
         scratch: &mut Scratch,
     ) {
         let start = out.len();
-        let end = |hits: &[Crossing]| first_entry(hits).map_or(to, |e| to.min(probe.event_end(e.reach)));
+        let end =
+            |hits: &[Crossing]| first_entry(hits, t_min).map_or(to, |e| to.min(probe.event_end(e.reach)));
         let mut wanted = to;
         loop {
             let mut lowest = wanted;
@@ -212,7 +219,7 @@ impl MeshSolid {
             }
             from = lowest;
         }
-        if let Some(FirstEntry { hits, .. }) = first_entry(&out[start..]) {
+        if let Some(FirstEntry { hits, .. }) = first_entry(&out[start..], t_min) {
             out.truncate(start + hits);
         }
     }
@@ -236,7 +243,7 @@ impl Solid for MeshSolid {
     }
 
     fn crossings(&self, line: &Line, out: &mut Vec<Crossing>) {
-        let Some(probe) = Probe::new(line, &self.size) else { return };
+        let Some(probe) = self.probe(line) else { return };
         let start = out.len();
         self.hits_between(&probe, f64::NEG_INFINITY, f64::INFINITY, out, &mut Scratch::default());
         to_crossings(out, start, 0);
@@ -251,10 +258,10 @@ impl Solid for MeshSolid {
         scratch: &mut Scratch,
     ) {
         self.make_room(scratch);
-        let Some(probe) = Probe::new(line, &self.size) else { return };
+        let Some(probe) = self.probe(line) else { return };
         let start = out.len();
         // Hits just outside of the span may be one event with hits in it.
-        let from = span.t_min() - 16.0 * probe.worst_err(span.t_min());
+        let from = probe.event_start(span.t_min());
         let to = probe.event_end(span.t_max());
         let Some((enter, _)) = probe.boxes(from, to).enter_exit(&self.scaled_bounds) else { return };
         if enter <= probe.scaled(from) {
@@ -265,7 +272,7 @@ impl Solid for MeshSolid {
         } else {
             match wanted {
                 Wanted::All => self.hits_between(&probe, from, to, out, scratch),
-                Wanted::First => self.hits_to_first_entry(&probe, from, to, out, scratch),
+                Wanted::First => self.hits_to_first_entry(&probe, span.t_min(), [from, to], out, scratch),
             }
             to_crossings(out, start, 0);
         }
@@ -279,8 +286,7 @@ impl Solid for MeshSolid {
 
     /// The triangle's normal, turned over in a mesh that is wound inward.
     fn normal(&self, _p: Vec3, _surface: u32, primitive: u32) -> Vec3 {
-        let [a, b, c] = self.corners(primitive);
-        let normal = (b - a).cross(c - a);
+        let normal = plane::normal(self.corners(primitive));
         if self.topology.signed_volume.is_sign_negative() { -normal } else { normal }
     }
 
@@ -289,7 +295,7 @@ impl Solid for MeshSolid {
         if !self.bounds.contains(p) {
             return false;
         }
-        let Some(probe) = Probe::new(&Line::exact(p, Vec3::Z), &self.size) else { return false };
+        let Some(probe) = self.probe(&Line::exact(p, Vec3::Z)) else { return false };
         let mut hits = Vec::new();
         self.hits_between(&probe, 0.0, f64::INFINITY, &mut hits, &mut Scratch::default());
         total(&hits) != 0
@@ -311,6 +317,10 @@ impl Solid for MeshSolid {
         Some([area(ap, ac), area(ab, ap)])
     }
 
+    fn polygon(&self, primitive: u32) -> Option<u32> {
+        Some(self.mesh.polygon(primitive))
+    }
+
     fn moments(&self) -> Option<Moments> {
         self.by_tetrahedra()
     }
@@ -318,6 +328,7 @@ impl Solid for MeshSolid {
     fn memory(&self) -> usize {
         size_of_val(self.mesh.vertices.as_slice())
             + size_of_val(self.mesh.faces.as_slice())
+            + size_of_val(self.mesh.polygons.as_slice())
             + size_of_val(self.triangles.as_slice())
             + self.accelerator.memory()
     }

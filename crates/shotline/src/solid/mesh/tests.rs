@@ -286,7 +286,7 @@ fn triangles_without_area_are_met_where_they_are() {
     let (a, b) = (Vec3::new(0.1, -0.3, 0.7), Vec3::new(1.1, 1.7, 3.7));
     let vertices = vec![a, b, Vec3::new(2.0, -1.0, 1.0), Vec3::new(-2.0, 1.0, 2.0), 0.5 * (a + b)];
     let faces = vec![[0, 2, 4], [4, 2, 1], [0, 4, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
-    let solid = solid(TriangleMesh { vertices, faces }, "bvh");
+    let solid = solid(TriangleMesh::new(vertices, faces), "bvh");
     assert!(solid.is_closed());
     let (o, mut met) = (Vec3::new(0.3, 0.7, -20.0), 0);
     for k in 1..1000 {

@@ -14,7 +14,9 @@ use crate::math::{Vec3, difference_of_products};
 pub struct Topology {
     /// Vertices given.
     pub vertices: usize,
-    /// Vertices in the place of an earlier one, and that one.
+    /// Vertices that no face names, and the first of them. They may be anything, and matter for nothing.
+    pub unused_vertices: Found<u32>,
+    /// Vertices in use in the place of an earlier one, and that one.
     pub repeated_vertices: Found<[u32; 2]>,
     /// Faces given.
     pub faces: usize,
@@ -43,7 +45,8 @@ impl Topology {
     /// Examines a mesh.
     ///
     /// # Errors
-    /// [`MeshError`] for indices out of range, coordinates that are not finite, and nothing to examine.
+    /// [`MeshError`] for indices out of range, coordinates of a face's corner that are not finite, and nothing to
+    /// examine.
     pub fn of(mesh: &TriangleMesh) -> Result<Topology, MeshError> {
         check(mesh)?;
         let places = places(&mesh.vertices);
@@ -51,12 +54,18 @@ impl Topology {
         if faces.is_empty() {
             return Err(MeshError::Empty);
         }
-        let size = Size::of(&mesh.vertices);
+        let in_use = in_use(mesh);
+        let size = Size::of(faces.iter().flat_map(|f| f.corners).map(|v| mesh.vertices[v as usize]));
         let scaled = |v: u32| size.scale(mesh.vertices[v as usize]);
         let is_degenerate = |face: &[u32; 3]| !has_three_places(&face.map(|v| places[v as usize]));
         let mut report = Topology {
             vertices: mesh.vertices.len(),
-            repeated_vertices: (0..).zip(&places).filter(|(v, p)| v != *p).map(|(v, p)| [v, *p]).collect(),
+            unused_vertices: (0..).zip(&in_use).filter(|(_, used)| !**used).map(|(v, _)| v).collect(),
+            repeated_vertices: (0..)
+                .zip(&places)
+                .filter(|(v, p)| v != *p && in_use[*v as usize])
+                .map(|(v, p)| [v, *p])
+                .collect(),
             faces: mesh.faces.len(),
             degenerate_faces: (0..).zip(&mesh.faces).filter(|f| is_degenerate(f.1)).map(|f| f.0).collect(),
             zero_area_faces: faces
@@ -133,16 +142,26 @@ fn check(mesh: &TriangleMesh) -> Result<(), MeshError> {
     if mesh.faces.len() >= u32::MAX as usize {
         return Err(MeshError::TooManyFaces { faces: mesh.faces.len() });
     }
-    if let Some((vertex, position)) = mesh.vertices.iter().enumerate().find(|(_, v)| !v.is_finite()) {
-        return Err(MeshError::NotFinite { vertex, position: *position });
-    }
     let count = mesh.vertices.len();
     for (face, corners) in mesh.faces.iter().enumerate() {
-        if let Some(&vertex) = corners.iter().find(|&&v| v as usize >= count) {
-            return Err(MeshError::VertexOutOfRange { face, vertex, count });
+        for &vertex in corners {
+            match mesh.vertices.get(vertex as usize) {
+                None => return Err(MeshError::VertexOutOfRange { face, vertex, count }),
+                Some(position) if !position.is_finite() => {
+                    return Err(MeshError::NotFinite { vertex: vertex as usize, face, position: *position });
+                }
+                Some(_) => {}
+            }
         }
     }
     Ok(())
+}
+
+/// Which vertices some face names.
+fn in_use(mesh: &TriangleMesh) -> Vec<bool> {
+    let mut in_use = vec![false; mesh.vertices.len()];
+    mesh.faces.iter().flatten().for_each(|v| in_use[*v as usize] = true);
+    in_use
 }
 
 /// Whether three points lie on a line, as far as correctly rounded differences can tell.
@@ -222,7 +241,7 @@ mod tests {
         assert_eq!(odd.crowded_edges.first.unwrap().faces, [0, 33]);
         let line = |x: f64| Vec3::new(x, 2.0 * x, -x);
         let vertices = vec![line(0.0), line(1.0), line(3.0)];
-        let flat = report(&TriangleMesh { vertices, faces: vec![[0, 1, 2]] });
+        let flat = report(&TriangleMesh::new(vertices, vec![[0, 1, 2]]));
         assert_eq!((flat.zero_area_faces, flat.open_edges.count), (Found { count: 1, first: Some(0) }, 3));
     }
 
@@ -237,6 +256,23 @@ mod tests {
         assert_eq!(separate.repeated_vertices, Found { count: 3 * 48 - 24, first: Some([3, 0]) });
         assert_eq!(separate.euler_characteristic, welded.euler_characteristic);
         assert_eq!((separate.shells.count, separate.signed_volume), (1, welded.signed_volume));
+    }
+
+    /// Many programs leave vertices behind that no face names, and mark them by values that are no place.
+    #[test]
+    fn unused_vertices_are_counted_and_may_be_anything() {
+        let mut mesh = ball(1);
+        let plain = report(&mesh);
+        let (count, twin) = (mesh.vertices.len() as u32, mesh.vertices[0]);
+        mesh.vertices.extend([Vec3::NAN, Vec3::splat(1e30), twin, Vec3::INFINITY, Vec3::splat(1e30)]);
+        let with_unused = report(&mesh);
+        assert_eq!(with_unused.unused_vertices, Found { count: 5, first: Some(count) });
+        let expected = Topology {
+            vertices: with_unused.vertices,
+            unused_vertices: with_unused.unused_vertices,
+            ..plain.clone()
+        };
+        assert_eq!((with_unused, plain.unused_vertices), (expected, Found::default()));
     }
 
     #[test]
@@ -262,6 +298,7 @@ mod tests {
         assert!(outside.to_string().contains("face 3 names vertex 6, but there are only 6"), "{outside}");
         let nan = broken(|m| m.vertices[2].y = f64::NAN);
         assert!(nan.to_string().contains("vertex 2 is (0, NaN, 1)"), "{nan}");
+        assert!(nan.to_string().contains("face 0 uses it"), "{nan}");
         assert_eq!(broken(|m| m.faces.clear()), MeshError::Empty);
         assert_eq!(broken(|m| m.faces.iter_mut().for_each(|f| f[0] = f[1])), MeshError::Empty);
     }

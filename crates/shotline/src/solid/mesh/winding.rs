@@ -57,27 +57,33 @@ pub(super) fn winds_once(hits: &[Crossing], inside: i32) -> bool {
     })
 }
 
-/// The first event that takes a line from outside to inside.
+/// The hits that decide the first boundary of a span.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FirstEntry {
-    /// The number of hits up to the end of that event.
+    /// Their number, from the first on.
     pub(super) hits: usize,
-    /// A later hit is a part of the event if its `t`, less [`SAME_EVENT`] times its bound, is not above this.
+    /// A later hit would be one of them if its `t`, less [`SAME_EVENT`] times its bound, is not above this.
     pub(super) reach: f64,
 }
 
-/// Looks for the first entry in sorted hits, outside before them.
-pub(super) fn first_entry(hits: &[Crossing]) -> Option<FirstEntry> {
+/// Looks for the first event that leads inside and reaches to `t_min`, in sorted hits with the line outside before them.
+///
+/// An event that ends before `t_min` leads inside only of what is left again before the span begins, unless no later
+/// event reaches back to `t_min`: then the span begins inside. `None` if no event leads inside.
+pub(super) fn first_entry(hits: &[Crossing], t_min: f64) -> Option<FirstEntry> {
     let (mut winding, mut reach) = (0, f64::NEG_INFINITY);
-    for (i, hit) in hits.iter().enumerate() {
-        let same_event = hit.t - SAME_EVENT * hit.t_err <= reach;
-        if !same_event && winding != 0 {
-            return Some(FirstEntry { hits: i, reach });
+    for i in 0..=hits.len() {
+        // Bounds differ, so that a hit farther on may reach back further than the next one.
+        let begin_behind = |t: f64| hits[i..].iter().all(|hit| hit.t - SAME_EVENT * hit.t_err > t);
+        if winding != 0 && begin_behind(reach.max(t_min)) {
+            return Some(FirstEntry { hits: i, reach: reach.max(t_min) });
         }
-        winding += step(hit);
-        reach = reach.max(hit.t + SAME_EVENT * hit.t_err);
+        if let Some(hit) = hits.get(i) {
+            winding += step(hit);
+            reach = reach.max(hit.t + SAME_EVENT * hit.t_err);
+        }
     }
-    (winding != 0).then_some(FirstEntry { hits: hits.len(), reach })
+    None
 }
 
 #[cfg(test)]
@@ -119,13 +125,36 @@ mod tests {
         assert!(!once(&[(1.0, -1), (2.0, 1)]) && winds_once(&hits(&[(1.0, -1), (2.0, 1)]), -1));
     }
 
+    fn first(list: &[(f64, i32)], t_min: f64) -> Option<(usize, f64)> {
+        first_entry(&hits(list), t_min).map(|entry| (entry.hits, entry.reach))
+    }
+
     #[test]
     fn an_event_that_changes_nothing_is_passed_over() {
         let flap = [(1.0, 1), (1.05, -1)];
-        assert_eq!(first_entry(&hits(&flap)), None);
-        let entry = first_entry(&hits(&[flap[0], flap[1], (3.0, 1), (4.0, -1)])).unwrap();
-        assert_eq!((entry.hits, entry.reach), (3, 3.08));
-        let open = first_entry(&hits(&[(1.0, 1)])).unwrap();
-        assert_eq!((open.hits, open.reach), (1, 1.08));
+        assert_eq!(first(&flap, 0.0), None);
+        assert_eq!(first(&[flap[0], flap[1], (3.0, 1), (4.0, -1)], 0.0), Some((3, 3.08)));
+        assert_eq!(first(&[(1.0, 1)], 0.0), Some((1, 1.08)));
+    }
+
+    /// Hits before the span are looked at for what may reach into it; a wall among them is not the first entry.
+    #[test]
+    fn a_wall_before_the_span_is_not_the_first_entry() {
+        let wall = [(1.0, 1), (2.0, -1)];
+        assert_eq!(first(&wall, 3.0), None);
+        assert_eq!(first(&[wall[0], wall[1], (4.0, 1), (5.0, -1)], 3.0), Some((3, 4.08)));
+        // Within the wall the span begins inside; where the wall's end reaches into the span, it does not.
+        assert_eq!(first(&wall, 1.5), Some((1, 1.5)));
+        assert_eq!(first(&wall, 1.95), None);
+        assert_eq!(first(&[wall[0], wall[1], (2.05, 1), (3.0, -1)], 2.03), Some((3, 2.13)));
+        assert_eq!(first(&[(1.0, 1)], 3.0), Some((1, 3.0)));
+    }
+
+    #[test]
+    fn a_later_hit_with_a_wide_bound_belongs_to_the_event() {
+        let mut list = hits(&[(1.0, 1), (2.0, 1), (2.5, -1), (2.6, -1)]);
+        assert_eq!(first_entry(&list, 0.0).map(|entry| entry.hits), Some(1));
+        list[2].t_err = 0.2;
+        assert_eq!(first_entry(&list, 0.0).map(|entry| entry.hits), None);
     }
 }

@@ -14,6 +14,9 @@ use crate::math::{Dd, HALF_ULP, Vec3};
 use crate::ray::Line;
 use crate::roots::{Piece, Roots, bracketed_newton, cubic_between, horner};
 
+/// Two roundings of a number that is not normal any more: the spacing of such numbers is 2^-1074.
+const UNDERFLOW: f64 = f64::from_bits(4);
+
 /// Appends the crossings of a whole line with the torus of radii `major` and `minor`.
 #[multiversion::multiversion(targets("x86_64+avx+fma"))]
 pub(super) fn crossings(major: f64, minor: f64, line: &Line, out: &mut Vec<Crossing>) {
@@ -188,7 +191,7 @@ impl Search<'_> {
     fn crossing(&self, root: &Root, piece: Piece) -> Crossing {
         let t = self.approach.t(root.tau);
         let spread = self.approach.t_length(self.spread(root, t, piece));
-        Crossing::new(t, spread + HALF_ULP * t.abs() + f64::MIN_POSITIVE, !piece.rising, 0)
+        Crossing::new(t, (spread + HALF_ULP * t.abs()).max(UNDERFLOW), !piece.rising, 0)
     }
 
     /// How far the exact crossing of the exact line can be from the root, if it crosses here at all: where `f`

@@ -2,7 +2,7 @@ use proptest::prelude::*;
 
 use super::Torus;
 use super::truth::ROWS;
-use crate::crossing::{Crossing, is_alternating};
+use crate::crossing::{Crossing, is_alternating, together};
 use crate::math::Vec3;
 use crate::ray::Line;
 use crate::solid::Solid;
@@ -128,6 +128,15 @@ fn extreme_numbers_end_and_alternate() {
             }
         }
     }
+}
+
+/// The longest directions put all crossings below the smallest normal `t`: the bounds must not make one event of them.
+#[test]
+fn crossings_of_the_longest_directions_stay_apart() {
+    let torus = Torus::new(1.0, 0.25).unwrap();
+    let list = cross(&torus, &Line::exact(Vec3::new(-4.0, 0.0, 0.0), Vec3::X * 1.7e308));
+    assert_eq!(list.len(), 4);
+    assert!(list.windows(2).all(|w| !together(&w[0], &w[1])), "{list:?}");
 }
 
 #[test]

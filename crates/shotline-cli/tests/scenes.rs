@@ -1,0 +1,111 @@
+//! What is shipped and shown works: the scenes, those of the documentation, and the commands of the README.
+
+mod place;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use place::Place;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap().to_path_buf()
+}
+
+fn read(path: &str) -> String {
+    fs::read_to_string(root().join(path)).unwrap()
+}
+
+/// The blocks of a page that are marked by one of some words.
+fn blocks<'a>(page: &'a str, marks: &[&str]) -> Vec<&'a str> {
+    let pieces: Vec<&str> = page.split("\n```").collect();
+    let inside = pieces.iter().skip(1).step_by(2);
+    let marked = inside.filter_map(|block| block.split_once('\n'));
+    marked.filter(|(mark, _)| marks.contains(mark)).map(|(_, text)| text).collect()
+}
+
+#[track_caller]
+fn assert_sound(place: &Place, model: &str) {
+    let answer = place.run(&["check", model]);
+    assert_eq!(answer.code, Some(0), "{model}\n{}{}", answer.stdout, answer.stderr);
+    assert!(answer.stdout.ends_with(": sound\n"), "{}", answer.stdout);
+}
+
+#[test]
+fn every_scene_that_is_shipped_is_sound() {
+    let place = Place::new();
+    let mut count = 0;
+    for entry in fs::read_dir(root().join("scenes")).unwrap() {
+        let path = entry.unwrap().path();
+        assert_sound(&place, path.to_str().unwrap());
+        count += 1;
+    }
+    assert!(count >= 8, "{count}");
+}
+
+#[test]
+fn every_scene_of_the_documentation_is_sound() {
+    let mut pages = vec!["README.md".to_string()];
+    for entry in fs::read_dir(root().join("docs")).unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        pages.extend(name.ends_with(".md").then(|| format!("docs/{name}")));
+    }
+    let mut count = 0;
+    for page in pages {
+        for block in blocks(&read(&page), &["json", "jsonc"]) {
+            // Pieces of scenes are shown as well.
+            if block.contains("\"shotline\"") && block.contains("\"objects\"") && !block.contains("...") {
+                let place = Place::new().with("scene.json", block).with("part.ply", place::cube_ply(12));
+                assert_sound(&place, "scene.json");
+                count += 1;
+            }
+        }
+    }
+    assert!(count >= 1);
+}
+
+/// Every line of the block, in order, in a folder that holds no more than the scenes; pictures small, so that it is fast.
+#[test]
+fn every_command_of_the_readme_runs_on_a_fresh_clone() {
+    let readme = read("README.md");
+    let commands =
+        blocks(&readme, &["sh"]).into_iter().find(|block| block.contains("shotline render")).unwrap();
+    let place = Place::new();
+    fs::create_dir(place.path("scenes")).unwrap();
+    for entry in fs::read_dir(root().join("scenes")).unwrap() {
+        let path = entry.unwrap().path();
+        fs::copy(&path, place.path("scenes").join(path.file_name().unwrap())).unwrap();
+    }
+    let mut count = 0;
+    for line in commands.lines() {
+        let line = line.split(" #").next().unwrap().trim();
+        let mut args: Vec<&str> = line.split_whitespace().collect();
+        assert_eq!(args.remove(0), "shotline", "{line}");
+        match args[0] {
+            "render" => {
+                let frames = args.iter().position(|arg| *arg == "--frames");
+                frames.iter().for_each(|at| args[at + 1] = "2");
+                let samples = args.iter().position(|arg| *arg == "--samples");
+                samples.iter().for_each(|at| args[at + 1] = "1");
+                args.extend(["--size", "16x12"]);
+            }
+            // It casts for seconds whatever it is given.
+            "bench" => continue,
+            _ => {}
+        }
+        let answer = place.run(&args);
+        assert_eq!(answer.code, Some(0), "{line}\n{}{}", answer.stdout, answer.stderr);
+        count += 1;
+    }
+    assert!(count >= 10, "{count}");
+}
+
+/// The second example of `check --help`.
+#[test]
+fn a_scene_that_is_sound_has_segments_and_measures() {
+    let scene = root().join("scenes/section.json");
+    let scene = scene.to_str().unwrap();
+    let place = Place::new().with_rays("rays.npy", &[[-9.0, 0.1, 3.05, 1.0, 0.0, 0.0]]);
+    place.run(&["cast", scene, "--rays", "rays.npy", "--query", "segments", "-o", "out.npz"]).ok();
+    let text = place.run(&["measure", scene, "--rays", "480"]).ok();
+    assert!(text.contains("unbounded") && text.contains("lever"), "{text}");
+}

@@ -1,0 +1,255 @@
+use std::f64::consts::TAU;
+
+use shotline::math::Vec3;
+
+use super::hold::{cut_holds, is_simple};
+use super::{Cut, cut};
+
+/// Holds a polygon to everything, from each first corner and both ways round, in several planes.
+fn holds(corners: &[[i64; 2]]) {
+    for first in 0..corners.len() {
+        let mut corners = corners.to_vec();
+        corners.rotate_left(first);
+        for _ in 0..2 {
+            for axis in 0..3 {
+                cut_holds(&corners, axis, [0, 0]);
+                cut_holds(&corners, axis, [3, -7]);
+            }
+            corners.reverse();
+        }
+    }
+}
+
+const L: [[i64; 2]; 6] = [[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]];
+
+#[test]
+fn polygons_that_are_not_convex_are_cut_within_their_outline() {
+    let dart = [[0, 0], [4, 4], [0, 8], [2, 4]];
+    let u = [[0, 0], [3, 0], [3, 3], [2, 3], [2, 1], [1, 1], [1, 3], [0, 3]];
+    let plus =
+        [[1, 0], [2, 0], [2, 1], [3, 1], [3, 2], [2, 2], [2, 3], [1, 3], [1, 2], [0, 2], [0, 1], [1, 1]];
+    for simple in [&L[..], &dart, &u, &plus, &star(9), &comb(7), &spiral(3)] {
+        assert!(is_simple(simple), "{simple:?}");
+        holds(simple);
+    }
+}
+
+#[test]
+fn corners_on_a_straight_edge_stay_corners_of_triangles_with_area() {
+    let square = [[0, 0], [1, 0], [2, 0], [2, 1], [2, 2], [1, 2], [0, 2], [0, 1]];
+    let triangle = [[0, 0], [1, 0], [2, 0], [3, 0], [4, 0], [2, 3]];
+    let both = [[0, 0], [2, 0], [4, 0], [3, 3], [2, 6], [1, 3]];
+    for corners in [&square[..], &triangle, &both] {
+        assert!(is_simple(corners));
+        holds(corners);
+    }
+}
+
+/// Slits, holes reached by a slit, corners in one place, outlines that touch themselves: no cut is wrong way round.
+#[test]
+fn outlines_that_touch_themselves_are_cut_properly() {
+    let hole = [[0, 0], [6, 0], [6, 6], [0, 6], [0, 0], [2, 2], [2, 4], [4, 4], [4, 2], [2, 2]];
+    let slit = [[0, 0], [4, 0], [4, 4], [2, 4], [2, 2], [2, 4], [0, 4]];
+    let twice = [[0, 0], [0, 0], [2, 0], [2, 2], [2, 2], [2, 2], [0, 2]];
+    let pinched = [[0, 0], [2, 2], [4, 0], [4, 4], [2, 2], [0, 4]];
+    let touching = [[0, 0], [4, 0], [4, 4], [2, 0], [0, 4]];
+    let spike = [[0, 0], [2, 0], [2, 2], [2, 5], [2, 2], [0, 2]];
+    let two_holes = [
+        [0, 0],
+        [9, 0],
+        [9, 4],
+        [0, 4],
+        [0, 0],
+        [1, 1],
+        [1, 3],
+        [3, 3],
+        [3, 1],
+        [5, 1],
+        [5, 3],
+        [7, 3],
+        [7, 1],
+        [5, 1],
+        [3, 1],
+        [1, 1],
+    ];
+    for corners in [&hole[..], &slit, &twice, &pinched, &touching, &spike, &two_holes] {
+        holds(corners);
+        let places: Vec<Vec3> = corners.iter().map(|[x, y]| Vec3::new(*x as f64, *y as f64, 0.0)).collect();
+        assert!(cut(&places).is_proper, "{corners:?}");
+    }
+}
+
+#[test]
+fn outlines_that_cross_themselves_keep_their_edges_and_say_so() {
+    let bow_tie = [[0, 0], [2, 2], [2, 0], [0, 2]];
+    let uneven = [[0, 0], [4, 4], [4, 0], [0, 2]];
+    let pentagram = [[0, 30], [18, -24], [-29, 9], [29, 9], [-18, -24]];
+    for corners in [&bow_tie[..], &uneven, &pentagram] {
+        holds(corners);
+        let places: Vec<Vec3> = corners.iter().map(|[x, y]| Vec3::new(*x as f64, *y as f64, 0.0)).collect();
+        assert!(!cut(&places).is_proper, "{corners:?}");
+    }
+}
+
+#[test]
+fn polygons_without_area_say_nothing() {
+    let on_a_line = [[0, 0], [1, 1], [2, 2], [5, 5], [3, 3]];
+    let there_and_back = [[0, 0], [1, 1], [4, 0], [1, 1]];
+    for corners in [&[[1, 1]; 7][..], &on_a_line, &there_and_back] {
+        holds(corners);
+        for z in [0.0, 1.0] {
+            let place = |[x, y]: &[i64; 2]| Vec3::new(*x as f64, *y as f64, z * *x as f64);
+            assert!(cut(&corners.iter().map(place).collect::<Vec<_>>()).is_proper, "{corners:?}");
+        }
+    }
+}
+
+/// Seen from within its plane a bow tie of rounded corners may look like a thin quadrilateral.
+#[test]
+fn crossings_are_seen_in_slanted_planes_too() {
+    for i in 0..300 {
+        let (a, b) = (f64::from(i) * 0.37, f64::from(i) * 0.23 + 0.1);
+        let u = Vec3::new(a.cos(), a.sin() * b.cos(), a.sin() * b.sin());
+        let v = Vec3::new(0.0, -b.sin(), b.cos());
+        let round = |x: f64| (x * 1e6).round() / 1e6;
+        let place = |[x, y]: [f64; 2]| Vec3::from((u * x + v * y + 5.0).to_array().map(round));
+        let corners = [[0.0, 0.0], [2.0, 2.0], [2.0, 0.0], [0.0, 2.0]].map(place);
+        assert!(!cut(&corners).is_proper, "{corners:?}");
+    }
+}
+
+#[test]
+fn random_outlines_hold() {
+    let mut random = shotline::testkit::random::Random::new(5);
+    let mut simple = 0;
+    for i in 0..6000u64 {
+        let (n, size) = (3 + i % 11, [2.0, 4.0, 9.0, 60.0][i as usize % 4]);
+        let corners: Vec<[i64; 2]> = (0..n)
+            .map(|_| {
+                let p = random.point(-size, size);
+                [p.x.round() as i64, p.y.round() as i64]
+            })
+            .collect();
+        simple += usize::from(is_simple(&corners));
+        cut_holds(&corners, i as usize % 3, [i as i64 % 5 - 2, i as i64 % 7 - 3]);
+    }
+    assert!(simple > 300, "{simple}");
+}
+
+/// Outlines that do not cross themselves, grown from a triangle by a corner at a time.
+#[test]
+fn random_simple_outlines_hold() {
+    let mut random = shotline::testkit::random::Random::new(6);
+    for i in 0..150u64 {
+        let mut corners = vec![[0, 0], [40, 0], [0, 40]];
+        for _ in 0..400 {
+            let p = random.point(-60.0, 60.0);
+            let at = 1 + (random.point(0.0, 1.0).x * corners.len() as f64) as usize;
+            corners.insert(at, [p.x.round() as i64, p.y.round() as i64]);
+            if !is_simple(&corners) {
+                corners.remove(at);
+            }
+            if corners.len() > 24 {
+                break;
+            }
+        }
+        assert!(corners.len() == 3 || is_simple(&corners));
+        cut_holds(&corners, i as usize % 3, [1, -2]);
+    }
+}
+
+/// The slanted prism of six digits: the corners of a face lie in no plane, and no triangle covers the notch.
+#[test]
+fn nearly_flat_polygons_are_cut_as_flat_ones_are() {
+    for i in 0..400 {
+        let (a, b) = (f64::from(i) * 0.37, f64::from(i) * 0.23 + 0.1);
+        let (u, v) =
+            (Vec3::new(a.cos(), a.sin() * b.cos(), a.sin() * b.sin()), Vec3::new(0.0, -b.sin(), b.cos()));
+        for digits in [1e3, 1e6, 1e9] {
+            let round = |x: f64| (x * digits).round() / digits;
+            let place = |[x, y]: &[i64; 2]| {
+                let p = u * *x as f64 + v * *y as f64 + Vec3::new(7.0, -3.0, 0.5);
+                Vec3::new(round(p.x), round(p.y), round(p.z))
+            };
+            let places: Vec<Vec3> = L.iter().map(place).collect();
+            let cut = cut(&places);
+            assert!(cut.is_proper);
+            for t in &cut.triangles {
+                let middle = t.iter().fold([0, 0], |m, i| {
+                    let [x, y] = L[*i as usize];
+                    [m[0] + x, m[1] + y]
+                });
+                assert!(middle[0] <= 3 || middle[1] <= 3, "{t:?} lies in the notch");
+            }
+        }
+    }
+}
+
+/// Thousands of corners in the shapes that are hard for clipping ears: a time as for a sort, or a test without end.
+#[test]
+fn polygons_of_many_corners_are_cut() {
+    let n = 20_000;
+    let round = (0..n).map(|i| (TAU * f64::from(i) / f64::from(n)).sin_cos());
+    let circle: Vec<Vec3> = round.clone().map(|(y, x)| Vec3::new(x, y, 1.0)).collect();
+    let jagged =
+        round.enumerate().map(|(i, (y, x))| Vec3::new(x, y, 1.0) * if i % 2 == 0 { 1.0 } else { 0.3 });
+    let whole =
+        |corners: Vec<[i64; 2]>| corners.iter().map(|[x, y]| Vec3::new(*x as f64, 0.0, *y as f64)).collect();
+    for corners in [circle, jagged.collect(), whole(comb(5_000)), whole(spiral(2_000)), whole(saw(8_000))] {
+        let Cut { triangles, is_proper } = cut(&corners);
+        assert!(is_proper && triangles.len() == corners.len() - 2);
+    }
+}
+
+/// Of nothing but crossings: the work is bounded all the same.
+#[test]
+fn polygons_of_many_crossings_are_cut() {
+    let mut random = shotline::testkit::random::Random::new(1);
+    let corners: Vec<Vec3> = (0..3000).map(|_| random.point(-1.0, 1.0)).collect();
+    assert_eq!(cut(&corners).triangles.len(), 2998);
+}
+
+#[test]
+fn sizes_far_from_one_are_cut_the_same() {
+    let at = |size: f64| cut(&L.map(|[x, y]| Vec3::new(x as f64, y as f64, 1.0) * size));
+    for size in [5e-324, 1e-300, 1e-120, 1e120, 1e300, 8e307] {
+        assert_eq!(at(size), at(1.0), "{size}");
+    }
+}
+
+fn star(tips: i64) -> Vec<[i64; 2]> {
+    let at = |i: i64| {
+        let (angle, r) = (TAU * i as f64 / (2 * tips) as f64, if i % 2 == 0 { 50.0 } else { 17.0 });
+        [(angle.cos() * r).round() as i64, (angle.sin() * r).round() as i64]
+    };
+    (0..2 * tips).map(at).collect()
+}
+
+/// Teeth on a bar, with four corners each.
+fn comb(teeth: i64) -> Vec<[i64; 2]> {
+    let tooth = |i: i64| [[2 * i, 1], [2 * i, 60], [2 * i + 1, 60], [2 * i + 1, 1]];
+    let right = 2 * teeth - 1;
+    (0..teeth).flat_map(tooth).chain([[right, 0], [0, 0]]).collect()
+}
+
+/// Narrow teeth without a bar.
+fn saw(teeth: i64) -> Vec<[i64; 2]> {
+    let tooth = |i: i64| [[2 * i, 0], [2 * i + 1, 1_000]];
+    (0..teeth).flat_map(tooth).chain([[2 * teeth, 0], [teeth, -1]]).collect()
+}
+
+/// A square spiral, there and back.
+fn spiral(turns: i64) -> Vec<[i64; 2]> {
+    let out = |k: i64, r: i64| match k % 4 {
+        0 => [r, -r],
+        1 => [r, r],
+        2 => [-r, r],
+        _ => [-r, -r - 4],
+    };
+    let outer = |k: i64| out(k, 4 * (k / 4) + 4);
+    let inner = |k: i64| {
+        let r = 4 * (k / 4) + 2;
+        if k % 4 == 3 { [-r, -r - 4] } else { out(k, r) }
+    };
+    (0..4 * turns).map(outer).chain((0..4 * turns).rev().map(inner)).collect()
+}

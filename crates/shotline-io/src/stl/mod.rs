@@ -1,0 +1,108 @@
+//! STL: triangles without shared vertices, as text or binary. Corners with the same coordinates become one vertex,
+//! or no mesh would be closed.
+//!
+//! Our own reader. `stl_io`, the well-kept library, reads text in float32 and says no place when a file is broken.
+
+mod binary;
+mod text;
+mod write;
+
+use std::collections::HashMap;
+
+use shotline::math::Vec3;
+
+use crate::bytes::{mark_length, text_start};
+use crate::fault::{At, Fault};
+use crate::format::{Content, Format, MeshFile};
+use crate::note::Notes;
+use crate::polygon::{Corner, Polygons, Vertices};
+
+pub(crate) const FORMAT: Format = Format {
+    name: "STL",
+    extensions: &["stl"],
+    detect: |bytes| binary::fits(bytes) || starts_like_text(bytes),
+    content: Content::Mesh { read, write: write::write },
+};
+
+fn starts_like_text(bytes: &[u8]) -> bool {
+    let start = bytes[mark_length(bytes)..].trim_ascii_start();
+    start.len() > 5 && start[..5].eq_ignore_ascii_case(b"solid") && is_text(bytes)
+}
+
+/// A zero byte is near the beginning of nearly every binary file and of no text, which may be filled up with zeros.
+fn is_text(bytes: &[u8]) -> bool {
+    let end = bytes.iter().rposition(|b| *b != 0).map_or(0, |last| last + 1);
+    !bytes[..end.min(512)].contains(&0)
+}
+
+/// Whether a word of the format is in a text, in whatever case.
+fn has_word(bytes: &[u8], word: &[u8]) -> bool {
+    bytes.windows(word.len()).any(|w| w.eq_ignore_ascii_case(word))
+}
+
+fn read(bytes: &[u8]) -> Result<MeshFile, Fault> {
+    let mut triangles = Triangles::new();
+    // Binary files are known by their size; many of them begin with the word "solid".
+    if binary::fits(bytes) {
+        binary::read(bytes, &mut triangles)?;
+    } else {
+        let start = text_start(bytes)?;
+        if is_text(bytes) && (starts_like_text(bytes) || has_word(bytes, b"facet")) {
+            text::read(bytes, start, &mut triangles)?;
+        } else if is_text(bytes) && bytes.len() > 5 && bytes.is_ascii() {
+            return Err(Fault::file(
+                "is a text, but not of an STL: there is no 'solid' and no 'facet' in it",
+            ));
+        } else {
+            binary::read(bytes, &mut triangles)?;
+        }
+    }
+    triangles.finish(bytes)
+}
+
+/// Triangles being gathered. Joins corners with the same coordinates.
+struct Triangles {
+    vertices: Vertices,
+    known: HashMap<[u64; 3], u32>,
+    polygons: Polygons,
+    face: Vec<Corner>,
+}
+
+impl Triangles {
+    fn new() -> Triangles {
+        // Corners are numbered here, so that none can be out of range.
+        let polygons = Polygons::new(usize::MAX, Notes::default());
+        Triangles { vertices: Vertices::default(), known: HashMap::new(), polygons, face: Vec::new() }
+    }
+
+    /// Adds a triangle, or a polygon, which some programs write.
+    fn add(&mut self, corners: &[Vec3], at: impl Fn() -> At) {
+        self.face.clear();
+        for corner in corners {
+            let vertex = self.vertex(*corner);
+            self.face.push(vertex.into());
+        }
+        // Every number is that of a vertex.
+        let _ = self.polygons.add(&self.face, at);
+    }
+
+    fn vertex(&mut self, place: Vec3) -> u32 {
+        // Adding zero turns -0.0 into 0.0, which is the same place.
+        let key = (place + Vec3::ZERO).to_array().map(f64::to_bits);
+        *self.known.entry(key).or_insert_with(|| {
+            self.vertices.push(place, || At::File);
+            (self.vertices.len() - 1) as u32
+        })
+    }
+
+    fn notes(&mut self) -> &mut Notes {
+        self.polygons.notes()
+    }
+
+    fn finish(self, bytes: &[u8]) -> Result<MeshFile, Fault> {
+        if self.polygons.is_empty() {
+            return Err(Fault::file("has no triangles"));
+        }
+        self.polygons.finish(self.vertices, 0, bytes)
+    }
+}

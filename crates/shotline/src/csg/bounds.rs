@@ -1,0 +1,169 @@
+//! Where the leaves of a program can matter, and the box of its result.
+
+use super::Op;
+use super::program::{Link, Program};
+use crate::aabb::Aabb;
+use crate::region::{Constraint, enclose};
+
+/// More constraints than this are not looked at together.
+const MOST_CONSTRAINTS: usize = 512;
+
+/// Leaves without an end that are looked at one by one, at most.
+const MOST_LEAVES: usize = 4096;
+
+/// What the bounds are worked out from.
+#[derive(Clone, Copy, Debug)]
+pub struct LeafBounds<'a> {
+    /// The box of each leaf.
+    pub boxes: &'a [Aabb],
+    /// What else is known of the points of each leaf: `None` where its box tells all. Where a leaf is taken away, it is
+    /// what is known of the points outside. May be empty if nothing is known of any leaf.
+    pub constraints: &'a [Option<Constraint>],
+}
+
+/// The constraints that all points of a node meet, each with the leaf it comes from.
+type Met = Vec<(u32, Constraint)>;
+
+impl Program {
+    /// The boxes within which the leaves can matter: an operand counts only inside the bounds of what it is
+    /// taken from or intersected with. Empty for leaves that never matter.
+    ///
+    /// Operands that have no end by themselves are looked at together: half-spaces that enclose a polytope, or cut off a
+    /// cylinder or a cone, have finite boxes.
+    pub fn effective_bounds(&self, leaves: LeafBounds) -> Vec<Aabb> {
+        let met = self.met(leaves.constraints);
+        let effective = self.within(leaves.boxes, &self.node_bounds(leaves.boxes, &met));
+        if met.is_empty() || effective.iter().all(|b| b.is_empty() || b.is_finite()) {
+            return effective;
+        }
+        let mut patience = MOST_LEAVES;
+        let mut refined = effective.clone();
+        for (leaf, b) in (0..).zip(&mut refined) {
+            if !b.is_empty() && !b.is_finite() && patience > 0 {
+                patience -= 1;
+                *b = self.leaf_bounds(leaf, *b, &met, leaves.constraints);
+            }
+        }
+        if refined == effective {
+            return effective;
+        }
+        // A union of what has now an end bounds what stands beside it.
+        self.within(&refined, &self.node_bounds(&refined, &met))
+    }
+
+    /// The boxes of the nodes, each within those above it.
+    fn node_bounds(&self, leaves: &[Aabb], met: &[Met]) -> Vec<Aabb> {
+        let mut bounds: Vec<Aabb> = self
+            .nodes
+            .iter()
+            .map(|n| if n.op == Op::Intersection { Aabb::EVERYTHING } else { Aabb::EMPTY })
+            .collect();
+        for (link, own) in self.leaves.iter().zip(leaves) {
+            self.gather(&mut bounds, link, *own);
+        }
+        for i in (0..self.nodes.len()).rev() {
+            if let Some(met) = met.get(i).filter(|met| !met.is_empty()) {
+                bounds[i] = enclose(bounds[i], &met.iter().map(|(_, c)| c).collect::<Vec<_>>());
+            }
+            if i > 0 {
+                let own = bounds[i];
+                self.gather(&mut bounds, &self.nodes[i].link, own);
+            }
+        }
+        for i in 1..self.nodes.len() {
+            bounds[i] = bounds[i].intersection(&bounds[self.nodes[i].link.node as usize]);
+        }
+        bounds
+    }
+
+    /// The boxes of leaves within those of the nodes that hold them.
+    fn within(&self, leaves: &[Aabb], nodes: &[Aabb]) -> Vec<Aabb> {
+        let cut =
+            leaves.iter().zip(&self.leaves).map(|(own, link)| own.intersection(&nodes[link.node as usize]));
+        cut.map(|b| if b.is_empty() { Aabb::EMPTY } else { b }).collect()
+    }
+
+    /// Joins what is known of an operand to what is known of the node above it.
+    fn gather(&self, bounds: &mut [Aabb], link: &Link, own: Aabb) {
+        let Some(node) = self.nodes.get(link.node as usize) else { return };
+        let above = &mut bounds[link.node as usize];
+        *above = match node.op {
+            Op::Union => above.union(&own),
+            Op::Intersection => above.intersection(&own),
+            Op::Difference if link.first => own,
+            Op::Difference => *above,
+        };
+    }
+
+    /// The constraints of each node, its own and those of operands all of whose points it consists of. Empty if nothing
+    /// has a constraint.
+    fn met(&self, constraints: &[Option<Constraint>]) -> Vec<Met> {
+        if constraints.iter().all(Option::is_none) {
+            return Vec::new();
+        }
+        let mut met: Vec<Met> = vec![Vec::new(); self.nodes.len()];
+        for ((leaf, link), constraint) in (0..).zip(&self.leaves).zip(constraints) {
+            let Some(constraint) = constraint else { continue };
+            let Some(node) = self.nodes.get(link.node as usize) else { continue };
+            let own = &mut met[link.node as usize];
+            let counts = node.op != Op::Union || node.arity == 1;
+            if counts && own.len() < MOST_CONSTRAINTS {
+                own.push((leaf, *constraint));
+            }
+        }
+        for i in (1..self.nodes.len()).rev() {
+            let link = self.nodes[i].link;
+            let above = &self.nodes[link.node as usize];
+            let passes = above.op == Op::Intersection || above.op == Op::Difference && link.first;
+            if passes && met[i].len() + met[link.node as usize].len() <= MOST_CONSTRAINTS {
+                let own = met[i].clone();
+                met[link.node as usize].extend(own);
+            }
+        }
+        met
+    }
+
+    /// The box of a leaf that has no end: cut by everything that must hold where it matters.
+    fn leaf_bounds(&self, leaf: u32, start: Aabb, met: &[Met], constraints: &[Option<Constraint>]) -> Aabb {
+        let mut all: Vec<&Constraint> = Vec::new();
+        let link = self.leaves[leaf as usize];
+        if !self.is_taken(leaf) {
+            all.extend(constraints[leaf as usize].as_ref());
+        }
+        let mut node = link.node;
+        while let Some(met) = met.get(node as usize) {
+            let others = met.iter().filter(|(of, _)| *of != leaf).map(|(_, c)| c);
+            all.extend(others.take(MOST_CONSTRAINTS - all.len().min(MOST_CONSTRAINTS)));
+            node = self.nodes[node as usize].link.node;
+        }
+        let b = enclose(start, &all);
+        if b.is_empty() { Aabb::EMPTY } else { b }
+    }
+
+    /// Whether a leaf is one of those that a difference takes from its first operand, be that taken away or not.
+    pub fn is_taken(&self, leaf: u32) -> bool {
+        let link = self.leaves[leaf as usize];
+        self.nodes[link.node as usize].op == Op::Difference && !link.first
+    }
+
+    /// Whether the result is what all leaves have in common, the complements of those that are
+    /// [taken](Program::is_taken) among them.
+    pub fn is_conjunction(&self) -> bool {
+        self.nodes.iter().all(|node| {
+            let passes = match self.nodes.get(node.link.node as usize) {
+                Some(above) => above.op == Op::Intersection || above.op == Op::Difference && node.link.first,
+                None => true,
+            };
+            passes && (node.op != Op::Union || node.arity == 1)
+        })
+    }
+
+    /// The box of the result, from the effective bounds of its leaves.
+    pub fn bounds(&self, effective: &[Aabb]) -> Aabb {
+        // What is taken away adds nothing to the box of the result.
+        (0..)
+            .zip(effective)
+            .filter(|(leaf, _)| !self.is_subtracted(*leaf))
+            .fold(Aabb::EMPTY, |b, (_, leaf)| b.union(leaf))
+    }
+}

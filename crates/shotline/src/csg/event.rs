@@ -1,0 +1,66 @@
+//! What goes into a sweep and what comes out: events of leaves, boundaries of the result.
+
+use crate::crossing::Crossing;
+
+/// What a boundary is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(i8)]
+pub enum HitKind {
+    /// The ray passes a surface.
+    Surface = 0,
+    /// The span begins inside: there is no surface.
+    Start = 1,
+    /// The span ends inside: there is no surface.
+    End = 2,
+}
+
+/// What changes for a leaf at an event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// The ray passes into the leaf's interior or out of it.
+    Membership,
+    /// The ray begins or ceases to run within the leaf's surface.
+    Contact,
+}
+
+/// A crossing of a leaf on its way into the sweep.
+#[derive(Clone, Copy, Debug)]
+pub struct Event {
+    /// The lower end of the interval in which this crossing is one with others.
+    pub low: f64,
+    /// The leaf.
+    pub leaf: u32,
+    /// What changes there.
+    pub change: Change,
+    /// What the leaf's solid answered.
+    pub crossing: Crossing,
+}
+
+impl Event {
+    /// The event of a leaf's crossing, given where the ray enters the leaf's effective bounds. Before those
+    /// the leaf cannot matter; `None` says that it happened before and only changes the state.
+    pub fn new(leaf: u32, change: Change, crossing: Crossing, enter: f64) -> Option<Event> {
+        if crossing.high() < enter {
+            return None;
+        }
+        // Never before the box: so the order of events does not depend on when the box was opened.
+        Some(Event { low: crossing.low().max(enter), leaf, change, crossing })
+    }
+
+    pub(super) fn high(&self) -> f64 {
+        self.low.max(self.crossing.high())
+    }
+}
+
+/// Where the membership in the result changes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Boundary {
+    /// What it is.
+    pub kind: HitKind,
+    /// Whether the ray passes into the result.
+    pub entering: bool,
+    /// The leaf whose surface it is; meaningless without a surface.
+    pub leaf: u32,
+    /// The leaf's crossing, with `t` and its bound.
+    pub crossing: Crossing,
+}

@@ -1,0 +1,130 @@
+//! The box of a polytope by linear programming. The corner that reaches farthest is found by cutting; multipliers of the
+//! planes that meet there then prove how far it is, whatever rounding did to the corner (A. Neumaier and
+//! O. Shcherbina, "Safe bounds in linear and mixed-integer linear programming", 2004).
+
+use super::Quadratic;
+use super::polytope::{Polytope, side};
+use crate::aabb::Aabb;
+use crate::math::{HALF_ULP, Plane, Vec3};
+
+/// More planes than this are not looked at together.
+const MOST_PLANES: usize = 512;
+
+/// Of planes that meet in a corner, so many are combined.
+const MOST_IN_A_CORNER: usize = 9;
+
+/// Planes meet in a corner if they are within this part of the size of the box.
+const NEAR: f64 = 1e-9;
+
+/// A plane `normal . p + offset <= error`, the error being that of all points of the box.
+struct Bound {
+    plane: Plane,
+    error: f64,
+}
+
+/// The farther out the sides are, the less precise are the proofs. So what has moved far is done again, so often at most.
+const ROUNDS: usize = 4;
+
+/// A box with its sides moved inward to where the planes let a point be. Along axes on which it has no end nothing changes,
+/// and planes that involve them do not count.
+pub(super) fn tightened(b: Aabb, planes: &[Quadratic]) -> Aabb {
+    let is_open = |axis: usize| !(b.min[axis].is_finite() && b.max[axis].is_finite());
+    let open = || (0..3).filter(|&axis| is_open(axis));
+    let planes: Vec<Quadratic> =
+        planes.iter().filter(|form| !open().any(|axis| form.involves(axis))).copied().collect();
+    if planes.is_empty() {
+        return b;
+    }
+    let mut inner = b;
+    open().for_each(|axis| (inner.min[axis], inner.max[axis]) = (-1.0, 1.0));
+    for _ in 0..ROUNDS {
+        let size = inner.size();
+        inner = once(inner, &planes);
+        if inner.is_empty() {
+            return Aabb::EMPTY;
+        }
+        if !inner.size().cmplt(size * 0.5).any() {
+            break;
+        }
+    }
+    for axis in open() {
+        (inner.min[axis], inner.max[axis]) = (b.min[axis], b.max[axis]);
+    }
+    inner
+}
+
+fn once(b: Aabb, planes: &[Quadratic]) -> Aabb {
+    let reach = b.min.abs().max(b.max.abs());
+    let mut bounds: Vec<Bound> = planes.iter().take(MOST_PLANES).map(|form| bound(form, reach)).collect();
+    let room = b.size() * 0.25;
+    let mut polytope = Polytope::of_box(&Aabb::new(b.min - room, b.max + room));
+    for axis in 0..3 {
+        let normal = Vec3::AXES[axis];
+        bounds.push(Bound { plane: Plane::new(normal, -b.max[axis]), error: 0.0 });
+        bounds.push(Bound { plane: Plane::new(-normal, b.min[axis]), error: 0.0 });
+    }
+    bounds.iter().for_each(|bound| polytope.cut(&bound.plane));
+    let near = NEAR * b.size().max_element();
+    let mut out = b;
+    for axis in 0..3 {
+        for sign in [1.0, -1.0] {
+            let ahead = |p: &Vec3| sign * p[axis];
+            let Some(corner) = polytope.corners.iter().max_by(|p, q| ahead(p).total_cmp(&ahead(q))).copied()
+            else {
+                return b;
+            };
+            let meets = |bound: &&Bound| {
+                let length = bound.plane.normal.abs().max_element();
+                side(&bound.plane, corner).abs() <= near * length
+            };
+            let here: Vec<&Bound> = bounds.iter().filter(meets).take(MOST_IN_A_CORNER).collect();
+            let most = proven(&here, Vec3::AXES[axis] * sign, reach);
+            if sign > 0.0 {
+                out.max[axis] = out.max[axis].min(most);
+            } else {
+                out.min[axis] = out.min[axis].max(-most);
+            }
+        }
+    }
+    if out.is_empty() { Aabb::EMPTY } else { out }
+}
+
+fn bound(form: &Quadratic, reach: Vec3) -> Bound {
+    let (q, e) = (&form.q, &form.e);
+    let error = (0..3).fold(e[3][3], |sum, i| sum + 2.0 * e[i][3] * reach[i]) * (1.0 + 8.0 * HALF_ULP);
+    Bound { plane: Plane::new(2.0 * Vec3::new(q[0][3], q[1][3], q[2][3]), q[3][3]), error }
+}
+
+/// The least bound on `direction . p` that three of the planes prove for points no farther out than `reach`.
+fn proven(planes: &[&Bound], direction: Vec3, reach: Vec3) -> f64 {
+    let mut best = f64::INFINITY;
+    for (i, a) in planes.iter().enumerate() {
+        for (j, b) in planes.iter().enumerate().skip(i + 1) {
+            for c in &planes[j + 1..] {
+                best = best.min(by_three([a, b, c], direction, reach));
+            }
+        }
+    }
+    best
+}
+
+/// With `direction = sum m n + rest` and `m >= 0`: `direction . p <= sum m (error - offset) + |rest| . reach`.
+fn by_three(planes: [&Bound; 3], direction: Vec3, reach: Vec3) -> f64 {
+    let [a, b, c] = planes.map(|bound| bound.plane.normal);
+    let volume = a.dot(b.cross(c));
+    let parts = [direction.dot(b.cross(c)), a.dot(direction.cross(c)), a.dot(b.cross(direction))];
+    let multipliers = parts.map(|part| (part / volume).max(0.0));
+    if !multipliers.iter().all(|m| m.is_finite()) {
+        return f64::INFINITY;
+    }
+    let (mut rest, mut size, mut most, mut terms) = (direction, direction.abs(), 0.0, 0.0);
+    for (m, bound) in multipliers.into_iter().zip(planes) {
+        rest -= bound.plane.normal * m;
+        size += bound.plane.normal.abs() * m;
+        most += m * (bound.error - bound.plane.offset);
+        terms += m * (bound.error + bound.plane.offset.abs());
+    }
+    let rest = rest.abs() + size * (8.0 * HALF_ULP);
+    let bound = most + rest.dot(reach) + 16.0 * HALF_ULP * (terms + rest.dot(reach)) + f64::MIN_POSITIVE;
+    if bound.is_nan() { f64::INFINITY } else { bound }
+}

@@ -1,0 +1,219 @@
+//! Boxes around the region that planes and quadrics enclose together.
+//!
+//! A half-space or a cylinder given as a quadric has no end, but an intersection of them may have one. The box of such an
+//! intersection is found in steps, from cheap to expensive, each of which is valid by itself:
+//!
+//! 1. interval contraction ([`contract`]): exact where everything lies along the axes;
+//! 2. a proof that the region has an end ([`prune`]): the points far away, in homogeneous coordinates, are cut into
+//!    cells until each cell is outside of some constraint;
+//! 3. the box of the polytope of the planes ([`linear`]), by multipliers of linear programming;
+//! 4. cutting slabs off the box, where quadrics are slanted ([`prune`] again).
+//!
+//! Every box holds the region for all values of the coefficients within their bounds of error, rounding included.
+//! A step that does not succeed leaves a larger box.
+
+mod contract;
+mod linear;
+mod polytope;
+mod prune;
+
+use crate::aabb::Aabb;
+use crate::math::{Affine, HALF_ULP, Vec3};
+
+pub use contract::contract;
+pub use polytope::Polytope;
+
+/// The function `x^T Q x` of homogeneous points `x = [x y z 1]`, with a bound on the error of each coefficient. The
+/// region is where it is at most 0 for some coefficients within these bounds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quadratic {
+    /// `Q`, symmetric.
+    q: [[f64; 4]; 4],
+    /// How far each entry may be off; 0 for entries that are exactly 0.
+    e: [[f64; 4]; 4],
+}
+
+/// A constraint on the points of a body, in two frames.
+#[derive(Clone, Copy, Debug)]
+pub struct Constraint {
+    /// In the frame of the leaf it comes from.
+    local: Quadratic,
+    /// That frame.
+    body_from_local: Affine,
+    /// In the frame of the body.
+    body: Quadratic,
+}
+
+impl Quadratic {
+    /// From a symmetric matrix, row by row, of which each entry is within two ulps.
+    pub fn new(q: [[f64; 4]; 4]) -> Quadratic {
+        let doubt = |x: f64| if x == 0.0 { 0.0 } else { 4.0 * HALF_ULP * x.abs() + f64::MIN_POSITIVE };
+        Quadratic { q, e: q.map(|row| row.map(doubt)) }
+    }
+
+    /// The same region in the coordinates of another frame, given the map from there.
+    fn moved(&self, local_from_body: &Affine) -> Quadratic {
+        if local_from_body.is_identity() {
+            return *self;
+        }
+        let m = &local_from_body.rows;
+        let t = [m[0], m[1], m[2], [0.0, 0.0, 0.0, 1.0]];
+        let size = t.map(|row| row.map(f64::abs));
+        let q = sandwich(&self.q, &t);
+        let (error, all) = (sandwich(&self.e, &size), sandwich(&self.q.map(|row| row.map(f64::abs)), &size));
+        // Two roundings for each entry of the map, the products and the sums of four, twice.
+        let e = each(|i, j| {
+            let e = error[i][j] * (1.0 + 32.0 * HALF_ULP) + 32.0 * HALF_ULP * all[i][j];
+            if all[i][j] == 0.0 { 0.0 } else { e + f64::MIN_POSITIVE }
+        });
+        Quadratic { q, e }
+    }
+
+    /// The closure of the complement.
+    fn negated(&self) -> Quadratic {
+        Quadratic { q: self.q.map(|row| row.map(|x| -x)), ..*self }
+    }
+
+    /// In coordinates that count a length, a power of two, as 1; and over a power of two that makes the largest
+    /// coefficient about 1.
+    fn scaled(&self, length: f64) -> Quadratic {
+        let s = [length, length, length, 1.0];
+        let by = |m: &[[f64; 4]; 4], factor: f64| each(|i, j| m[i][j] * s[i] * s[j] * factor);
+        let largest = by(&self.q, 1.0).iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let factor = if largest > 0.0 && largest.is_finite() { 1.0 / power_of_two(largest) } else { 1.0 };
+        let e = by(&self.e, factor);
+        // What was not 0 and has vanished is within the smallest normal number.
+        let e = each(|i, j| if self.e[i][j] == 0.0 { 0.0 } else { e[i][j] + f64::MIN_POSITIVE });
+        Quadratic { q: by(&self.q, factor), e }
+    }
+
+    fn is_finite(&self) -> bool {
+        self.q.iter().chain(&self.e).flatten().all(|x| x.is_finite())
+    }
+
+    /// Whether a coordinate matters.
+    fn involves(&self, axis: usize) -> bool {
+        (0..4).any(|j| self.q[axis][j] != 0.0 || self.e[axis][j] != 0.0)
+    }
+
+    fn is_plane(&self) -> bool {
+        (0..3).all(|i| (0..3).all(|j| self.q[i][j] == 0.0 && self.e[i][j] == 0.0))
+    }
+
+    /// Whether contraction alone does not see its whole extent.
+    fn is_slanted(&self) -> bool {
+        if self.is_plane() {
+            (0..3).filter(|&i| self.involves(i)).count() > 1
+        } else {
+            (0..3).any(|i| (0..i).any(|j| self.q[i][j] != 0.0 || self.e[i][j] != 0.0))
+        }
+    }
+
+    /// A length of the size of what it encloses: how far a plane is from the origin, or a quadric reaches about its
+    /// middle. 0 where nothing tells one.
+    fn length(&self) -> f64 {
+        let most = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |m: f64, x| m.max(x.abs()));
+        let square = most(&mut (0..9).map(|k| self.q[k / 3][k % 3]));
+        let linear = most(&mut (0..3).map(|i| self.q[i][3]));
+        let constant = self.q[3][3].abs();
+        let length = if square > 0.0 {
+            (linear / square).max((constant / square).sqrt())
+        } else {
+            0.5 * constant / linear
+        };
+        if length.is_finite() { length } else { 0.0 }
+    }
+}
+
+impl Constraint {
+    /// The points of a leaf that is where `x^T Q x < 0` in its own frame, or of its complement. `None` if the numbers are
+    /// too large to compute with.
+    pub fn new(
+        q: [[f64; 4]; 4],
+        body_from_local: &Affine,
+        local_from_body: &Affine,
+        is_complement: bool,
+    ) -> Option<Constraint> {
+        let local = Quadratic::new(q);
+        let local = if is_complement { local.negated() } else { local };
+        let body = local.moved(local_from_body);
+        let constraint = Constraint { local, body_from_local: *body_from_local, body };
+        (local.is_finite() && body.is_finite()).then_some(constraint)
+    }
+}
+
+/// A box around the points of a box that meet all constraints; the empty box if there are none.
+pub fn enclose(start: Aabb, constraints: &[&Constraint]) -> Aabb {
+    let Some(first) = constraints.first() else { return start };
+    let mut start = start;
+    let frame = first.body_from_local;
+    if !frame.is_identity() && constraints.iter().all(|c| c.body_from_local == frame) {
+        // A cell that was turned as a whole is seen straight.
+        let locals: Vec<Quadratic> = constraints.iter().map(|c| c.local).collect();
+        start = start.intersection(&contract(Aabb::EVERYTHING, &locals).transformed(&frame));
+    }
+    let size =
+        |v: Vec3| v.to_array().into_iter().filter(|x| x.is_finite()).fold(0.0, |m: f64, x| m.max(x.abs()));
+    let lengths = constraints.iter().map(|c| c.body.length());
+    let length = lengths.fold(size(start.min).max(size(start.max)), f64::max);
+    let unit = if length > 0.0 { power_of_two(length) } else { 1.0 };
+    let forms: Vec<Quadratic> =
+        constraints.iter().map(|c| c.body.scaled(unit)).filter(Quadratic::is_finite).collect();
+    let inner = unit_box(Aabb::new(start.min / unit, start.max / unit), &forms);
+    if inner.is_empty() {
+        return Aabb::EMPTY;
+    }
+    // Scaling by a power of two is exact but for what vanishes.
+    let grown = Aabb::new(inner.min * unit - tiny(unit), inner.max * unit + tiny(unit));
+    start.intersection(&grown)
+}
+
+/// What underflow can do to a coordinate, where there are small ones.
+fn tiny(unit: f64) -> f64 {
+    if unit < 1e-280 { f64::MIN_POSITIVE } else { 0.0 }
+}
+
+/// The same in coordinates in which everything is about of size 1.
+fn unit_box(start: Aabb, forms: &[Quadratic]) -> Aabb {
+    let mut b = contract(start, forms);
+    let slanted = forms.iter().filter(|form| form.is_slanted()).count();
+    if b.is_empty() || slanted == 0 {
+        return b;
+    }
+    let was_finite = b.is_finite();
+    if !was_finite {
+        b = contract(prune::ended(b, forms), forms);
+    }
+    if b.is_empty() {
+        return b;
+    }
+    let planes: Vec<Quadratic> = forms.iter().filter(|form| form.is_plane()).copied().collect();
+    if slanted > 1 && planes.iter().any(Quadratic::is_slanted) {
+        b = linear::tightened(b, &planes);
+    }
+    if b.is_empty() || !b.is_finite() {
+        return b;
+    }
+    if !was_finite && planes.len() < forms.len() {
+        b = contract(prune::shaved(contract(b, forms), forms), forms);
+    }
+    b
+}
+
+/// `T^T Q T`, symmetric in every bit.
+fn sandwich(q: &[[f64; 4]; 4], t: &[[f64; 4]; 4]) -> [[f64; 4]; 4] {
+    let right: [[f64; 4]; 4] = each(|k, j| (0..4).map(|l| q[k][l] * t[l][j]).sum());
+    each(|i, j| {
+        let (i, j) = (i.min(j), i.max(j));
+        (0..4).map(|k| t[k][i] * right[k][j]).sum()
+    })
+}
+
+fn each(entry: impl Fn(usize, usize) -> f64) -> [[f64; 4]; 4] {
+    std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
+}
+
+/// The power of two at or below a positive number.
+fn power_of_two(x: f64) -> f64 {
+    f64::from_bits(x.to_bits() & f64::INFINITY.to_bits()).max(f64::MIN_POSITIVE)
+}

@@ -1,0 +1,213 @@
+//! Branch and prune: a cell is cut in halves until each piece is outside of some constraint, or a piece is found that
+//! is not.
+
+use super::Quadratic;
+use super::contract::contract;
+use crate::aabb::Aabb;
+use crate::math::{HALF_ULP, Vec3};
+
+/// A cell of homogeneous coordinates: the middle and half of the size along each.
+type Cell = ([f64; 4], [f64; 4]);
+
+/// How far, in sizes of the constraints, a region may reach whose end is still found.
+const REACH: f64 = (1 << 20) as f64;
+
+/// Pieces smaller than the cell by more than this are not cut again.
+const FINEST: f64 = 1.0 / (1 << 16) as f64;
+
+/// Pieces looked at to show that a region has an end.
+const PATIENCE: usize = 4096;
+
+/// Pieces looked at to show that a slab may be cut off.
+const PATIENCE_OF_A_SLAB: usize = 256;
+
+/// The parts of a box that are cut off where they hold nothing.
+const SLABS: [f64; 4] = [0.5, 0.25, 0.125, 0.0625];
+
+/// The box, with ends where it had none if it can be shown that the region has them.
+///
+/// Points far away are `[v w]` with `v` on the surface of the cube from -1 to 1 and `0 <= w <= 1 / REACH`. If none of them
+/// meets all constraints, the region lies within `REACH`. Where it has no end along an axis, the constraints that do not
+/// involve that axis may still bound the two others.
+pub(super) fn ended(b: Aabb, forms: &[Quadratic]) -> Aabb {
+    for axes in [&[0, 1, 2][..], &[0, 1], &[0, 2], &[1, 2]] {
+        let others = || (0..3).filter(|axis| !axes.contains(axis));
+        let within: Vec<Quadratic> =
+            forms.iter().filter(|form| !others().any(|axis| form.involves(axis))).copied().collect();
+        if within.is_empty() || !is_ended(&within, axes) {
+            continue;
+        }
+        let mut ended = b;
+        for &axis in axes {
+            ended.min[axis] = ended.min[axis].max(-REACH);
+            ended.max[axis] = ended.max[axis].min(REACH);
+        }
+        return ended;
+    }
+    b
+}
+
+fn is_ended(forms: &[Quadratic], axes: &[usize]) -> bool {
+    let half = 0.5 / REACH;
+    let mut search = Search::new(forms);
+    axes.iter().all(|&axis| {
+        [-1.0, 1.0].into_iter().all(|sign| {
+            let (mut middle, mut size) = ([0.0; 4], [0.0; 4]);
+            axes.iter().for_each(|&axis| size[axis] = 1.0);
+            (middle[axis], size[axis]) = (sign, 0.0);
+            (middle[3], size[3]) = (half, half);
+            search.excludes((middle, size), PATIENCE)
+        })
+    })
+}
+
+/// A finite box without slabs in which nothing meets all constraints.
+pub(super) fn shaved(b: Aabb, forms: &[Quadratic]) -> Aabb {
+    let (mut b, mut search) = (b, Search::new(forms));
+    for part in SLABS {
+        let mut goes_on = true;
+        // From the reach to the size is twenty halvings of each side.
+        for _ in 0..64 {
+            if !std::mem::take(&mut goes_on) {
+                break;
+            }
+            for axis in 0..3 {
+                for upper in [false, true] {
+                    let cut = if upper {
+                        b.max[axis] - part * (b.max[axis] - b.min[axis])
+                    } else {
+                        b.min[axis] + part * (b.max[axis] - b.min[axis])
+                    };
+                    let mut slab = b;
+                    let end = if upper { &mut slab.min } else { &mut slab.max };
+                    end[axis] = cut;
+                    if search.excludes(cell(&slab), PATIENCE_OF_A_SLAB) {
+                        let end = if upper { &mut b.max } else { &mut b.min };
+                        end[axis] = cut;
+                        goes_on = true;
+                    }
+                }
+            }
+            if goes_on && part == SLABS[0] {
+                b = contract(b, forms);
+            }
+            if b.is_empty() {
+                return Aabb::EMPTY;
+            }
+        }
+    }
+    b
+}
+
+/// A cell that holds a box.
+fn cell(b: &Aabb) -> Cell {
+    let middle = b.centre();
+    let half = (b.max - middle).max(middle - b.min);
+    let half = half + (half + middle.abs()) * (4.0 * HALF_ULP) + Vec3::splat(f64::MIN_POSITIVE);
+    ([middle.x, middle.y, middle.z, 1.0], [half.x, half.y, half.z, 0.0])
+}
+
+struct Search {
+    forms: Vec<Homogeneous>,
+    /// The constraint that excluded the last piece: likely it excludes the next.
+    last: usize,
+}
+
+impl Search {
+    fn new(forms: &[Quadratic]) -> Search {
+        Search { forms: forms.iter().map(Homogeneous::new).collect(), last: 0 }
+    }
+
+    /// Whether it is certain that no point of a cell meets all constraints.
+    fn excludes(&mut self, whole: Cell, patience: usize) -> bool {
+        let largest = |half: &[f64; 4]| half.iter().fold(0.0, |m: f64, x| m.max(*x));
+        let finest = FINEST * largest(&whole.1);
+        let mut stack = vec![whole];
+        for _ in 0..patience {
+            let Some((middle, half)) = stack.pop() else { return true };
+            if self.is_outside(&middle, &half) {
+                continue;
+            }
+            let widest = (1..4).fold(0, |best, i| if half[i] > half[best] { i } else { best });
+            if half[widest] <= finest {
+                return false;
+            }
+            // Halves are rounded outward, so that together they hold the whole.
+            let mut less = half;
+            less[widest] *= 0.5;
+            for sign in [-1.0, 1.0] {
+                let mut part = middle;
+                part[widest] += sign * less[widest];
+                let mut half = less;
+                half[widest] += (part[widest].abs() + less[widest]) * (4.0 * HALF_ULP);
+                stack.push((part, half));
+            }
+        }
+        stack.is_empty()
+    }
+
+    fn is_outside(&mut self, middle: &[f64; 4], half: &[f64; 4]) -> bool {
+        if self.forms[self.last].least(middle, half) > 0.0 {
+            return true;
+        }
+        let found = self.forms.iter().position(|form| form.least(middle, half) > 0.0);
+        self.last = found.unwrap_or(self.last);
+        found.is_some()
+    }
+}
+
+/// A constraint over homogeneous coordinates. That of a plane is linear: as a quadratic it would be 0 for `w = 0`, where
+/// it says most.
+enum Homogeneous {
+    Linear { coefficients: [f64; 4], errors: [f64; 4] },
+    Quadratic(Quadratic),
+}
+
+impl Homogeneous {
+    fn new(form: &Quadratic) -> Homogeneous {
+        if !form.is_plane() {
+            return Homogeneous::Quadratic(*form);
+        }
+        let row = |m: &[[f64; 4]; 4]| [2.0 * m[0][3], 2.0 * m[1][3], 2.0 * m[2][3], m[3][3]];
+        Homogeneous::Linear { coefficients: row(&form.q), errors: row(&form.e) }
+    }
+
+    /// At most the least value in a cell.
+    fn least(&self, middle: &[f64; 4], half: &[f64; 4]) -> f64 {
+        match self {
+            Homogeneous::Linear { coefficients, errors } => {
+                let (mut value, mut spread) = (0.0, 0.0);
+                for i in 0..4 {
+                    let (c, reach) = (coefficients[i], middle[i].abs() + half[i]);
+                    value += c * middle[i];
+                    spread += c.abs() * half[i] + (errors[i] + 16.0 * HALF_ULP * c.abs()) * reach;
+                }
+                value - spread - f64::MIN_POSITIVE
+            }
+            Homogeneous::Quadratic(form) => form.least(middle, half),
+        }
+    }
+}
+
+impl Quadratic {
+    /// At most the least value in a cell, by the value and the slope in the middle.
+    fn least(&self, middle: &[f64; 4], half: &[f64; 4]) -> f64 {
+        let (mut value, mut spread, mut error) = (0.0, 0.0, 0.0);
+        for i in 0..4 {
+            let (mut slope, mut size, mut doubt, mut across) = (0.0, 0.0, 0.0, 0.0);
+            for j in 0..4 {
+                let reach = middle[j].abs() + half[j];
+                slope += self.q[i][j] * middle[j];
+                size += self.q[i][j].abs() * reach;
+                doubt += self.e[i][j] * reach;
+                if i != j {
+                    across += self.q[i][j].abs() * half[j];
+                }
+            }
+            value += slope * middle[i];
+            spread += half[i] * (2.0 * slope.abs() + across - (self.q[i][i] * half[i]).min(0.0));
+            error += (middle[i].abs() + half[i]) * (doubt + 64.0 * HALF_ULP * size);
+        }
+        value - spread - error - f64::MIN_POSITIVE
+    }
+}

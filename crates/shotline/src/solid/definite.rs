@@ -1,0 +1,160 @@
+//! Ellipsoids among the quadrics: their box, and their moments.
+
+use std::f64::consts::PI;
+
+use super::Moments;
+use super::form::Form;
+use crate::aabb::Aabb;
+use crate::math::{Dd, HALF_ULP, Vec3};
+use crate::region::{Quadratic, contract};
+
+/// What a sum of products in double-double may be off by, over the sum of their magnitudes.
+const DOUBT: f64 = 1e-30;
+
+/// A matrix that is known to less than this part of its determinant is taken for one that is not definite.
+const DEFINITE: f64 = 1e-6;
+
+/// An ellipsoid: the points `p` with `(p - centre)^T spread^-1 (p - centre) < 1`. If the quadric does not depend on an
+/// axis, it is a cylinder along that axis over the ellipse in the two others.
+#[derive(Debug)]
+struct Ellipsoid {
+    centre: Vec3,
+    spread: [[f64; 3]; 3],
+    /// Half of the size of its box, and how far the middle of that may be off.
+    half: Vec3,
+    doubt: Vec3,
+    /// The axis that does not matter.
+    free: Option<usize>,
+}
+
+/// A number with its magnitude: the sum of the absolute values it was summed from.
+#[derive(Clone, Copy)]
+struct Sized(Dd, f64);
+
+impl Sized {
+    fn error(self) -> f64 {
+        DOUBT * self.1
+    }
+}
+
+impl From<Dd> for Sized {
+    fn from(x: Dd) -> Sized {
+        Sized(x, x.hi.abs())
+    }
+}
+
+impl std::ops::Add for Sized {
+    type Output = Sized;
+    fn add(self, other: Sized) -> Sized {
+        Sized(self.0 + other.0, self.1 + other.1)
+    }
+}
+
+impl std::ops::Sub for Sized {
+    type Output = Sized;
+    fn sub(self, other: Sized) -> Sized {
+        Sized(self.0 - other.0, self.1 + other.1)
+    }
+}
+
+impl std::ops::Mul for Sized {
+    type Output = Sized;
+    fn mul(self, other: Sized) -> Sized {
+        Sized(self.0 * other.0, self.1 * other.1)
+    }
+}
+
+/// The box of where a form is negative: tight for ellipsoids and for all quadrics along the axes, infinite where it has no
+/// end.
+pub(super) fn bounds(form: &Form) -> Aabb {
+    let along_axes = contract(Aabb::EVERYTHING, &[Quadratic::new(form.homogeneous().rows)]);
+    match ellipsoid(form) {
+        Found::Ellipsoid(ellipsoid) => ellipsoid.bounds().intersection(&along_axes),
+        Found::Nothing => Aabb::EMPTY,
+        Found::Other => along_axes,
+    }
+}
+
+/// Volume and moments of where a form is negative, if that is an ellipsoid or nothing.
+pub(super) fn moments(form: &Form) -> Option<Moments> {
+    match ellipsoid(form) {
+        Found::Ellipsoid(Ellipsoid { free: Some(_), .. }) | Found::Other => None,
+        Found::Nothing => Some(Moments::NOTHING),
+        Found::Ellipsoid(Ellipsoid { centre, spread: s, .. }) => {
+            let minor = |i: usize, j: usize| s[1][i] * s[2][j] - s[1][j] * s[2][i];
+            let squared = s[0][0] * minor(1, 2) - s[0][1] * minor(0, 2) + s[0][2] * minor(0, 1);
+            let volume = 4.0 / 3.0 * PI * squared.max(0.0).sqrt();
+            Some(Moments { volume, centroid: centre, second: s.map(|row| row.map(|x| volume * x / 5.0)) })
+        }
+    }
+}
+
+enum Found {
+    Ellipsoid(Ellipsoid),
+    Nothing,
+    Other,
+}
+
+/// The ellipsoid where a form is negative, by the adjugate of its matrix: with `M = A`, half of the linear part `l` and
+/// the constant `k`, the centre is `-adj l / det` and the spread `adj (l adj l - k det) / det^2`.
+fn ellipsoid(form: &Form) -> Found {
+    let ([xx, yy, zz], [yz, xz, xy]) = (form.square, form.cross.unwrap_or_default());
+    let mut m = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+    let is_free = |i: usize| m[i].iter().chain([&form.linear[i]]).all(|x| x.hi == 0.0);
+    let free = (0..3).find(|&i| is_free(i));
+    if let Some(i) = free {
+        // A square of its own changes nothing in the two others.
+        m[i][i] = Dd::ONE;
+    }
+    let m = |i: usize, j: usize| Sized::from(m[i % 3][j % 3]);
+    let adjugate: [[Sized; 3]; 3] = std::array::from_fn(|i| {
+        std::array::from_fn(|j| m(i + 1, j + 1) * m(i + 2, j + 2) - m(i + 1, j + 2) * m(i + 2, j + 1))
+    });
+    let det = m(0, 0) * adjugate[0][0] + m(0, 1) * adjugate[0][1] + m(0, 2) * adjugate[0][2];
+    let sure = |x: Sized| x.0.hi > 0.0 && x.error() < DEFINITE * x.0.hi;
+    if !(sure(m(0, 0)) && sure(adjugate[2][2]) && sure(det)) {
+        return Found::Other;
+    }
+    let l = form.linear.map(Sized::from);
+    let moved: [Sized; 3] =
+        std::array::from_fn(|i| adjugate[i][0] * l[0] + adjugate[i][1] * l[1] + adjugate[i][2] * l[2]);
+    let within = l[0] * moved[0] + l[1] * moved[1] + l[2] * moved[2] - Sized::from(form.constant) * det;
+    // `Form` is exact but for what underflow took.
+    let error = within.error() + f64::MIN_POSITIVE;
+    if within.0.hi + error < 0.0 {
+        return Found::Nothing;
+    }
+    let (square, relative) = (within.0.hi + error, 1.0 + 2.0 * det.error() / det.0.hi);
+    let shrink = form.shrink;
+    let half = |i: usize| {
+        let entry = adjugate[i][i].0.hi + adjugate[i][i].error();
+        entry.sqrt() * square.sqrt() / det.0.hi * relative / shrink[i]
+    };
+    let doubt = |i: usize| {
+        let off = moved[i].error() + moved[i].0.hi.abs() * (relative - 1.0);
+        off / det.0.hi / shrink[i]
+    };
+    let (half, doubt) = (Vec3::new(half(0), half(1), half(2)), Vec3::new(doubt(0), doubt(1), doubt(2)));
+    let over = det.0.recip();
+    let centre = Vec3::from_array(moved.map(|x| -(x.0 * over).hi)) / shrink + form.centre;
+    let spread = std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            let entry = (adjugate[i][j].0 * over) * (within.0 * over);
+            if within.0.hi > 0.0 { entry.hi / shrink[i] / shrink[j] } else { 0.0 }
+        })
+    });
+    let finite = centre.is_finite() && half.is_finite() && doubt.is_finite();
+    if finite { Found::Ellipsoid(Ellipsoid { centre, spread, half, doubt, free }) } else { Found::Other }
+}
+
+impl Ellipsoid {
+    fn bounds(&self) -> Aabb {
+        let pad =
+            self.doubt + (self.half + self.centre.abs()) * (16.0 * HALF_ULP) + Vec3::splat(f64::MIN_POSITIVE);
+        let mut b = Aabb::new(self.centre - self.half - pad, self.centre + self.half + pad);
+        if let Some(axis) = self.free {
+            (b.min[axis], b.max[axis]) = (f64::NEG_INFINITY, f64::INFINITY);
+        }
+        b
+    }
+}

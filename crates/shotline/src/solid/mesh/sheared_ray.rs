@@ -1,0 +1,274 @@
+//! Whether a line passes through a triangle: decided exactly, and never undecided.
+//!
+//! The watertight test of Woop, Benthin and Wald (2013, "Watertight ray/triangle intersection", JCGT 2(1)), in f64.
+//! The mesh is sheared so that the line becomes an axis, and each edge is asked on which side of it the line
+//! passes. Signs that rounding leaves in doubt are worked out exactly, from the line and the corners as they are
+//! given. All triangles that share an edge ask about the same two corners and get opposite answers for opposite
+//! directions of the edge. So a line passes through a closed mesh as often from the front as from behind: nothing
+//! leaks and nothing counts twice, and what is hit is what the exact line hits.
+//!
+//! Unlike there, the two axes across do not change places with the sign of the direction: a line and its reverse
+//! resolve ties alike.
+
+use std::cmp::Ordering;
+
+use super::exact::{Expansion, minus, unit_sized, wide};
+use crate::aabb::Aabb;
+use crate::math::{HALF_ULP, Vec3};
+
+/// Which way round the corners of a triangle are seen along the axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Turn {
+    CounterClockwise,
+    Clockwise,
+}
+
+/// A vertex after shearing: the line is the origin of this plane.
+#[derive(Clone, Copy, Debug)]
+struct Sheared {
+    x: f64,
+    y: f64,
+}
+
+/// A line with its shear.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ShearedRay {
+    o: Vec3,
+    d: Vec3,
+    /// The axis along which the line runs most, and the two others in cyclic order.
+    along: usize,
+    across: [usize; 2],
+    /// Steps across for a step along.
+    slope: [f64; 2],
+    /// A bound on the rounding of edge functions, see [`ShearedRay::new`].
+    doubt: f64,
+}
+
+impl ShearedRay {
+    /// Prepares a line, with a direction of size 1, to meet triangles within a box.
+    ///
+    /// Rounding: with no vertex farther than `reach` from the origin along any axis, `v - o` is off by half an ulp
+    /// of `reach` at most, the slope times the depth by three and the difference by two: a sheared coordinate is
+    /// off by less than `e = 6.5 HALF_ULP reach`. If the line passes through a box inside the given one, exactly or
+    /// within the rounding of a box test (see [`crate::aabb::BoxRay`]), a sheared coordinate of a vertex in that
+    /// box is its distance from a point of the line in the box, along that axis and, times the slope, along the main
+    /// one: less than `width`, twice the size of the given box and something for rounding. So an edge function
+    /// `a.x b.y - a.y b.x` is off by at most `4 width e + 2 e^2` and four half-ulps of `2 (width + e)^2`. Nothing
+    /// is promised of triangles whose box the line misses by more.
+    pub(super) fn new(o: Vec3, d: Vec3, bounds: &Aabb) -> ShearedRay {
+        let size = d.abs();
+        let along = if size.z >= size.x && size.z >= size.y { 2 } else { usize::from(size.y >= size.x) };
+        let across = [(along + 1) % 3, (along + 2) % 3];
+        let reach = reach(o, bounds);
+        let e = 6.5 * HALF_ULP * reach;
+        let width = 2.0 * bounds.size().max_element() + 64.0 * HALF_ULP * reach;
+        let doubt = 4.0 * width * e + 2.0 * e * e + 8.0 * HALF_ULP * (width + e) * (width + e);
+        let slope = across.map(|axis| d[axis] / d[along]);
+        ShearedRay { o, d, along, across, slope, doubt: 1.01 * doubt + f64::MIN_POSITIVE }
+    }
+
+    /// The axis along which the line runs most.
+    pub(super) fn along(&self) -> usize {
+        self.along
+    }
+
+    #[inline]
+    fn shear(&self, v: Vec3) -> Sheared {
+        let p = v - self.o;
+        let depth = p[self.along];
+        Sheared { x: p[self.across[0]] - self.slope[0] * depth, y: p[self.across[1]] - self.slope[1] * depth }
+    }
+
+    /// Which way round a triangle is seen that the line passes through; `None` if it passes by.
+    #[inline]
+    pub(super) fn through(&self, corners: &[Vec3; 3]) -> Option<Turn> {
+        let [a, b, c] = corners.map(|v| self.shear(v));
+        let edges = [edge(b, c), edge(c, a), edge(a, b)];
+        let [u, v, w] = edges;
+        let doubt = self.doubt;
+        let left = u > doubt || v > doubt || w > doubt;
+        let right = u < -doubt || v < -doubt || w < -doubt;
+        if left && right {
+            return None;
+        }
+        if u.abs() > doubt && v.abs() > doubt && w.abs() > doubt {
+            return Some(if left { Turn::CounterClockwise } else { Turn::Clockwise });
+        }
+        self.through_near_edge(corners, edges)
+    }
+
+    /// [`ShearedRay::through`] for lines so near an edge that rounding may hide the side.
+    #[cold]
+    fn through_near_edge(&self, corners: &[Vec3; 3], edges: [f64; 3]) -> Option<Turn> {
+        let side = |i: usize| self.side(corners[(i + 1) % 3], corners[(i + 2) % 3], edges[i]);
+        let first = side(0);
+        if first == Ordering::Equal || side(1) != first || side(2) != first {
+            return None;
+        }
+        Some(if first == Ordering::Greater { Turn::CounterClockwise } else { Turn::Clockwise })
+    }
+
+    /// The sign of an edge function, given its rounded value.
+    fn side(&self, a: Vec3, b: Vec3, value: f64) -> Ordering {
+        let (p, q) = (self.shear(a), self.shear(b));
+        // As in `new`, for the two corners themselves.
+        let e = |v: Vec3| 6.5 * HALF_ULP * (v - self.o).abs().max_element() + f64::MIN_POSITIVE;
+        let (e_p, e_q) = (e(a), e(b));
+        let products = (p.x * q.y).abs() + (p.y * q.x).abs();
+        let doubt = (p.x.abs() + p.y.abs()) * e_q
+            + (q.x.abs() + q.y.abs()) * e_p
+            + 2.0 * e_p * e_q
+            + 4.0 * HALF_ULP * products;
+        if value.abs() > 1.01 * doubt + f64::MIN_POSITIVE {
+            return value.total_cmp(&0.0);
+        }
+        self.exact_side(a, b)
+    }
+
+    /// The exact sign of the edge function. A line exactly on the edge counts as moved across by `(e, e^2)` with an
+    /// infinitely small `e` (Edelsbrunner and Muecke 1990, "Simulation of simplicity"), which changes the
+    /// function by `-e (b.y - a.y) + e^2 (b.x - a.x)`. Equal only for an edge seen as a point: then the plane of any
+    /// triangle that has it is parallel to the line.
+    fn exact_side(&self, a: Vec3, b: Vec3) -> Ordering {
+        let ((p, _), (q, _)) = (unit_sized(&minus(a, self.o)), unit_sized(&minus(b, self.o)));
+        // Shearing keeps the determinant of both and the direction, which becomes `d[along]` times the axis.
+        let sign = Expansion::determinant(&p, &q, &wide(self.d)).sign();
+        let slanted = |axis: usize, from: Vec3, to: Vec3| {
+            // The sheared step from one to the other, times `d[along]`.
+            let ((step, _), d, along) = (unit_sized(&minus(to, from)), self.d, self.along);
+            Expansion::difference_of_products(step[axis], d[along], step[along], d[axis]).sign()
+        };
+        let sign =
+            sign.then_with(|| slanted(self.across[1], b, a)).then_with(|| slanted(self.across[0], a, b));
+        if self.d[self.along] < 0.0 { sign.reverse() } else { sign }
+    }
+}
+
+/// The largest distance from a point to a point of a box along any axis, and something for rounding.
+pub(super) fn reach(o: Vec3, bounds: &Aabb) -> f64 {
+    (bounds.min - o).abs().max((bounds.max - o).abs()).max_element() * (1.0 + 4.0 * HALF_ULP)
+}
+
+/// The edge function: twice the area of the triangle that the line spans with an edge.
+#[inline]
+fn edge(a: Sheared, b: Sheared) -> f64 {
+    a.x * b.y - a.y * b.x
+}
+
+#[cfg(test)]
+mod tests {
+    use num_rational::BigRational;
+    use num_traits::{Signed, Zero};
+
+    use super::*;
+    use crate::testkit::random::Random;
+
+    fn ray(o: Vec3, d: Vec3, points: &[Vec3]) -> ShearedRay {
+        ShearedRay::new(
+            o,
+            d / 2f64.powi(libm::frexp(d.abs().max_element()).1),
+            &Aabb::around(points.iter().copied()),
+        )
+    }
+
+    /// `d . (a - o) x (b - o)`, exactly.
+    fn exact_edge(o: Vec3, d: Vec3, a: Vec3, b: Vec3) -> BigRational {
+        let number = |x: f64| BigRational::from_float(x).unwrap();
+        let minus = |a: Vec3| [0, 1, 2].map(|i| number(a[i]) - number(o[i]));
+        let (p, q) = (minus(a), minus(b));
+        (0..3).fold(BigRational::zero(), |sum, i| {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            sum + (&p[j] * &q[k] - &p[k] * &q[j]) * number(d[i])
+        })
+    }
+
+    /// Points of a small grid, or such beside a line, some far from the origin.
+    fn scene(random: &mut Random) -> (Vec3, Vec3, [Vec3; 3]) {
+        let far = [0.0, 1e3, 1e8, 3.3e8][random.below(4)];
+        let home = Vec3::new(far, -0.7 * far, 0.3 * far);
+        let mut grid = || Vec3::new(random.below(5) as f64, random.below(5) as f64, random.below(5) as f64);
+        let (o, d) = (grid(), grid() - Vec3::splat(2.0));
+        let mut corners = [grid(), grid(), grid()];
+        let d = if d == Vec3::ZERO { Vec3::X } else { d };
+        let turn = if random.below(2) == 0 { 1.0 } else { random.number(0.1, 10.0) };
+        for corner in &mut corners {
+            if random.below(2) == 0 {
+                // On the line but for rounding, or exactly.
+                *corner = o + d * (random.below(7) as f64 * 0.5 * turn);
+            }
+            *corner += home;
+        }
+        (o + home, d, corners)
+    }
+
+    #[test]
+    fn sides_are_those_of_fractions() {
+        let mut random = Random::new(8);
+        let (mut doubtful, mut ties) = (0, 0);
+        for _ in 0..6_000 {
+            let (o, d, corners) = scene(&mut random);
+            let ray = ray(o, d, &corners);
+            let sides = [0, 1, 2].map(|i| {
+                let (a, b) = (corners[(i + 1) % 3], corners[(i + 2) % 3]);
+                let value = edge(ray.shear(a), ray.shear(b));
+                let side = ray.side(a, b, value);
+                assert_eq!(side, ray.side(b, a, -value).reverse());
+                let exact = exact_edge(o, d, a, b);
+                let exact = if d[ray.along()] < 0.0 { -exact } else { exact };
+                if !exact.is_zero() {
+                    assert_eq!(side == Ordering::Greater, exact.is_positive(), "{o:?} {d:?} {a:?} {b:?}");
+                }
+                doubtful += usize::from(value.abs() <= ray.doubt);
+                ties += usize::from(exact.is_zero() && side != Ordering::Equal);
+                side
+            });
+            let all = |side| sides.iter().all(|s| *s == side);
+            let turn = match (all(Ordering::Greater), all(Ordering::Less)) {
+                (true, _) => Some(Turn::CounterClockwise),
+                (_, true) => Some(Turn::Clockwise),
+                _ => None,
+            };
+            assert_eq!(ray.through(&corners), turn);
+            // From behind the same, for ties as well.
+            let mirrored = ShearedRay { d: -ray.d, ..ray };
+            assert_eq!(mirrored.through(&corners), turn);
+        }
+        assert!(doubtful > 3_000 && ties > 600, "{doubtful} {ties}");
+    }
+
+    /// A fan of triangles around a closed polygon covers the line once, even where it meets corners and edges of the
+    /// fan, and however far from the origin all of it is.
+    #[test]
+    fn a_fan_covers_the_line_once() {
+        let mut random = Random::new(9);
+        let ring = [(3, 0), (3, 3), (0, 3), (-3, 3), (-3, 0), (-3, -3), (0, -3), (3, -3)];
+        for _ in 0..4_000 {
+            let home = random.direction() * [0.0, 1.0, 1e4, 1e8][random.below(4)];
+            let mut bump = || random.number(-0.5, 0.5) * f64::from(u8::from(random.below(2) == 0));
+            let ring = ring.map(|(x, y)| home + Vec3::new(f64::from(x), f64::from(y), bump()));
+            let hub = home + Vec3::new(bump(), bump(), bump());
+            let o = home + Vec3::new(random.below(3) as f64 - 1.0, random.below(3) as f64 - 1.0, 9.0);
+            let target = if random.below(2) == 0 { hub } else { home };
+            let ray = ray(o, target - o, &[ring.as_slice(), &[hub]].concat());
+            let turns = (0..8).filter_map(|i| ray.through(&[hub, ring[i], ring[(i + 1) % 8]]));
+            let sum: i32 = turns.map(|turn| if turn == Turn::CounterClockwise { 1 } else { -1 }).sum();
+            assert_eq!(sum.abs(), 1);
+        }
+    }
+
+    #[test]
+    fn triangles_without_area_are_missed() {
+        let mut random = Random::new(10);
+        for _ in 0..2_000 {
+            let (o, d, _) = scene(&mut random);
+            let mut grid = || random.point(-1e9, 1e9).round();
+            let (a, step) = (grid(), grid());
+            for c in [a, a + step, a + step * 2.0, a - step * 3.0] {
+                let corners = [a, a + step, c];
+                assert_eq!(ray(o, d, &corners).through(&corners), None);
+                // From a point of theirs, too.
+                assert_eq!(ray(a, d, &corners).through(&corners), None);
+            }
+        }
+    }
+}

@@ -1,0 +1,219 @@
+"""Meshes and scenes that other packages hold, as arrays: told by the attributes that they document."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .values import floats
+
+
+class Triangles(NamedTuple):
+    """A surface, and what of its source is not in it."""
+
+    vertices: Any
+    faces: Any
+    notes: list[str]
+
+
+class Instance(NamedTuple):
+    """A mesh in a scene: its name there, the mesh, and the matrix (4, 4) that takes it to the scene."""
+
+    name: str
+    mesh: Any
+    matrix: np.ndarray
+
+
+def triangles(source: Any) -> Triangles:
+    """The triangles of a mesh of another package.
+
+    Quads are cut in two, other polygons where their package does it; lines and points are left out, and noted. Raises
+    ValueError for volume meshes and curved cells, TypeError for what is no mesh.
+    """
+    if is_scene(source):
+        return _of_scene(source)
+    for belongs, read in _READERS:
+        if belongs(source):
+            return read(source)
+    if hasattr(source, "extract_surface"):
+        raise ValueError(f"a {_kind(source)} holds more than a surface: take its extract_surface()")
+    if isinstance(source, str) or hasattr(source, "__fspath__"):
+        raise TypeError(f"a mesh takes vertices and faces, not a file: shotline.load({str(source)!r}) reads one")
+    raise TypeError(f"a mesh takes vertices and faces, or a mesh of another package, not {_kind(source)}")
+
+
+def is_scene(source: Any) -> bool:
+    """Whether it is a scene of trimesh: named geometries, and a graph that places them."""
+    return hasattr(source, "geometry") and hasattr(getattr(source, "graph", None), "nodes_geometry")
+
+
+def instances(scene: Any) -> tuple[list[Instance], list[str]]:
+    """Every placement of a mesh in a scene of trimesh, in the order of its nodes, and what is left out."""
+    found, notes = [], []
+    for node in scene.graph.nodes_geometry:
+        matrix, name = scene.graph[node]
+        mesh = scene.geometry[name]
+        if hasattr(mesh, "faces"):
+            found.append(Instance(str(node), mesh, np.asarray(matrix, np.float64)))
+        else:
+            notes.append(f"{node!r} is left out: a {_kind(mesh)} has no faces")
+    return found, notes
+
+
+def _of_scene(scene: Any) -> Triangles:
+    """All meshes of a scene where they are, as one."""
+    found, notes = instances(scene)
+    if not found:
+        raise ValueError("the scene holds no mesh")
+    vertices, faces, count = [], [], 0
+    for _, mesh, matrix in found:
+        points, corners = floats(mesh.vertices, "vertices"), np.asarray(mesh.faces)
+        # A mirror turns faces inside out.
+        mirrored = np.linalg.det(matrix[:3, :3]) < 0
+        vertices.append(points @ matrix[:3, :3].T + matrix[:3, 3])
+        faces.append((corners[:, ::-1] if mirrored else corners) + count)
+        count += len(points)
+    return Triangles(np.concatenate(vertices), np.concatenate(faces), notes)
+
+
+# --- meshio
+
+# Cells without an area.
+_THIN = {"vertex": "points", "line": "lines", "line3": "lines", "VTK_LAGRANGE_CURVE": "lines"}
+_FLAT = {"triangle": 3, "quad": 4}
+
+
+def _of_meshio(source: Any) -> Triangles:
+    points = floats(source.points, "points")
+    if points.ndim == 2 and points.shape[1] == 2:
+        points = np.column_stack([points, np.zeros(len(points))])
+    faces, left_out, refused = [], dict[str, int](), dict[str, int]()
+    # Of polygons the dictionary joins only those of one size.
+    blocks = [(block.type, block.data) for block in getattr(source, "cells", ())] or source.cells_dict.items()
+    for kind, data in blocks:
+        cells = np.asarray(data)
+        if kind in _FLAT:
+            faces.append(_cut(points, cells.reshape(-1, _FLAT[kind])))
+        else:
+            counts = left_out if kind in _THIN else refused
+            kind = _THIN.get(kind, kind)
+            counts[kind] = counts.get(kind, 0) + len(cells)
+    if refused:
+        kinds = ", ".join(f"{count} of {kind}" for kind, count in refused.items())
+        message = f"this mesh has cells that are no triangles or quads: {kinds}"
+        raise ValueError(f"{message}; extract its surface with the package that made it")
+    if not faces:
+        raise ValueError(f"this mesh has no triangles, but {_counted(left_out) or 'no cells'}")
+    return Triangles(points, np.concatenate(faces), _left_out(left_out))
+
+
+# --- pyvista
+
+
+def _of_pyvista(source: Any) -> Triangles:
+    points = floats(source.points, "points")
+    cells, faces = np.asarray(source.faces), []
+    sizes = _sizes(cells)
+    if (sizes > 4).any():
+        return _of_pyvista(source.triangulate())
+    starts = np.cumsum(np.concatenate([[0], sizes[:-1] + 1])) if len(sizes) else sizes
+    for size in (3, 4):
+        chosen = starts[sizes == size]
+        faces.append(_cut(points, cells[chosen[:, None] + np.arange(1, size + 1)]))
+    strips = np.asarray(source.strips)
+    start = 0
+    while start < len(strips):
+        strip = strips[start + 1 : start + 1 + strips[start]]
+        faces.append(_of_strip(strip))
+        start += 1 + len(strip)
+    left_out = {
+        "lines": int(source.n_lines),
+        "points": int(source.n_verts),
+        "faces of two corners": int((sizes < 3).sum()),
+    }
+    if not sum(map(len, faces)):
+        raise ValueError(f"this mesh has no faces, but {_counted(left_out) or 'no cells'}")
+    # Faces of all sizes in their order would need a sort, and triangles alone keep it.
+    return Triangles(points, np.concatenate(faces), _left_out(left_out))
+
+
+def _sizes(cells: np.ndarray) -> np.ndarray:
+    """How many corners each face has, where each stands after that number."""
+    if cells.size % 4 == 0 and (cells[::4] == 3).all():
+        return np.full(cells.size // 4, 3)
+    sizes, start = [], 0
+    while start < len(cells):
+        sizes.append(int(cells[start]))
+        start += 1 + sizes[-1]
+    return np.array(sizes, np.int64)
+
+
+def _of_strip(strip: np.ndarray) -> np.ndarray:
+    """The triangles of a strip: every second one runs the other way."""
+    faces = np.column_stack([strip[:-2], strip[1:-1], strip[2:]])
+    faces[1::2] = faces[1::2, [1, 0, 2]]
+    return faces
+
+
+# --- what all have in common
+
+
+def _cut(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """Triangles as they are; quads in two, along the diagonal within them."""
+    if cells.shape[1] == 3:
+        return cells
+    inside = (cells >= 0) & (cells < len(points))
+    if not inside.all():
+        row = int(np.argmin(inside.all(axis=1)))
+        message = f"a face is {cells[row].tolist()}, but vertices are numbered from 0 to {len(points) - 1}"
+        raise ValueError(message)
+    a, b, c, d = (points[cells[:, i]] for i in range(4))
+    # Where a quad is not convex, the triangles at a corner that points inwards face two ways.
+    along = np.einsum("ij,ij->i", np.cross(b - a, c - a), np.cross(c - a, d - a)) >= 0
+    first = np.where(along[:, None], cells[:, [0, 1, 2]], cells[:, [0, 1, 3]])
+    second = np.where(along[:, None], cells[:, [0, 2, 3]], cells[:, [1, 2, 3]])
+    return np.stack([first, second], axis=1).reshape(-1, 3)
+
+
+def _left_out(counts: dict[str, int]) -> list[str]:
+    return [f"{_counted(counts)} left out: without an area"] if any(counts.values()) else []
+
+
+def _counted(counts: dict[str, int]) -> str:
+    return ", ".join(f"{count} {_one(kind) if count == 1 else kind}" for kind, count in counts.items() if count)
+
+
+def _one(kinds: str) -> str:
+    return {"lines": "line", "points": "point", "faces of two corners": "face of two corners"}.get(kinds, kinds)
+
+
+def _kind(source: Any) -> str:
+    return type(source).__name__
+
+
+def _has(*names: str) -> Callable[[Any], bool]:
+    return lambda source: all(hasattr(source, name) for name in names)
+
+
+def _is_meshio(source: Any) -> bool:
+    # The grids of pyvista have these attributes too.
+    return hasattr(source, "points") and hasattr(source, "cells_dict") and not hasattr(source, "extract_surface")
+
+
+def _of_open3d(source: Any) -> Triangles:
+    return Triangles(np.asarray(source.vertices), np.asarray(source.triangles), [])
+
+
+def _of_open3d_tensors(source: Any) -> Triangles:
+    return Triangles(source.vertex.positions.numpy(), source.triangle.indices.numpy(), [])
+
+
+_READERS: list[tuple[Callable[[Any], bool], Callable[[Any], Triangles]]] = [
+    (_is_meshio, _of_meshio),
+    (_has("points", "faces", "strips", "n_lines", "n_verts"), _of_pyvista),
+    (_has("vertices", "faces"), lambda source: Triangles(source.vertices, source.faces, [])),  # trimesh
+    (_has("vertices", "triangles"), _of_open3d),
+    (_has("vertex", "triangle"), _of_open3d_tensors),
+]

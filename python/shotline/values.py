@@ -1,0 +1,125 @@
+"""Numbers, names and choices as users give them: checked, and refused in terms of the argument that is wrong."""
+
+from __future__ import annotations
+
+import difflib
+import operator
+from collections.abc import Sequence
+from decimal import Decimal
+from math import isfinite
+from numbers import Real
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+
+def floats(values: ArrayLike, what: str) -> np.ndarray:
+    """Real numbers as float64 in C order; not copied if they are that already.
+
+    Raises TypeError for anything but real numbers, ValueError for rows of several lengths and for masked entries, which
+    have no value.
+    """
+    refuse_masked(values, what)
+    try:
+        array = np.asarray(values)
+    except ValueError:
+        raise ValueError(f"{what} has rows of several lengths, so it is no array of numbers") from None
+    if array.dtype.kind == "O":
+        array = _from_objects(array, what)
+    if array.dtype.kind not in "fiub":
+        raise _no_numbers(what, "strings" if array.dtype.kind in "US" else str(array.dtype), values, array.ndim)
+    return np.require(array, np.float64, ["C", "A"])
+
+
+def refuse_masked(values: Any, what: str) -> None:
+    """Raises ValueError for masked entries. NumPy drops masks where it makes arrays, and what is under them would count."""
+    parts = values if isinstance(values, (list, tuple)) else (values,)
+    masked = sum(int(np.ma.getmaskarray(part).sum()) for part in parts if isinstance(part, np.ma.MaskedArray))
+    if masked:
+        entries = f"{masked} entr{'y' if masked == 1 else 'ies'}"
+        raise ValueError(f"{what} has {entries} masked, so without a value: fill them, or leave their rows out")
+
+
+def numbers(values: ArrayLike, count: int, what: str) -> tuple[float, ...]:
+    """`count` finite numbers. Raises ValueError or TypeError that names `what` they were for."""
+    if (
+        isinstance(values, tuple)
+        and len(values) == count
+        and all(type(x) is float or (type(x) is int and abs(x) < 2**53) for x in values)
+        and all(map(isfinite, values))
+    ):
+        # Scenes are made of many short tuples, and arrays of them would take ten times as long.
+        return tuple(map(float, values))
+    array = floats(values, what).reshape(-1)
+    if array.size != count:
+        raise ValueError(f"{what} takes {count} number{'' if count == 1 else 's'}, not {array.size}")
+    if not np.isfinite(array).all():
+        found = array.tolist()
+        raise ValueError(f"{what} is {found[0] if count == 1 else found}, but must be finite")
+    return tuple(array.tolist())
+
+
+def number(value: Any, what: str) -> float:
+    """One real number, which may be infinite. Raises TypeError for anything else."""
+    if type(value) is float:
+        return value
+    array = floats(value, what)
+    if array.ndim:
+        raise TypeError(f"{what} must be one number, not an array of shape {array.shape}")
+    return float(array)
+
+
+def whole(value: Any, what: str, least: int, most: int) -> int:
+    """A whole number from `least` to `most`. Raises TypeError for what is no whole number, ValueError out of range."""
+    count = integer(value, what)
+    if not least <= count <= most:
+        raise ValueError(f"{what} is {count}, but must be from {least} to {most}")
+    return count
+
+
+def integer(value: Any, what: str) -> int:
+    """A whole number of any size; a float counts if it is one."""
+    if isinstance(value, (float, np.floating)) and float(value).is_integer():
+        return int(value)
+    try:
+        return operator.index(value)
+    except TypeError:
+        raise TypeError(f"{what} must be a whole number, not {value!r}") from None
+
+
+def text(value: Any, what: str) -> str:
+    """A string that can be written. Raises TypeError for anything else, ValueError for half a surrogate pair."""
+    if not isinstance(value, str):
+        raise TypeError(f"{what} must be a string, not {type(value).__name__}")
+    try:
+        value.encode()
+    except UnicodeEncodeError:
+        raise ValueError(f"{what} is {value!r}, which holds half of a character (a lone surrogate)") from None
+    return str(value)
+
+
+def choice(value: Any, what: str, known: Sequence[str]) -> str:
+    """One of the known names. Raises ValueError with the nearest of them."""
+    if value in known:
+        return str(value)
+    near = difflib.get_close_matches(str(value).lower(), known, n=1)
+    hint = f"did you mean {near[0]!r}?" if near else f"it must be one of {', '.join(known)}"
+    raise ValueError(f"{what} is {value!r}: {hint}")
+
+
+def _from_objects(array: np.ndarray, what: str) -> np.ndarray:
+    """Fractions, decimals and long integers as float64."""
+    for value in array.flat:
+        if not isinstance(value, (Real, Decimal)):
+            raise _no_numbers(what, type(value).__name__, value, array.ndim)
+    try:
+        return array.astype(np.float64)
+    except OverflowError:
+        raise ValueError(f"{what} has a number beyond what float64 holds") from None
+
+
+def _no_numbers(what: str, found: str, value: Any, axes: int) -> TypeError:
+    if axes == 0:
+        return TypeError(f"{what} must be a real number, not {value!r}")
+    return TypeError(f"{what} must be real numbers, not {found}")
