@@ -52,9 +52,9 @@ class Queries:
 
         Raises:
             ValueError: for shapes that do not fit, and for a ray with NaN, infinite numbers or without direction: its
-                row is named, numbered in C order, before any work is done. The error has that number as `row`. Also for a
-                ray that takes more than 10^7 steps, or has more than 2^20 crossings where they are listed, as where parts
-                lie in one another over and over.
+                row is named, numbered in C order, before any work is done. Also for a ray that takes more than 10^7 steps, or
+                has more than 2^20 crossings where they are listed, as where parts lie in one another over and over. The
+                error has the number of the row as `row`.
             TypeError: for what are no real numbers.
             MemoryError: for answers that do not fit into memory.
         """

@@ -145,7 +145,7 @@ pub struct SpanOfT {
 #[derive(Args, Debug, Clone, Copy)]
 pub struct SurfacesOnly {
     /// Look for surfaces only: leave out the crossings of kind `start` and `end`, with which a list begins and ends where
-    /// the ray begins or ends inside. `closest` and `any` look for the first real surface. Not for `segments`
+    /// the ray begins or ends inside. `closest` and `any` look for the first real surface. Not for `segments` and `thickness`
     #[arg(long)]
     pub surfaces_only: bool,
 }

@@ -13,7 +13,7 @@ use shotline_render::view;
 use crate::args::{Build, Model};
 use crate::failure::Failure;
 use crate::progress::{self, Quiet};
-use crate::rays::{OnInvalid, Rays};
+use crate::rays::{NoRays, OnInvalid, Rays};
 
 /// What standard input is called in messages, and where the name of a file names something.
 const STREAM: &str = "stdin";
@@ -98,10 +98,16 @@ pub fn rays(path: &Path, on_invalid: OnInvalid) -> Result<Rays, Failure> {
     } else {
         shotline_io::arrays::read_rays(path).map_err(|e| Failure::new(e.to_string()))?
     };
-    Rays::new(&rows, on_invalid).map_err(|bad| {
-        let numbers = bad.numbers.map(|x| x.to_string()).join(", ");
-        let help = "mend the row, or count such rows as misses with --on-invalid miss";
-        Failure::of_file(path, format!("row {} is no ray: {}: [{numbers}]\nhelp: {help}", bad.row, bad.why))
+    Rays::new(&rows, on_invalid).map_err(|error| match error {
+        NoRays::BadRow(bad) => {
+            let numbers = bad.numbers.map(|x| x.to_string()).join(", ");
+            let help = "mend the row, or count such rows as misses with --on-invalid miss";
+            let message = format!("row {} is no ray: {}: [{numbers}]\nhelp: {help}", bad.row, bad.why);
+            Failure::of_file(path, message)
+        }
+        NoRays::OutOfMemory => {
+            Failure::of_file(path, "there is not enough memory for the rays\nhelp: cast fewer at a time")
+        }
     })
 }
 

@@ -36,11 +36,10 @@ impl Query {
     /// If only surfaces are looked for, but stretches are asked for.
     pub fn scope(self, span: Span, only: SurfacesOnly) -> Result<Scope, Failure> {
         if only.surfaces_only && matches!(self, Query::Segments | Query::Thickness) {
-            return Err(Failure::new(format!(
-                "--surfaces-only is not for {}: stretches inside count also where a ray begins or ends inside\n\
-                 help: ask for closest, any, count or crossings, or leave the flag out",
-                self.name()
-            )));
+            let why = "the stretches inside are those of the whole ray, also where it begins or ends inside";
+            let help = "ask for closest, any, count or crossings, or leave the flag out";
+            let name = self.name();
+            return Err(Failure::new(format!("--surfaces-only is not for {name}: {why}\nhelp: {help}")));
         }
         Ok(Scope { span, kinds: only.kinds() })
     }

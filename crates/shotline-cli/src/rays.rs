@@ -35,13 +35,23 @@ pub struct BadRow {
     pub why: InvalidRay,
 }
 
+/// Why rows are not rays to be cast.
+#[derive(Debug, PartialEq)]
+pub enum NoRays {
+    /// One of them is not a ray.
+    BadRow(BadRow),
+    /// They do not fit into memory.
+    OutOfMemory,
+}
+
 impl Rays {
     /// Checks rows of origin and direction.
     ///
     /// # Errors
-    /// The first row that is not a ray, unless such rows are misses.
-    pub fn new(rows: &[[f64; 6]], on_invalid: OnInvalid) -> Result<Rays, BadRow> {
-        let mut valid = Vec::with_capacity(rows.len());
+    /// The first row that is not a ray, unless such rows are misses; or too little memory.
+    pub fn new(rows: &[[f64; 6]], on_invalid: OnInvalid) -> Result<Rays, NoRays> {
+        let mut valid = Vec::new();
+        valid.try_reserve_exact(rows.len()).map_err(|_| NoRays::OutOfMemory)?;
         let mut rows_of_valid = None;
         for (row, &numbers) in rows.iter().enumerate() {
             let [ox, oy, oz, dx, dy, dz] = numbers;
@@ -50,7 +60,9 @@ impl Rays {
                     valid.push(ray);
                     rows_of_valid.iter_mut().for_each(|list: &mut Vec<usize>| list.push(row));
                 }
-                Err(why) if on_invalid == OnInvalid::Error => return Err(BadRow { row, numbers, why }),
+                Err(why) if on_invalid == OnInvalid::Error => {
+                    return Err(NoRays::BadRow(BadRow { row, numbers, why }));
+                }
                 Err(_) => {
                     rows_of_valid.get_or_insert_with(|| (0..row).collect());
                 }
@@ -118,7 +130,7 @@ mod tests {
     #[test]
     fn the_first_bad_row_is_named() {
         let bad = Rays::new(&[GOOD, GOOD, ZERO, ZERO], OnInvalid::Error).unwrap_err();
-        assert_eq!((bad.row, bad.why), (2, InvalidRay::ZeroDirection));
+        assert_eq!(bad, NoRays::BadRow(BadRow { row: 2, numbers: ZERO, why: InvalidRay::ZeroDirection }));
     }
 
     #[test]

@@ -73,27 +73,32 @@ const NAMED: usize = 5;
 pub fn survey(world: &World) -> Survey {
     let objects = match object_bounds(world) {
         Ok(objects) => objects,
-        Err(error) => return Survey::failed(&error),
+        Err(error) => return Survey { unexamined: vec![error.to_string()], ..Survey::default() },
     };
     let (mut caster, mut hits) = (Caster::new(world), Vec::new());
     let (mut overlaps, mut coincidences) = (Pairs::default(), Pairs::default());
     let bounds = surveyed(&objects);
-    let (mut rays, mut seen, mut few_rays) = (0, 0, None);
+    let (mut rays, mut met, mut few_rays, mut given_up) = (0, 0, None, None);
     // Any number of rays from the first on is spread evenly, so the survey may end early.
     for ray in (0..RAYS).flat_map(|i| (0..3).filter_map(move |axis| spread(&bounds, axis, i))) {
-        if seen > MOST_CROSSINGS && rays >= LEAST_RAYS {
+        if met > MOST_CROSSINGS && rays >= LEAST_RAYS {
             few_rays = Some(rays);
             break;
         }
         rays += 1;
         hits.clear();
-        let met = caster.crossings(&ray, Span::FORWARD, &mut hits);
-        let found = match met.and_then(|()| overlap::on_ray(&mut caster, &ray, Span::FORWARD)) {
-            Ok(found) => found,
-            Err(error) => return Survey::failed(&error),
+        let seen = overlap::on_ray(&mut caster, &ray, Span::FORWARD);
+        let seen = seen.and_then(|seen| caster.crossings(&ray, Span::FORWARD, &mut hits).map(|()| seen));
+        let seen = match seen {
+            Ok(seen) => seen,
+            Err(error) => {
+                // The other rays would cost as much.
+                given_up = Some(format!("a ray was given up: {error}"));
+                break;
+            }
         };
-        seen += hits.len();
-        for overlap in found {
+        met += hits.len();
+        for overlap in seen {
             let point = ray.at(overlap.t_in.midpoint(overlap.t_out.min(f64::MAX)));
             let point = if point.is_finite() { point } else { ray.at(overlap.t_in) };
             overlaps.add(&overlap.first, &overlap.second, point);
@@ -103,15 +108,9 @@ pub fn survey(world: &World) -> Survey {
             coincidences.add(&names[a as usize], &names[b as usize], ray.at(t));
         }
     }
-    let unexamined = unexamined(world, &objects, &overlaps);
+    let mut unexamined = unexamined(world, &objects, &overlaps);
+    unexamined.extend(given_up);
     Survey { overlaps: overlaps.into_list(), coincidences: coincidences.into_list(), unexamined, few_rays }
-}
-
-impl Survey {
-    /// Of a world that cannot be examined.
-    fn failed(error: &impl ToString) -> Survey {
-        Survey { unexamined: vec![error.to_string()], ..Survey::default() }
-    }
 }
 
 fn is_endless(bounds: &Aabb) -> bool {

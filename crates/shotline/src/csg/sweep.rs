@@ -152,7 +152,7 @@ impl Sweep {
 
     /// Judges a group that is one event.
     fn judge_event(&mut self, program: &Program) {
-        let (t_min, t_max) = (self.span.t_min(), self.span.t_max());
+        let t_min = self.span.t_min();
         let at_start = self.group.iter().any(|e| e.low <= t_min);
         let began_inside = self.settle_start(program, !at_start);
         for i in 0..self.group.len() {
@@ -166,8 +166,7 @@ impl Sweep {
             if inside && (began_inside || t < t_min) {
                 self.inside = true;
                 self.emit_span_end(HitKind::Start, t_min);
-            } else if t < t_max || (t == t_max && !inside) {
-                // What begins where the span ends has no length in it.
+            } else if is_within(&witness, self.span) {
                 self.inside = inside;
                 self.out.push_back(Boundary { kind: HitKind::Surface, entering: inside, ..witness });
             }
@@ -197,7 +196,7 @@ impl Sweep {
         self.group = group;
         chain::resolve(&mut chain);
         let first = if at_start { self.start_in_chain(&chain, before) } else { 0 };
-        for boundary in chain[first..].iter().take_while(|b| b.crossing.t <= self.span.t_max()) {
+        for boundary in chain[first..].iter().take_while(|b| is_within(b, self.span)) {
             self.inside = boundary.entering;
             self.out.push_back(*boundary);
         }
@@ -246,6 +245,12 @@ fn witness(group: &[Event], program: &Program, entering: bool) -> Boundary {
     };
     let best = group.iter().filter(goes_along).min_by(order).unwrap_or(&group[0]);
     Boundary { kind: HitKind::Surface, entering, leaf: best.leaf, crossing: best.crossing }
+}
+
+/// Whether a boundary lies within a span, as far as its end goes. What begins where the span ends has no length in it.
+fn is_within(boundary: &Boundary, span: Span) -> bool {
+    let t = boundary.crossing.t;
+    t < span.t_max() || (t == span.t_max() && !boundary.entering)
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use super::hit::hit;
 use super::membership::{Membership, line_at};
 use super::quest::{Go, Quest};
 use super::seed::Seed;
-use super::segments::{self, Interval, resolve};
+use super::segments::{self, Interval, Kept, resolve};
 use super::stream::StreamScratch;
 use super::walk::{Meeting, Walk};
 use super::{Hit, Limits, Overlap, Overlaps, QueryError, Scope, Segment};
@@ -49,10 +49,11 @@ pub struct Caster<'w> {
     pub(super) limits: Limits,
     membership: Membership,
     intervals: Vec<Interval>,
+    kept: Kept,
 }
 
 /// The memory of so many intervals is kept for the next ray.
-const KEPT: usize = 4096;
+const KEPT_INTERVALS: usize = 4096;
 
 impl<'w> Caster<'w> {
     /// A caster for one thread.
@@ -66,6 +67,7 @@ impl<'w> Caster<'w> {
             limits: Limits::default(),
             membership: Membership::default(),
             intervals: Vec::new(),
+            kept: Kept::default(),
         }
     }
 
@@ -254,14 +256,14 @@ impl<'w> Caster<'w> {
         let start = out.len();
         let met = self.intervals(ray, span).and_then(|()| {
             let budget = &mut self.scratch.budget;
-            let met = resolve(self.world, ray, &self.intervals, overlaps, budget, out)?;
+            let met = resolve(self.world, ray, &self.intervals, overlaps, &mut self.kept, budget, out)?;
             self.outcome().map(|()| met)
         });
         if met.is_err() {
             out.truncate(start);
         }
         self.intervals.clear();
-        self.intervals.shrink_to(KEPT);
+        self.intervals.shrink_to(KEPT_INTERVALS);
         met
     }
 
@@ -272,14 +274,15 @@ impl<'w> Caster<'w> {
     pub fn overlaps(&mut self, ray: &Ray, span: Span, out: &mut Vec<Overlap>) -> Result<(), QueryError> {
         let start = out.len();
         let found = self.intervals(ray, span).and_then(|()| {
-            segments::overlaps(self.world, &self.intervals, &mut self.scratch.budget, out);
+            let budget = &mut self.scratch.budget;
+            segments::overlaps(self.world, &self.intervals, &mut self.kept, budget, out);
             self.outcome()
         });
         if found.is_err() {
             out.truncate(start);
         }
         self.intervals.clear();
-        self.intervals.shrink_to(KEPT);
+        self.intervals.shrink_to(KEPT_INTERVALS);
         found
     }
 

@@ -60,8 +60,11 @@ impl<'w> Caster<'w> {
         let Scope { span, kinds } = quest.scope;
         // With the first wanted, what lies beyond the best so far does not matter. What begins at the same `t` does, and a
         // span does not hold what begins at its end.
-        let end = limit.next_up().min(span.t_max());
-        let span = Span::new(span.t_min(), end).unwrap_or(span);
+        let span = if *limit < span.t_max() {
+            Span::new(span.t_min(), limit.next_up()).unwrap_or(span)
+        } else {
+            span
+        };
         let walk = &mut self.walk;
         let mut give = |mut boundary: Boundary| {
             // Of the two zeros only the positive one is given out: -0.0 would sort before it.
@@ -80,28 +83,24 @@ impl<'w> Caster<'w> {
                 let within = meeting.enter <= span.t_min();
                 let mut wanted =
                     if within && !kinds.hold(HitKind::Start) { Wanted::All } else { quest.wanted };
-                loop {
+                'again: loop {
                     let line = &meeting.line;
                     let mut stream =
                         Stream::new(body, line, span, wanted, &mut self.stream, &mut self.scratch);
-                    let mut first = None;
                     while let Some(boundary) = stream.next() {
                         stream.log().add(1, Some(boundary.crossing.t), || described(&boundary));
-                        first = first.or(Some(boundary.kind));
                         if kinds.hold(boundary.kind) {
                             give(boundary)?;
-                        }
-                        if wanted == Wanted::First
-                            || (quest.wanted == Wanted::First && kinds.hold(boundary.kind))
-                        {
-                            break;
+                            if quest.wanted == Wanted::First {
+                                break;
+                            }
+                        } else if wanted == Wanted::First {
+                            // Only rounding puts the start inside of what begins behind it.
+                            wanted = Wanted::All;
+                            continue 'again;
                         }
                     }
-                    if wanted == Wanted::All || first.is_none_or(|kind| kinds.hold(kind)) {
-                        break;
-                    }
-                    // Only rounding puts the start inside of what begins behind it.
-                    wanted = Wanted::All;
+                    break;
                 }
             }
             Body::Surface(body) => {

@@ -35,6 +35,12 @@ struct Owned {
     path: Option<u64>,
 }
 
+/// The memory of a sweep over intervals; reused from ray to ray.
+#[derive(Debug, Default)]
+pub(super) struct Kept {
+    active: BTreeSet<Rank>,
+}
+
 /// Turns the intervals of all bodies into segments, ascending, and answers how many overlaps of equal
 /// priority there were. The answer is void if the budget has ended.
 pub(super) fn resolve(
@@ -42,6 +48,7 @@ pub(super) fn resolve(
     ray: &Ray,
     intervals: &[Interval],
     overlaps: Overlaps,
+    kept: &mut Kept,
     budget: &mut Budget,
     out: &mut Vec<Segment>,
 ) -> Result<u64, QueryError> {
@@ -63,7 +70,7 @@ pub(super) fn resolve(
         out[first..].sort_by(|a, b| a.t_in.total_cmp(&b.t_in).then(a.path.cmp(&b.path)));
         return Ok(0);
     }
-    let mut sweep = Ownership::new(world, intervals);
+    let mut sweep = Ownership::new(world, intervals, kept);
     let mut owned: Option<Owned> = None;
     let mut met = 0;
     for event in events(&ends(intervals)) {
@@ -115,8 +122,14 @@ pub(super) fn resolve(
 
 /// Appends the overlaps of equal priority, ascending and apart: of each the two that rank highest where it begins, up to
 /// where the first of them ends. Void if the budget has ended.
-pub(super) fn overlaps(world: &World, intervals: &[Interval], budget: &mut Budget, out: &mut Vec<Overlap>) {
-    let mut sweep = Ownership::new(world, intervals);
+pub(super) fn overlaps(
+    world: &World,
+    intervals: &[Interval],
+    kept: &mut Kept,
+    budget: &mut Budget,
+    out: &mut Vec<Overlap>,
+) {
+    let mut sweep = Ownership::new(world, intervals, kept);
     let mut told = f64::NEG_INFINITY;
     for event in events(&ends(intervals)) {
         if !budget.step() {
@@ -171,12 +184,16 @@ struct Ownership<'a> {
     world: &'a World,
     intervals: &'a [Interval],
     /// Those that hold the stretch.
-    active: BTreeSet<Rank>,
+    active: &'a mut BTreeSet<Rank>,
 }
 
 impl<'a> Ownership<'a> {
-    fn new(world: &'a World, intervals: &'a [Interval]) -> Ownership<'a> {
-        Ownership { world, intervals, active: BTreeSet::new() }
+    fn new(world: &'a World, intervals: &'a [Interval], kept: &'a mut Kept) -> Ownership<'a> {
+        // Of a ray that was given up there may be some left.
+        if !kept.active.is_empty() {
+            kept.active.clear();
+        }
+        Ownership { world, intervals, active: &mut kept.active }
     }
 
     fn rank(&self, interval: usize) -> Rank {

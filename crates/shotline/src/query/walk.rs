@@ -121,7 +121,11 @@ impl<'w> Walk<'w> {
             let (enter, _) = ray.enter_exit(&level.placements.get(item as usize)?.bounds)?;
             let passed = self.pass(visit, item, enter);
             match passed.target {
-                Target::Body(body) => return Some(self.give(passed.into_body(body))),
+                Target::Body(body) => {
+                    self.visits[visit as usize].uses += 1;
+                    self.given = Some(visit);
+                    return Some(passed.into_body(body));
+                }
                 Target::Level(level) => visit = self.descend(world.level(level), passed),
             }
         }
@@ -185,11 +189,11 @@ impl<'w> Walk<'w> {
     }
 
     /// Opens an entry that was pending at `t`: a body is returned, anything else adds to what is pending.
+    #[inline]
     fn open(&mut self, world: &'w World, t: f64, entry: Entry, below: &mut Scratch) -> Option<Meeting> {
         if below.log.is_on() {
             below.log.depth = 1 + self.above(entry.visit).count();
         }
-        let mut body = None;
         match entry.what {
             Offer::Part(part) => {
                 let Visit { level, ray, .. } = &self.visits[entry.visit as usize];
@@ -207,7 +211,9 @@ impl<'w> Walk<'w> {
                             path: world.path_name(passed.path),
                             leaves: world.body(number).leaf_count() as usize,
                         });
-                        body = Some(self.give(passed.into_body(number)));
+                        // Its use of the visit is the caller's now.
+                        self.given = Some(entry.visit);
+                        return Some(passed.into_body(number));
                     }
                     Target::Level(level) => {
                         let visit = self.descend(world.level(level), passed);
@@ -217,16 +223,11 @@ impl<'w> Walk<'w> {
             }
         }
         self.release(entry.visit);
-        body
+        None
     }
 
-    /// Keeps the visits on the way to a body for as long as the caller may ask about it: until the next body.
-    fn give(&mut self, body: Meeting) -> Meeting {
-        self.hold(&body);
-        self.given = Some(body.visit);
-        body
-    }
-
+    /// Takes back the visits on the way to the body that was given last.
+    #[inline]
     fn take_back(&mut self) {
         if let Some(visit) = self.given.take() {
             self.release(visit);
@@ -244,16 +245,27 @@ impl<'w> Walk<'w> {
     }
 
     /// Takes away a use of a visit. What is not used any more is free.
+    #[inline]
     fn release(&mut self, visit: u32) {
-        let mut next = Some(visit);
-        while let Some(visit) = next {
-            let Visit { uses, above, .. } = &mut self.visits[visit as usize];
+        let uses = &mut self.visits[visit as usize].uses;
+        *uses -= 1;
+        if *uses == 0 {
+            self.free_from(visit);
+        }
+    }
+
+    /// Frees a visit that has no use, and what is only used by it.
+    fn free_from(&mut self, visit: u32) {
+        self.free.push(visit);
+        let mut below = visit;
+        while let Some((above, _)) = self.visits[below as usize].above {
+            let uses = &mut self.visits[above as usize].uses;
             *uses -= 1;
             if *uses > 0 {
                 return;
             }
-            next = above.map(|(above, _)| above);
-            self.free.push(visit);
+            self.free.push(above);
+            below = above;
         }
     }
 
@@ -335,15 +347,16 @@ impl<'w> Walk<'w> {
             let placements = self.visits[visit as usize].level.placements.len();
             below.log.add(0, Some(t), || Act::EnterLevel { path: path.join("/"), placements });
         }
-        let Visit { level, ray, repeats, uses, .. } = &mut self.visits[visit as usize];
-        // Used while it is opened, also where it offers nothing.
-        *uses += 1;
+        let Visit { level, ray, repeats, .. } = &mut self.visits[visit as usize];
         if let Some(accel) = &level.accel {
             *repeats = accel.repeats();
             accel.start(ray, &mut self.offers, &mut below.work);
         }
         self.take_offers(world, visit, below);
-        self.release(visit);
+        if self.visits[visit as usize].uses == 0 {
+            // It offers nothing.
+            self.free_from(visit);
+        }
     }
 
     fn take_offers(&mut self, world: &World, visit: u32, below: &mut Scratch) {
