@@ -4,9 +4,11 @@ use std::fmt::Display;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
+use shotline::accel::DEFAULT;
 use shotline::compile::{self, World};
 use shotline::ray::Ray;
 use shotline::scene::{Node, Scene};
+use shotline::solid::mesh::{MeshSolid, TriangleMesh};
 use shotline_io::{Document, Effect};
 use shotline_render::view;
 
@@ -76,6 +78,37 @@ pub fn load_with_remarks(model: &Model, quiet: Quiet) -> Result<Document, Failur
         progress::remark(&note.to_string(), quiet);
     }
     Ok(document)
+}
+
+/// Says on stderr which meshes can never be hit, as their faces cancel: a picture of them is empty.
+pub fn remark_what_is_never_hit(document: &Document, quiet: Quiet) {
+    for node in &document.scene.nodes {
+        let Node::Mesh { mesh, file } = node else { continue };
+        if !has_no_volume(mesh) {
+            continue;
+        }
+        let winding = MeshSolid::new(mesh.clone(), DEFAULT).ok().and_then(|solid| solid.winding());
+        if winding.is_some_and(|winding| !winding.can_be_hit) {
+            let file = file.as_deref().unwrap_or("mesh");
+            let why = "every face cancels with others in the same place that face the other way";
+            progress::remark(&format!("{file}: nothing of it can ever be hit: {why}"), quiet);
+        }
+    }
+}
+
+/// Whether the signed volume is rounding only: a sum, so that other meshes cost nothing.
+fn has_no_volume(mesh: &TriangleMesh) -> bool {
+    let count = mesh.vertices.len() as u32;
+    let Some(tip) = mesh.faces.first().and_then(|face| mesh.vertices.get(face[0] as usize)) else {
+        return false;
+    };
+    let (mut sum, mut size) = (0.0, 0.0);
+    for face in mesh.faces.iter().filter(|face| face.iter().all(|v| *v < count)) {
+        let [a, b, c] = face.map(|v| mesh.vertices[v as usize] - *tip);
+        let part = a.dot(b.cross(c));
+        (sum, size) = (sum + part, size + part.abs());
+    }
+    f64::abs(sum) <= 1e-9 * size
 }
 
 /// Checks and builds what has been read.

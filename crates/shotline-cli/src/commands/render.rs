@@ -130,6 +130,7 @@ impl Command {
         interrupt::catch();
         output::expect_writable(&self.output, output::PICTURE, std::slice::from_ref(&self.model.path))?;
         let document = input::load_with_remarks(&self.model, self.quiet)?;
+        input::remark_what_is_never_hit(&document, self.quiet);
         let work = Mutex::default();
         let started = Instant::now();
         interrupt::listening(|cancel| {
