@@ -29,7 +29,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("scene", &["math", "solid", "csg"]),
     ("compile", &["math", "aabb", "region", "accel", "solid", "csg", "scene"]),
     ("query", &["math", "ray", "aabb", "crossing", "trace", "budget", "accel", "solid", "csg", "compile"]),
-    ("measure", &["math", "ray", "aabb", "region", "solid", "scene", "compile", "query"]),
+    ("measure", &["math", "ray", "aabb", "region", "accel", "solid", "scene", "compile", "query"]),
     (
         "testkit",
         &["math", "ray", "aabb", "crossing", "accel", "solid", "scene", "compile", "query", "measure"],

@@ -26,6 +26,7 @@
 
 mod apart;
 mod estimate;
+mod extent;
 mod known;
 mod objects;
 mod partly;

@@ -7,6 +7,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use super::apart::are_apart;
+use super::extent::Extent;
 use super::known::Known;
 use super::partly::Sampling;
 use super::{MeasureError, polytope};
@@ -18,23 +19,6 @@ use crate::solid::mesh::Enclosed;
 
 /// More entries than this, an object in a placement each, take too much memory.
 const MOST: usize = 10_000_000;
-
-/// All there is of an object in some frame.
-#[derive(Clone, Debug)]
-pub(super) struct Extent {
-    pub bounds: Aabb,
-    /// Its moments, where bodies and boxes allow.
-    pub moments: Option<Known>,
-    /// A body of it that has no inside.
-    pub open: Option<u32>,
-}
-
-impl Extent {
-    /// Whether it has no end, or none that its box tells.
-    pub fn is_unbounded(&self) -> bool {
-        !self.bounds.is_empty() && !self.bounds.is_finite()
-    }
-}
 
 /// What a level holds of each object; `None` stands for the object that is named above it.
 type Holdings<T> = BTreeMap<Option<u32>, T>;

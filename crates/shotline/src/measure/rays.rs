@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rayon::prelude::*;
 
 use super::estimate::{COUNT, Estimate, SHIFTS, estimates, numbers};
+use super::extent::Extent;
 use super::known::{Known, Sampled};
-use super::objects::Extent;
 use super::{Measure, MeasureError, Settings};
 use crate::aabb::Aabb;
 use crate::compile::{Body, World};

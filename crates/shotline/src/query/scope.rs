@@ -32,8 +32,8 @@ impl Kinds {
 /// # let world = compile::compile(&scene, compile::Options::default()).unwrap();
 /// // From the middle of a ball of radius 2.
 /// let (mut caster, ray) = (Caster::new(&world), Ray::new(Vec3::ZERO, Vec3::X).unwrap());
-/// assert_eq!(caster.closest(&ray, Span::FORWARD).unwrap().unwrap().unwrap().t, 0.0);
-/// assert_eq!(caster.closest(&ray, Scope::surfaces(Span::FORWARD)).unwrap().unwrap().unwrap().t, 2.0);
+/// assert_eq!(caster.closest(&ray, Span::FORWARD).unwrap().unwrap().t, 0.0);
+/// assert_eq!(caster.closest(&ray, Scope::surfaces(Span::FORWARD)).unwrap().unwrap().t, 2.0);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scope {
