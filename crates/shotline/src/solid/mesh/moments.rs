@@ -41,6 +41,14 @@ impl MeshSolid {
         Some(Enclosed::Partly(Box::new(Doubt::of(self, &patches))))
     }
 
+    /// The moments of the inside, where the faces tell all of it.
+    pub(super) fn exact_moments(&self) -> Option<Moments> {
+        match self.enclosed()? {
+            Enclosed::Exactly(moments) => Some(moments),
+            Enclosed::Partly(_) => None,
+        }
+    }
+
     /// The sums of the signed tetrahedra between the faces and a point (the divergence theorem), with the weights of items.
     fn by_tetrahedra(&self, weight: impl Fn(usize) -> f64) -> Moments {
         let tip = self.size.scale(self.bounds.centre());

@@ -3,7 +3,6 @@
 use std::sync::{Arc, OnceLock};
 
 use super::meetings::Meetings;
-use super::moments::Enclosed;
 use super::probe::{Probe, Size, Triangle};
 use super::winding::{FirstEntry, first_entry, order, to_crossings, total};
 use super::{MeshError, Topology, TriangleMesh, plane};
@@ -326,10 +325,7 @@ impl Solid for MeshSolid {
     }
 
     fn moments(&self) -> Option<Moments> {
-        match self.enclosed()? {
-            Enclosed::Exactly(moments) => Some(moments),
-            Enclosed::Partly(_) => None,
-        }
+        self.exact_moments()
     }
 
     fn as_mesh(&self) -> Option<&MeshSolid> {
