@@ -54,3 +54,19 @@ pub struct Intersection {
     /// A point where they do, as near as rounding allows.
     pub point: Vec3,
 }
+
+/// A face passes through another.
+pub(super) const CROSSES: u8 = 1;
+/// A face touches another, or is as near to it as rounding.
+pub(super) const TOUCHES: u8 = 2;
+
+/// How faces meet. Items are triangles of the solid.
+#[derive(Debug, Default)]
+pub(super) struct Meetings {
+    /// Pairs of faces that pass through each other.
+    pub(super) crossings: Found<Intersection>,
+    /// Pairs of items that meet, in ascending order; `None` if there are too many to list.
+    pub(super) pairs: Option<Vec<[u32; 2]>>,
+    /// For each item [`CROSSES`] and [`TOUCHES`].
+    pub(super) marks: Vec<u8>,
+}

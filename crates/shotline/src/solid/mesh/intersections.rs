@@ -8,22 +8,7 @@
 
 use robust::{Coord3D, orient3d};
 
-use super::meetings::Meetings;
-use super::{Found, Intersection, MeshSolid};
 use crate::math::Vec3;
-
-impl MeshSolid {
-    /// Pairs of faces that pass through each other. By the rule of the winding number such a mesh has an
-    /// inside all the same.
-    pub fn self_intersections(&self) -> Found<Intersection> {
-        self.meetings().crossings
-    }
-
-    /// Where faces meet; found once.
-    pub(super) fn meetings(&self) -> &Meetings {
-        self.meetings.get_or_init(|| Meetings::of(self))
-    }
-}
 
 /// The ends of what the insides of two triangles have in common, as near as rounding allows; `None` if they have nothing in
 /// common or lie in one plane (P. Guigue and O. Devillers 2003, "Fast and robust triangle-triangle overlap test using orientation
@@ -90,6 +75,7 @@ mod tests {
     use crate::math::Affine;
     use crate::solid::mesh::TriangleMesh;
     use crate::solid::mesh::shapes::{ball, cubes, ring};
+    use crate::solid::mesh::{Found, Intersection, MeshSolid};
 
     fn intersections(mesh: TriangleMesh) -> Found<Intersection> {
         let mesh = Arc::new(mesh);

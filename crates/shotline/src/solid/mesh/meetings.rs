@@ -8,6 +8,7 @@
 
 use std::sync::atomic::{AtomicU8, Ordering};
 
+use super::found::{CROSSES, Meetings, TOUCHES};
 use super::intersections::common_stretch;
 use super::pairs::{Item, NONE, Pairs};
 use super::separation::{are_apart, sectors_are_apart};
@@ -18,20 +19,17 @@ use crate::math::Vec3;
 /// More pairs than this are counted, not listed.
 const MOST: usize = 1 << 20;
 
-/// A face passes through another.
-pub(super) const CROSSES: u8 = 1;
-/// A face touches another, or is as near to it as rounding.
-pub(super) const TOUCHES: u8 = 2;
+impl MeshSolid {
+    /// Pairs of faces that pass through each other. By the rule of the winding number such a mesh has an
+    /// inside all the same.
+    pub fn self_intersections(&self) -> Found<Intersection> {
+        self.meetings().crossings
+    }
 
-/// How faces meet. Items are triangles of the solid.
-#[derive(Debug, Default)]
-pub(super) struct Meetings {
-    /// Pairs of faces that pass through each other.
-    pub(super) crossings: Found<Intersection>,
-    /// Pairs of items that meet, in ascending order; `None` if there are too many to list.
-    pub(super) pairs: Option<Vec<[u32; 2]>>,
-    /// For each item [`CROSSES`] and [`TOUCHES`].
-    pub(super) marks: Vec<u8>,
+    /// Where faces meet; found once.
+    pub(super) fn meetings(&self) -> &Meetings {
+        self.meetings.get_or_init(|| Meetings::of(self))
+    }
 }
 
 /// What one thread has found.

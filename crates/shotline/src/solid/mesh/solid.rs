@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use super::meetings::Meetings;
+use super::found::Meetings;
 use super::probe::{Probe, Size, Triangle};
 use super::winding::{FirstEntry, first_entry, order, to_crossings, total};
 use super::{MeshError, Topology, TriangleMesh, plane};
