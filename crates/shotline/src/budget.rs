@@ -1,7 +1,7 @@
 //! What one ray may cost: a number of steps, and a cancel flag that is read between them.
 //!
 //! Traversals call [`Budget::step`] for each entry they take from a heap or a stack. That is a decrement; the flag is
-//! read once in [`SLICE`] steps.
+//! read once in `SLICE` steps.
 
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -4,10 +4,10 @@
 //! intersection is found in steps, from cheap to expensive, each of which is valid by itself:
 //!
 //! 1. interval contraction ([`contract`]): exact where everything lies along the axes;
-//! 2. a proof that the region has an end ([`prune`]): the points far away, in homogeneous coordinates, are cut into
+//! 2. a proof that the region has an end (`prune`): the points far away, in homogeneous coordinates, are cut into
 //!    cells until each cell is outside of some constraint;
-//! 3. the box of the polytope of the planes ([`linear`]), by multipliers of linear programming;
-//! 4. cutting slabs off the box, where quadrics are slanted ([`prune`] again).
+//! 3. the box of the polytope of the planes (`linear`), by multipliers of linear programming;
+//! 4. cutting slabs off the box, where quadrics are slanted (`prune` again).
 //!
 //! Every box holds the region for all values of the coefficients within their bounds of error, rounding included.
 //! A step that does not succeed leaves a larger box.
