@@ -202,7 +202,8 @@ class Measures(_Table, _MeasuresFields):
     """Volume, mass, centroid and inertia of objects, a row each. Each `_err` is one standard error, and 0 where the
     figure is exact but for rounding.
 
-    object: (n,) int32. volume: (n,) float64, all placements together; in cubed scene units.
+    object: (n,) int32. volume: (n,) float64, all placements together; in cubed scene units. NaN for an object without
+        an end, as all its numbers.
     mass: (n,) float64, NaN without a density. In grams, by the density of the material in g/cm^3; in a scene without
         units it is the volume times the density, in whatever units these are.
     centroid: (n, 3) float64, world coordinates; NaN where there is no volume.

@@ -121,7 +121,7 @@ class Scene(Queries):
             threads, progress: as of `closest`.
 
         Raises:
-            ValueError: for an object without end, a mesh that is not closed, and a name that is none.
+            ValueError: for a mesh that is not closed, and for a name or a number that no object has.
 
         >>> scene = Scene(Box(min=(0, 0, 0), max=(1, 2, 3)).named("box"))
         >>> scene.measure().volume, scene.measure().centroid.round(12)

@@ -67,8 +67,10 @@ def test_chosen_objects_and_the_command(tmp_path):
 
 
 def test_what_has_no_volume():
-    with pytest.raises(ValueError, match="'endless' has no finite bounds"):
-        Scene(Halfspace(normal=(0, 0, 1), offset=0).named("endless")).measure()
+    endless = Halfspace(normal=(0, 0, 1), offset=-2).named("endless")
+    both = Scene(endless, Sphere(radius=1).named("ball")).measure()
+    assert np.isnan(both.volume[0]) and not both.exact[0]
+    assert both.exact[1] and both.volume[1] == Scene(Sphere(radius=1)).measure().volume[0]
     ball = Scene(Sphere(radius=1).named("ball"))
     for wrong in [{"objects": ["bal"]}, {"method": "x"}, {"rays": 0}, {"overlaps": "x"}, {"objects": [7]}]:
         with pytest.raises(ValueError):
