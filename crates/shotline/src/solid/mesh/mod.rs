@@ -21,6 +21,7 @@ mod separation;
 mod sheared_ray;
 mod shells;
 mod solid;
+mod stop;
 mod topology;
 mod turned;
 mod weld;
@@ -44,6 +45,7 @@ pub use moments::Enclosed;
 pub(crate) use moments::tetrahedron;
 pub use patches::Winding;
 pub use solid::MeshSolid;
+pub use stop::Cancelled;
 pub use topology::Topology;
 pub use weld::{Weld, WeldError, Welded};
 
