@@ -8,7 +8,7 @@
 //! All arithmetic is done with the mesh and the direction brought to size 1 by powers of two, which is
 //! exact; so no product overflows, and sizes and lengths do not matter.
 
-use super::plane::{Meeting, worst_err};
+use super::plane::{Meeting, normal, worst_err};
 use super::sheared_ray::{ShearedRay, Turn, reach};
 use crate::aabb::{Aabb, BoxRay};
 use crate::crossing::{Crossing, GROUPING};
@@ -94,8 +94,8 @@ pub(super) struct Probe {
     whole: BoxRay,
     /// The same with room for planes that are `near`: their triangles must be met.
     roomy: BoxRay,
-    /// The line counts as in a plane up to this distance: what the doubt about it may do, with the room in which
-    /// crossings are one event.
+    /// The farthest that a plane can be from the line where the line counts as in it: what the doubt about the line may
+    /// do, with the room in which crossings are one event.
     near: f64,
     /// The largest distance from the origin to a point of the mesh's box, along any axis.
     reach: f64,
@@ -194,8 +194,26 @@ impl Probe {
     /// triangle's plane.
     #[inline]
     pub(super) fn hit(&self, triangle: &Triangle, in_plane: impl FnOnce()) -> Option<Crossing> {
-        let turn = self.sheared.through(&triangle.corners, in_plane)?;
+        let edge_on = || {
+            if self.is_in_plane(&triangle.corners) {
+                in_plane();
+            }
+        };
+        let turn = self.sheared.through(&triangle.corners, edge_on)?;
         self.crossing(triangle, turn)
+    }
+
+    /// Whether the line runs in the plane of a triangle: exactly, or where the line is in doubt itself, up to that; the
+    /// rule is that of a box's face, so that a box and a mesh agree.
+    #[cold]
+    fn is_in_plane(&self, corners: &[Vec3; 3]) -> bool {
+        if self.is_exact {
+            return self.sheared.is_in_plane(corners);
+        }
+        let normal = normal(*corners);
+        let is_lost =
+            |value: Vec3, doubt: Vec3| normal.dot(value).abs() <= GROUPING * normal.abs().dot(doubt);
+        is_lost(self.line.d, self.line.d_err) && is_lost(self.line.o - corners[0], self.line.o_err)
     }
 
     fn crossing(&self, triangle: &Triangle, turn: Turn) -> Option<Crossing> {

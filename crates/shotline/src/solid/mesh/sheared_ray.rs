@@ -42,16 +42,14 @@ pub(super) struct ShearedRay {
     slope: [f64; 2],
     /// A bound on the rounding of edge functions, see [`ShearedRay::new`].
     doubt: f64,
-    /// How near a plane must be to the line for the line to be in it; 0 for a line that is exact.
-    near: f64,
     /// Where ties put the line: moved by the first of these vectors times `e` and by the second times `e^2`, with an
     /// infinitely small `e` (Edelsbrunner and Muecke 1990, "Simulation of simplicity").
     moves: [Vec3; 2],
 }
 
 impl ShearedRay {
-    /// Prepares a line, with a direction of size 1, to meet triangles within a box. The line counts as in the plane of
-    /// a triangle up to a distance of `near`.
+    /// Prepares a line, with a direction of size 1, to meet triangles within a box, and to see which are in planes that
+    /// are `near`.
     ///
     /// Rounding: with no vertex farther than `reach` from the origin along any axis, `v - o` is off by half an ulp
     /// of `reach` at most, the slope times the depth by three and the difference by two: a sheared coordinate is
@@ -72,7 +70,7 @@ impl ShearedRay {
         let rounding = 4.0 * width * e + 2.0 * e * e + 8.0 * HALF_ULP * (width + e) * (width + e);
         let slope = across.map(|axis| d[axis] / d[along]);
         let doubt = 1.01 * (rounding + 2.0 * width * near) + f64::MIN_POSITIVE;
-        ShearedRay { o, d, along, across, slope, doubt, near, moves: across.map(|axis| Vec3::AXES[axis]) }
+        ShearedRay { o, d, along, across, slope, doubt, moves: across.map(|axis| Vec3::AXES[axis]) }
     }
 
     /// The same line, where ties put it beside itself in a direction across it, or else in another.
@@ -92,10 +90,10 @@ impl ShearedRay {
         Sheared { x: p[self.across[0]] - self.slope[0] * depth, y: p[self.across[1]] - self.slope[1] * depth }
     }
 
-    /// Which way round a triangle is seen that the line passes through; `None` if it passes by. Calls `in_plane` if the
-    /// line runs in the triangle's plane.
+    /// Which way round a triangle is seen that the line passes through; `None` if it passes by. Calls `edge_on` if the
+    /// triangle is seen edge-on, as far as rounding can tell, and its plane is near.
     #[inline]
-    pub(super) fn through(&self, corners: &[Vec3; 3], in_plane: impl FnOnce()) -> Option<Turn> {
+    pub(super) fn through(&self, corners: &[Vec3; 3], edge_on: impl FnOnce()) -> Option<Turn> {
         let [a, b, c] = corners.map(|v| self.shear(v));
         let edges = [edge(b, c), edge(c, a), edge(a, b)];
         let [u, v, w] = edges;
@@ -108,8 +106,8 @@ impl ShearedRay {
         if u.abs() > doubt && v.abs() > doubt && w.abs() > doubt {
             return Some(if left { Turn::CounterClockwise } else { Turn::Clockwise });
         }
-        if !left && !right && self.is_in_plane(corners, edges) {
-            in_plane();
+        if !left && !right {
+            edge_on();
         }
         self.through_near_edge(corners, edges)
     }
@@ -125,18 +123,9 @@ impl ShearedRay {
         Some(if first == Ordering::Greater { Turn::CounterClockwise } else { Turn::Clockwise })
     }
 
-    /// Whether the line runs in the plane of a triangle, given the rounded edge functions: exactly, or nowhere near the
-    /// triangle farther from it than `near`.
-    #[cold]
-    fn is_in_plane(&self, corners: &[Vec3; 3], edges: [f64; 3]) -> bool {
-        (0..3).all(|i| {
-            let (a, b) = (corners[(i + 1) % 3], corners[(i + 2) % 3]);
-            if self.near == 0.0 {
-                return edges[i].abs() <= self.rounding(a, b) && self.determinant(a, b) == Ordering::Equal;
-            }
-            let (p, q) = (self.shear(a), self.shear(b));
-            edges[i].abs() <= self.near * ((q.x - p.x).abs() + (q.y - p.y).abs()) + self.rounding(a, b)
-        })
+    /// Whether the line runs exactly in the plane of a triangle.
+    pub(super) fn is_in_plane(&self, [a, b, c]: &[Vec3; 3]) -> bool {
+        [(a, b), (b, c), (c, a)].into_iter().all(|(p, q)| self.determinant(*p, *q) == Ordering::Equal)
     }
 
     /// A bound on the rounding of the edge function of two corners, as in `new` but for these alone.
