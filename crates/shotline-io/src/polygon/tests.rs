@@ -74,8 +74,35 @@ fn outlines_that_touch_themselves_are_cut_properly() {
     ];
     for corners in [&hole[..], &slit, &twice, &pinched, &touching, &spike, &two_holes] {
         holds(corners);
-        let places: Vec<Vec3> = corners.iter().map(|[x, y]| Vec3::new(*x as f64, *y as f64, 0.0)).collect();
-        assert!(cut(&places).is_proper, "{corners:?}");
+        is_proper_from_each_corner(corners);
+    }
+}
+
+/// Whatever corner comes first and in both directions.
+fn is_proper_from_each_corner(corners: &[[i64; 2]]) {
+    let mut corners = corners.to_vec();
+    for _ in 0..2 {
+        for _ in 0..corners.len() {
+            corners.rotate_left(1);
+            let places: Vec<Vec3> =
+                corners.iter().map(|[x, y]| Vec3::new(*x as f64, *y as f64, 0.0)).collect();
+            assert!(cut(&places).is_proper, "{corners:?}: {:?}", cut(&places));
+        }
+        corners.reverse();
+    }
+}
+
+#[test]
+fn lobes_that_meet_in_a_corner_are_not_said_to_cross() {
+    let uneven = [[0, 0], [2, 1], [4, 0], [4, 4], [2, 1], [0, 4]];
+    // The outer corner at the origin turns left, with the other in the same place between its sides.
+    let nested = [[-4, 1], [0, 0], [4, 1], [1, 4], [0, 0], [-1, 4]];
+    let three = [[0, 0], [4, -1], [4, 1], [0, 0], [1, 4], [-1, 4], [0, 0], [-4, 1], [-4, -1]];
+    let chain = [[0, 0], [2, 1], [4, 0], [6, 1], [8, 0], [8, 4], [6, 1], [4, 3], [2, 1], [0, 4]];
+    let inside = [[0, 0], [8, 0], [8, 8], [0, 0], [3, 5], [2, 6], [0, 0], [0, 9], [-3, 9]];
+    for corners in [&uneven[..], &nested, &three, &chain, &inside] {
+        holds(corners);
+        is_proper_from_each_corner(corners);
     }
 }
 
