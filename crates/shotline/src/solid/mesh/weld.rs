@@ -351,8 +351,9 @@ mod tests {
     #[test]
     fn auto_merges_no_feature_that_is_wider_than_rounding() {
         let cube = cubes(&[[0, 0, 0]]);
-        let plate =
-            |scale: Vec3, at: Vec3| cube.moved(&Affine::scaling(scale)).moved(&Affine::translation(at));
+        let plate = |scale: Vec3, at: Vec3| {
+            cube.clone().moved(&Affine::scaling(scale)).moved(&Affine::translation(at))
+        };
         let thin = |height| plate(Vec3::new(1.0, 1.0, height), Vec3::ZERO);
         let far = |height| plate(Vec3::new(1.0, 1.0, height), Vec3::splat(5e6));
         let gap = |gap, x| plate(Vec3::ONE, Vec3::X * x).with(&plate(Vec3::ONE, Vec3::X * (x + 1.0 + gap)));
