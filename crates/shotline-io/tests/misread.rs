@@ -110,8 +110,8 @@ fn zero_bytes_within_a_text_are_no_blanks() {
     for (name, text, line) in
         [("a.obj", OBJ, 2), ("a.ply", PLY, 11), ("a.stl", &STL.replace("1 0 0", "1.5 0 0"), 5)]
     {
-        refused(name, text.replace("1.5", "1\05"), &format!("{name}:{line}:"));
-        refused(name, text.replace("1.5", "1\05"), "zero byte (NUL)");
+        refused(name, text.replace("1.5", "1\x005"), &format!("{name}:{line}:"));
+        refused(name, text.replace("1.5", "1\x005"), "zero byte (NUL)");
         refused(name, text.replace("1.5 0 0\n", "1.5 0 0\n\0\0\0\0\0\0\n"), "zero byte (NUL)");
         let document = ok(name, format!("{text}\0\0\0\0"));
         noted(&document, "zero_bytes", 4, Effect::Changed);
