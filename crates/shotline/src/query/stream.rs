@@ -6,11 +6,11 @@
 
 use super::heap::{Heap, Rank};
 use super::repair::repair;
-use crate::aabb::BoxRay;
+use crate::aabb::{Aabb, BoxRay};
 use crate::accel::{Offer, Pending, Scratch, Tags};
 use crate::compile::{Leaf, SolidBody};
 use crate::crossing::{Contact, Crossing, NO_PRIMITIVE};
-use crate::csg::{Boundary, Change, Event, Sweep};
+use crate::csg::{Boundary, Change, Event, Single, Sweep};
 use crate::ray::{Line, Span};
 use crate::solid::Wanted;
 use crate::trace::{Act, Log};
@@ -43,7 +43,13 @@ pub(super) struct StreamScratch {
 pub(super) struct Stream<'a, 'c> {
     body: &'a SolidBody,
     line: &'a Line,
-    ray: BoxRay,
+    span: Span,
+    /// The line for tests of boxes; `None` for a lone leaf, which is asked without any.
+    ray: Option<BoxRay>,
+    /// Where the boundaries are those of a lone leaf that need no sweep.
+    single: Option<Single>,
+    /// Where the line has left the boxes of all leaves, if that is known.
+    exit: f64,
     wanted: Wanted,
     scratch: &'a mut StreamScratch,
     /// The scratch of what is below: of solids, and the counters of all.
@@ -65,23 +71,41 @@ impl<'a, 'c> Stream<'a, 'c> {
         scratch.events.clear();
         scratch.tags.begin();
         scratch.sweep.begin(&body.program, span);
-        let ray = BoxRay::new(line, span);
-        let mut stream = Stream { body, line, ray, wanted, scratch, below, finished: false };
+        let mut stream = Stream {
+            body,
+            line,
+            span,
+            ray: None,
+            single: None,
+            exit: f64::INFINITY,
+            wanted,
+            scratch,
+            below,
+            finished: false,
+        };
         match &body.accel {
             Some(accel) => {
                 if accel.repeats() {
                     stream.scratch.tags.reserve(body.leaves.len());
                 }
-                accel.start(&stream.ray, &mut stream.scratch.offers, &mut stream.below.work);
+                let ray = stream.ray.insert(BoxRay::new(line, span));
+                accel.start(ray, &mut stream.scratch.offers, &mut stream.below.work);
                 stream.take_offers(1);
             }
-            None => stream.intersect(0, span.t_min()),
+            None if body.leaves.len() == 1 => stream.intersect(0, span.t_min()),
+            None => {
+                stream.ray = Some(BoxRay::new(line, span));
+                stream.take_leaves();
+            }
         }
         stream
     }
 
     /// The next boundary. `None` as well when the budget of the ray has ended.
     pub(super) fn next(&mut self) -> Option<Boundary> {
+        if let Some(single) = &mut self.single {
+            return single.next(&self.scratch.crossings);
+        }
         let program = &self.body.program;
         loop {
             if let Some(boundary) = self.scratch.sweep.pop() {
@@ -90,7 +114,7 @@ impl<'a, 'c> Stream<'a, 'c> {
             if self.finished {
                 return None;
             }
-            let Some(next) = self.scratch.heap.nearest().filter(|&t| t <= self.ray.span().t_max()) else {
+            let Some(next) = self.scratch.heap.nearest().filter(|&t| t <= self.span.t_max()) else {
                 self.scratch.sweep.finish(program);
                 self.finished = true;
                 continue;
@@ -100,19 +124,22 @@ impl<'a, 'c> Stream<'a, 'c> {
             if let Some(boundary) = self.scratch.sweep.pop() {
                 return Some(boundary);
             }
+            if next > self.exit && self.scratch.sweep.is_out(program) {
+                // No leaf can matter any more.
+                self.finished = true;
+                return None;
+            }
             if !self.below.budget.step() {
                 self.finished = true;
                 return None;
             }
             match self.scratch.heap.pop() {
                 Some((t, Entry::Part(part))) => {
-                    if let Some(accel) = &self.body.accel {
-                        self.below
-                            .log
-                            .add(1, Some(t), || Act::Open { part: accel.describe(part, &self.ray) });
-                        accel.open(part, t, &self.ray, &mut self.scratch.offers, &mut self.below.work);
+                    if let (Some(accel), Some(ray)) = (&self.body.accel, &self.ray) {
+                        self.below.log.add(1, Some(t), || Act::Open { part: accel.describe(part, ray) });
+                        accel.open(part, t, ray, &mut self.scratch.offers, &mut self.below.work);
+                        self.take_offers(2);
                     }
-                    self.take_offers(2);
                 }
                 Some((t, Entry::Leaf(leaf))) => self.intersect(leaf, t),
                 Some((_, Entry::Event(event))) => {
@@ -133,15 +160,62 @@ impl<'a, 'c> Stream<'a, 'c> {
         &mut self.below.log
     }
 
+    /// Takes the leaves of a body without an accelerator: they are few. What begins first is intersected at once, what
+    /// begins later goes to the heap. Where one is missed that the result cannot do without, the stream ends.
+    fn take_leaves(&mut self) {
+        let Some(ray) = &self.ray else { return };
+        let leaves = &self.body.leaves;
+        let mut last: Option<(&Aabb, Option<(f64, f64)>)> = None;
+        let (mut first, mut exit) = (f64::INFINITY, f64::NEG_INFINITY);
+        for (leaf, Leaf { bounds, .. }) in (0..).zip(leaves) {
+            // The operands of an intersection mostly have one box.
+            let met = match last {
+                Some((same, met)) if same == bounds => met,
+                _ => {
+                    self.below.work.boxes += 1;
+                    ray.enter_exit(bounds).filter(|_| !bounds.is_empty())
+                }
+            };
+            last = Some((bounds, met));
+            let name = || Act::OfferItem { item: self.body.leaf_name(leaf as usize) };
+            if let Some((t, end)) = met {
+                self.below.log.add(1, Some(t), name);
+                (first, exit) = (first.min(t), exit.max(end));
+                self.scratch.offers.push(Pending { t, what: Offer::Item(leaf) });
+            } else {
+                self.below.log.add(1, None, || Act::Miss { item: self.body.leaf_name(leaf as usize) });
+                self.finished |= self.body.program.needs(leaf);
+            }
+        }
+        self.exit = exit;
+        let offers = std::mem::take(&mut self.scratch.offers);
+        for offer in offers.iter().rev().filter(|offer| offer.t > first) {
+            if let Offer::Item(leaf) = offer.what {
+                self.below.work.heap_pushes += 1;
+                self.scratch.heap.push(offer.t, Rank::Box, Entry::Leaf(leaf));
+            }
+        }
+        for offer in offers.iter().filter(|offer| offer.t <= first) {
+            if let Offer::Item(leaf) = offer.what
+                && !self.finished
+            {
+                self.intersect(leaf, offer.t);
+            }
+        }
+        self.scratch.offers = offers;
+        self.scratch.offers.clear();
+    }
+
     /// Moves what an accelerator offered to the heap; leaves with the bound of their own box. The log shows
     /// offers so much deeper than the body.
     fn take_offers(&mut self, deeper: usize) {
+        let Some(ray) = &self.ray else { return };
         let scratch = &mut *self.scratch;
         let Scratch { work, log, .. } = &mut *self.below;
         for offer in scratch.offers.drain(..) {
             let (t, entry) = match offer.what {
                 Offer::Part(part) => {
-                    let describe = || self.body.accel.as_ref().map(|accel| accel.describe(part, &self.ray));
+                    let describe = || self.body.accel.as_ref().map(|accel| accel.describe(part, ray));
                     log.add(deeper, Some(offer.t), || Act::OfferPart {
                         part: describe().unwrap_or_default(),
                     });
@@ -155,7 +229,7 @@ impl<'a, 'c> Stream<'a, 'c> {
                         continue;
                     }
                     work.boxes += 1;
-                    let Some((t, _)) = self.ray.enter_exit(&self.body.leaves[leaf as usize].bounds) else {
+                    let Some((t, _)) = ray.enter_exit(&self.body.leaves[leaf as usize].bounds) else {
                         log.add(deeper, None, || Act::Miss { item: name() });
                         continue;
                     };
@@ -175,18 +249,28 @@ impl<'a, 'c> Stream<'a, 'c> {
         scratch.crossings.clear();
         self.below.work.solids += 1;
         let name = || self.body.leaf_name(leaf as usize);
-        let t = self.body.accel.is_some().then_some(enter);
+        let t = (self.body.leaves.len() > 1).then_some(enter);
         self.below.log.add(1, t, || Act::Test { item: name() });
         let line = self.line.in_frame(local_from_body);
         let wanted = if self.body.leaves.len() == 1 { self.wanted } else { Wanted::All };
-        solid.crossings_within(&line, self.ray.span(), wanted, &mut scratch.crossings, self.below);
+        solid.crossings_within(&line, self.span, wanted, &mut scratch.crossings, self.below);
         self.below.work.repaired += u64::from(repair(&**solid, &line, &mut scratch.crossings));
         self.below.log.add(1, None, || Act::Found { crossings: scratch.crossings.clone() });
+        if self.body.leaves.len() == 1 && self.body.accel.is_none() && !self.below.log.is_on() {
+            self.single = Single::begin(&self.scratch.crossings, self.span);
+            if self.single.is_some() {
+                return;
+            }
+        }
         for i in 0..self.scratch.crossings.len() {
             self.take(leaf, Change::Membership, self.scratch.crossings[i], enter);
         }
         if self.scratch.crossings.is_empty() && self.body.leaves.len() > 1 {
             self.touch(leaf, &line, enter);
+            if self.scratch.contacts.is_empty() && self.body.program.needs(leaf) {
+                // Nothing is left of an intersection that lacks an operand.
+                self.finished = true;
+            }
         }
     }
 
