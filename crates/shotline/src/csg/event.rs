@@ -47,7 +47,8 @@ impl Event {
         Some(Event { low: crossing.low().max(enter), leaf, change, crossing })
     }
 
-    pub(super) fn high(&self) -> f64 {
+    /// The upper end of that interval.
+    pub fn high(&self) -> f64 {
         self.low.max(self.crossing.high())
     }
 }

@@ -6,7 +6,7 @@
 
 use super::heap::{Heap, Rank};
 use super::repair::repair;
-use crate::aabb::{Aabb, BoxRay};
+use crate::aabb::BoxRay;
 use crate::accel::{Offer, Pending, Scratch, Tags};
 use crate::compile::{Leaf, SolidBody};
 use crate::crossing::{Contact, Crossing, NO_PRIMITIVE};
@@ -17,7 +17,7 @@ use crate::trace::{Act, Log};
 
 /// What the heap holds.
 #[derive(Clone, Copy, Debug)]
-enum Entry {
+pub(super) enum Entry {
     /// A part of the accelerator.
     Part(u64),
     /// A leaf, at the bound of its own box.
@@ -29,10 +29,10 @@ enum Entry {
 /// The memory of one stream; reused from body to body and ray to ray.
 #[derive(Debug, Default)]
 pub(super) struct StreamScratch {
-    heap: Heap<Entry>,
-    events: Vec<Event>,
-    sweep: Sweep,
-    offers: Vec<Pending>,
+    pub(super) heap: Heap<Entry>,
+    pub(super) events: Vec<Event>,
+    pub(super) sweep: Sweep,
+    pub(super) offers: Vec<Pending>,
     crossings: Vec<Crossing>,
     contacts: Vec<Contact>,
     /// Of leaves; those of triangles are in the scratch that solids are given.
@@ -41,20 +41,20 @@ pub(super) struct StreamScratch {
 
 /// The boundaries of one body along one line, in order, pulled one by one.
 pub(super) struct Stream<'a, 'c> {
-    body: &'a SolidBody,
-    line: &'a Line,
+    pub(super) body: &'a SolidBody,
+    pub(super) line: &'a Line,
     span: Span,
     /// The line for tests of boxes; `None` for a lone leaf, which is asked without any.
-    ray: Option<BoxRay>,
+    pub(super) ray: Option<BoxRay>,
     /// Where the boundaries are those of a lone leaf that need no sweep.
     single: Option<Single>,
     /// Where the line has left the boxes of all leaves, if that is known.
-    exit: f64,
+    pub(super) exit: f64,
     wanted: Wanted,
-    scratch: &'a mut StreamScratch,
+    pub(super) scratch: &'a mut StreamScratch,
     /// The scratch of what is below: of solids, and the counters of all.
-    below: &'a mut Scratch<'c>,
-    finished: bool,
+    pub(super) below: &'a mut Scratch<'c>,
+    pub(super) finished: bool,
 }
 
 impl<'a, 'c> Stream<'a, 'c> {
@@ -92,7 +92,7 @@ impl<'a, 'c> Stream<'a, 'c> {
                 accel.start(ray, &mut stream.scratch.offers, &mut stream.below.work);
                 stream.take_offers(1);
             }
-            None if body.leaves.len() == 1 => stream.intersect(0, span.t_min()),
+            None if body.leaves.len() == 1 => stream.open_leaf(0, span.t_min()),
             None => {
                 stream.ray = Some(BoxRay::new(line, span));
                 stream.take_leaves();
@@ -141,7 +141,7 @@ impl<'a, 'c> Stream<'a, 'c> {
                         self.take_offers(2);
                     }
                 }
-                Some((t, Entry::Leaf(leaf))) => self.intersect(leaf, t),
+                Some((t, Entry::Leaf(leaf))) => self.open_leaf(leaf, t),
                 Some((_, Entry::Event(event))) => {
                     let event = self.scratch.events[event as usize];
                     let Event { leaf, crossing, .. } = event;
@@ -158,52 +158,6 @@ impl<'a, 'c> Stream<'a, 'c> {
 
     pub(super) fn log(&mut self) -> &mut Log {
         &mut self.below.log
-    }
-
-    /// Takes the leaves of a body without an accelerator: they are few. What begins first is intersected at once, what
-    /// begins later goes to the heap. Where one is missed that the result cannot do without, the stream ends.
-    fn take_leaves(&mut self) {
-        let Some(ray) = &self.ray else { return };
-        let leaves = &self.body.leaves;
-        let mut last: Option<(&Aabb, Option<(f64, f64)>)> = None;
-        let (mut first, mut exit) = (f64::INFINITY, f64::NEG_INFINITY);
-        for (leaf, Leaf { bounds, .. }) in (0..).zip(leaves) {
-            // The operands of an intersection mostly have one box.
-            let met = match last {
-                Some((same, met)) if same == bounds => met,
-                _ => {
-                    self.below.work.boxes += 1;
-                    ray.enter_exit(bounds).filter(|_| !bounds.is_empty())
-                }
-            };
-            last = Some((bounds, met));
-            let name = || Act::OfferItem { item: self.body.leaf_name(leaf as usize) };
-            if let Some((t, end)) = met {
-                self.below.log.add(1, Some(t), name);
-                (first, exit) = (first.min(t), exit.max(end));
-                self.scratch.offers.push(Pending { t, what: Offer::Item(leaf) });
-            } else {
-                self.below.log.add(1, None, || Act::Miss { item: self.body.leaf_name(leaf as usize) });
-                self.finished |= self.body.program.needs(leaf);
-            }
-        }
-        self.exit = exit;
-        let offers = std::mem::take(&mut self.scratch.offers);
-        for offer in offers.iter().rev().filter(|offer| offer.t > first) {
-            if let Offer::Item(leaf) = offer.what {
-                self.below.work.heap_pushes += 1;
-                self.scratch.heap.push(offer.t, Rank::Box, Entry::Leaf(leaf));
-            }
-        }
-        for offer in offers.iter().filter(|offer| offer.t <= first) {
-            if let Offer::Item(leaf) = offer.what
-                && !self.finished
-            {
-                self.intersect(leaf, offer.t);
-            }
-        }
-        self.scratch.offers = offers;
-        self.scratch.offers.clear();
     }
 
     /// Moves what an accelerator offered to the heap; leaves with the bound of their own box. The log shows
@@ -243,18 +197,23 @@ impl<'a, 'c> Stream<'a, 'c> {
     }
 
     /// Intersects a leaf whose bounds are entered at `enter`.
-    fn intersect(&mut self, leaf: u32, enter: f64) {
+    fn open_leaf(&mut self, leaf: u32, enter: f64) {
+        let line = self.line.in_frame(&self.body.leaves[leaf as usize].local_from_body);
+        self.intersect(leaf, &line, enter);
+    }
+
+    /// Intersects a leaf, given the line in its frame.
+    pub(super) fn intersect(&mut self, leaf: u32, line: &Line, enter: f64) {
         let scratch = &mut *self.scratch;
-        let Leaf { solid, local_from_body, .. } = &self.body.leaves[leaf as usize];
+        let Leaf { solid, .. } = &self.body.leaves[leaf as usize];
         scratch.crossings.clear();
         self.below.work.solids += 1;
         let name = || self.body.leaf_name(leaf as usize);
         let t = (self.body.leaves.len() > 1).then_some(enter);
         self.below.log.add(1, t, || Act::Test { item: name() });
-        let line = self.line.in_frame(local_from_body);
         let wanted = if self.body.leaves.len() == 1 { self.wanted } else { Wanted::All };
-        solid.crossings_within(&line, self.span, wanted, &mut scratch.crossings, self.below);
-        self.below.work.repaired += u64::from(repair(&**solid, &line, &mut scratch.crossings));
+        solid.crossings_within(line, self.span, wanted, &mut scratch.crossings, self.below);
+        self.below.work.repaired += u64::from(repair(&**solid, line, &mut scratch.crossings));
         self.below.log.add(1, None, || Act::Found { crossings: scratch.crossings.clone() });
         if self.body.leaves.len() == 1 && self.body.accel.is_none() && !self.below.log.is_on() {
             self.single = Single::begin(&self.scratch.crossings, self.span);
@@ -266,7 +225,7 @@ impl<'a, 'c> Stream<'a, 'c> {
             self.take(leaf, Change::Membership, self.scratch.crossings[i], enter);
         }
         if self.scratch.crossings.is_empty() && self.body.leaves.len() > 1 {
-            self.touch(leaf, &line, enter);
+            self.touch(leaf, line, enter);
             if self.scratch.contacts.is_empty() && self.body.program.needs(leaf) {
                 // Nothing is left of an intersection that lacks an operand.
                 self.finished = true;

@@ -6,6 +6,7 @@
 mod capped;
 #[cfg(test)]
 mod capped_tests;
+mod clear;
 mod cone;
 mod cuboid;
 mod cylinder;
@@ -79,6 +80,13 @@ pub trait Solid: Send + Sync + Debug {
     /// see that two operands share a face in which the line lies. A solid without straight lines in its surface
     /// has none, and neither has a mesh: its rule for ties already puts such a line on one side of every face.
     fn contacts(&self, _line: &Line, _out: &mut Vec<Contact>) {}
+
+    /// Whether a line is certainly in the interior from one `t` to another, and so far from the surface that no crossing
+    /// is one event with anything from the first `t` to the second. `false` says nothing: worth an answer only where that
+    /// is much cheaper than [`Solid::crossings`].
+    fn is_clear(&self, _line: &Line, _from: f64, _to: f64) -> bool {
+        false
+    }
 
     /// The implicit function of one surface: negative on the side of the interior, zero on the surface,
     /// with [`Solid::normal`] as its gradient (up to a positive factor).

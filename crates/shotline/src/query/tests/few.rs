@@ -79,3 +79,40 @@ fn few_leaves_are_asked_by_short_ways_with_the_same_bits() {
     }
     assert!(met > 3000, "{met}");
 }
+
+/// A fuel pin as OpenMC writes it: a cylinder without an end, cut by two planes.
+#[test]
+fn planes_that_a_line_stays_clear_of_are_not_intersected() {
+    let mut scene = Scene::default();
+    let coeffs = [1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.16];
+    let cylinder = scene.add_solid("quadric", &[Value::Ten(coeffs)]).expect("a quadric");
+    let mut half = |z: f64| {
+        let values = [Value::Vector([0.0, 0.0, z]), Value::Number(1.0)];
+        scene.add_solid("halfspace", &values).expect("a half-space")
+    };
+    let args = vec![cylinder, half(1.0), half(-1.0)];
+    let pin = scene.add_csg(Op::Intersection, args);
+    let pin = scene.add_transform(Affine::translation(Vec3::new(0.1, 0.2, 0.3)), pin);
+    scene.add_object("pin", None, pin);
+    let world = world(&scene, "bvh");
+    let mut random = Random::new(31);
+    // Across the pin, out of it, and through its ends, near its edges too.
+    let mut rays = Vec::new();
+    for i in 0..3000 {
+        let z = [0.3, 1.3, -0.7][i % 3] + [0.0, 0.3, 1e-9, 1e-14][i % 4] * random.number(-1.0, 1.0);
+        let around = |random: &mut Random, radius: f64| {
+            let v = random.direction() * radius;
+            Vec3::new(0.1 + v.x, 0.2 + v.y, z)
+        };
+        let (o, through) = (around(&mut random, 3.0), around(&mut random, 0.35));
+        let d = through - o + Vec3::Z * random.number(-1.0, 1.0) * [0.0, 1e-16, 0.01, 1.0][i % 4];
+        let span = [Span::FORWARD, Span::new(1.0, 1.0 + 0.1 * random.number(0.0, 1.0)).expect("an interval")];
+        rays.push((Ray::new(o, d).expect("a ray"), span[i % 2]));
+    }
+    assert!(agreement::hold(&scene, &rays));
+    let mut caster = Caster::new(&world);
+    let (o, d) = (Vec3::new(-3.0, 0.2, 0.3), Vec3::new(1.0, 0.01, 0.02));
+    let mut hits = Vec::new();
+    caster.crossings(&Ray::new(o, d).expect("a ray"), Span::FORWARD, &mut hits).expect("within limits");
+    assert_eq!((hits.len(), caster.take_work().solids), (2, 1));
+}
