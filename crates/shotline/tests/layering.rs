@@ -20,7 +20,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("ray", &["math"]),
     ("aabb", &["math", "ray"]),
     ("region", &["math", "aabb"]),
-    ("crossing", &[]),
+    ("crossing", &["math"]),
     ("trace", &["crossing"]),
     ("budget", &[]),
     ("accel", &["math", "aabb", "trace", "budget"]),

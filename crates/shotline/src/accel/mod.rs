@@ -91,6 +91,8 @@ pub struct Scratch<'c> {
     pub tags: Tags,
     /// Steps, while they are recorded.
     pub log: Log,
+    /// The triangles of the mesh asked last in whose planes the line runs, up to rounding.
+    pub in_plane: Vec<u32>,
     /// What the ray may still cost.
     pub budget: Budget<'c>,
 }

@@ -2,82 +2,141 @@
 //!
 //! A ray in a face is not in the interior of the solid, but on one side of it is. A regularised combination
 //! contains the ray where it is inside on every side around the ray. So the plane across the ray is cut into
-//! sectors by the faces that the ray touches, and the expression is judged once in each (the neighbourhoods of
+//! sectors by the surfaces that the ray lies in, and the expression is judged once in each (the neighbourhoods of
 //! Requicha and Voelcker, Boolean operations in solid modeling, 1985).
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{PI, TAU};
 
 use super::{Program, ProgramState};
+use crate::crossing::{Border, Sector};
 use crate::math::{Vec3, unit};
 
-/// Sectors narrower than this many radians lie between faces that only rounding tells apart.
-const NARROW: f64 = 1e-6;
+/// Borders at a smaller angle, in radians, have one direction.
+const ONE_DIRECTION: f64 = 1e-6;
 
-/// The leaves that one ray touches.
+/// Curvatures that differ by less than this part of them are one.
+const ONE_CURVATURE: f64 = 1e-6;
+
+/// Where a sector begins or ends in the plane across the ray: a curve that leaves the ray at an angle, with a curvature,
+/// positive if it bends counter-clockwise.
+#[derive(Clone, Copy, Debug)]
+struct Curve {
+    angle: f64,
+    curvature: f64,
+}
+
+impl Curve {
+    /// Whether it leaves the ray in the same direction as another.
+    fn is_along(&self, other: &Curve) -> bool {
+        libm::remainder(self.angle - other.angle, TAU).abs() < ONE_DIRECTION
+    }
+
+    /// Whether it bends more than another in the same direction.
+    fn is_behind(&self, other: &Curve) -> bool {
+        let doubt = ONE_CURVATURE * self.curvature.abs().max(other.curvature.abs());
+        self.curvature == f64::INFINITY || self.curvature - other.curvature > doubt
+    }
+}
+
+/// A sector in which a leaf has its interior.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    leaf: u32,
+    from: Curve,
+    to: Curve,
+}
+
+impl Part {
+    fn width(&self) -> f64 {
+        (self.to.angle - self.from.angle).rem_euclid(TAU)
+    }
+
+    /// Whether a curve that is none of the borders runs in the sector.
+    fn contains(&self, curve: &Curve) -> bool {
+        if curve.is_along(&self.from) {
+            curve.is_behind(&self.from)
+        } else if curve.is_along(&self.to) {
+            self.to.is_behind(curve)
+        } else {
+            (curve.angle - self.from.angle).rem_euclid(TAU) < self.width()
+        }
+    }
+}
+
+/// The surfaces in which one ray runs.
 #[derive(Debug, Default)]
 pub(super) struct Contacts {
-    /// Of each leaf one entry for each face that the ray lies in: the angle of the outward normal in the plane
-    /// across the ray.
-    normals: Vec<(u32, f64)>,
-    /// Two directions that span that plane.
+    parts: Vec<Part>,
+    /// Two directions that span the plane across the ray, and with it form a right-handed frame.
     across: Option<(Vec3, Vec3)>,
-    /// The leaves that the ray touches just now.
-    touched: Vec<u32>,
-    /// The angles at which a sector begins: memory only.
-    borders: Vec<f64>,
+    /// The parts beside which the ray runs just now.
+    open: Vec<u32>,
 }
 
 impl Contacts {
     pub fn clear(&mut self) {
-        self.normals.clear();
+        self.parts.clear();
         self.across = None;
-        self.touched.clear();
+        self.open.clear();
     }
 
-    /// Whether the ray touches nothing just now.
+    /// Whether the ray runs in no surface just now.
     pub fn is_empty(&self) -> bool {
-        self.touched.is_empty()
+        self.open.is_empty()
     }
 
-    /// Adds a face of a leaf in which the ray lies somewhere.
-    pub fn add(&mut self, leaf: u32, normal: Vec3, direction: Vec3) {
+    /// Adds a sector in which a leaf has its interior on some stretch of the ray; returns its number.
+    pub fn add(&mut self, leaf: u32, sector: Sector, direction: Vec3) -> u32 {
         let (x, y) = *self.across.get_or_insert_with(|| unit(direction).any_orthonormal_pair());
-        let normal = unit(normal);
-        self.normals.push((leaf, libm::atan2(normal.dot(y), normal.dot(x))));
+        let curve = |border: Border| {
+            let v = border.direction;
+            let along = unit(x * v.dot(x) + y * v.dot(y));
+            let left = y * along.dot(x) - x * along.dot(y);
+            let length = v.dot(along);
+            Curve {
+                angle: libm::atan2(along.dot(y), along.dot(x)),
+                curvature: border.bend.dot(left) / length / length,
+            }
+        };
+        self.parts.push(Part { leaf, from: curve(sector.from), to: curve(sector.to) });
+        self.parts.len() as u32 - 1
     }
 
-    /// Begins or ends the contact with a leaf.
-    pub fn toggle(&mut self, leaf: u32) {
-        match self.touched.iter().position(|&l| l == leaf) {
+    /// Begins or ends the stretch of a sector.
+    pub fn toggle(&mut self, part: u32) {
+        match self.open.iter().position(|&p| p == part) {
             Some(place) => {
-                self.touched.swap_remove(place);
+                self.open.swap_remove(place);
             }
-            None => self.touched.push(leaf),
+            None => self.open.push(part),
         }
     }
 
     /// Whether the expression is in on all sides of the ray. The state is left as it was.
-    pub fn value(&mut self, program: &Program, state: &mut ProgramState) -> bool {
-        self.borders.clear();
-        for &(leaf, normal) in &self.normals {
-            if self.touched.contains(&leaf) {
-                self.borders
-                    .extend([normal + FRAC_PI_2, normal - FRAC_PI_2].map(|a| libm::remainder(a, 2.0 * PI)));
-            }
-        }
-        self.borders.sort_by(f64::total_cmp);
-        let Some(&first) = self.borders.first() else { return state.value(program) };
-        let ends = self.borders.iter().skip(1).copied().chain([first + 2.0 * PI]);
-        self.borders
-            .iter()
-            .zip(ends)
-            .all(|(&from, to)| to - from < NARROW || self.value_towards(0.5 * (from + to), program, state))
+    ///
+    /// What is around the ray changes at borders only, so it is judged behind each of them. Between borders that only
+    /// rounding tells apart nothing is judged.
+    pub fn value(&self, program: &Program, state: &mut ProgramState) -> bool {
+        let mut borders = self.open_parts().flat_map(|part| [part.from, part.to]);
+        borders.all(|border| self.value_along(&self.behind(border), program, state))
     }
 
-    fn value_towards(&self, angle: f64, program: &Program, state: &mut ProgramState) -> bool {
-        let is_behind = |normal: f64| libm::cos(normal - angle) < 0.0;
-        let is_in = |leaf: u32| self.normals.iter().all(|&(l, normal)| l != leaf || is_behind(normal));
-        let inside = || self.touched.iter().copied().filter(|&leaf| is_in(leaf));
+    /// The sectors beside which the ray runs. No sector is wider than half a turn: what seems so is one without width.
+    fn open_parts(&self) -> impl Iterator<Item = &Part> + Clone {
+        let parts = self.open.iter().map(|&part| &self.parts[part as usize]);
+        parts.filter(|part| (ONE_DIRECTION..PI + ONE_DIRECTION).contains(&part.width()))
+    }
+
+    /// A curve between a border and the next one counter-clockwise.
+    fn behind(&self, border: Curve) -> Curve {
+        let others = self.open_parts().flat_map(|part| [part.from, part.to]);
+        let next = others.filter(|other| other.is_along(&border) && other.is_behind(&border));
+        let next = next.map(|other| other.curvature).fold(f64::INFINITY, f64::min);
+        Curve { curvature: 0.5 * border.curvature + 0.5 * next, ..border }
+    }
+
+    fn value_along(&self, curve: &Curve, program: &Program, state: &mut ProgramState) -> bool {
+        let inside = || self.open_parts().filter(|part| part.contains(curve)).map(|part| part.leaf);
         inside().for_each(|leaf| state.toggle(program, leaf));
         let value = state.value(program);
         inside().for_each(|leaf| state.toggle(program, leaf));
@@ -89,6 +148,7 @@ impl Contacts {
 mod tests {
     use super::super::{Op, Tree, TreeNode};
     use super::*;
+    use crate::crossing::Sheet;
 
     fn program(op: Op, leaf_count: u32) -> Program {
         let mut nodes: Vec<TreeNode> = (0..leaf_count).map(TreeNode::Leaf).collect();
@@ -102,8 +162,9 @@ mod tests {
         let (mut contacts, mut state) = (Contacts::default(), ProgramState::default());
         state.reset(&program);
         for (leaf, normals) in (0..).zip(leaves) {
-            normals.iter().for_each(|&n| contacts.add(leaf, n, Vec3::Z));
-            contacts.toggle(leaf);
+            let sheets: Vec<Sheet> = normals.iter().copied().map(Sheet::plane).collect();
+            let part = contacts.add(leaf, Sector::behind(&sheets, Vec3::Z).unwrap(), Vec3::Z);
+            contacts.toggle(part);
         }
         contacts.value(&program, &mut state)
     }

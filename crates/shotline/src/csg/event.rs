@@ -19,8 +19,8 @@ pub enum HitKind {
 pub enum Change {
     /// The ray passes into the leaf's interior or out of it.
     Membership,
-    /// The ray begins or ceases to run within the leaf's surface.
-    Contact,
+    /// The ray begins or ceases to run within the leaf's surface, with the interior in the sector of this number.
+    Contact(u32),
 }
 
 /// A crossing of a leaf on its way into the sweep.

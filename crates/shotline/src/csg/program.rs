@@ -88,7 +88,12 @@ impl Program {
                 }
             }
         }
-        program.table = Table::new(&program);
+        let mut state = ProgramState::default();
+        state.reset(&program);
+        program.table = Table::new(leaf_count, state.value(&program), |leaf| {
+            state.toggle(&program, leaf);
+            state.value(&program)
+        });
         program.needed = program.table.map_or(0, |table| table.needed());
         program
     }

@@ -10,6 +10,7 @@ use super::chain;
 use super::contact::Contacts;
 use super::event::{Boundary, Change, Event, HitKind};
 use super::{Program, ProgramState};
+use crate::crossing::Sector;
 use crate::math::Vec3;
 use crate::ray::Span;
 
@@ -65,17 +66,17 @@ impl Sweep {
         self.contacts.clear();
     }
 
-    /// Adds a face of a leaf in which the ray lies, before the events of the contact: its outward normal and the
-    /// ray's direction, in the frame of the body.
-    pub fn touch(&mut self, leaf: u32, normal: Vec3, direction: Vec3) {
-        self.contacts.add(leaf, normal, direction);
+    /// Adds a sector around the ray in which a leaf has its interior, before the events of the contact; it and the
+    /// ray's direction are in the frame of the body.
+    pub fn touch(&mut self, leaf: u32, sector: Sector, direction: Vec3) -> Change {
+        Change::Contact(self.contacts.add(leaf, sector, direction))
     }
 
     /// A crossing that happened before anything that matters.
     pub fn preset(&mut self, program: &Program, leaf: u32, change: Change) {
         match change {
             Change::Membership => self.state.toggle(program, leaf),
-            Change::Contact => self.contacts.toggle(leaf),
+            Change::Contact(part) => self.contacts.toggle(part),
         }
     }
 

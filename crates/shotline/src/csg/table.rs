@@ -1,7 +1,5 @@
 //! The truth table of a program of few leaves: the value of the expression for every set of leaves.
 
-use super::{Program, ProgramState};
-
 /// Programs of at most so many leaves have a table.
 pub(super) const MOST: usize = 8;
 
@@ -10,21 +8,20 @@ pub(super) const MOST: usize = 8;
 pub(super) struct Table([u64; (1 << MOST) / 64]);
 
 impl Table {
-    /// The table of a program that does not have one yet; `None` if it has too many leaves.
-    pub fn new(program: &Program) -> Option<Table> {
-        let leaf_count = program.leaf_count();
+    /// The table of an expression over so many leaves, given its value without any and what it is after a leaf is
+    /// toggled; `None` for too many leaves.
+    pub fn new(leaf_count: usize, empty: bool, mut after: impl FnMut(u32) -> bool) -> Option<Table> {
         if leaf_count > MOST {
             return None;
         }
-        let (mut table, mut state) = (Table([0; (1 << MOST) / 64]), ProgramState::default());
-        state.reset(program);
-        let mut leaves = 0_usize;
+        let mut table = Table([0; (1 << MOST) / 64]);
+        let (mut leaves, mut value) = (0_usize, empty);
         // Gray's code: from one set to the next a single leaf changes.
         for next in 1..=1_usize << leaf_count {
-            table.0[leaves / 64] |= u64::from(state.value(program)) << (leaves % 64);
+            table.0[leaves / 64] |= u64::from(value) << (leaves % 64);
             let leaf = next.trailing_zeros();
             if (leaf as usize) < leaf_count {
-                state.toggle(program, leaf);
+                value = after(leaf);
                 leaves ^= 1 << leaf;
             }
         }
@@ -47,7 +44,7 @@ impl Table {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Op, Tree, TreeNode};
+    use super::super::{Op, Program, ProgramState, Tree, TreeNode};
     use super::*;
     use crate::testkit::random::Random;
 

@@ -9,8 +9,9 @@ use super::repair::repair;
 use crate::aabb::BoxRay;
 use crate::accel::{Offer, Pending, Scratch, Tags};
 use crate::compile::{Leaf, SolidBody};
-use crate::crossing::{Contact, Crossing, NO_PRIMITIVE};
+use crate::crossing::{Border, Contact, Crossing, Sector};
 use crate::csg::{Boundary, Change, Event, Single, Sweep};
+use crate::math::{Affine, Vec3};
 use crate::ray::{Line, Span};
 use crate::solid::Wanted;
 use crate::trace::{Act, Log};
@@ -207,6 +208,7 @@ impl<'a, 'c> Stream<'a, 'c> {
         let scratch = &mut *self.scratch;
         let Leaf { solid, .. } = &self.body.leaves[leaf as usize];
         scratch.crossings.clear();
+        self.below.in_plane.clear();
         self.below.work.solids += 1;
         let name = || self.body.leaf_name(leaf as usize);
         let t = (self.body.leaves.len() > 1).then_some(enter);
@@ -215,21 +217,24 @@ impl<'a, 'c> Stream<'a, 'c> {
         solid.crossings_within(line, self.span, wanted, &mut scratch.crossings, self.below);
         self.below.work.repaired += u64::from(repair(&**solid, line, &mut scratch.crossings));
         self.below.log.add(1, None, || Act::Found { crossings: scratch.crossings.clone() });
-        if self.body.leaves.len() == 1 && self.body.accel.is_none() && !self.below.log.is_on() {
+        let is_lone = self.body.leaves.len() == 1;
+        if is_lone && self.body.accel.is_none() && !self.below.log.is_on() {
             self.single = Single::begin(&self.scratch.crossings, self.span);
             if self.single.is_some() {
                 return;
             }
         }
+        let is_missed = self.scratch.crossings.is_empty();
+        let perhaps_touched = is_missed || !self.below.in_plane.is_empty();
+        if perhaps_touched && !is_lone && self.touch(leaf, line, enter) {
+            return;
+        }
+        if is_missed && !is_lone && self.body.program.needs(leaf) {
+            // Nothing is left of an intersection that lacks an operand.
+            self.finished = true;
+        }
         for i in 0..self.scratch.crossings.len() {
             self.take(leaf, Change::Membership, self.scratch.crossings[i], enter);
-        }
-        if self.scratch.crossings.is_empty() && self.body.leaves.len() > 1 {
-            self.touch(leaf, line, enter);
-            if self.scratch.contacts.is_empty() && self.body.program.needs(leaf) {
-                // Nothing is left of an intersection that lacks an operand.
-                self.finished = true;
-            }
         }
     }
 
@@ -253,22 +258,41 @@ impl<'a, 'c> Stream<'a, 'c> {
         }
     }
 
-    /// Takes the stretches on which the line lies in the surface of a leaf.
-    fn touch(&mut self, leaf: u32, line: &Line, enter: f64) {
+    /// Takes the stretches on which the line lies in the surface of a leaf, if there are such.
+    fn touch(&mut self, leaf: u32, line: &Line, enter: f64) -> bool {
         let Leaf { solid, local_from_body, .. } = &self.body.leaves[leaf as usize];
-        self.scratch.contacts.clear();
-        solid.contacts(line, &mut self.scratch.contacts);
-        for i in 0..self.scratch.contacts.len() {
-            let Contact { enter: begin, exit: end, surfaces } = self.scratch.contacts[i];
-            let t = [begin.t, end.t].into_iter().find(|t| t.is_finite()).unwrap_or(0.0);
-            for surface in (0..u32::BITS).filter(|s| surfaces >> s & 1 == 1) {
-                let normal = local_from_body.covector(solid.normal(line.at(t), surface, NO_PRIMITIVE));
-                self.scratch.sweep.touch(leaf, normal, self.line.d);
-            }
-            self.take(leaf, Change::Contact, begin, enter);
-            self.take(leaf, Change::Contact, end, enter);
+        let mut contacts = std::mem::take(&mut self.scratch.contacts);
+        contacts.clear();
+        let (body, body_line) = (self.body, self.line);
+        solid.contacts(line, &|| middle(body, body_line), &mut contacts, self.below);
+        for Contact { enter: begin, exit: end, sector } in &contacts {
+            let change = self.scratch.sweep.touch(leaf, in_body(sector, local_from_body), self.line.d);
+            self.take(leaf, change, *begin, enter);
+            self.take(leaf, change, *end, enter);
         }
+        let touched = !contacts.is_empty();
+        self.scratch.contacts = contacts;
+        touched
     }
+}
+
+/// A place on a line in a body, the same for all of its leaves; where the body has no end, the line's origin.
+fn middle(body: &SolidBody, line: &Line) -> f64 {
+    let stretch = BoxRay::new(line, Span::FORWARD).enter_exit(&body.bounds);
+    stretch.map(|(enter, exit)| 0.5 * enter + 0.5 * exit).filter(|t| t.is_finite()).unwrap_or(0.0)
+}
+
+/// A sector in the frame of a leaf as it is in the frame of the body; a mirror turns it round.
+fn in_body(sector: &Sector, local_from_body: &Affine) -> Sector {
+    if local_from_body.is_identity() {
+        return *sector;
+    }
+    let determinant = local_from_body.determinant();
+    let inverse = local_from_body.adjugate().map(|row| Vec3::from(row) / determinant);
+    let vector = |v: Vec3| Vec3::from(inverse.map(|row| row.dot(v)));
+    let border = |b: Border| Border { direction: vector(b.direction), bend: vector(b.bend) };
+    let [from, to] = [sector.from, sector.to].map(border);
+    if determinant < 0.0 { Sector { from: to, to: from } } else { Sector { from, to } }
 }
 
 impl Drop for Stream<'_, '_> {

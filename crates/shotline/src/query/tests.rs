@@ -1,6 +1,7 @@
 //! Whole worlds: every query agrees with every other, with membership, and with every accelerator.
 
 mod bounds;
+mod contacts;
 mod few;
 mod growth;
 mod limits;

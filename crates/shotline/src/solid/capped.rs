@@ -7,7 +7,8 @@ use super::homogeneous::Homogeneous;
 use super::interval::{Interval, Slab};
 use super::{Moments, Solid, definite};
 use crate::aabb::Aabb;
-use crate::crossing::{Contact, Crossing};
+use crate::accel::Scratch;
+use crate::crossing::{Contact, Crossing, Sector, Sheet};
 use crate::math::{Plane, Vec3};
 use crate::ray::Line;
 
@@ -55,21 +56,17 @@ impl Solid for Capped {
         }
     }
 
-    fn contacts(&self, line: &Line, out: &mut Vec<Contact>) {
-        let (between, touched) = match &self.caps {
-            None => (Interval::ALL, 0),
-            Some(caps) => match caps.closed(line) {
-                Some(closed) => closed,
-                None => return,
-            },
+    fn contacts(&self, line: &Line, near: &dyn Fn() -> f64, out: &mut Vec<Contact>, _scratch: &mut Scratch) {
+        let caps = self.caps.map_or(Some((Interval::ALL, None)), |caps| caps.closed(line));
+        let Some((between, cap)) = caps else { return };
+        let mut push = |side: Interval, sector: Option<Sector>| {
+            out.extend(side.clip(between).zip(sector).map(|(stretch, sector)| stretch.contact(sector)));
         };
-        let mut push = |inside: Interval, surfaces: u32| {
-            out.extend(inside.clip(between).map(|stretch| stretch.contact(surfaces)));
-        };
-        if self.form.touches(line) {
-            push(Interval::ALL, touched | 1);
-        } else if touched != 0 {
-            self.form.inside(line).into_iter().flatten().for_each(|inside| push(inside, touched));
+        if let Some(sides) = self.form.sides(line, near) {
+            sides.into_iter().for_each(|side| push(side.stretch, side.sector(cap, line.d)));
+        } else if let Some(cap) = cap {
+            let inside = self.form.inside(line).into_iter().flatten();
+            inside.for_each(|stretch| push(stretch, Sector::behind(&[Sheet::plane(cap)], line.d)));
         }
     }
 

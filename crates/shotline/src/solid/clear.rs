@@ -74,6 +74,6 @@ mod tests {
                 near += usize::from(exit.low() - to < 1e-3 || from - enter.high() < 1e-3);
             }
         }
-        assert!(clear > 20_000 && near > 500, "{clear} {near}");
+        assert!(clear > 20_000 && near > 10, "{clear} {near}");
     }
 }

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use super::interval::{Interval, Slab};
 use super::{Kind, Moments, Param, ParamError, ParamType, Solid, Value};
 use crate::aabb::Aabb;
-use crate::crossing::{Contact, Crossing};
+use crate::accel::Scratch;
+use crate::crossing::{Contact, Crossing, Sector, Sheet};
 use crate::math::{Plane, Vec3};
 use crate::ray::Line;
 
@@ -55,6 +56,18 @@ impl Cuboid {
     }
 }
 
+/// The contact with the faces that a line lies in, given how it meets the slabs.
+fn contact(slabs: [Option<(Interval, Option<Vec3>)>; 3], d: Vec3) -> Option<Contact> {
+    let mut stretch = Interval::ALL;
+    let mut faces = Vec::new();
+    for slab in slabs {
+        let (between, face) = slab?;
+        stretch = stretch.clip(between)?;
+        faces.extend(face.map(Sheet::plane));
+    }
+    Some(stretch.contact(Sector::behind(&faces, d)?))
+}
+
 impl Solid for Cuboid {
     fn bounds(&self) -> Aabb {
         Aabb::new(self.min, self.max)
@@ -66,16 +79,11 @@ impl Solid for Cuboid {
         }
     }
 
-    fn contacts(&self, line: &Line, out: &mut Vec<Contact>) {
+    fn contacts(&self, line: &Line, _near: &dyn Fn() -> f64, out: &mut Vec<Contact>, _scratch: &mut Scratch) {
         let slabs = self.slabs();
-        if !slabs.iter().any(|slab| slab.is_parallel(line)) {
-            return;
+        if slabs.iter().any(|slab| slab.is_parallel(line)) {
+            out.extend(contact(slabs.map(|slab| slab.closed(line)), line.d));
         }
-        let all = slabs.iter().try_fold((Interval::ALL, 0), |(stretch, surfaces), slab| {
-            let (between, touched) = slab.closed(line)?;
-            Some((stretch.clip(between)?, surfaces | touched))
-        });
-        out.extend(all.filter(|a| a.1 != 0).map(|(stretch, surfaces)| stretch.contact(surfaces)));
     }
 
     fn implicit(&self, p: Vec3, surface: u32, _primitive: u32) -> f64 {

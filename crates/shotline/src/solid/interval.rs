@@ -1,7 +1,7 @@
 //! Stretches of a line inside a convex piece of a solid, with the surface and the bound at either end.
 
-use crate::crossing::{Contact, Crossing, GROUPING};
-use crate::math::HALF_ULP;
+use crate::crossing::{Contact, Crossing, GROUPING, Sector};
+use crate::math::{HALF_ULP, Vec3};
 use crate::ray::Line;
 
 /// Where a line enters or leaves.
@@ -62,9 +62,9 @@ impl Interval {
         out.push(self.exit.crossing(false));
     }
 
-    /// The stretch of a line that lies in surfaces of a solid, given as a set of bits.
-    pub fn contact(self, surfaces: u32) -> Contact {
-        Contact { enter: self.enter.crossing(true), exit: self.exit.crossing(false), surfaces }
+    /// The stretch of a line that runs within a surface, with the sector in which the interior is.
+    pub fn contact(self, sector: Sector) -> Contact {
+        Contact { enter: self.enter.crossing(true), exit: self.exit.crossing(false), sector }
     }
 }
 
@@ -84,30 +84,30 @@ impl Slab {
         line.d[self.axis].abs() <= GROUPING * line.d_err[self.axis]
     }
 
-    /// The surface of which a parallel of the planes cannot be told apart, as a set of bits; nothing where a line
-    /// is certain to pass it or to miss it.
-    pub fn touched(&self, line: &Line) -> u32 {
+    /// The outward normals of the planes from which a line cannot be told apart: none where it is certain to pass a
+    /// plane or to miss it, both in a slab of no thickness.
+    fn touched(&self, line: &Line) -> [Option<Vec3>; 2] {
         let doubt = GROUPING * line.o_err[self.axis];
         let touches = |z: f64| self.is_parallel(line) && (line.o[self.axis] - z).abs() <= doubt;
-        u32::from(touches(self.low)) << self.surface | u32::from(touches(self.high)) << (self.surface + 1)
+        let normal = Vec3::AXES[self.axis];
+        [touches(self.low).then_some(-normal), touches(self.high).then_some(normal)]
     }
 
     /// The part of a line between the planes. Within a plane is not between them.
     pub fn interval(&self, line: &Line) -> Option<Interval> {
-        if self.is_parallel(line) && self.touched(line) != 0 {
+        if self.is_parallel(line) && self.touched(line) != [None, None] {
             return None;
         }
         self.between(line)
     }
 
-    /// As [`Slab::interval`], but a line in one of the planes counts as between them, and the plane is returned.
-    /// A line in both cannot be told from one in a slab of no thickness.
-    pub fn closed(&self, line: &Line) -> Option<(Interval, u32)> {
-        let touched = self.touched(line);
-        match touched.count_ones() {
-            0 => Some((self.between(line)?, 0)),
-            1 => Some((Interval::ALL, touched)),
-            _ => None,
+    /// As [`Slab::interval`], but a line in one of the planes counts as between them, and the outward normal of that
+    /// plane is returned.
+    pub fn closed(&self, line: &Line) -> Option<(Interval, Option<Vec3>)> {
+        match self.touched(line) {
+            [None, None] => Some((self.between(line)?, None)),
+            [Some(_), Some(_)] => None,
+            [low, high] => Some((Interval::ALL, low.or(high))),
         }
     }
 
@@ -151,9 +151,9 @@ mod tests {
                 let line = Line::exact(Vec3::new(0.0, 0.0, z), Vec3::new(1.0, 0.0, zero));
                 assert_eq!(UNIT.interval(&line), inside.then_some(Interval::ALL));
                 let face = match z {
-                    0.0 => 1,
-                    1.0 => 2,
-                    _ => 0,
+                    0.0 => Some(Vec3::NEG_Z),
+                    1.0 => Some(Vec3::Z),
+                    _ => None,
                 };
                 assert_eq!(UNIT.closed(&line), Some((Interval::ALL, face)));
             }
@@ -163,11 +163,11 @@ mod tests {
     #[test]
     fn lines_along_a_face_up_to_rounding_touch_it() {
         let mut line = Line::exact(Vec3::new(0.0, 0.0, 1.0 + 3e-16), Vec3::new(1.0, 0.0, 1e-16));
-        assert_eq!((UNIT.touched(&line), UNIT.closed(&line).map(|c| c.1)), (0, Some(0)));
+        assert_eq!(UNIT.closed(&line).map(|c| c.1), Some(None));
         line = Line { o_err: Vec3::splat(1e-16), d_err: Vec3::splat(1e-16), ..line };
-        assert_eq!((UNIT.interval(&line), UNIT.closed(&line)), (None, Some((Interval::ALL, 2))));
+        assert_eq!((UNIT.interval(&line), UNIT.closed(&line)), (None, Some((Interval::ALL, Some(Vec3::Z)))));
         line.d.z = 1e-15;
-        assert_eq!(UNIT.touched(&line), 0);
+        assert_eq!(UNIT.touched(&line), [None, None]);
     }
 
     #[test]

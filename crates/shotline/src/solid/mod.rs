@@ -25,6 +25,7 @@ mod on_line;
 mod paraboloid;
 mod quadratic;
 mod quadric;
+mod sides;
 mod sphere;
 pub mod torus;
 
@@ -76,10 +77,18 @@ pub trait Solid: Send + Sync + Debug {
     }
 
     /// Appends the stretches of a line that lie in the surface of the solid, up to rounding: a line in a face, or
-    /// along a generator. They are no part of [`Solid::crossings`], which is empty then. Combinations need them to
-    /// see that two operands share a face in which the line lies. A solid without straight lines in its surface
-    /// has none, and neither has a mesh: its rule for ties already puts such a line on one side of every face.
-    fn contacts(&self, _line: &Line, _out: &mut Vec<Contact>) {}
+    /// along a generator. Combinations need them to see that two operands share a face in which the line lies. Asked
+    /// right after [`Solid::crossings_within`] of the same line with the same scratch, where that answered nothing or
+    /// left faces in [`Scratch::in_plane`]; contacts stand for the crossings, which do not count then. Where the sector of
+    /// the interior turns around the line, it is that at the `t` of `near`.
+    fn contacts(
+        &self,
+        _line: &Line,
+        _near: &dyn Fn() -> f64,
+        _out: &mut Vec<Contact>,
+        _scratch: &mut Scratch,
+    ) {
+    }
 
     /// Whether a line is certainly in the interior from one `t` to another, and so far from the surface that no crossing
     /// is one event with anything from the first `t` to the second. `false` says nothing: worth an answer only where that

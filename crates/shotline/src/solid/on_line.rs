@@ -16,7 +16,7 @@ use crate::ray::Line;
 /// products, sums of three), in the mean far less, and two for the discriminant.
 const NOISE: f64 = 5.0 * HALF_ULP;
 /// The same in double-double, with room to spare.
-const NOISE_WIDE: f64 = HALF_ULP * HALF_ULP * 64.0;
+pub(super) const NOISE_WIDE: f64 = HALF_ULP * HALF_ULP * 64.0;
 /// Roots are worked out anew in double-double where rounding moved them by more than so many times what
 /// rounding of the line itself could do.
 const SENSIBLE: f64 = 8.0;
@@ -25,20 +25,20 @@ const SENSIBLE: f64 = 8.0;
 const FAR_REACHING: f64 = 0.5;
 
 /// A line in the coordinates of a form: `p + (s - s0) d`, with `s` in proportion to `t`.
-struct Local {
+pub(super) struct Local {
     /// The line's origin and direction; the direction about 1 long.
     o: Vec3,
-    d: Vec3,
+    pub d: Vec3,
     /// The parameter near the closest approach to the centre, and the point there: rounded, and the rest.
-    s0: f64,
-    p: Vec3,
+    pub s0: f64,
+    pub p: Vec3,
     p_rest: Vec3,
     /// Powers of two, the product of which is `t` over `s`; it may not be representable itself.
     t_over_s: [f64; 2],
 }
 
 impl Local {
-    fn new(form: &Form, line: &Line) -> Local {
+    pub fn new(form: &Form, line: &Line) -> Local {
         // Twice, so that no component is lost to an extreme length or to an extreme size before it matters.
         let shorten = 1.0 / power_of_two(line.d.abs().max_element());
         let d = line.d * shorten * form.shrink;
@@ -61,8 +61,13 @@ impl Local {
     }
 
     /// The parameter of the ray where that of this line is `s`.
-    fn t(&self, s: f64) -> f64 {
+    pub fn t(&self, s: f64) -> f64 {
         s * self.t_over_s[0] * self.t_over_s[1]
+    }
+
+    /// The parameter of this line where that of the ray is `t`.
+    pub fn s(&self, t: f64) -> f64 {
+        t / self.t_over_s[0] / self.t_over_s[1]
     }
 
     /// The point `p` again, with all digits.
@@ -82,16 +87,16 @@ fn exact_product(a: f64, b: Vec3) -> (Vec3, Vec3) {
 }
 
 /// The polynomial of a form along a line, with what its roots need to be judged.
-struct Expansion {
+pub(super) struct Expansion {
     poly: Quadratic,
     /// Half the gradient at `p`, and half its change along `d`.
-    slope: Vec3,
-    turn: Vec3,
+    pub slope: Vec3,
+    pub turn: Vec3,
 }
 
 impl Expansion {
     /// In f64.
-    fn new(form: &Form, at: &Local) -> Expansion {
+    pub fn new(form: &Form, at: &Local) -> Expansion {
         let (p, d, l) = (at.p, at.d, rounded(&form.linear));
         let turn = form.apply(d);
         let slope = form.apply(p) + l;
@@ -109,7 +114,7 @@ impl Expansion {
     }
 
     /// The same in double-double, rounded once.
-    fn widened(&self, form: &Form, line: &Line, at: &Local) -> Expansion {
+    pub fn widened(&self, form: &Form, line: &Line, at: &Local) -> Expansion {
         let p = at.point_wide(form, line);
         let d = [at.d.x, at.d.y, at.d.z].map(Dd::from);
         let l = form.linear;
@@ -148,18 +153,18 @@ struct Root {
 }
 
 /// Where the sign of an expansion is in doubt.
-struct Doubt<'a> {
+pub(super) struct Doubt<'a> {
     expansion: &'a Expansion,
-    at: &'a Local,
+    pub at: &'a Local,
     /// Bounds on what the errors of the line's frame do to its origin and direction, in the form's coordinates: to
     /// `o`, to one step of `t`, and to one step of `s`.
-    o: Vec3,
+    pub o: Vec3,
     per_t: Vec3,
-    per_s: Vec3,
+    pub per_s: Vec3,
 }
 
 impl Doubt<'_> {
-    fn new<'a>(form: &Form, expansion: &'a Expansion, at: &'a Local, line: &Line) -> Doubt<'a> {
+    pub fn new<'a>(form: &Form, expansion: &'a Expansion, at: &'a Local, line: &Line) -> Doubt<'a> {
         let (o, per_t) = (line.o_err * form.shrink, line.d_err * form.shrink);
         let per_s = line.d_err * at.t_over_s[1] * form.shrink * at.t_over_s[0];
         Doubt { expansion, at, o, per_t, per_s }
@@ -177,7 +182,7 @@ impl Doubt<'_> {
     /// Whether the line cannot be told from one that lies in the surface: the coefficients are lost in their errors,
     /// and so is the value where the ray begins. (Near a parallel of an axis the closest approach to it is so far
     /// away that all is in doubt there.)
-    fn vanishes(&self) -> bool {
+    pub fn vanishes(&self) -> bool {
         let Quadratic { a, b, c, size, noise, .. } = self.expansion.poly;
         let (slope, turn) = (self.expansion.slope.abs(), self.expansion.turn.abs());
         let p = self.o + self.per_s * self.at.s0.abs();
@@ -218,31 +223,26 @@ impl Form {
     pub fn inside(&self, line: &Line) -> [Option<Interval>; 2] {
         let at = Local::new(self, line);
         let quick = Expansion::new(self, &at);
-        if quick.poly.is_certain() {
+        // A parallel of a plane has a sign and no root that would show how far to trust it.
+        let is_parallel = quick.poly.a == 0.0 && quick.poly.b == 0.0;
+        let is_certain =
+            quick.poly.is_certain() && (!is_parallel || Doubt::new(self, &quick, &at, line).certain(0.0));
+        if is_certain {
             let (stretches, sensible) = self.stretches(&quick, &at, line);
             if sensible {
                 return stretches;
             }
         }
         let wide = quick.widened(self, line, &at);
-        if Doubt::new(self, &wide, &at, line).vanishes() {
-            return [None, None];
+        let doubt = Doubt::new(self, &wide, &at, line);
+        if doubt.vanishes() {
+            return [self.surrounds(&wide, &doubt, line).then_some(Interval::ALL), None];
         }
         self.stretches(&wide, &at, line).0
     }
 
-    /// Whether a line lies in the surface, as exactly as rounding can tell.
-    pub fn touches(&self, line: &Line) -> bool {
-        if !self.may_touch(line) {
-            return false;
-        }
-        let at = Local::new(self, line);
-        let wide = Expansion::new(self, &at).widened(self, line, &at);
-        Doubt::new(self, &wide, &at, line).vanishes()
-    }
-
     /// `false` if the form certainly has a second degree along a line: it is cheap to see that, and so for nearly all.
-    fn may_touch(&self, line: &Line) -> bool {
+    pub(super) fn may_touch(&self, line: &Line) -> bool {
         let d = line.d * self.shrink;
         let turn = self.apply(d);
         let doubt = NOISE * d.abs().dot(self.apply_abs(d)) + 2.0 * turn.abs().dot(line.d_err * self.shrink);

@@ -4,25 +4,25 @@ use super::*;
 
 const TURN: Vec3 = Vec3::new(10.0, 20.0, 330.0);
 
-fn boxed(scene: &mut Scene, min: [f64; 3], max: [f64; 3]) -> crate::scene::NodeId {
+pub(super) fn boxed(scene: &mut Scene, min: [f64; 3], max: [f64; 3]) -> crate::scene::NodeId {
     scene.add_solid("box", &[Value::Vector(min), Value::Vector(max)]).expect("a box")
 }
 
-fn halfspace(scene: &mut Scene, normal: [f64; 3], offset: f64) -> crate::scene::NodeId {
+pub(super) fn halfspace(scene: &mut Scene, normal: [f64; 3], offset: f64) -> crate::scene::NodeId {
     scene.add_solid("halfspace", &[Value::Vector(normal), Value::Number(offset)]).expect("a half-space")
 }
 
-fn number(scene: &mut Scene, kind: &str, numbers: &[f64]) -> crate::scene::NodeId {
+pub(super) fn number(scene: &mut Scene, kind: &str, numbers: &[f64]) -> crate::scene::NodeId {
     let values: Vec<Value> = numbers.iter().map(|x| Value::Number(*x)).collect();
     scene.add_solid(kind, &values).expect("a solid")
 }
 
-fn csg(scene: &mut Scene, op: Op, args: Vec<crate::scene::NodeId>) -> crate::scene::NodeId {
+pub(super) fn csg(scene: &mut Scene, op: Op, args: Vec<crate::scene::NodeId>) -> crate::scene::NodeId {
     scene.add(Node::Csg { op, args })
 }
 
 /// The `t` at which a ray crosses a node as it is, and under a rotation of both; all queries must agree.
-fn seen(mut scene: Scene, node: crate::scene::NodeId, o: [f64; 3], d: [f64; 3]) -> Vec<f64> {
+pub(super) fn seen(mut scene: Scene, node: crate::scene::NodeId, o: [f64; 3], d: [f64; 3]) -> Vec<f64> {
     let turn = Affine::rotation_xyz(TURN);
     let turned = scene.add_transform(turn, node);
     let lists = [(node, Affine::IDENTITY), (turned, turn)].map(|(node, frame)| {

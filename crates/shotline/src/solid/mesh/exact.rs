@@ -66,14 +66,6 @@ impl Expansion {
         sum
     }
 
-    /// `a b - c d`.
-    pub(super) fn difference_of_products(a: Dd, b: f64, c: Dd, d: f64) -> Expansion {
-        let mut sum = Expansion::ZERO;
-        sum.add_product(a, Dd::from(b), Dd::ONE, 1.0);
-        sum.add_product(c, Dd::from(d), Dd::ONE, -1.0);
-        sum
-    }
-
     /// Adds `a b c`, with a sign.
     fn add_product(&mut self, a: Dd, b: Dd, c: Dd, sign: f64) {
         let parts = |x: Dd| [x.hi, x.lo].into_iter().filter(|part| *part != 0.0);

@@ -5,6 +5,7 @@
 //! through a triangle is decided exactly (`sheared_ray`, `exact`), so neighbours always agree about the edge they
 //! share; `plane` and `probe` say where, `winding` turns hits into crossings.
 
+mod contacts;
 mod doubt;
 mod exact;
 mod found;

@@ -8,10 +8,10 @@
 //! All arithmetic is done with the mesh and the direction brought to size 1 by powers of two, which is
 //! exact; so no product overflows, and sizes and lengths do not matter.
 
-use super::plane::{Meeting, worst_err};
+use super::plane::{Meeting, normal, worst_err};
 use super::sheared_ray::{ShearedRay, Turn, reach};
 use crate::aabb::{Aabb, BoxRay};
-use crate::crossing::Crossing;
+use crate::crossing::{Crossing, GROUPING};
 use crate::math::{HALF_ULP, Vec3};
 use crate::ray::{Line, Span};
 
@@ -92,6 +92,11 @@ pub(super) struct Probe {
     sheared: ShearedRay,
     /// What box tests say of the whole line.
     whole: BoxRay,
+    /// The same with room for planes that are `near`: their triangles must be met.
+    roomy: BoxRay,
+    /// The farthest that a plane can be from the line where the line counts as in it: what the doubt about the line may
+    /// do, with the room in which crossings are one event.
+    near: f64,
     /// The largest distance from the origin to a point of the mesh's box, along any axis.
     reach: f64,
     /// The longest stretch of `t` past any triangle.
@@ -107,27 +112,49 @@ impl Probe {
         let exponents = (size.exponent, exponent(line.d.abs().max_element()));
         let (s, r) = (power_of_two(-exponents.0), power_of_two(-exponents.1));
         let line = Line { o: line.o * s, d: line.d * r, o_err: line.o_err * s, d_err: line.d_err * r };
+        Probe::of_scaled(line, exponents.0 - exponents.1, bounds)
+    }
+
+    fn of_scaled(line: Line, exponent: i32, bounds: &Aabb) -> Option<Probe> {
         let far = line.o.abs().max_element();
         if far > FARTHEST || !line.o.is_finite() || !line.d.is_finite() || line.d == Vec3::ZERO {
             return None;
         }
-        let sheared = ShearedRay::new(line.o, line.d, bounds);
+        let reach = reach(line.o, bounds);
+        let steps = reach / line.d.abs().max_element();
+        let near = GROUPING * (line.o_err + line.d_err * steps).max_element();
+        let sheared = ShearedRay::new(line.o, line.d, bounds, near);
         // The hits asked for are those of the line as it is given, so boxes are tested against that as well.
         let exact = Line::exact(line.o, line.d);
+        let all = span(f64::NEG_INFINITY, f64::INFINITY);
         Some(Probe {
             line,
             is_exact: line == exact,
             sheared,
-            whole: BoxRay::new(&exact, span(f64::NEG_INFINITY, f64::INFINITY)),
-            reach: reach(line.o, bounds),
+            whole: BoxRay::new(&exact, all),
+            roomy: BoxRay::new(&Line { o_err: Vec3::splat(near), ..exact }, all),
+            near,
+            reach,
             stretch: bounds.size()[sheared.along()] / line.d[sheared.along()].abs(),
-            exponent: exponents.0 - exponents.1,
+            exponent,
         })
+    }
+
+    /// The line moved aside by so little that no triangle tells, but off the planes that it runs in: in a direction across
+    /// it that meets all of them at angles with at least the given sine.
+    pub(super) fn beside(&self, direction: Vec3, sine: f64, bounds: &Aabb) -> Option<Probe> {
+        if self.near == 0.0 {
+            let moves = [direction, self.line.d.cross(direction)];
+            return Some(Probe { sheared: self.sheared.beside(moves), ..*self });
+        }
+        let by = 2.0 * self.near / sine;
+        let (o, o_err) = (self.line.o + direction * by, self.line.o_err + by);
+        Probe::of_scaled(Line { o, o_err, ..self.line }, self.exponent, bounds)
     }
 
     /// The line for tests against the boxes of scaled triangles, over a part of it.
     pub(super) fn boxes(&self, from: f64, to: f64) -> BoxRay {
-        self.whole.over(span(self.scaled(from), self.scaled(to)))
+        self.roomy.over(span(self.scaled(from), self.scaled(to)))
     }
 
     /// A `t` after scaling.
@@ -163,11 +190,30 @@ impl Probe {
         STEEPEST * self.line.point_err(t).max_element() / self.line.d[self.sheared.along()].abs()
     }
 
-    /// Where the line passes through a triangle, entering if it sees its front.
+    /// Where the line passes through a triangle, entering if it sees its front. Calls `in_plane` if the line runs in the
+    /// triangle's plane.
     #[inline]
-    pub(super) fn hit(&self, triangle: &Triangle) -> Option<Crossing> {
-        let turn = self.sheared.through(&triangle.corners)?;
+    pub(super) fn hit(&self, triangle: &Triangle, in_plane: impl FnOnce()) -> Option<Crossing> {
+        let edge_on = || {
+            if self.is_in_plane(&triangle.corners) {
+                in_plane();
+            }
+        };
+        let turn = self.sheared.through(&triangle.corners, edge_on)?;
         self.crossing(triangle, turn)
+    }
+
+    /// Whether the line runs in the plane of a triangle: exactly, or where the line is in doubt itself, up to that; the
+    /// rule is that of a box's face, so that a box and a mesh agree.
+    #[cold]
+    fn is_in_plane(&self, corners: &[Vec3; 3]) -> bool {
+        if self.is_exact {
+            return self.sheared.is_in_plane(corners);
+        }
+        let normal = normal(*corners);
+        let is_lost =
+            |value: Vec3, doubt: Vec3| normal.dot(value).abs() <= GROUPING * normal.abs().dot(doubt);
+        is_lost(self.line.d, self.line.d_err) && is_lost(self.line.o - corners[0], self.line.o_err)
     }
 
     fn crossing(&self, triangle: &Triangle, turn: Turn) -> Option<Crossing> {

@@ -42,10 +42,14 @@ pub(super) struct ShearedRay {
     slope: [f64; 2],
     /// A bound on the rounding of edge functions, see [`ShearedRay::new`].
     doubt: f64,
+    /// Where ties put the line: moved by the first of these vectors times `e` and by the second times `e^2`, with an
+    /// infinitely small `e` (Edelsbrunner and Muecke 1990, "Simulation of simplicity").
+    moves: [Vec3; 2],
 }
 
 impl ShearedRay {
-    /// Prepares a line, with a direction of size 1, to meet triangles within a box.
+    /// Prepares a line, with a direction of size 1, to meet triangles within a box, and to see which are in planes that
+    /// are `near`.
     ///
     /// Rounding: with no vertex farther than `reach` from the origin along any axis, `v - o` is off by half an ulp
     /// of `reach` at most, the slope times the depth by three and the difference by two: a sheared coordinate is
@@ -54,17 +58,24 @@ impl ShearedRay {
     /// box is its distance from a point of the line in the box, along that axis and, times the slope, along the main
     /// one: less than `width`, twice the size of the given box and something for rounding. So an edge function
     /// `a.x b.y - a.y b.x` is off by at most `4 width e + 2 e^2` and four half-ulps of `2 (width + e)^2`. Nothing
-    /// is promised of triangles whose box the line misses by more.
-    pub(super) fn new(o: Vec3, d: Vec3, bounds: &Aabb) -> ShearedRay {
+    /// is promised of triangles whose box the line misses by more. Edge functions of triangles in a plane that is `near`
+    /// are as large as the length of an edge times that, less than `2 width near`.
+    pub(super) fn new(o: Vec3, d: Vec3, bounds: &Aabb, near: f64) -> ShearedRay {
         let size = d.abs();
         let along = if size.z >= size.x && size.z >= size.y { 2 } else { usize::from(size.y >= size.x) };
         let across = [(along + 1) % 3, (along + 2) % 3];
         let reach = reach(o, bounds);
         let e = 6.5 * HALF_ULP * reach;
-        let width = 2.0 * bounds.size().max_element() + 64.0 * HALF_ULP * reach;
-        let doubt = 4.0 * width * e + 2.0 * e * e + 8.0 * HALF_ULP * (width + e) * (width + e);
+        let width = 2.0 * bounds.size().max_element() + 64.0 * HALF_ULP * reach + 2.0 * near;
+        let rounding = 4.0 * width * e + 2.0 * e * e + 8.0 * HALF_ULP * (width + e) * (width + e);
         let slope = across.map(|axis| d[axis] / d[along]);
-        ShearedRay { o, d, along, across, slope, doubt: 1.01 * doubt + f64::MIN_POSITIVE }
+        let doubt = 1.01 * (rounding + 2.0 * width * near) + f64::MIN_POSITIVE;
+        ShearedRay { o, d, along, across, slope, doubt, moves: across.map(|axis| Vec3::AXES[axis]) }
+    }
+
+    /// The same line, where ties put it beside itself in a direction across it, or else in another.
+    pub(super) fn beside(self, moves: [Vec3; 2]) -> ShearedRay {
+        ShearedRay { moves, ..self }
     }
 
     /// The axis along which the line runs most.
@@ -79,9 +90,10 @@ impl ShearedRay {
         Sheared { x: p[self.across[0]] - self.slope[0] * depth, y: p[self.across[1]] - self.slope[1] * depth }
     }
 
-    /// Which way round a triangle is seen that the line passes through; `None` if it passes by.
+    /// Which way round a triangle is seen that the line passes through; `None` if it passes by. Calls `edge_on` if the
+    /// triangle is seen edge-on, as far as rounding can tell, and its plane is near.
     #[inline]
-    pub(super) fn through(&self, corners: &[Vec3; 3]) -> Option<Turn> {
+    pub(super) fn through(&self, corners: &[Vec3; 3], edge_on: impl FnOnce()) -> Option<Turn> {
         let [a, b, c] = corners.map(|v| self.shear(v));
         let edges = [edge(b, c), edge(c, a), edge(a, b)];
         let [u, v, w] = edges;
@@ -93,6 +105,9 @@ impl ShearedRay {
         }
         if u.abs() > doubt && v.abs() > doubt && w.abs() > doubt {
             return Some(if left { Turn::CounterClockwise } else { Turn::Clockwise });
+        }
+        if !left && !right {
+            edge_on();
         }
         self.through_near_edge(corners, edges)
     }
@@ -108,10 +123,14 @@ impl ShearedRay {
         Some(if first == Ordering::Greater { Turn::CounterClockwise } else { Turn::Clockwise })
     }
 
-    /// The sign of an edge function, given its rounded value.
-    fn side(&self, a: Vec3, b: Vec3, value: f64) -> Ordering {
+    /// Whether the line runs exactly in the plane of a triangle.
+    pub(super) fn is_in_plane(&self, [a, b, c]: &[Vec3; 3]) -> bool {
+        [(a, b), (b, c), (c, a)].into_iter().all(|(p, q)| self.determinant(*p, *q) == Ordering::Equal)
+    }
+
+    /// A bound on the rounding of the edge function of two corners, as in `new` but for these alone.
+    fn rounding(&self, a: Vec3, b: Vec3) -> f64 {
         let (p, q) = (self.shear(a), self.shear(b));
-        // As in `new`, for the two corners themselves.
         let e = |v: Vec3| 6.5 * HALF_ULP * (v - self.o).abs().max_element() + f64::MIN_POSITIVE;
         let (e_p, e_q) = (e(a), e(b));
         let products = (p.x * q.y).abs() + (p.y * q.x).abs();
@@ -119,28 +138,28 @@ impl ShearedRay {
             + (q.x.abs() + q.y.abs()) * e_p
             + 2.0 * e_p * e_q
             + 4.0 * HALF_ULP * products;
-        if value.abs() > 1.01 * doubt + f64::MIN_POSITIVE {
-            return value.total_cmp(&0.0);
-        }
-        self.exact_side(a, b)
+        1.01 * doubt + f64::MIN_POSITIVE
     }
 
-    /// The exact sign of the edge function. A line exactly on the edge counts as moved across by `(e, e^2)` with an
-    /// infinitely small `e` (Edelsbrunner and Muecke 1990, "Simulation of simplicity"), which changes the
-    /// function by `-e (b.y - a.y) + e^2 (b.x - a.x)`. Equal only for an edge seen as a point: then the plane of any
-    /// triangle that has it is parallel to the line.
-    fn exact_side(&self, a: Vec3, b: Vec3) -> Ordering {
-        let ((p, _), (q, _)) = (unit_sized(&minus(a, self.o)), unit_sized(&minus(b, self.o)));
-        // Shearing keeps the determinant of both and the direction, which becomes `d[along]` times the axis.
-        let sign = Expansion::determinant(&p, &q, &wide(self.d)).sign();
-        let slanted = |axis: usize, from: Vec3, to: Vec3| {
-            // The sheared step from one to the other, times `d[along]`.
-            let ((step, _), d, along) = (unit_sized(&minus(to, from)), self.d, self.along);
-            Expansion::difference_of_products(step[axis], d[along], step[along], d[axis]).sign()
-        };
-        let sign =
-            sign.then_with(|| slanted(self.across[1], b, a)).then_with(|| slanted(self.across[0], a, b));
+    /// The sign of an edge function, given its rounded value. A line exactly on the edge counts as moved across, see
+    /// `moves`. Equal only for an edge seen as a point: then the plane of any triangle that has it is parallel to the
+    /// line.
+    fn side(&self, a: Vec3, b: Vec3, value: f64) -> Ordering {
+        if value.abs() > self.rounding(a, b) {
+            return value.total_cmp(&0.0);
+        }
+        let (step, _) = unit_sized(&minus(b, a));
+        let moved = |by: Vec3| Expansion::determinant(&step, &wide(by), &wide(self.d)).sign();
+        let [first, second] = self.moves;
+        let sign = self.determinant(a, b).then_with(|| moved(first)).then_with(|| moved(second));
         if self.d[self.along] < 0.0 { sign.reverse() } else { sign }
+    }
+
+    /// The exact sign of the determinant of both corners, seen from the origin of the line, and the direction. Shearing
+    /// keeps it, and makes the direction `d[along]` times the axis.
+    fn determinant(&self, a: Vec3, b: Vec3) -> Ordering {
+        let ((p, _), (q, _)) = (unit_sized(&minus(a, self.o)), unit_sized(&minus(b, self.o)));
+        Expansion::determinant(&p, &q, &wide(self.d)).sign()
     }
 }
 
@@ -168,6 +187,7 @@ mod tests {
             o,
             d / 2f64.powi(libm::frexp(d.abs().max_element()).1),
             &Aabb::around(points.iter().copied()),
+            0.0,
         )
     }
 
@@ -228,10 +248,10 @@ mod tests {
                 (_, true) => Some(Turn::Clockwise),
                 _ => None,
             };
-            assert_eq!(ray.through(&corners), turn);
+            assert_eq!(ray.through(&corners, || ()), turn);
             // From behind the same, for ties as well.
             let mirrored = ShearedRay { d: -ray.d, ..ray };
-            assert_eq!(mirrored.through(&corners), turn);
+            assert_eq!(mirrored.through(&corners, || ()), turn);
         }
         assert!(doubtful > 3_000 && ties > 600, "{doubtful} {ties}");
     }
@@ -250,7 +270,7 @@ mod tests {
             let o = home + Vec3::new(random.below(3) as f64 - 1.0, random.below(3) as f64 - 1.0, 9.0);
             let target = if random.below(2) == 0 { hub } else { home };
             let ray = ray(o, target - o, &[ring.as_slice(), &[hub]].concat());
-            let turns = (0..8).filter_map(|i| ray.through(&[hub, ring[i], ring[(i + 1) % 8]]));
+            let turns = (0..8).filter_map(|i| ray.through(&[hub, ring[i], ring[(i + 1) % 8]], || ()));
             let sum: i32 = turns.map(|turn| if turn == Turn::CounterClockwise { 1 } else { -1 }).sum();
             assert_eq!(sum.abs(), 1);
         }
@@ -265,9 +285,9 @@ mod tests {
             let (a, step) = (grid(), grid());
             for c in [a, a + step, a + step * 2.0, a - step * 3.0] {
                 let corners = [a, a + step, c];
-                assert_eq!(ray(o, d, &corners).through(&corners), None);
+                assert_eq!(ray(o, d, &corners).through(&corners, || ()), None);
                 // From a point of theirs, too.
-                assert_eq!(ray(a, d, &corners).through(&corners), None);
+                assert_eq!(ray(a, d, &corners).through(&corners, || ()), None);
             }
         }
     }

@@ -8,7 +8,7 @@ use super::winding::{FirstEntry, first_entry, order, to_crossings, total};
 use super::{MeshError, Topology, TriangleMesh, plane};
 use crate::aabb::Aabb;
 use crate::accel::{self, Accelerator, Scratch, Work};
-use crate::crossing::Crossing;
+use crate::crossing::{Contact, Crossing};
 use crate::math::Vec3;
 use crate::ray::{Line, Span};
 use crate::solid::{Moments, Solid, Wanted};
@@ -26,7 +26,7 @@ pub struct MeshSolid {
     pub(super) size: Size,
     /// Scaled; an accelerator's items are places in this list.
     pub(super) triangles: Vec<Triangle>,
-    scaled_bounds: Aabb,
+    pub(super) scaled_bounds: Aabb,
     pub(super) accelerator: Box<dyn Accelerator>,
     pub(super) meetings: OnceLock<Meetings>,
 }
@@ -132,7 +132,7 @@ impl MeshSolid {
     ) {
         let mut limit = to;
         let mut scaled_limit = probe.scaled(to);
-        let Scratch { work, tags, log, budget } = scratch;
+        let Scratch { work, tags, log, budget, in_plane } = scratch;
         tags.begin();
         let mut before = *work;
         self.accelerator.walk(&probe.boxes(from, to), work, &mut |items, work| {
@@ -146,7 +146,8 @@ impl MeshSolid {
                     continue;
                 }
                 work.solids += 1;
-                if let Some(hit) = probe.hit(&self.triangles[item as usize])
+                let triangle = &self.triangles[item as usize];
+                if let Some(hit) = probe.hit(triangle, || in_plane.push(triangle.face))
                     && from <= hit.t
                     && hit.t <= limit
                 {
@@ -228,7 +229,7 @@ impl MeshSolid {
     }
 
     /// The corners of a triangle of the mesh, scaled.
-    fn corners(&self, primitive: u32) -> [Vec3; 3] {
+    pub(super) fn corners(&self, primitive: u32) -> [Vec3; 3] {
         self.mesh.corners(primitive).map(|v| self.size.scale(v))
     }
 }
@@ -278,6 +279,13 @@ impl Solid for MeshSolid {
                 Wanted::First => self.hits_to_first_entry(&probe, span.t_min(), [from, to], out, scratch),
             }
             to_crossings(out, start, 0);
+        }
+    }
+
+    fn contacts(&self, line: &Line, _near: &dyn Fn() -> f64, out: &mut Vec<Contact>, scratch: &mut Scratch) {
+        let faces = std::mem::take(&mut scratch.in_plane);
+        if let Some(probe) = self.probe(line).filter(|_| !faces.is_empty()) {
+            self.contacts_with(&faces, line, &probe, out, scratch);
         }
     }
 

@@ -1,0 +1,82 @@
+//! Lines that run in planes of faces: where beside them the mesh has its interior.
+//!
+//! The planes cut what is around the line into sectors. In each the line is moved aside by a little, and what it crosses
+//! there is what the mesh has in that sector. A line that is exact is moved by an infinitely small step, in the way of ties
+//! (`sheared_ray`), any other by more than its doubt.
+
+use std::f64::consts::{PI, TAU};
+
+use super::MeshSolid;
+use super::plane;
+use super::probe::Probe;
+use super::winding::to_crossings;
+use crate::accel::Scratch;
+use crate::crossing::{Border, Contact, Sector};
+use crate::math::{Vec3, unit};
+use crate::ray::Line;
+
+/// Planes at a smaller angle, in radians, are taken for one.
+const ONE_PLANE: f64 = 1e-7;
+
+/// Where a plane borders on a sector: its angle in the plane across the line, and its direction there.
+#[derive(Clone, Copy, Debug)]
+struct Edge {
+    angle: f64,
+    direction: Vec3,
+}
+
+impl MeshSolid {
+    /// Appends what the mesh has beside a line that runs in the planes of some faces.
+    pub(super) fn contacts_with(
+        &self,
+        faces: &[u32],
+        line: &Line,
+        probe: &Probe,
+        out: &mut Vec<Contact>,
+        scratch: &mut Scratch,
+    ) {
+        let (x, y) = unit(line.d).any_orthonormal_pair();
+        let borders = self.borders(faces, line, (x, y));
+        let Some(first) = borders.first() else { return };
+        let last = Edge { angle: first.angle + TAU, ..*first };
+        let mut hits = Vec::new();
+        for (from, to) in borders.iter().zip(borders.iter().skip(1).chain([&last])) {
+            let (middle, half) = (0.5 * (from.angle + to.angle), 0.5 * (to.angle - from.angle));
+            let direction = x * libm::cos(middle) + y * libm::sin(middle);
+            let Some(beside) = probe.beside(direction, libm::sin(half), &self.scaled_bounds) else {
+                continue;
+            };
+            hits.clear();
+            self.hits_between(&beside, f64::NEG_INFINITY, f64::INFINITY, &mut hits, scratch);
+            to_crossings(&mut hits, 0, 0);
+            let border = |edge: &Edge| Border { direction: edge.direction, bend: Vec3::ZERO };
+            let sector = Sector { from: border(from), to: border(to) };
+            out.extend(hits.chunks_exact(2).map(|pair| Contact { enter: pair[0], exit: pair[1], sector }));
+        }
+        scratch.in_plane.clear();
+    }
+
+    /// Where the planes of faces border on sectors, each on both sides of the line, by angle.
+    fn borders(&self, faces: &[u32], line: &Line, (x, y): (Vec3, Vec3)) -> Vec<Edge> {
+        let side = |face: &u32| {
+            let direction = plane::normal(self.corners(*face)).cross(line.d);
+            let flat = unit(direction);
+            let angle = libm::atan2(flat.dot(y), flat.dot(x));
+            if (0.0..PI).contains(&angle) {
+                Edge { angle, direction }
+            } else {
+                Edge { angle: angle.rem_euclid(PI), direction: -direction }
+            }
+        };
+        let mut borders: Vec<Edge> = faces.iter().map(side).filter(|side| !side.angle.is_nan()).collect();
+        borders.sort_by(|a, b| a.angle.total_cmp(&b.angle));
+        borders.dedup_by(|b, a| b.angle - a.angle < ONE_PLANE);
+        if borders.len() > 1 && borders[0].angle + PI - borders[borders.len() - 1].angle < ONE_PLANE {
+            borders.pop();
+        }
+        let opposite = |b: &Edge| Edge { angle: b.angle + PI, direction: -b.direction };
+        let opposites: Vec<Edge> = borders.iter().map(opposite).collect();
+        borders.extend(opposites);
+        borders
+    }
+}

@@ -1,0 +1,177 @@
+//! On which side of a line that lies in a quadric the interior is.
+//!
+//! To first order it lies behind the tangent plane. Along the line the gradient changes in proportion to `t`. On a
+//! cylinder or a plane it is constant. On a cone it vanishes at the apex, where the interior passes to the other side
+//! of the line. On other ruled surfaces it turns around the line. Where it vanishes along the whole line, as where two
+//! planes meet, the form across the line decides.
+
+use super::form::{Form, rounded};
+use super::interval::{End, Interval};
+use super::on_line::{Doubt, Expansion, Local, NOISE_WIDE};
+use crate::crossing::{Border, GROUPING, Sector, Sheet};
+use crate::math::{HALF_ULP, Vec3, unit};
+use crate::ray::Line;
+
+/// Planes that meet at an angle with a cosine so near to 1 cannot be told from one plane.
+const ONE_PLANE: f64 = 1e-12;
+
+/// A stretch of a line in the surface, and where the interior is beside it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Side {
+    pub stretch: Interval,
+    inward: Inward,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Inward {
+    Behind(Sheet),
+    Between(Sector),
+}
+
+impl Side {
+    /// The sector of the interior around a line, cut off by the plane of a cap if the line lies in one. (A quadric with
+    /// caps has no line on which its gradient vanishes.)
+    pub fn sector(&self, cap: Option<Vec3>, line: Vec3) -> Option<Sector> {
+        match (self.inward, cap) {
+            (Inward::Behind(sheet), None) => Sector::behind(&[sheet], line),
+            (Inward::Behind(sheet), Some(cap)) => Sector::behind(&[sheet, Sheet::plane(cap)], line),
+            (Inward::Between(sector), None) => Some(sector),
+            (Inward::Between(_), Some(_)) => None,
+        }
+    }
+}
+
+/// Where the form is negative beside a line on which it and its gradient vanish.
+#[derive(Clone, Copy, Debug)]
+enum Across {
+    Nowhere,
+    /// In two sectors, opposite to each other.
+    Between([Sector; 2]),
+    /// On both sides of a plane with this normal.
+    Everywhere(Vec3),
+}
+
+impl Form {
+    /// Whether a line in the surface has the interior all around it, as one in the plane of `-x^2 < 0`.
+    pub(super) fn surrounds(&self, expansion: &Expansion, doubt: &Doubt, line: &Line) -> bool {
+        doubt.has_no_gradient(self, expansion) && matches!(self.across(line.d), Across::Everywhere(_))
+    }
+
+    /// The stretches of a line that lie in the surface, with the side on which the interior is; `None` if the line does not
+    /// lie in the surface. Where the side turns around the line, it is that at `near`.
+    pub(super) fn sides(&self, line: &Line, near: &dyn Fn() -> f64) -> Option<Vec<Side>> {
+        if !self.may_touch(line) {
+            return None;
+        }
+        let at = Local::new(self, line);
+        let expansion = Expansion::new(self, &at).widened(self, line, &at);
+        let doubt = Doubt::new(self, &expansion, &at, line);
+        if !doubt.vanishes() {
+            return None;
+        }
+        let side = |inward| Side { stretch: Interval::ALL, inward };
+        if doubt.has_no_gradient(self, &expansion) {
+            return Some(match self.across(line.d) {
+                Across::Nowhere => Vec::new(),
+                Across::Between(sectors) => sectors.map(|sector| side(Inward::Between(sector))).to_vec(),
+                Across::Everywhere(normal) => {
+                    [normal, -normal].map(|normal| side(Inward::Behind(Sheet::plane(normal)))).to_vec()
+                }
+            });
+        }
+        let sheet = |x: f64| Inward::Behind(self.sheet(expansion.slope + expansion.turn * x, line.d));
+        Some(match doubt.apex(self, &expansion) {
+            Some(apex) => {
+                let end = End::new(at.t(at.s0 + apex.place), at.t(apex.err), 0);
+                let behind = |x: f64, stretch: Interval| Side { stretch, inward: sheet(x) };
+                let far = 1.0 + apex.place.abs() + 2.0 * apex.err;
+                vec![
+                    behind(apex.place - far, Interval::before(end)),
+                    behind(apex.place + far, Interval::after(end)),
+                ]
+            }
+            None => vec![side(sheet(at.s(near()) - at.s0))],
+        })
+    }
+
+    /// The surface at a line in it, given half the gradient there in the form's coordinates: a step `v` across adds
+    /// `v M v` to the form, and the gradient makes up for it.
+    fn sheet(&self, half_gradient: Vec3, d: Vec3) -> Sheet {
+        let size = self.shrink.max_element();
+        let shrink = self.shrink / size;
+        let gradient = half_gradient * shrink;
+        let normal = unit(gradient);
+        let across = d.cross(normal) * shrink;
+        let bend = -0.5 * across.dot(self.apply(across)) * size / gradient.dot(normal);
+        Sheet { normal, bend: normal * bend }
+    }
+
+    /// Where the form is negative across a line on which it and its gradient vanish: at an angle `a` from an axis of
+    /// the form there, it is `mean + swing cos 2 a`.
+    fn across(&self, d: Vec3) -> Across {
+        let (x, y) = unit(d).any_orthonormal_pair();
+        let unit_size = 1.0 / self.shrink.max_element();
+        let [u, v] = [x, y].map(|w| w * self.shrink * unit_size);
+        let (xx, xy, yy) = (u.dot(self.apply(u)), u.dot(self.apply(v)), v.dot(self.apply(v)));
+        let (mean, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
+        let swing = libm::hypot(half, xy);
+        let axis = 0.5 * libm::atan2(xy, half);
+        let towards = |angle: f64| x * libm::cos(angle) + y * libm::sin(angle);
+        if mean >= swing * (1.0 - ONE_PLANE) {
+            Across::Nowhere
+        } else if mean <= -swing * (1.0 - ONE_PLANE) {
+            Across::Everywhere(towards(axis + std::f64::consts::FRAC_PI_2))
+        } else {
+            let begin = 0.5 * libm::acos(-mean / swing);
+            let (from, to) = (towards(axis + begin), towards(axis - begin));
+            // The first from `begin` to half a turn less, the other opposite to it.
+            let between = |from: Vec3, to: Vec3| {
+                let [from, to] = [from, to].map(|direction| Border { direction, bend: Vec3::ZERO });
+                Sector { from, to }
+            };
+            Across::Between([between(from, -to), between(-from, to)])
+        }
+    }
+}
+
+/// Where the gradient vanishes on a line, in steps of `s` from the closest approach, and how far it may be off.
+struct Apex {
+    place: f64,
+    err: f64,
+}
+
+impl Doubt<'_> {
+    /// Bounds on the error of half the gradient at the closest approach, and of its change for a step of `s`.
+    fn gradient_doubt(&self, form: &Form, expansion: &Expansion) -> [Vec3; 2] {
+        let (p, d) = (self.at.p, self.at.d);
+        let rounding = |terms: Vec3, value: Vec3| NOISE_WIDE * terms + HALF_ULP * value.abs();
+        let slope = rounding(form.apply_abs(p) + rounded(&form.linear).abs(), expansion.slope)
+            + form.apply_abs(self.o + self.per_s * self.at.s0.abs());
+        [slope, rounding(form.apply_abs(d), expansion.turn) + form.apply_abs(self.per_s)]
+    }
+
+    /// Whether the gradient vanishes along the whole line.
+    fn has_no_gradient(&self, form: &Form, expansion: &Expansion) -> bool {
+        let [slope, turn] = self.gradient_doubt(form, expansion);
+        is_lost(expansion.slope, slope) && is_lost(expansion.turn, turn)
+    }
+
+    /// The place where the gradient vanishes, if there is one.
+    fn apex(&self, form: &Form, expansion: &Expansion) -> Option<Apex> {
+        let [slope_doubt, turn_doubt] = self.gradient_doubt(form, expansion);
+        let Expansion { slope, turn, .. } = *expansion;
+        if is_lost(turn, turn_doubt) {
+            return None;
+        }
+        let place = -slope.dot(turn) / turn.length_squared();
+        let doubt = slope_doubt + turn_doubt * place.abs();
+        let rest = slope + turn * place;
+        let rounding = 4.0 * HALF_ULP * (slope.abs() + turn.abs() * place.abs());
+        is_lost(rest, doubt + rounding)
+            .then(|| Apex { place, err: (doubt + rounding).length() / turn.length() })
+    }
+}
+
+fn is_lost(value: Vec3, doubt: Vec3) -> bool {
+    value.abs().cmple(GROUPING * doubt).all()
+}
