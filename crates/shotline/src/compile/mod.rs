@@ -13,6 +13,7 @@ mod level;
 mod live;
 mod names;
 mod parts;
+mod placed_boxes;
 mod sites;
 mod world;
 
