@@ -14,6 +14,8 @@ mod live;
 mod names;
 mod parts;
 mod placed_boxes;
+#[cfg(any(test, feature = "testkit"))]
+mod plain;
 mod sites;
 mod world;
 
