@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from hashlib import blake2b
 from collections.abc import Iterable
+from hashlib import blake2b
 from typing import Any
 
 import numpy as np
