@@ -16,12 +16,12 @@
 //! sequence of the plastic number (M. Roberts 2018), which is shifted at random (R. Cranley and T. N. L.
 //! Patterson 1976), sixteen times over. How much these sixteen differ tells the standard error, by the jackknife
 //! (B. Efron 1982) for centroid and inertia. The rays of each axis alone estimate the same values; where the three
-//! axes differ by more, as where one of them does not see a thin part, that spread is the standard error. The seed and
-//! the number of rays decide every bit; the accelerator and the number of threads none.
+//! axes differ by more, as where one of them does not see a thin part, that spread is the standard error. The seed and the number of rays decide every bit; the accelerator and the
+//! number of threads none.
 //!
 //! **Not promised:** that a part too small for the rays is seen. What no ray meets is not in the spread. So the
-//! standard error always has room for what one ray stands for, anywhere in the box. It is therefore not 0 for an object
-//! that no ray meets, which has no centroid. The
+//! standard error always has room for what one and a half rays stand for, anywhere in the box. It is therefore not 0
+//! for an object that no ray meets, which has no centroid. The
 //! error is a standard error of fifteen degrees of freedom, not a bound: about one in a hundred is off by more than
 //! three of them. It does not hold what rounding does.
 

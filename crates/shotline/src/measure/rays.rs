@@ -23,6 +23,10 @@ pub(super) const STRATA: usize = 3 * SHIFTS;
 /// So many steps are always granted to a ray on average.
 const STEPS_OF_A_RAY: u64 = 1000;
 
+/// So many rays' shares of the box may have been overlooked, as one standard error: that no ray meets a part of which
+/// three times as many should is as rare as one in e^4.5, about a hundred.
+const UNSEEN: f64 = 1.5;
+
 /// Where fewer stretches are met than this, the samples are too few to tell how much they overlook.
 pub(super) const FEW: u64 = 16 * SHIFTS as u64;
 
@@ -150,8 +154,7 @@ impl Rays<'_> {
         let world_from_box = Affine::translation(centre).then_after(&Affine::scaling(half));
         let mut numbers = by_shifts_and_axes(&shifts, &axes, &world_from_box);
         let volume = bounds.size().element_product();
-        // No ray meets a part of which three should once in e^3, or twenty, times.
-        add_unseen(&mut numbers, volume / all_rays as f64, bounds);
+        add_unseen(&mut numbers, UNSEEN * volume / all_rays as f64, bounds);
         Ok((numbers, all_rays))
     }
 
