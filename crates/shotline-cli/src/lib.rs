@@ -2,7 +2,6 @@
 //! handed an argument list.
 
 mod args;
-mod close;
 mod columns;
 mod commands;
 mod failure;

@@ -13,7 +13,6 @@ mod level;
 mod live;
 mod names;
 mod parts;
-mod placed_boxes;
 #[cfg(any(test, feature = "testkit"))]
 mod plain;
 mod sites;
