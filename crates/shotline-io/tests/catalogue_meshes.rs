@@ -80,7 +80,7 @@ fn index_out_of_range_or_negative() {
         &["part.ply:14:1: face 1 names vertex 3, but there are 3"],
     );
     refused("ply", ply(&three, &["3 0 1 -1"]), &["part.ply:13:1: face 0 names vertex -1"]);
-    refused("ply", ply(&three, &["3 0 1 4294967296"]), &["face 0 names vertex 4294967296"]);
+    refused("ply", ply(&three, &["3 0 1 4294967296"]), &["4294967296 is not within -2147483648 and 2147483647"]);
     refused("ply", ply(&three, &["2 0 1"]), &["has no faces", "faces of three corners or more"]);
     refused("ply", ply(&three, &["0"]), &["has no faces"]);
     let obj = |face: &str| format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf {face}\n");
@@ -190,8 +190,8 @@ fn corrupt_ply_headers() {
 #[test]
 fn list_lengths_that_cannot_be() {
     let corners = |line: &str| ply(&["0 0 0"], &[line]);
-    refused("ply", corners("4294967296 0 0 0"), &["part.ply:11:1: the list is longer than its line"]);
-    refused("ply", corners("-1 0 0 0"), &["the length of a list is negative"]);
+    refused("ply", corners("4294967296 0 0 0"), &["part.ply:11:1: 4294967296 is not within 0 and 255"]);
+    refused("ply", corners("-1 0 0 0"), &["part.ply:11:1: -1 is not within 0 and 255"]);
     refused("ply", corners("3 0 0"), &["the list is longer than its line"]);
     let note = &read("ply", corners("3 0 0 0 0").as_bytes()).unwrap().notes[0];
     assert_eq!((note.kind, note.first), ("extra_numbers", Some(Spot::Line(11))));
@@ -216,7 +216,7 @@ fn corrupt_text_stl() {
     refused(
         "stl",
         facet("vertex 0 0 0\nendfacet"),
-        &["part.stl:4:1: this facet has 1 corners; it needs three"],
+        &["part.stl:4:1: this facet has 1 corner; it needs three"],
     );
     refused("stl", facet("vertex 0 0 x"), &["part.stl:3:12: 'x' is not a number"]);
     refused("stl", facet("<html>"), &["part.stl:3:1: '<html>' is no word of an STL file"]);
