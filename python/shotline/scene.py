@@ -352,9 +352,15 @@ _unpacked.__module__ = "shotline"
 
 def _built(words: str, meshes: list[_Arrays], accel: str | None) -> Scene:
     natives = [
-        _native.Mesh(vertices, faces.reshape(-1), None, polygons, None) for vertices, faces, polygons in meshes
+        _native.Mesh(_aligned(vertices), _aligned(faces).reshape(-1), None, _aligned(polygons), None)
+        for vertices, faces, polygons in meshes
     ]
     return Scene._of(_native.Scene.parse(words, natives, accel), accel)
+
+
+def _aligned(array: Any) -> Any:
+    """An array that came as a buffer of its own may begin anywhere in what was received."""
+    return None if array is None else np.require(array, requirements=["C", "A"])
 
 
 def _forget_building() -> None:

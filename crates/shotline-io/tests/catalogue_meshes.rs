@@ -80,7 +80,11 @@ fn index_out_of_range_or_negative() {
         &["part.ply:14:1: face 1 names vertex 3, but there are 3"],
     );
     refused("ply", ply(&three, &["3 0 1 -1"]), &["part.ply:13:1: face 0 names vertex -1"]);
-    refused("ply", ply(&three, &["3 0 1 4294967296"]), &["4294967296 is not within -2147483648 and 2147483647"]);
+    refused(
+        "ply",
+        ply(&three, &["3 0 1 4294967296"]),
+        &["4294967296 is not within -2147483648 and 2147483647"],
+    );
     refused("ply", ply(&three, &["2 0 1"]), &["has no faces", "faces of three corners or more"]);
     refused("ply", ply(&three, &["0"]), &["has no faces"]);
     let obj = |face: &str| format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf {face}\n");

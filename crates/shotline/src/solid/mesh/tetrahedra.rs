@@ -18,10 +18,10 @@ const SURE: f64 = 1e-15;
 pub(super) fn determinant(apex: Vec3, corners: [Vec3; 3]) -> (Dd, f64) {
     let [u, v, w] = corners.map(|corner| minus(corner, apex));
     let (mut sum, mut size) = (Dd::ZERO, 0.0);
-    for i in 0..3 {
+    for (i, height) in w.into_iter().enumerate() {
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        sum = sum + (u[j] * v[k] - u[k] * v[j]) * w[i];
-        size += ((u[j].hi * v[k].hi).abs() + (u[k].hi * v[j].hi).abs()) * w[i].hi.abs();
+        sum = sum + (u[j] * v[k] - u[k] * v[j]) * height;
+        size += ((u[j].hi * v[k].hi).abs() + (u[k].hi * v[j].hi).abs()) * height.hi.abs();
     }
     (sum, size * ROUNDING)
 }
