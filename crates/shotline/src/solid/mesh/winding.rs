@@ -3,10 +3,7 @@
 //! A hit that enters adds one, a hit that leaves takes one away; inside is where the sum is not zero. For a
 //! mesh that is wound inward the sum inside is negative, and the same rule holds.
 
-use crate::crossing::Crossing;
-
-/// Crossings whose `t` agree within so many times the sum of their bounds are one event.
-const SAME_EVENT: f64 = 8.0;
+use crate::crossing::{Crossing, GROUPING};
 
 /// What a hit adds to the winding number.
 pub(super) fn step(hit: &Crossing) -> i32 {
@@ -52,14 +49,14 @@ pub(super) fn sides_of(hits: &[Crossing], primitive: u32) -> Option<[i32; 2]> {
     let (mut winding, mut before, mut reach) = (0, 0, f64::NEG_INFINITY);
     let mut found = None;
     for hit in hits {
-        if hit.t - SAME_EVENT * hit.t_err > reach {
+        if hit.t - GROUPING * hit.t_err > reach {
             if found.is_some() {
                 break;
             }
             before = winding;
         }
         winding += step(hit);
-        reach = reach.max(hit.t + SAME_EVENT * hit.t_err);
+        reach = reach.max(hit.t + GROUPING * hit.t_err);
         if hit.primitive == primitive {
             found = Some(hit.entering);
         }
@@ -72,7 +69,7 @@ pub(super) fn sides_of(hits: &[Crossing], primitive: u32) -> Option<[i32; 2]> {
 pub(super) struct FirstEntry {
     /// Their number, from the first on.
     pub(super) hits: usize,
-    /// A later hit would be one of them if its `t`, less [`SAME_EVENT`] times its bound, is not above this.
+    /// A later hit would be one of them if its `t`, less [`GROUPING`] times its bound, is not above this.
     pub(super) reach: f64,
 }
 
@@ -84,13 +81,13 @@ pub(super) fn first_entry(hits: &[Crossing], t_min: f64) -> Option<FirstEntry> {
     let (mut winding, mut reach) = (0, f64::NEG_INFINITY);
     for i in 0..=hits.len() {
         // Bounds differ, so that a hit farther on may reach back further than the next one.
-        let begin_behind = |t: f64| hits[i..].iter().all(|hit| hit.t - SAME_EVENT * hit.t_err > t);
+        let begin_behind = |t: f64| hits[i..].iter().all(|hit| hit.t - GROUPING * hit.t_err > t);
         if winding != 0 && begin_behind(reach.max(t_min)) {
             return Some(FirstEntry { hits: i, reach: reach.max(t_min) });
         }
         if let Some(hit) = hits.get(i) {
             winding += step(hit);
-            reach = reach.max(hit.t + SAME_EVENT * hit.t_err);
+            reach = reach.max(hit.t + GROUPING * hit.t_err);
         }
     }
     None
