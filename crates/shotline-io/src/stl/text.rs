@@ -75,7 +75,7 @@ pub(super) fn read(bytes: &[u8], start: usize, out: &mut Triangles) -> Result<()
 /// How many words are looked at to tell a facet from a name or a sentence.
 const AHEAD: usize = 8;
 
-/// Takes the words of the next line that has some, without its comment; answers whether there is one.
+/// Takes the words of the next line that has some, without its comment; returns whether there is one.
 fn next_line<'b>(cursor: &mut Cursor<'b>, out: &mut Vec<Word<'b>>) -> bool {
     out.clear();
     while let Some((start, line)) = cursor.line() {

@@ -51,7 +51,7 @@ impl Part {
         (self.to.angle - self.from.angle).rem_euclid(TAU)
     }
 
-    /// Whether a curve that is none of the borders runs in the sector.
+    /// Whether a curve other than the borders runs in the sector.
     fn contains(&self, curve: &Curve) -> bool {
         if curve.is_along(&self.from) {
             curve.is_behind(&self.from)
@@ -114,8 +114,8 @@ impl Contacts {
 
     /// Whether the expression is in on all sides of the ray. The state is left as it was.
     ///
-    /// What is around the ray changes at borders only, so it is judged behind each of them. Between borders that only
-    /// rounding tells apart nothing is judged.
+    /// What is around the ray changes at borders only, so it is judged behind each of them. Borders that differ
+    /// by rounding only count as one.
     pub fn value(&self, program: &Program, state: &mut ProgramState) -> bool {
         let mut borders = self.open_parts().flat_map(|part| [part.from, part.to]);
         borders.all(|border| self.value_along(&self.behind(border), program, state))

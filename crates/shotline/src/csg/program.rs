@@ -50,7 +50,7 @@ pub struct Program {
     pub(super) leaves: Vec<Link>,
     /// Takes the place of the counters where the leaves are few.
     table: Option<Table>,
-    /// The leaves without any of which the result is empty, as far as the table tells.
+    /// The leaves without any of which the result is empty, by the table; none without a table.
     needed: u32,
 }
 
@@ -131,7 +131,7 @@ impl Program {
         self.needed.checked_shr(leaf).is_some_and(|needed| needed & 1 == 1)
     }
 
-    /// Has the counters count, however few the leaves.
+    /// Drops the table, so that the counters are used however few the leaves.
     #[cfg(any(test, feature = "testkit"))]
     pub(crate) fn forget_table(&mut self) {
         (self.table, self.needed) = (None, 0);

@@ -14,7 +14,7 @@ pub(super) enum Rank {
 
 #[derive(Clone, Copy, Debug)]
 struct Slot<T> {
-    /// Ascends with `t`, also beyond 0, and is told apart for the two zeros: the order of [`f64::total_cmp`].
+    /// Ascends with `t`, in the order of [`f64::total_cmp`]: -0 comes before 0.
     key: i64,
     /// The rank and then the number of the push, in the order in which equal keys are popped, last first.
     tie: u64,

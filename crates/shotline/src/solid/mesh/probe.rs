@@ -140,8 +140,9 @@ impl Probe {
         })
     }
 
-    /// The line moved aside by so little that no triangle tells, but off the planes that it runs in: in a direction across
-    /// it that meets all of them at angles with at least the given sine.
+    /// The line moved off the planes that it runs in, by a step that is infinitely small for an exact line and just above
+    /// the doubt for any other. The direction is across the line and meets all those planes at angles with at least the
+    /// given sine.
     pub(super) fn beside(&self, direction: Vec3, sine: f64, bounds: &Aabb) -> Option<Probe> {
         if self.near == 0.0 {
             let moves = [direction, self.line.d.cross(direction)];

@@ -91,7 +91,7 @@ impl ShearedRay {
     }
 
     /// Which way round a triangle is seen that the line passes through; `None` if it passes by. Calls `edge_on` if the
-    /// triangle is seen edge-on, as far as rounding can tell, and its plane is near.
+    /// triangle is seen edge-on, up to rounding, and its plane is near.
     #[inline]
     pub(super) fn through(&self, corners: &[Vec3; 3], edge_on: impl FnOnce()) -> Option<Turn> {
         let [a, b, c] = corners.map(|v| self.shear(v));
