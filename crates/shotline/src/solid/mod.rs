@@ -37,7 +37,7 @@ use crate::math::{Plane, Vec3};
 use crate::ray::{Line, Span};
 
 pub use homogeneous::Homogeneous;
-pub use kind::{Kind, Param, ParamError, ParamType, Params, Value};
+pub use kind::{Kind, Param, ParamError, Params, Quantity};
 pub(crate) use mesh::tetrahedron;
 pub use moments::Moments;
 
