@@ -24,7 +24,7 @@ pub(super) static KIND: Kind = Kind {
 };
 
 /// `x^2 + y^2 - r^2`, in which z has no part.
-fn form(radius: f64) -> Form {
+pub(super) fn form(radius: f64) -> Form {
     let unit = power_of_two(radius);
     let r = radius / unit;
     Form {

@@ -27,6 +27,7 @@ mod quadric;
 mod sides;
 mod sphere;
 pub mod torus;
+mod tube;
 
 use std::fmt::Debug;
 
@@ -171,6 +172,7 @@ registry!(
     hyperboloid2,
     quadric,
     torus,
+    tube,
 );
 
 /// The kind of a name.
