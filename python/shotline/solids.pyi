@@ -3,7 +3,7 @@ from numpy.typing import ArrayLike
 
 from .nodes import Solid, Vector
 
-__all__ = ["Halfspace", "Box", "Sphere", "Ellipsoid", "Cylinder", "Cone", "Paraboloid", "Hyperboloid", "Hyperboloid2", "Quadric", "Torus"]
+__all__ = ["Halfspace", "Box", "Sphere", "Ellipsoid", "Cylinder", "Cone", "Paraboloid", "Hyperboloid", "Hyperboloid2", "Quadric", "Torus", "Tube"]
 
 class Halfspace(Solid):
     normal: Vector
@@ -64,3 +64,12 @@ class Torus(Solid):
     R: float
     r: float
     def __init__(self, R: float, r: float) -> None: ...
+
+class Tube(Solid):
+    rmin: float
+    rmax: float
+    z0: float
+    z1: float
+    phi0: float
+    dphi: float
+    def __init__(self, rmin: float, rmax: float, z0: float, z1: float, phi0: float = ..., dphi: float = ...) -> None: ...
