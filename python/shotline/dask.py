@@ -198,7 +198,7 @@ def render(
     """
     client = _client(client)
     style, sight = settings(camera, size, samples, look, lighting, background, counter)
-    # What is wrong with the settings is told before anything is sent.
+    # Bad settings are an error before anything is sent.
     _native.expose(scene._native, (*style[:2], 1, *style[3:]), sight, (0, 1), 1)
     width, height = size
     if (block := operator.index(block)) < 1:

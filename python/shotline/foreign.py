@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,8 +10,21 @@ import numpy as np
 from .values import floats
 
 
-class Triangles(NamedTuple):
-    """A surface, and what of its source is not in it."""
+class Polygons(NamedTuple):
+    """Faces of any numbers of corners: the vertices at their corners, one face after the other, and how many each has."""
+
+    corners: np.ndarray
+    sizes: np.ndarray
+
+    @classmethod
+    def of(cls, blocks: Sequence[np.ndarray]) -> Polygons:
+        """Blocks of faces, each of faces of one size."""
+        corners = np.concatenate([block.reshape(-1) for block in blocks])
+        return cls(corners, np.repeat([block.shape[1] for block in blocks], [len(block) for block in blocks]))
+
+
+class Surface(NamedTuple):
+    """A surface, and what of its source is not in it. The faces are `Polygons` or whatever `Mesh` takes."""
 
     vertices: Any
     faces: Any
@@ -26,11 +39,11 @@ class Instance(NamedTuple):
     matrix: np.ndarray
 
 
-def triangles(source: Any) -> Triangles:
-    """The triangles of a mesh of another package.
+def surface(source: Any) -> Surface:
+    """The faces of a mesh of another package.
 
-    Quads are cut in two, other polygons where their package does it; lines and points are left out, and noted. Raises
-    ValueError for volume meshes and curved cells, TypeError for what is no mesh.
+    Lines and points are left out, and noted. Raises ValueError for volume meshes and curved cells, TypeError for what is
+    not a mesh.
     """
     if is_scene(source):
         return _of_scene(source)
@@ -62,7 +75,7 @@ def instances(scene: Any) -> tuple[list[Instance], list[str]]:
     return found, notes
 
 
-def _of_scene(scene: Any) -> Triangles:
+def _of_scene(scene: Any) -> Surface:
     """All meshes of a scene where they are, as one."""
     found, notes = instances(scene)
     if not found:
@@ -75,17 +88,17 @@ def _of_scene(scene: Any) -> Triangles:
         vertices.append(points @ matrix[:3, :3].T + matrix[:3, 3])
         faces.append((corners[:, ::-1] if mirrored else corners) + count)
         count += len(points)
-    return Triangles(np.concatenate(vertices), np.concatenate(faces), notes)
+    return Surface(np.concatenate(vertices), np.concatenate(faces), notes)
 
 
 # --- meshio
 
 # Cells without an area.
 _THIN = {"vertex": "points", "line": "lines", "line3": "lines", "VTK_LAGRANGE_CURVE": "lines"}
-_FLAT = {"triangle": 3, "quad": 4}
+_FLAT = {"triangle", "quad", "polygon"}
 
 
-def _of_meshio(source: Any) -> Triangles:
+def _of_meshio(source: Any) -> Surface:
     points = floats(source.points, "points")
     if points.ndim == 2 and points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points))])
@@ -95,48 +108,48 @@ def _of_meshio(source: Any) -> Triangles:
     for kind, data in blocks:
         cells = np.asarray(data)
         if kind in _FLAT:
-            faces.append(_cut(points, cells.reshape(-1, _FLAT[kind])))
+            faces.append(cells)
         else:
             counts = left_out if kind in _THIN else refused
             kind = _THIN.get(kind, kind)
             counts[kind] = counts.get(kind, 0) + len(cells)
     if refused:
         kinds = ", ".join(f"{count} of {kind}" for kind, count in refused.items())
-        message = f"this mesh has cells that are no triangles or quads: {kinds}"
+        message = f"this mesh has cells that are not triangles, quads or polygons: {kinds}"
         raise ValueError(f"{message}; extract its surface with the package that made it")
     if not faces:
         raise ValueError(f"this mesh has no triangles, but {_counted(left_out) or 'no cells'}")
-    return Triangles(points, np.concatenate(faces), _left_out(left_out))
+    return Surface(points, Polygons.of(faces), _left_out(left_out))
 
 
 # --- pyvista
 
 
-def _of_pyvista(source: Any) -> Triangles:
+def _of_pyvista(source: Any) -> Surface:
     points = floats(source.points, "points")
-    cells, faces = np.asarray(source.faces), []
+    cells = np.asarray(source.faces)
     sizes = _sizes(cells)
-    if (sizes > 4).any():
-        return _of_pyvista(source.triangulate())
-    starts = np.cumsum(np.concatenate([[0], sizes[:-1] + 1])) if len(sizes) else sizes
-    for size in (3, 4):
-        chosen = starts[sizes == size]
-        faces.append(_cut(points, cells[chosen[:, None] + np.arange(1, size + 1)]))
+    # Each face stands behind the number of its corners.
+    is_count = np.zeros(len(cells), bool)
+    is_count[np.cumsum(sizes + 1) - sizes - 1] = True
+    is_face = np.repeat(sizes >= 3, sizes)
+    corners, kept = [cells[~is_count][is_face]], [sizes[sizes >= 3]]
     strips = np.asarray(source.strips)
     start = 0
     while start < len(strips):
-        strip = strips[start + 1 : start + 1 + strips[start]]
-        faces.append(_of_strip(strip))
-        start += 1 + len(strip)
+        strip = _of_strip(strips[start + 1 : start + 1 + strips[start]])
+        corners.append(strip.reshape(-1))
+        kept.append(np.full(len(strip), 3))
+        start += 1 + int(strips[start])
+    faces = Polygons(np.concatenate(corners), np.concatenate(kept))
     left_out = {
         "lines": int(source.n_lines),
         "points": int(source.n_verts),
         "faces of two corners": int((sizes < 3).sum()),
     }
-    if not sum(map(len, faces)):
+    if not len(faces.sizes):
         raise ValueError(f"this mesh has no faces, but {_counted(left_out) or 'no cells'}")
-    # Faces of all sizes in their order would need a sort, and triangles alone keep it.
-    return Triangles(points, np.concatenate(faces), _left_out(left_out))
+    return Surface(points, faces, _left_out(left_out))
 
 
 def _sizes(cells: np.ndarray) -> np.ndarray:
@@ -158,23 +171,6 @@ def _of_strip(strip: np.ndarray) -> np.ndarray:
 
 
 # --- what all have in common
-
-
-def _cut(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """Triangles as they are; quads in two, along the diagonal within them."""
-    if cells.shape[1] == 3:
-        return cells
-    inside = (cells >= 0) & (cells < len(points))
-    if not inside.all():
-        row = int(np.argmin(inside.all(axis=1)))
-        message = f"a face is {cells[row].tolist()}, but vertices are numbered from 0 to {len(points) - 1}"
-        raise ValueError(message)
-    a, b, c, d = (points[cells[:, i]] for i in range(4))
-    # Where a quad is not convex, the triangles at a corner that points inwards face two ways.
-    along = np.einsum("ij,ij->i", np.cross(b - a, c - a), np.cross(c - a, d - a)) >= 0
-    first = np.where(along[:, None], cells[:, [0, 1, 2]], cells[:, [0, 1, 3]])
-    second = np.where(along[:, None], cells[:, [0, 2, 3]], cells[:, [1, 2, 3]])
-    return np.stack([first, second], axis=1).reshape(-1, 3)
 
 
 def _left_out(counts: dict[str, int]) -> list[str]:
@@ -202,18 +198,18 @@ def _is_meshio(source: Any) -> bool:
     return hasattr(source, "points") and hasattr(source, "cells_dict") and not hasattr(source, "extract_surface")
 
 
-def _of_open3d(source: Any) -> Triangles:
-    return Triangles(np.asarray(source.vertices), np.asarray(source.triangles), [])
+def _of_open3d(source: Any) -> Surface:
+    return Surface(np.asarray(source.vertices), np.asarray(source.triangles), [])
 
 
-def _of_open3d_tensors(source: Any) -> Triangles:
-    return Triangles(source.vertex.positions.numpy(), source.triangle.indices.numpy(), [])
+def _of_open3d_tensors(source: Any) -> Surface:
+    return Surface(source.vertex.positions.numpy(), source.triangle.indices.numpy(), [])
 
 
-_READERS: list[tuple[Callable[[Any], bool], Callable[[Any], Triangles]]] = [
+_READERS: list[tuple[Callable[[Any], bool], Callable[[Any], Surface]]] = [
     (_is_meshio, _of_meshio),
     (_has("points", "faces", "strips", "n_lines", "n_verts"), _of_pyvista),
-    (_has("vertices", "faces"), lambda source: Triangles(source.vertices, source.faces, [])),  # trimesh
+    (_has("vertices", "faces"), lambda source: Surface(source.vertices, source.faces, [])),  # trimesh
     (_has("vertices", "triangles"), _of_open3d),
     (_has("vertex", "triangle"), _of_open3d_tensors),
 ]

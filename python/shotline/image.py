@@ -31,7 +31,7 @@ class Image(np.ndarray[Any, np.dtype[np.uint8]]):
         return array.view(cls)
 
     def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
-        """What is computed from a picture is no picture, but an ordinary array or a number."""
+        """What is computed from a picture is an ordinary array or a number."""
         plain = np.asarray(array)
         return plain[()] if plain.ndim == 0 else plain
 

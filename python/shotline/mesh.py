@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import warnings
 from hashlib import blake2b
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native
-from .foreign import triangles
+from .foreign import Polygons, surface
 from .nodes import Node, accelerator
 from .values import floats, refuse_masked
 
@@ -19,20 +20,23 @@ class Mesh(Node):
     """A triangle mesh, as a part of a scene.
 
     `vertices` has shape (n, 3), float64 in the scene's units; `faces` has shape (m, 3), three numbers of vertices each,
-    counter-clockwise seen from outside. Both are copied.
+    counter-clockwise seen from outside. Both are copied. Faces of more corners, as an array of shape (m, k) or as a list of
+    faces of any sizes, are cut into triangles as the readers of files do it: exactly, convex or not, and every edge is
+    kept; `polygons` says which face each triangle is from.
 
     Instead of two arrays one mesh of another package may be given: of trimesh, pyvista (`PolyData`), meshio or Open3D
     (legacy and tensor meshes), or a `trimesh.Scene`, whose meshes are joined where they are; `Scene(scene)` keeps them
-    apart. Quads are cut in two, and what is no face, as lines and points, is left out with a warning. Triangles come in
-    the order of the source; of pyvista and meshio those of faces and strips of one size after the other.
+    apart. What is not a face, such as lines and points, is left out with a warning. Faces come in the order of the source,
+    and strips after them.
 
     `weld` merges vertices up to this distance apart, in the units of the vertices, or with "auto" those nearer to each
     other than any others by a clear gap; each goes to the nearest of the vertices that stay, so none is moved farther than
-    the distance. `weld_note` says what was merged. Faces that collapse are dropped, and the others are numbered anew.
+    the distance. `weld_note` says what was merged. Faces that collapse are dropped, and the others are renumbered.
 
     A closed mesh is a solid. One that is not has hits, but no inside: combinations, segments and `contains` refuse it.
-    Raises ValueError for faces that name vertices which are not there, for NaN, for no face at all, and for volume
-    meshes; TypeError for what is no mesh.
+    Warns of polygons that cross themselves and of what is left out. Raises ValueError
+    for faces that name vertices which do not exist, for NaN in a vertex of a face, for no face at all, and for volume
+    meshes; TypeError for what is not a mesh.
 
     >>> corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
     >>> mesh = Mesh(corners, [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
@@ -45,17 +49,20 @@ class Mesh(Node):
     def __init__(
         self,
         vertices: Any,
-        faces: ArrayLike | None = None,
+        faces: ArrayLike | Iterable[ArrayLike] | None = None,
         *,
         accel: str | None = None,
         weld: float | str | None = None,
     ) -> None:
         if faces is None:
-            vertices, faces, notes = triangles(vertices)
+            vertices, faces, notes = surface(vertices)
             for note in notes:
                 warnings.warn(note, stacklevel=2)
         points = _points(vertices)
-        self._native = _native.Mesh(points, _faces(faces, len(points)), weld_text(weld))
+        corners, sizes = _faces(faces, len(points))
+        self._native = _native.Mesh(points, corners, sizes, None, weld_text(weld))
+        for change in self._native.changes():
+            warnings.warn(change, stacklevel=2)
         self._accel = accelerator(accel)
 
     @classmethod
@@ -73,6 +80,12 @@ class Mesh(Node):
     def faces(self) -> np.ndarray:
         """The faces, (m, 3) uint32; a copy."""
         return self._native.faces()
+
+    @property
+    def polygons(self) -> np.ndarray:
+        """For each triangle the number of the face that it was cut from, (m,) uint32; a copy."""
+        polygons = self._native.polygons()
+        return np.arange(self._native.counts()[1], dtype=np.uint32) if polygons is None else polygons
 
     @property
     def is_closed(self) -> bool:
@@ -94,10 +107,11 @@ class Mesh(Node):
 
     def _own(self) -> Any:
         vertices, faces = self.vertices, self.faces
-        return self._accel, len(vertices), blake2b(vertices.data).hexdigest(), blake2b(faces.data).hexdigest()
+        arrays = [vertices, faces, self.polygons]
+        return self._accel, len(vertices), *(blake2b(array.data).hexdigest() for array in arrays)
 
     def __reduce__(self) -> Any:
-        return _again, (self.vertices, self.faces, self._accel)
+        return _again, (self.vertices, self.faces, self._native.polygons(), self._accel)
 
     def __repr__(self) -> str:
         state = "closed" if self.is_closed else "open"
@@ -105,8 +119,8 @@ class Mesh(Node):
         return f"<Mesh: {vertices} vertices, {faces} faces, {state}>"
 
 
-def _again(vertices: np.ndarray, faces: np.ndarray, accel: str | None) -> Mesh:
-    return Mesh(vertices, faces, accel=accel)
+def _again(vertices: np.ndarray, faces: np.ndarray, polygons: np.ndarray | None, accel: str | None) -> Mesh:
+    return Mesh._of_native(_native.Mesh(vertices, faces.reshape(-1), None, polygons, None), accel)
 
 
 def weld_text(weld: float | str | None) -> str | None:
@@ -125,17 +139,34 @@ def _points(vertices: ArrayLike) -> np.ndarray:
     return array
 
 
-def _faces(faces: ArrayLike, vertices: int) -> np.ndarray:
-    refuse_masked(faces, "faces")
-    array = np.asarray(faces)
-    if array.size == 0:
-        array = array.reshape(0, 3).astype(np.uint32)
-    if array.ndim != 2 or array.shape[1] != 3:
-        raise ValueError(f"faces have shape (m, 3), not {array.shape}; cut polygons into triangles first")
-    if array.dtype.kind not in "iu":
-        raise TypeError(f"faces are numbers of vertices, so integers, not {array.dtype}")
-    if array.size and (array.min() < 0 or array.max() >= vertices):
-        row = int(np.argmax(((array < 0) | (array >= vertices)).any(axis=1)))
+def _faces(faces: Any, vertices: int) -> tuple[np.ndarray, np.ndarray | None]:
+    """The corners of the faces one after the other, and how many each has; None for triangles."""
+    if not isinstance(faces, Polygons):
+        faces = _polygons(faces)
+    corners, sizes = faces
+    if corners.size and (corners.min() < 0 or corners.max() >= vertices):
+        wrong = int(np.argmax((corners < 0) | (corners >= vertices)))
+        ends = np.cumsum(sizes)
+        face = int(np.searchsorted(ends, wrong, side="right"))
+        row = corners[ends[face] - sizes[face] : ends[face]].tolist()
         numbered = f"vertices are numbered from 0 to {vertices - 1}" if vertices else "there are no vertices"
-        raise ValueError(f"face {row} is {array[row].tolist()}, but {numbered}")
-    return np.require(array, np.uint32, ["C", "A"])
+        raise ValueError(f"face {face} is {row}, but {numbered}")
+    corners = np.require(corners, np.uint32, ["C", "A"])
+    return corners, None if (sizes == 3).all() else np.require(sizes, np.uint32, ["C", "A"])
+
+
+def _polygons(faces: Any) -> Polygons:
+    refuse_masked(faces, "faces")
+    try:
+        rows = [np.asarray(faces)]
+    except ValueError:
+        # Of several lengths.
+        rows = [np.asarray(face).reshape(1, -1) for face in faces]
+    if rows[0].size == 0:
+        rows[0] = rows[0].reshape(0, 3).astype(np.uint32)
+    for row in rows:
+        if row.ndim != 2 or row.shape[1] < 3:
+            raise ValueError(f"faces have shape (m, 3), or more corners each, not {row.shape}")
+        if row.dtype.kind not in "iu":
+            raise TypeError(f"faces are numbers of vertices, so integers, not {row.dtype}")
+    return Polygons.of(rows)

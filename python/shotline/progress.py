@@ -24,7 +24,7 @@ def callback(progress: Any) -> Told | None:
 
 
 def _steps(bar: Any) -> Told:
-    """A bar takes steps, and its total may not be known to whoever made it."""
+    """A bar takes steps, and its total may be unknown when it is made."""
     told = 0
 
     def tell(done: int, total: int) -> None:

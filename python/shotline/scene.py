@@ -173,7 +173,7 @@ class Scene(Queries):
             `Image`, an array of shape (height, width, 3), or 4 with a transparent background, uint8 sRGB.
 
         Raises:
-            ValueError: for a camera that sees nothing, a size out of range, a name that is none.
+            ValueError: for a camera that sees nothing, a size out of range, an unknown name.
         """
         style, sight = settings(camera, size, samples, look, lighting, background, counter)
         return Image(_native.render(self._native, style, sight, threads_of(threads), callback(progress)))
@@ -209,7 +209,7 @@ class Scene(Queries):
                 all that placed it there.
 
         Raises:
-            ValueError: for a path that is none, and a matrix that is singular.
+            ValueError: for an unknown path, and a matrix that is singular.
 
         >>> scene = Scene(Sphere(radius=1).named("ball"))
         >>> moved = scene.with_moved("ball", [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 5]])
@@ -241,6 +241,8 @@ class Scene(Queries):
                 digest.update(f"{vertices.shape}{faces.shape}".encode())
                 digest.update(np.ascontiguousarray(vertices, "<f8").data)
                 digest.update(np.ascontiguousarray(faces, "<u4").data)
+                if (polygons := mesh.polygons()) is not None:
+                    digest.update(np.ascontiguousarray(polygons, "<u4").data)
             self._hash = digest.hexdigest()
         return self._hash
 
@@ -249,7 +251,7 @@ class Scene(Queries):
         return _unpacked, (
             self.content_hash,
             words,
-            [(mesh.vertices(), mesh.faces()) for mesh in meshes],
+            [(mesh.vertices(), mesh.faces(), mesh.polygons()) for mesh in meshes],
             self._accel,
         )
 
@@ -326,12 +328,15 @@ def _kind(value: Any) -> str:
     return type(value).__name__
 
 
+# The vertices and faces of a mesh, and the polygons that these were cut from.
+_Arrays = tuple[np.ndarray, np.ndarray, np.ndarray | None]
+
 # Scenes that were unpickled and are in use, by content hash and accelerator: a process builds each only once.
 _known: weakref.WeakValueDictionary[tuple[str, str | None], Scene] = weakref.WeakValueDictionary()
 _building = threading.Lock()
 
 
-def _unpacked(digest: str, words: str, meshes: list[tuple[np.ndarray, np.ndarray]], accel: str | None) -> Scene:
+def _unpacked(digest: str, words: str, meshes: list[_Arrays], accel: str | None) -> Scene:
     with _building:
         scene = _known.get((digest, accel))
         if scene is None:
@@ -345,8 +350,10 @@ def _unpacked(digest: str, words: str, meshes: list[tuple[np.ndarray, np.ndarray
 _unpacked.__module__ = "shotline"
 
 
-def _built(words: str, meshes: list[tuple[np.ndarray, np.ndarray]], accel: str | None) -> Scene:
-    natives = [Mesh(vertices, faces)._native for vertices, faces in meshes]
+def _built(words: str, meshes: list[_Arrays], accel: str | None) -> Scene:
+    natives = [
+        _native.Mesh(vertices, faces.reshape(-1), None, polygons, None) for vertices, faces, polygons in meshes
+    ]
     return Scene._of(_native.Scene.parse(words, natives, accel), accel)
 
 

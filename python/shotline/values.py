@@ -71,7 +71,7 @@ def number(value: Any, what: str) -> float:
 
 
 def whole(value: Any, what: str, least: int, most: int) -> int:
-    """A whole number from `least` to `most`. Raises TypeError for what is no whole number, ValueError out of range."""
+    """A whole number from `least` to `most`. Raises TypeError for anything else, ValueError out of range."""
     count = integer(value, what)
     if not least <= count <= most:
         raise ValueError(f"{what} is {count}, but must be from {least} to {most}")

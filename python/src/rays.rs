@@ -25,7 +25,7 @@ struct Rows<'a> {
 impl Rows<'_> {
     #[inline]
     fn get(&self, row: usize) -> Vec3 {
-        // Whoever made the rows has seen to it that there are so many numbers.
+        // The constructor has checked the number of numbers.
         self.numbers
             .get(row * self.step..)
             .and_then(|rest| rest.first_chunk())

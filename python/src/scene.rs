@@ -34,8 +34,8 @@ pub struct Scene {
     live: OnceLock<Live>,
 }
 
-/// What is asked: how many rays, origins, directions, `t_min`, `t_max`, whether for surfaces only, threads, and what is
-/// told of progress.
+/// What is asked: how many rays, origins, directions, `t_min`, `t_max`, whether for surfaces only, threads, and the
+/// callable for progress.
 #[derive(FromPyObject)]
 struct Ask<'py>(
     usize,

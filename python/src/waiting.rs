@@ -10,10 +10,10 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use shotline::query::batch::{FEW, Run};
 
-/// How long Ctrl-C may have to wait, also within a single ray, and how often progress is told.
+/// How long Ctrl-C may have to wait, also within a single ray, and how often progress is reported.
 const PULSE: Duration = Duration::from_millis(50);
 
-/// What is told of progress, as (done, total): by the thread that called.
+/// Progress, reported as (done, total) by the thread that called.
 struct Told<'a> {
     to: Option<&'a Py<PyAny>>,
     done: AtomicU64,

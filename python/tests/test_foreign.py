@@ -37,10 +37,10 @@ def test_quads_of_meshio_are_cut_and_lines_left_out():
     assert Mesh(Bag(points=CORNERS, cells_dict={"triangle": FACES})).faces.tolist() == FACES.tolist()
 
 
-@pytest.mark.parametrize("kind", ["tetra", "hexahedron", "triangle6", "polygon", "polyhedron"])
+@pytest.mark.parametrize("kind", ["tetra", "hexahedron", "triangle6", "polyhedron"])
 def test_volume_meshes_and_curved_cells_of_meshio_are_refused(kind):
     source = Bag(points=CORNERS, cells_dict={"triangle": FACES, kind: np.zeros((3, 4), int)})
-    with pytest.raises(ValueError, match=f"no triangles or quads: 3 of {kind}; extract its surface"):
+    with pytest.raises(ValueError, match=f"not triangles, quads or polygons: 3 of {kind}; extract its surface"):
         Mesh(source)
 
 
@@ -49,7 +49,7 @@ def test_meshes_without_faces_say_what_they_have():
         Mesh(Bag(points=CORNERS, cells_dict={"line": np.array([[0, 1], [1, 2]])}))
     with pytest.raises(ValueError, match="no faces, but 3 points"):
         Mesh(poly_data(CORNERS, [], verts=3))
-    with pytest.raises(ValueError, match=r"a face is \[0, 1, 2, 9\], but vertices are numbered from 0 to 3"):
+    with pytest.raises(ValueError, match=r"face 1 is \[0, 1, 2, 9\], but vertices are numbered from 0 to 3"):
         Mesh(Bag(points=CORNERS, cells_dict={"quad": np.array([[0, 1, 2, 3], [0, 1, 2, 9]])}))
 
 
@@ -74,9 +74,35 @@ def test_faces_of_pyvista_are_taken():
     assert mesh.is_closed and len(mesh.faces) == 12 and through(mesh) == [4, 6]
     with pytest.warns(UserWarning, match="2 lines, 5 points left out"):
         assert len(Mesh(poly_data(CORNERS, FACES, lines=2, verts=5)).faces) == 4
-    cut = poly_data(CUBE, [face for a, b, c, d in QUADS for face in ((a, b, c), (a, c, d))])
-    with_polygon = poly_data(CUBE, [range(5)], triangulate=lambda: cut)
-    assert Mesh(with_polygon).is_closed
+
+
+# A prism over an L: faces of six and of four corners.
+ELL = np.array([(x, y, z) for z in (0, 1) for x, y in ((0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2))], float)
+ELL_FACES = [(5, 4, 3, 2, 1, 0), (6, 7, 8, 9, 10, 11), *((i, (i + 1) % 6, (i + 1) % 6 + 6, i + 6) for i in range(6))]
+
+
+def test_polygons_are_cut_within():
+    of_meshio = [Bag(type="polygon", data=np.array(ELL_FACES[:2])), Bag(type="quad", data=np.array(ELL_FACES[2:]))]
+    for mesh in (
+        Mesh(ELL, ELL_FACES),
+        Mesh(poly_data(ELL, ELL_FACES)),
+        Mesh(Bag(points=ELL, cells_dict={}, cells=of_meshio)),
+    ):
+        assert mesh.is_closed and mesh.polygons.tolist() == [0] * 4 + [1] * 4 + [i for i in range(2, 8) for _ in "ab"]
+        # Not through the notch, which a fan from the first corner would cover.
+        assert Scene(mesh).count([[1.5, 1.5, -1], [0.5, 1.5, -1]], [0, 0, 1]).tolist() == [0, 2]
+    assert Mesh(ELL, np.array(ELL_FACES[2:])).polygons.tolist() == [i for i in range(6) for _ in "ab"]
+
+
+def test_faces_that_are_not_polygons_are_refused_or_dropped():
+    with pytest.raises(ValueError, match=r"not \(1, 2\)"):
+        Mesh(ELL, [(0, 1, 2), (0, 1)])
+    with pytest.raises(TypeError, match="so integers, not float64"):
+        Mesh(ELL, [(0, 1, 2.5), (0, 1, 2, 3)])
+    with pytest.raises(ValueError, match=r"face 1 is \[0, 1, 2, 12\]"):
+        Mesh(ELL, [(0, 1, 2), (0, 1, 2, 12)])
+    with pytest.warns(UserWarning, match="1 polygon that crosses itself"):
+        Mesh(ELL, [(0, 2, 1, 5)])
 
 
 def test_grids_and_files_are_refused_with_what_to_do():

@@ -82,3 +82,67 @@ def test_scenes_are_immutable(part):
         part.bounds = 3
     with pytest.raises(AttributeError):
         part.anything = 3
+
+
+# A prism over a dart, whose caps are not convex, as faces of four corners.
+DART = [(0, 0, 0), (2, -2, 0), (0, 2, 0), (-2, -2, 0), (0, 0, 1), (2, -2, 1), (0, 2, 1), (-2, -2, 1)]
+SIDES = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+
+
+def test_polygons_survive_pickling():
+    mesh = Mesh(DART, SIDES)
+    assert mesh.polygons.tolist() == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5] and mesh.is_closed
+    again = pickle.loads(pickle.dumps(mesh))
+    assert again == mesh and again.polygons.tolist() == mesh.polygons.tolist()
+    (words, [(_, _, polygons)]) = Scene(mesh).__reduce__()[1][1:3]
+    assert "mesh" in words and polygons.tolist() == mesh.polygons.tolist()
+    plain = Mesh(mesh.vertices, mesh.faces)
+    assert plain.polygons.tolist() == list(range(12)) and plain != mesh
+    assert Scene(plain).content_hash != Scene(mesh).content_hash
+
+
+def random_scene(random):
+    """A scene with everything that a part may have."""
+
+    def number():
+        return float(random.uniform(0.2, 2.0))
+
+    def shape(depth):
+        choice = random.integers(5 if depth else 2)
+        if choice == 0:
+            return Sphere(radius=number())
+        if choice == 1:
+            return Mesh(DART, SIDES, accel=random.choice([None, "grid"]), weld=random.choice([None, "auto"]))
+        if choice == 2:
+            return shape(depth - 1) - shape(depth - 1)
+        placed = shape(depth - 1).scale(number()).rotate(number() * 50, number() * 20, 0)
+        return placed.translate(number(), -number(), 0.1) if choice == 3 else placed | shape(depth - 1)
+
+    names = ["a", 'b "\u00e9"', ""]
+    objects = [
+        shape(3).named(names[i], random.choice([None, "m \n", "n"]), priority=int(random.integers(-2, 3)))
+        for i in range(3)
+    ]
+    materials = {"m \n": {"mu": number(), "color": (0.1, 0.25, 1.0)}, "n": {"density": number(), "mirror": 0.5}}
+    camera = shotline.Camera(eye=(number(), 9, 1e-300), target=(0, -0.0, 0), fov=33.3)
+    lights = [shotline.Light(direction=(0, 1, number()), intensity=number())]
+    return Scene(objects, materials=materials, camera=camera, lights=lights, units="um", accel="octree")
+
+
+def test_random_scenes_survive_saving(tmp_path):
+    random, crossings = np.random.default_rng(8), 0
+    for i in range(25):
+        scene = random_scene(random)
+        path = tmp_path / f"{i}.json"
+        scene.save(path)
+        again = shotline.load(path)
+        # What is read names files, and what was built numbers meshes: once packed, both are the same.
+        assert again == scene and again.save(path) == []
+        assert again.units == "um" and again.material_names == scene.material_names
+        o = random.normal(size=(60, 3)) * 5
+        d = random.normal(size=(60, 3)) - o
+        found = scene.crossings(o, d)
+        crossings += len(found.t)
+        for a, b in zip(again.crossings(o, d), found, strict=True):
+            assert a.tobytes() == b.tobytes()
+    assert crossings > 500

@@ -40,7 +40,7 @@ def test_masses_are_in_grams_where_there_are_units():
 
 
 def test_by_rays():
-    """A combination has no closed form here; the error is told honestly."""
+    """A combination has no closed form here; the error is reported honestly."""
     scene = Scene((Box(min=(-2, -2, 0), max=(2, 2, 1)) - Cylinder(radius=1, z0=0, z1=1)).named("washer"))
     truth, off = 16 - np.pi, []
     for seed in range(12):

@@ -1,4 +1,4 @@
-"""What a reader drops or repairs is a warning; what it only passes over is none."""
+"""What a reader drops or repairs is a warning; what it only passes over is not."""
 
 import warnings
 

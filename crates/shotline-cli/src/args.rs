@@ -27,7 +27,7 @@ pub struct CommandLine {
 }
 
 const EXIT_CODES: &str = "\
-Exit codes: 0 done; 1 `check` found the model not sound; 2 an error, told on stderr; 3 `check` found no fault but could not
+Exit codes: 0 done; 1 `check` found the model not sound; 2 an error, reported on stderr; 3 `check` found no fault but could not
 examine everything; 130 interrupted.
 An output file appears whole or not at all.";
 
@@ -71,7 +71,7 @@ pub struct Model {
     #[arg(long)]
     pub allow_outside: bool,
     /// Weld vertices of meshes: those up to this distance apart, in the lengths of the file, or with `auto` those nearer
-    /// to each other than any others by a clear gap. What is merged is told
+    /// to each other than any others by a clear gap. What is merged is reported
     #[arg(long, value_name = "DIST|auto")]
     pub weld: Option<Weld>,
 }

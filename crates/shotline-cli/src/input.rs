@@ -50,7 +50,7 @@ pub fn load(model: &Model) -> Result<Document, Failure> {
 pub fn named_files(model: &Model, scene: &Scene) -> Vec<PathBuf> {
     let folder = model.path.parent().unwrap_or(Path::new(""));
     let file = |node: &Node| match node {
-        Node::Mesh { file, .. } => file.as_ref().map(|file| folder.join(file)),
+        Node::Mesh { file, .. } => file.as_ref().map(|file| folder.join(&file.name)),
         _ => None,
     };
     scene.nodes.iter().filter_map(file).collect()
@@ -89,7 +89,7 @@ pub fn remark_what_is_never_hit(document: &Document, quiet: Quiet) {
         }
         let winding = MeshSolid::new(mesh.clone(), DEFAULT).ok().and_then(|solid| solid.winding());
         if winding.is_some_and(|winding| !winding.can_be_hit) {
-            let file = file.as_deref().unwrap_or("mesh");
+            let file = file.as_ref().map_or("mesh", |file| &file.name);
             let why = "every face cancels with others in the same place that face the other way";
             progress::remark(&format!("{file}: nothing of it can ever be hit: {why}"), quiet);
         }
@@ -123,7 +123,7 @@ pub fn compile(document: &Document, build: &Build) -> Result<World, Failure> {
 /// Reads and checks rays; `-` is standard input.
 ///
 /// # Errors
-/// If the file is not an array of rays, or a row is none and such rows are errors.
+/// If the file is not an array of rays, or a row is not a ray and such rows are errors.
 pub fn rays(path: &Path, on_invalid: OnInvalid) -> Result<Rays, Failure> {
     let rows = if is_stream(path) {
         shotline_io::arrays::parse_rays(&read_stream()?)

@@ -42,7 +42,7 @@ pub fn expect_writable(path: &Path, endings: &[&str], inputs: &[PathBuf]) -> Res
     expect_apart(path, inputs)
 }
 
-/// Looks whether a file is none of those that are read, under whatever name.
+/// Checks that a file is not one of those that are read, under any name.
 ///
 /// # Errors
 /// If it is.
@@ -95,7 +95,7 @@ pub fn fill(path: &Path, fill: impl FnOnce(&mut Output) -> io::Result<()>) -> Re
         return written(write_whole(path, fill));
     }
     match write_stream(&mut io::stdout().lock(), fill) {
-        // A reader that has seen enough is no error.
+        // A reader that stops early is not an error.
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
             Err(Failure::new(format!("standard output cannot be written: {e}")))
         }
@@ -123,7 +123,7 @@ pub fn print_beside(output: &Path, text: &str) -> Result<(), Failure> {
     print(text)
 }
 
-/// Prints to stdout. A reader that has seen enough and closed the pipe is no error.
+/// Prints to stdout. A reader that closes the pipe early is not an error.
 ///
 /// # Errors
 /// If stdout cannot be written for another reason.

@@ -22,7 +22,7 @@ pub fn bar(steps: u64, what: &'static str, quiet: Quiet) -> ProgressBar {
     bar
 }
 
-/// Says something on stderr that is no error.
+/// Prints a remark, which is not an error, on stderr.
 pub fn remark(text: &str, quiet: Quiet) {
     if !quiet.quiet {
         eprintln!("note: {text}");

@@ -69,12 +69,16 @@ const NAMED: usize = 5;
 /// Casts rays along the axes, spread over the box of all objects that have an end; what is small may slip through.
 ///
 /// An object without an end is cut by that box. So it is seen where it overlaps one that has an end; where it overlaps
-/// another without an end is seen if that is near by, and told as unexamined otherwise.
+/// another without an end is seen if that is near by, and reported as unexamined otherwise.
 pub fn survey(world: &World) -> Survey {
     let objects = match object_bounds(world) {
         Ok(objects) => objects,
         Err(error) => return Survey { unexamined: vec![error.to_string()], ..Survey::default() },
     };
+    if world.path_count() <= 1 {
+        // A single part cannot overlap another, and rays through a mesh of long thin triangles are slow.
+        return Survey { unexamined: unexamined(world, &objects, &Pairs::default()), ..Survey::default() };
+    }
     let (mut caster, mut hits) = (Caster::new(world), Vec::new());
     let (mut overlaps, mut coincidences) = (Pairs::default(), Pairs::default());
     let bounds = surveyed(&objects);

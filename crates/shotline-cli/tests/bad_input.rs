@@ -1,4 +1,4 @@
-//! What is wrong with the input is told in one readable message, with exit code 2.
+//! What is wrong with the input is reported in one readable message, with exit code 2.
 
 mod place;
 

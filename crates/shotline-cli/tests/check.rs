@@ -62,7 +62,7 @@ fn overlapping_objects_are_named_once() {
     let answer = Place::new().with("scene.json", scene).run(&["check", "scene.json"]);
     assert_eq!(answer.code, Some(1), "{}{}", answer.stdout, answer.stderr);
     assert_eq!(answer.stdout.matches("fault: 'hub' and 'pin'").count(), 1, "{}", answer.stdout);
-    // To touch is no fault.
+    // Touching is not a fault.
     assert!(!answer.stdout.contains("fault: 'far'"), "{}", answer.stdout);
 }
 

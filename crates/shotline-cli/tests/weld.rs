@@ -8,12 +8,17 @@ use serde_json::Value;
 const NOISE: &[u8] = include_bytes!("../../../testdata/cases/cad-noise.stl");
 const TWO_SIDED: &[u8] = include_bytes!("../../../testdata/cases/two-sided.obj");
 
+/// Holds `check` to finding a model not sound, and to saying why.
+fn is_not_sound(place: &Place, model: &str, why: &str) {
+    let found = place.run(&["check", model]);
+    assert_eq!(found.code, Some(1));
+    assert!(found.stdout.contains(why), "{}", found.stdout);
+}
+
 #[test]
 fn check_names_the_noise_that_keeps_a_mesh_open_and_weld_closes_it() {
     let place = Place::new().with("noise.stl", NOISE);
-    let open = place.run(&["check", "noise.stl"]);
-    assert_eq!(open.code, Some(1));
-    assert!(open.stdout.contains("welded, the mesh is closed: use --weld auto"), "{}", open.stdout);
+    is_not_sound(&place, "noise.stl", "welded, the mesh is closed: use --weld auto");
     let closed = place.run(&["check", "noise.stl", "--weld", "auto"]).ok();
     assert!(closed.contains(": closed") || closed.contains("closed, volume"), "{closed}");
     assert!(closed.contains("note: noise.stl: ") && closed.contains("merged with"), "{closed}");
@@ -39,7 +44,7 @@ fn a_mesh_of_a_scene_is_welded_as_it_says() {
     assert!(place.run(&["check", "auto.json"]).ok().contains("closed, volume"));
     let bad = place.run(&["check", "bad.json"]);
     assert_eq!(bad.code, Some(2));
-    assert!(bad.stderr.contains("'-1' is no distance to weld within"), "{}", bad.stderr);
+    assert!(bad.stderr.contains("'-1' is not a distance to weld within"), "{}", bad.stderr);
     let bad = place.run(&["info", "noise.stl", "--weld", "near"]);
     assert!(bad.code == Some(2) && bad.stderr.contains("or auto"), "{}", bad.stderr);
 }
@@ -47,9 +52,7 @@ fn a_mesh_of_a_scene_is_welded_as_it_says() {
 #[test]
 fn faces_that_cancel_are_a_fault_where_nothing_is_left() {
     let place = Place::new().with("two.obj", TWO_SIDED);
-    let found = place.run(&["check", "two.obj"]);
-    assert_eq!(found.code, Some(1));
-    assert!(found.stdout.contains("nothing of this mesh can ever be hit"), "{}", found.stdout);
+    is_not_sound(&place, "two.obj", "nothing of this mesh can ever be hit");
     let picture = place.run(&["render", "two.obj", "-o", "two.png", "--size", "8x8"]);
     assert!(picture.stderr.contains("two.obj: nothing of it can ever be hit"), "{}", picture.stderr);
 }

@@ -135,7 +135,7 @@ impl Word<'_> {
     /// A number, which may be NaN or infinite, as the libraries of C and of Windows write these.
     ///
     /// # Errors
-    /// If it is no number, as in `1,5` or `3.1+e2`.
+    /// If it is not a number, as in `1,5` or `3.1+e2`.
     pub(crate) fn number(&self) -> Result<f64, Fault> {
         self.parse::<f64>().or_else(|| self.is_odd().then_some(f64::NAN)).ok_or_else(|| {
             let fault = Fault::text(self.range(), format!("'{}' is not a number", self.shown()));
@@ -146,14 +146,14 @@ impl Word<'_> {
     /// A finite number.
     ///
     /// # Errors
-    /// If it is no number or none that is finite.
+    /// If it is not a finite number.
     pub(crate) fn finite(&self) -> Result<f64, Fault> {
         let number = self.number()?;
         let fault = || Fault::text(self.range(), format!("{} is not finite", self.shown()));
         number.is_finite().then_some(number).ok_or_else(fault)
     }
 
-    /// Whether this is how old programs write what is no number: `-1.#IND`, `1.#INF`, `nan(ind)`.
+    /// Whether this is how old programs write NaN and infinity: `-1.#IND`, `1.#INF`, `nan(ind)`.
     pub(crate) fn is_odd(&self) -> bool {
         let sign = usize::from(matches!(self.bytes.first(), Some(b'-' | b'+')));
         let lower = self.bytes[sign..].to_ascii_lowercase();

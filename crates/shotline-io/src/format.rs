@@ -62,6 +62,12 @@ pub(crate) struct Encoded {
     pub(crate) notes: Vec<String>,
 }
 
+/// What a format of triangles alone loses of a mesh that was cut from larger polygons.
+pub(crate) fn lost_polygons(mesh: &TriangleMesh) -> Option<String> {
+    let lost = !mesh.polygons.is_empty();
+    lost.then(|| "the numbers of the polygons that triangles were cut from are lost; PLY keeps them".into())
+}
+
 impl From<Vec<u8>> for Encoded {
     fn from(bytes: Vec<u8>) -> Encoded {
         Encoded { bytes, notes: Vec::new() }

@@ -38,6 +38,7 @@ pub use error::{Place, Problem, ReadError, Snippet, WriteError};
 pub use format::{Format, Reach};
 pub use note::{Effect, Note, Spot};
 pub use packed::{Packed, pack};
+pub use polygon::mesh_of_polygons;
 pub use registry::{FORMATS, load, load_bytes, load_with, parse_scene, read_mesh};
 pub use save::save;
 pub use scene_json::{scene_schema, write_scene};

@@ -12,14 +12,14 @@ use shotline::solid::mesh::TriangleMesh;
 use crate::bytes::{Cursor, Word, mark_length, text_start, without_comment, words};
 use crate::error::WriteError;
 use crate::fault::{At, Fault};
-use crate::format::{Content, Encoded, Format, MeshFile};
+use crate::format::{Content, Encoded, Format, MeshFile, lost_polygons};
 use crate::note::{Effect, Note, NoteKind, Notes};
 use crate::polygon::{Corner, Polygons, Vertices};
 
 pub(crate) const FORMAT: Format = Format {
     name: "OBJ",
     extensions: &["obj"],
-    // OBJ has no mark of its own: its first line that is no comment says what it is.
+    // OBJ has no mark of its own: its first line that is not a comment tells the format.
     detect: |bytes| {
         let mut cursor = Cursor::new(&bytes[..bytes.len().min(4096)], mark_length(bytes));
         let lines = std::iter::from_fn(|| cursor.line());
@@ -195,5 +195,5 @@ fn write(mesh: &TriangleMesh) -> Result<Encoded, WriteError> {
     for [a, b, c] in &mesh.faces {
         let _ = writeln!(out, "f {} {} {}", u64::from(*a) + 1, u64::from(*b) + 1, u64::from(*c) + 1);
     }
-    Ok(out.into_bytes().into())
+    Ok(Encoded { bytes: out.into_bytes(), notes: lost_polygons(mesh).into_iter().collect() })
 }

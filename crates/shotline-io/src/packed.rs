@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use shotline::scene::{Node, Scene};
+use shotline::scene::{MeshFile, Node, Scene};
 use shotline::solid::mesh::TriangleMesh;
 
 use crate::document::Document;
@@ -36,7 +36,8 @@ pub fn pack(scene: &Scene) -> Result<Packed, WriteError> {
             meshes.push(mesh.clone());
             meshes.len() - 1
         });
-        *file = Some(number.to_string());
+        // The mesh is kept as it is now: welding has been done.
+        *file = Some(MeshFile { name: number.to_string(), weld: None });
     }
     Ok(Packed { text: write_scene(&scene)?, meshes })
 }

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use shotline::scene::{Node, Scene};
-use shotline::solid::mesh::TriangleMesh;
+use shotline::scene::{self, Node, Scene};
+use shotline::solid::mesh::{TriangleMesh, Weld};
 
 use crate::bytes::text_start;
 use crate::document::{Document, Source};
@@ -57,7 +57,7 @@ pub fn load_with(path: impl AsRef<Path>, options: impl Into<ReadOptions>) -> Res
     of_file(path, &bytes)?.read_with(path, bytes, options.into())
 }
 
-/// Reads bytes, such as those of standard input, as [`load_with`] reads a file; what they are is told by their contents.
+/// Reads bytes, such as those of standard input, as [`load_with`] reads a file; the format is found from the contents.
 /// The name appears in messages and names the object of a mesh. Mesh files that a scene names are looked for in the
 /// working folder.
 ///
@@ -90,7 +90,7 @@ impl Format {
             Content::Scene { read } => read(path, bytes, MeshSource::Files { read: read_mesh_file, options }),
             Content::Mesh { read, .. } => {
                 let found = read(&bytes).map_err(|f| mesh_error(path, &bytes, f))?;
-                Ok(mesh_document(path, found.welded(options.weld)))
+                Ok(mesh_document(path, found.welded(options.weld), options.weld))
             }
         }
     }
@@ -123,9 +123,10 @@ fn mesh_error(path: &Path, bytes: &[u8], fault: Fault) -> ReadError {
     ReadError::new(Some(path), bytes, fault.or_help(help).into())
 }
 
-fn mesh_document(path: &Path, found: MeshFile) -> Document {
+fn mesh_document(path: &Path, found: MeshFile, weld: Option<Weld>) -> Document {
     let stem = path.file_stem().map_or("mesh".into(), |s| s.to_string_lossy());
-    let file = path.file_name().map(|f| f.to_string_lossy().into_owned());
+    let name = path.file_name().map(|f| f.to_string_lossy().into_owned());
+    let file = name.map(|name| scene::MeshFile { name, weld });
     let notes = found.notes_of(&path.display().to_string()).collect();
     let mut scene = Scene::default();
     let node = scene.add(Node::Mesh { mesh: found.mesh.into(), file });
@@ -133,7 +134,7 @@ fn mesh_document(path: &Path, found: MeshFile) -> Document {
     Document { scene, notes, source: Source::opaque(path) }
 }
 
-/// How large a file may be, as far as its name tells.
+/// The largest size of a file with this name.
 fn most_bytes(path: &Path) -> u64 {
     match by_extension(path).map(|f| &f.content) {
         Some(Content::Scene { .. }) => scene_json::MAX_BYTES,

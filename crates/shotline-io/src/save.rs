@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use shotline::math::{Affine, Chain};
-use shotline::scene::{Node, NodeId, Scene};
+use shotline::scene::{MeshFile, Node, NodeId, Scene};
 use shotline::solid::mesh::TriangleMesh;
 
 use crate::error::WriteError;
@@ -18,7 +18,8 @@ use crate::{ply, registry};
 /// Writes a scene in the format that the file name ends in, and answers what a user may want to know: what was lost,
 /// and which other files were written. Files appear whole or not at all.
 ///
-/// A scene file names the mesh files that lie in its folder; meshes that do not are written beside it as PLY.
+/// A scene file names the mesh files that lie in its folder and still hold what was read, with how they are welded;
+/// all other meshes are written beside it as PLY, as they are now.
 /// A mesh file takes all meshes of the scene, placed, in one.
 ///
 /// # Errors
@@ -46,19 +47,19 @@ fn save_scene(path: &Path, scene: &Scene) -> Result<Vec<String>, WriteError> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let stem = path.file_stem().map_or("scene".into(), |s| s.to_string_lossy());
     let mut scene = scene.clone();
-    let mut known: HashMap<*const TriangleMesh, String> = HashMap::new();
+    let mut known: HashMap<*const TriangleMesh, MeshFile> = HashMap::new();
     let mut extra: Vec<(String, Arc<TriangleMesh>)> = Vec::new();
     for node in &mut scene.nodes {
         let Node::Mesh { mesh, file } = node else { continue };
-        let name = known.entry(Arc::as_ptr(mesh)).or_insert_with(|| {
-            let here = file.take().filter(|file| is_file_of(&folder.join(file), mesh));
+        let found = known.entry(Arc::as_ptr(mesh)).or_insert_with(|| {
+            let here = file.take().filter(|file| is_within(folder, file) && is_file_of(folder, file, mesh));
             here.unwrap_or_else(|| {
-                let name = free_name(folder, &stem, &extra, mesh);
-                extra.push((name.clone(), mesh.clone()));
-                name
+                let file = free_file(folder, &stem, &extra, mesh);
+                extra.push((file.name.clone(), mesh.clone()));
+                file
             })
         });
-        *file = Some(name.clone());
+        *file = Some(found.clone());
     }
     let text = write_scene(&scene)?;
     for (name, mesh) in &extra {
@@ -69,23 +70,43 @@ fn save_scene(path: &Path, scene: &Scene) -> Result<Vec<String>, WriteError> {
     Ok(extra.into_iter().map(|(name, _)| format!("a mesh was written to {name}")).collect())
 }
 
-/// A name for a mesh beside a scene. What else lies in the folder is not written over.
-fn free_name(
+/// A file for a mesh beside a scene. What else lies in the folder is not written over.
+fn free_file(
     folder: &Path,
     stem: &str,
     taken: &[(String, Arc<TriangleMesh>)],
     mesh: &TriangleMesh,
-) -> String {
-    let is_free = |name: &String| {
-        let path = folder.join(name);
-        taken.iter().all(|(other, _)| other != name) && (!path.exists() || is_file_of(&path, mesh))
+) -> MeshFile {
+    let is_free = |file: &MeshFile| {
+        let is_taken = taken.iter().any(|(other, _)| *other == file.name);
+        !is_taken && (!folder.join(&file.name).exists() || is_file_of(folder, file, mesh))
     };
-    (0..).map(|i| format!("{stem}-mesh{i}.ply")).find(is_free).unwrap_or_default()
+    let numbered = |number: u64| MeshFile { name: format!("{stem}-mesh{number}.ply"), weld: None };
+    let mut number = 0;
+    while !is_free(&numbered(number)) {
+        number += 1;
+    }
+    numbered(number)
 }
 
-/// Whether a file holds just this mesh.
-fn is_file_of(path: &Path, mesh: &TriangleMesh) -> bool {
-    registry::read_mesh_file(path).is_ok_and(|found| found.mesh == *mesh)
+/// Whether readers of a scene may open the file: it lies in the folder of the scene, links resolved.
+fn is_within(folder: &Path, file: &MeshFile) -> bool {
+    let found = folder.canonicalize().and_then(|f| Ok((folder.join(&file.name).canonicalize()?, f)));
+    Path::new(&file.name).is_relative() && found.is_ok_and(|(path, folder)| path.starts_with(folder))
+}
+
+/// Whether reading a file gives just this mesh, bit for bit.
+fn is_file_of(folder: &Path, file: &MeshFile, mesh: &TriangleMesh) -> bool {
+    let Ok(found) = registry::read_mesh_file(&folder.join(&file.name)) else { return false };
+    let found = found.welded(file.weld).mesh;
+    // Vertices of no face may be NaN, and the sign of zero counts.
+    let bits = |mesh: &TriangleMesh| -> Vec<[u64; 3]> {
+        mesh.vertices.iter().map(|v| v.to_array().map(f64::to_bits)).collect()
+    };
+    let polygons = |mesh: &TriangleMesh| -> Vec<u32> {
+        (0..).take(mesh.faces.len()).map(|face| mesh.polygon(face)).collect()
+    };
+    found.faces == mesh.faces && polygons(&found) == polygons(mesh) && bits(&found) == bits(mesh)
 }
 
 /// Placements of parts that are written out, at most: sharing can make more of them than any file holds.
@@ -165,6 +186,7 @@ fn append(out: &mut TriangleMesh, mesh: &TriangleMesh, place: &Affine) -> Result
     } else {
         out.vertices.extend(mesh.vertices.iter().map(|v| place.point(*v)));
     }
+    append_polygons(out, mesh);
     // A mirror turns triangles inside out.
     let mirrored = place.determinant() < 0.0;
     out.faces.extend(mesh.faces.iter().map(|[a, b, c]| {
@@ -172,4 +194,16 @@ fn append(out: &mut TriangleMesh, mesh: &TriangleMesh, place: &Affine) -> Result
         [first + a, first + b, first + c]
     }));
     Ok(())
+}
+
+/// Numbers the polygons of a mesh after those that are there; does nothing where faces are the polygons.
+fn append_polygons(out: &mut TriangleMesh, mesh: &TriangleMesh) {
+    if out.polygons.is_empty() && mesh.polygons.is_empty() {
+        return;
+    }
+    if out.polygons.is_empty() {
+        out.polygons = (0..).take(out.faces.len()).collect();
+    }
+    let first = out.polygons.last().map_or(0, |last| last.saturating_add(1));
+    out.polygons.extend((0..).take(mesh.faces.len()).map(|face| first.saturating_add(mesh.polygon(face))));
 }

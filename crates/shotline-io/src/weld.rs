@@ -24,7 +24,7 @@ impl MeshFile {
     /// The mesh with vertices welded, and a note of what that did.
     pub(crate) fn welded(mut self, weld: Option<Weld>) -> MeshFile {
         let Some(weld) = weld else { return self };
-        // What is no mesh is refused when the scene is compiled, with the place where it is used.
+        // What is not a mesh is refused when the scene is compiled, with the place where it is used.
         if let Ok((mesh, welded)) = self.mesh.welded(weld) {
             self.mesh = mesh;
             self.notes.push(weld_note(weld, &welded));

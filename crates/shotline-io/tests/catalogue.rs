@@ -1,4 +1,4 @@
-//! The catalogue of bad input, as far as it concerns scenes, rays and memory: a test a row. What concerns mesh files is
+//! The catalogue of bad input, for scenes, rays and memory: a test a row. What concerns mesh files is
 //! in `catalogue_meshes.rs`, what the program says in `crates/shotline-cli/tests/bad_input.rs`.
 
 use shotline::compile::{Options, SceneError, World, compile};
@@ -81,7 +81,7 @@ fn zero_direction() {
     }
 }
 
-/// Directions of any length: the list is right, and a `t` that is no number any more is not listed.
+/// Directions of any length: the list is right, and a `t` that is not finite is not listed.
 #[test]
 fn denormal_and_huge_directions() {
     let ball = world(&scene_of(|scene| solid(scene, "sphere", &[&[1.0]])));
@@ -260,7 +260,7 @@ fn cycles_are_told_by_name() {
     }
 }
 
-/// Many long cycles are told in little memory and time.
+/// Many long cycles are reported in little memory and time.
 #[test]
 fn cycles_by_the_thousand() {
     let mut scene = Scene::default();

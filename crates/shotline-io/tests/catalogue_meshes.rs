@@ -1,4 +1,4 @@
-//! The catalogue of bad input, as far as it concerns mesh files: a test a row. Headers that promise too much and the
+//! The catalogue of bad input, for mesh files: a test a row. Headers that promise too much and the
 //! memory that they may cost are in `hostile.rs`, which files a scene may name in `scene_files.rs`.
 
 use std::path::Path;

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use shotline::compile::{Options, compile};
 use shotline::query::Caster;
 use shotline::ray::{Ray, Span};
-use shotline::scene::{Node, Scene};
-use shotline::solid::mesh::TriangleMesh;
+use shotline::scene::{MeshFile, Node, Scene};
+use shotline::solid::mesh::{TriangleMesh, Weld};
 use shotline::testkit::random::Random;
 use shotline::testkit::scene::random_scene;
 use shotline_io::pack;
@@ -31,7 +31,10 @@ fn packed_scenes_answer_the_same() {
     let mut crossings = 0;
     for _ in 0..40 {
         let mut scene = random_scene(&mut random);
-        let small = scene.add(Node::Mesh { mesh: tetrahedron(0.3), file: Some("kept/out.ply".into()) });
+        let small = scene.add(Node::Mesh {
+            mesh: tetrahedron(0.3),
+            file: Some(MeshFile { name: "kept/out.ply".into(), weld: Some(Weld::Auto) }),
+        });
         let large = scene.add(Node::Mesh { mesh: tetrahedron(3.0), file: None });
         let group = scene.add(Node::Group { members: vec![small, large, small] });
         scene.add_object("meshes", None, group);

@@ -1,16 +1,23 @@
 //! Scenes written and read again are the same, bit for bit.
 
 use std::collections::HashMap;
+use std::path::Path;
+use std::sync::Arc;
 
 use shotline::accel::NAMES;
+use shotline::compile::{Options, compile};
 use shotline::math::{Affine, Vec3};
+use shotline::query::Caster;
+use shotline::ray::{Ray, Span};
 use shotline::scene::{
-    Camera, Lens, Light, LightSource, LocalTransform, Material, Motion, Node, NodeId, Op, Rotation, Scene,
-    Units,
+    Camera, Lens, Light, LightSource, LocalTransform, Material, MeshFile, Motion, Node, NodeId, Op, Rotation,
+    Scene, Units,
 };
+use shotline::solid::mesh::{TriangleMesh, Weld};
 use shotline::solid::{KINDS, Params};
 use shotline::testkit::random::Random;
-use shotline_io::{parse_scene, write_scene};
+use shotline::testkit::scene::random_scene as castable_scene;
+use shotline_io::{load, parse_scene, read_mesh, save, write_scene};
 
 /// Any finite float64: every exponent, both zeros, and often a short one.
 fn number(random: &mut Random) -> f64 {
@@ -60,10 +67,43 @@ fn leaf(random: &mut Random) -> Node {
     Node::Solid { kind, params: Params { entries } }
 }
 
+/// A mesh with faces of four and five corners.
+const POLYGONS: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0.5 0.4 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0.5 0.4 1\nv 0 1 1\n\
+                        f 5 4 3 2 1\nf 6 7 8 9 10\nf 1 2 7 6\nf 2 3 8 7\nf 3 4 9 8\nf 4 5 10 9\nf 5 1 6 10\n";
+
+/// A tetrahedron that only welding closes.
+const NOISY: &str =
+    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 1e-9 0 0\nv 1 1e-9 0\nf 1 3 2\nf 5 2 4\nf 6 3 4\nf 3 1 4\n";
+
+/// A tetrahedron with vertices that no face uses and of which one is not finite.
+const UNUSED: &str = "ply\nformat ascii 1.0\nelement vertex 6\nproperty double x\nproperty double y\nproperty double z\n\
+                      element face 4\nproperty list uchar int vertex_indices\nend_header\n-0 0 0\n1 0 0\n0 1 0\n0 0 1\n\
+                      nan 0 0\n9 9 9\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n";
+
+const FILES: [(&str, &str); 3] =
+    [("polygons.obj", POLYGONS), ("sub/noisy.obj", NOISY), ("unused.ply", UNUSED)];
+
+/// A folder with mesh files.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("sub")).unwrap();
+    FILES.iter().for_each(|(name, text)| std::fs::write(folder.path().join(name), text).unwrap());
+    folder
+}
+
+/// A mesh as readers give it.
+fn mesh(random: &mut Random, folder: &Path) -> Node {
+    let (name, _) = FILES[random.below(FILES.len())];
+    let weld = [None, Some(Weld::Within(0.0)), Some(Weld::Within(1e-3)), Some(Weld::Auto)][random.below(4)];
+    let read = read_mesh(folder.join(name)).unwrap();
+    let mesh = weld.map_or(read.clone(), |weld| read.welded(weld).unwrap().0);
+    Node::Mesh { mesh: mesh.into(), file: Some(MeshFile { name: name.into(), weld }) }
+}
+
 /// A scene whose nodes name earlier ones, so that many are shared; some of them have names.
-fn random_scene(random: &mut Random) -> Scene {
+fn random_scene(random: &mut Random, folder: &Path) -> Scene {
     let mut scene = Scene { units: maybe(random, |r| Units::ALL[r.below(8)].1), ..Scene::default() };
-    scene.materials = (0..random.below(3)).map(|i| (format!("m{i}"), material(random))).collect();
+    scene.materials = (0..random.below(3)).map(|i| (format!("m{i} \"\u{e9}\n"), material(random))).collect();
     let mut shapes = vec![scene.add(leaf(random))];
     let mut members = shapes.clone();
     for _ in 0..random.below(20) {
@@ -71,7 +111,7 @@ fn random_scene(random: &mut Random) -> Scene {
         let several = |random: &mut Random, from: &[NodeId]| {
             (0..=random.below(3)).map(|_| some(random, from)).collect()
         };
-        let node = match random.below(5) {
+        let node = match random.below(6) {
             0 => Node::Transform { transform: transform(random), child: some(random, &shapes) },
             1 => Node::Csg {
                 op: [Op::Union, Op::Intersection, Op::Difference][random.below(3)],
@@ -80,10 +120,11 @@ fn random_scene(random: &mut Random) -> Scene {
             2 => Node::Group { members: several(random, &members) },
             3 => {
                 let shape = some(random, &shapes);
-                let id = scene.add(object(random, shape));
+                let id = scene.add(object(random, shape, &scene.materials));
                 members.push(id);
                 continue;
             }
+            4 => mesh(random, folder),
             _ => leaf(random),
         };
         let id = scene.add(node);
@@ -92,21 +133,22 @@ fn random_scene(random: &mut Random) -> Scene {
     }
     for i in 0..random.below(4) {
         let id = members[random.below(members.len())];
-        scene.defs.push((format!("part{}", 2 * i), id));
+        scene.defs.push((format!("part{}{}", 2 * i, ["", " \\/"][random.below(2)]), id));
     }
     for _ in 0..=random.below(3) {
         let shape = shapes[random.below(shapes.len())];
-        let root = scene.add(object(random, shape));
+        let root = scene.add(object(random, shape, &scene.materials));
         scene.objects.push(root);
     }
     looks(&mut scene, random);
     scene
 }
 
-fn object(random: &mut Random, node: NodeId) -> Node {
+fn object(random: &mut Random, node: NodeId, materials: &[(String, Material)]) -> Node {
+    let material = random.below(materials.len() + 1);
     Node::Object {
-        name: format!("o{}", random.below(3)),
-        material: None,
+        name: ["o0", "o1", "", "\u{1F600}\t\"o\""][random.below(4)].into(),
+        material: materials.get(material).map(|(name, _)| name.clone()),
         priority: random.bits() as i32,
         node,
     }
@@ -185,7 +227,7 @@ fn canonical(scene: &Scene) -> String {
         let mut all = |ids: &[NodeId]| ids.iter().map(|c| number(*c, &mut order)).collect::<Vec<_>>();
         out += &match &nodes[id.0 as usize] {
             Node::Solid { kind, params } => format!("{} {params:?}\n", kind.name),
-            Node::Mesh { file, .. } => format!("{file:?}\n"),
+            Node::Mesh { mesh, file } => format!("{file:?} {mesh:?}\n"),
             Node::Csg { op, args } => format!("{op:?} {:?}\n", all(args)),
             Node::Group { members } => format!("group {:?}\n", all(members)),
             Node::Transform { transform, child } => format!("{transform:?} {:?}\n", all(&[*child])),
@@ -207,13 +249,103 @@ fn without_new_names(mut scene: Scene, original: &Scene) -> Scene {
 #[test]
 fn scenes_survive_bit_for_bit() {
     let mut random = Random::new(1);
+    let folder = folder();
     for _ in 0..300 {
-        let scene = random_scene(&mut random);
+        let scene = random_scene(&mut random, folder.path());
         let text = write_scene(&scene).unwrap();
-        let back = parse_scene(text.clone(), None).unwrap_or_else(|e| panic!("{e}\n{text}")).scene;
+        let back =
+            parse_scene(text.clone(), Some(folder.path())).unwrap_or_else(|e| panic!("{e}\n{text}")).scene;
         assert_eq!(canonical(&without_new_names(back.clone(), &scene)), canonical(&scene), "{text}");
         // Once every shared part has its name, the text is settled.
         assert_eq!(write_scene(&back).unwrap(), text);
+    }
+}
+
+/// Every crossing of some rays with everything that is known of it, and the names of paths.
+fn answers(scene: &Scene) -> String {
+    let world = compile(scene, Options::default()).unwrap();
+    let (mut caster, mut hits, mut out) = (Caster::new(&world), Vec::new(), String::new());
+    let mut random = Random::new(5);
+    for _ in 0..40 {
+        let origin = random.direction() * 6.0;
+        let target = Vec3::from(std::array::from_fn(|_| random.number(-0.5, 1.0)));
+        let ray = Ray::new(origin, target - origin).unwrap();
+        caster.crossings(&ray, Span::FORWARD, &mut hits).unwrap();
+        out += &format!("{hits:?}\n");
+    }
+    out
+}
+
+/// The scene with the files of its meshes forgotten.
+fn without_files(mut scene: Scene) -> Scene {
+    for node in &mut scene.nodes {
+        if let Node::Mesh { file, .. } = node {
+            *file = None;
+        }
+    }
+    scene
+}
+
+#[test]
+fn saved_scenes_are_the_same_models() {
+    let mut random = Random::new(6);
+    let (mut polygons, mut written) = (0, 0);
+    for _ in 0..40 {
+        let (here, elsewhere) = (folder(), tempfile::tempdir().unwrap());
+        let mut scene = castable_scene(&mut random);
+        scene.units = maybe(&mut random, |r| Units::ALL[r.below(8)].1);
+        for i in 0..2 {
+            let node = mesh(&mut random, here.path());
+            let node = scene.add(node);
+            let materials = scene.materials.clone();
+            let inner = scene.add(object(&mut random, node, &materials));
+            let placed = scene.add_transform(Affine::translation(Vec3::splat(0.125)), inner);
+            let group = scene.add(Node::Group { members: vec![node, placed] });
+            scene.accels.insert(node, NAMES[random.below(NAMES.len())]);
+            scene.add_object(&format!("meshes {i}"), None, group);
+        }
+        let before = answers(&scene);
+        polygons += before.matches("polygon: Some").count();
+        for folder in [&here, &elsewhere] {
+            let path = folder.path().join("saved.json");
+            written += save(&path, &scene).unwrap().len();
+            let back = load(&path).unwrap().scene;
+            assert_eq!(answers(&back), before);
+            let same = without_files(without_new_names(back.clone(), &scene));
+            assert_eq!(canonical(&same), canonical(&without_files(scene.clone())));
+            // What was saved is found again.
+            assert_eq!(save(&path, &back).unwrap(), [""; 0]);
+        }
+    }
+    // Beside their files no mesh is written; elsewhere both are, each time.
+    assert!(polygons > 100 && written == 80, "{polygons} {written}");
+}
+
+#[test]
+fn a_welded_mesh_is_saved_welded() {
+    let folder = folder();
+    let text = r#"{ "shotline": 1, "objects": [{ "node": { "kind": "mesh", "file": "sub/noisy.obj", "weld": "auto" } }] }"#;
+    let scene = parse_scene(text, Some(folder.path())).unwrap().scene;
+    assert!(write_scene(&scene).unwrap().contains(r#""file": "sub/noisy.obj", "weld": "auto""#));
+    // The mesh that was read by welding is the one that the file gives when it is welded.
+    assert_eq!(save(folder.path().join("again.json"), &scene).unwrap(), [""; 0]);
+    let elsewhere = tempfile::tempdir().unwrap();
+    assert_eq!(save(elsewhere.path().join("again.json"), &scene).unwrap().len(), 1);
+    assert!(!std::fs::read_to_string(elsewhere.path().join("again.json")).unwrap().contains("weld"));
+}
+
+#[test]
+fn meshes_outside_of_the_folder_are_copied_beside_the_scene() {
+    let outer = folder();
+    let inner = outer.path().join("sub");
+    for name in ["../polygons.obj".to_owned(), outer.path().join("polygons.obj").display().to_string()] {
+        let mut scene = Scene::default();
+        let mesh: Arc<TriangleMesh> = read_mesh(inner.join(&name)).unwrap().into();
+        let node = scene.add(Node::Mesh { mesh: mesh.clone(), file: Some(MeshFile { name, weld: None }) });
+        scene.add_object("it", None, node);
+        save(inner.join("saved.json"), &scene).unwrap();
+        let back = load(inner.join("saved.json")).unwrap().scene;
+        assert!(back.nodes.iter().any(|node| matches!(node, Node::Mesh { mesh: read, .. } if *read == mesh)));
     }
 }
 

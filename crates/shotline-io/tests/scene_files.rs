@@ -5,7 +5,7 @@ use std::path::Path;
 use shotline::compile::{Options, compile};
 use shotline::math::Vec3;
 use shotline::scene::{Lens, LightSource, LocalTransform, Node, NodeId, Rotation, Units};
-use shotline_io::{Document, Place, load, parse_scene};
+use shotline_io::{Document, Effect, Place, load, parse_scene};
 
 fn read(text: &str) -> Document {
     parse_scene(text, None).unwrap_or_else(|e| panic!("{e}"))
@@ -305,4 +305,30 @@ fn accelerators_are_chosen_by_name() {
         error.contains("no accelerator named 'octre'") && error.contains("did you mean 'octree'?"),
         "{error}"
     );
+}
+
+#[test]
+fn names_of_several_objects_are_noted_with_the_first_place() {
+    let ball = r#""node": { "kind": "sphere", "radius": 1 } }"#;
+    let twice = format!(
+        "{{ \"shotline\": 1, \"objects\": [\n  {{ \"name\": \"a\", {ball},\n  {{ \"name\": \"b\", {ball},\n  {{\n    \"name\": \"a\", {ball},\n  \
+         {{ \"name\": \"a\", {ball}\n] }}"
+    );
+    let notes = parse_scene(twice, None).unwrap().notes;
+    let shown = "2 objects have names of others, and each such name stands for all of its objects, the first 'a' on line 5";
+    assert_eq!(notes.iter().map(ToString::to_string).collect::<Vec<_>>(), [shown]);
+    assert_eq!((notes[0].kind, notes[0].count, notes[0].effect), ("duplicate_names", 2, Effect::Kept));
+    // The name that an object without one gets counts too; an object that is placed twice is one.
+    let given =
+        format!("{{ \"shotline\": 1, \"objects\": [ {{ \"name\": \"object1\", {ball},\n  {{ {ball} ] }}");
+    let notes = parse_scene(given, None).unwrap().notes;
+    assert_eq!(
+        notes[0].to_string(),
+        "1 object has the name of another, and the name stands for both, 'object1' on line 2"
+    );
+    let shared = format!(
+        r#"{{ "shotline": 1, "defs": {{ "d": {{ "name": "a", {ball} }}, "objects": [ {{ "name": "all", "node":
+            {{ "op": "group", "args": [ {{ "ref": "d" }}, {{ "ref": "d", "translate": [3, 0, 0] }} ] }} }} ] }}"#
+    );
+    assert_eq!(parse_scene(shared, None).unwrap().notes, []);
 }

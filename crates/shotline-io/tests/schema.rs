@@ -18,7 +18,7 @@ fn the_published_schema_is_up_to_date() {
     let published = std::fs::read_to_string(&path).unwrap_or_default();
     assert!(
         published == scene_schema(),
-        "run the tests with UPDATE_SCHEMA=1 to write docs/scene.schema.json anew"
+        "run the tests with UPDATE_SCHEMA=1 to update docs/scene.schema.json"
     );
 }
 

@@ -220,7 +220,7 @@ impl Command {
                 let help = "cast fewer rays at a time, ask for closest or count, or raise --max-crossings";
                 return Failure::of_file(self.source(), format!("{error}\nhelp: {help}"));
             }
-            // Rays that were read are rays: other rows were told of or set aside.
+            // All rays are valid here: other rows were reported or set aside.
             error @ (BatchError::Ray { .. } | BatchError::Point { .. }) => {
                 return Failure::of_file(self.source(), error);
             }

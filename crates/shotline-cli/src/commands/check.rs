@@ -51,11 +51,8 @@ impl Command {
         }
         for node in &document.scene.nodes {
             if let Node::Mesh { mesh, file } = node {
-                findings.examine_mesh(
-                    file.as_deref().unwrap_or("mesh"),
-                    mesh,
-                    self.build.general(&document.scene),
-                );
+                let file = file.as_ref().map_or("mesh", |file| &file.name);
+                findings.examine_mesh(file, mesh, self.build.general(&document.scene));
             }
         }
         match compile::compile(&document.scene, self.build.options()) {

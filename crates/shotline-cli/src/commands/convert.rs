@@ -13,7 +13,7 @@ use crate::{input, interrupt, output};
 
 /// Convert between file formats
 ///
-/// The ending of OUT says which: .json a scene, .ply, .obj or .stl a mesh. Whatever is lost is told on stderr, and
+/// The ending of OUT says which: .json a scene, .ply, .obj or .stl a mesh. Whatever is lost is reported on stderr, and
 /// so is what else was written: meshes that a scene names are put beside it as PLY, unless they are there.
 ///
 /// PLY and OBJ keep every bit of a mesh. STL names no vertices and in its binary form holds float32, so it is

@@ -25,7 +25,7 @@ use crate::{input, interrupt, output};
 /// two thirds of all values are off by less than theirs, and one in a hundred by more than three times as much. What no
 /// ray meets is not seen; more rays see more. Polytopes, intersections of half-spaces and boxes, are exact too.
 ///
-/// An object that has no end is told as unbounded, and the others are measured. If none of them has one, that is an error.
+/// An object that has no end is reported as unbounded, and the others are measured. If none of them has one, that is an error.
 ///
 /// The inertia tensor (--json) is about the centroid, along the axes of the world, and of density 1. Mass is in
 /// grams, by the density of the material in g/cm^3, where it has one; in a scene without units it is volume times
@@ -167,7 +167,7 @@ impl Command {
 /// The unit of masses, in scenes with a unit of length.
 const GRAMS: &str = "g";
 
-/// What is told.
+/// What is printed.
 struct Report<'a> {
     world: &'a World,
     scene: &'a Scene,

@@ -110,7 +110,7 @@ enum CoherenceChoice {
     Neighbours,
     /// Pixels that nothing moving can touch are rendered once for all frames
     Frames,
-    /// Every ray begins anew
+    /// Every ray starts from scratch
     None,
 }
 

@@ -53,7 +53,7 @@ pub struct Command {
         default_missing_value = "crossings"
     )]
     trace: Option<Query>,
-    /// How many steps are told at most
+    /// The largest number of steps to print
     #[arg(long, value_name = "N", default_value_t = 1000, requires = "trace")]
     steps: usize,
     /// Print one JSON document instead; what is infinite or does not exist is null there

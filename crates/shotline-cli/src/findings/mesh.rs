@@ -18,7 +18,7 @@ struct Examination<'a> {
 impl Findings {
     /// Examines a mesh.
     pub fn examine_mesh(&mut self, name: &str, mesh: &Arc<TriangleMesh>, accel: &str) {
-        // What is no mesh at all, the scene's errors tell with the place where it is used.
+        // The errors of the scene report what is not a mesh at all, with the place where it is used.
         let Ok(solid) = MeshSolid::new(mesh.clone(), accel) else {
             return self.line(format!("{name}: not a mesh"));
         };

@@ -82,7 +82,7 @@ impl Shot {
     }
 }
 
-/// The length inside objects as far as the ray has been followed.
+/// The length inside objects up to where the ray has been followed.
 struct Passed<'a> {
     /// Those that do not end before: ascending and apart.
     segments: &'a [Segment],

@@ -10,11 +10,11 @@ use crate::error::ReadError;
 use crate::fault::Fault;
 use crate::files::read_regular;
 
-/// A row that is no ray.
+/// A row that is not a ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("ray {row}: {why}")]
 pub struct InvalidRow {
-    /// The row, counted from 0; the first one that is no ray.
+    /// The row, counted from 0; the first one that is not a ray.
     pub row: usize,
     /// Why.
     pub why: InvalidRay,

@@ -41,7 +41,7 @@ fn read(bytes: &[u8]) -> Result<MeshFile, Fault> {
     read_as(Layout::Lines).or_else(|fault| read_as(Layout::Loose).map_err(|_| fault))
 }
 
-/// Counts are believed only as far as the file has bytes for them.
+/// Refuses counts for which the file has too few bytes.
 fn check_count(element: &Element, header: &Header, bytes: usize) -> Result<(), Fault> {
     let left = bytes - header.end;
     // The last row of a text may lack its break.
@@ -67,6 +67,10 @@ struct Tables<'f> {
 
 /// A strip of triangles may end within a list, which goes on with another.
 const END_OF_STRIP: Corner = -1;
+
+/// The property of a face that holds the number of the polygon it was cut from: written where triangles and polygons are
+/// not numbered alike.
+const POLYGON: &str = "shotline_polygon";
 
 const STRIPS: NoteKind = NoteKind {
     name: "strips_cut",
@@ -161,7 +165,12 @@ impl<'f> Tables<'f> {
             ))
         };
         let corners = corners.ok_or_else(missing)?;
-        self.leave_out(element, &[corners]);
+        let number = element
+            .properties
+            .iter()
+            .position(|p| p.name == POLYGON && matches!(p.shape, Shape::One(item) if item.is_integer()));
+        let read: Vec<usize> = [corners].into_iter().chain(number).collect();
+        self.leave_out(element, &read);
         let (mut numbers, mut polygon) = (Vec::new(), Vec::new());
         for i in 0..element.count {
             rows.begin()?;
@@ -171,6 +180,14 @@ impl<'f> Tables<'f> {
                 if p == corners {
                     polygon.clear();
                     polygon.extend(numbers.iter().map(|x| *x as Corner));
+                }
+                if Some(p) == number {
+                    self.polygons.number(numbers[0] as i64).map_err(|least| {
+                        let (name, given) = (&element.name, numbers[0]);
+                        rows.fault(format!(
+                            "{name} {i} has the polygon number {given}, but numbers ascend, here from {least}"
+                        ))
+                    })?;
                 }
             }
             rows.end(self.polygons.notes())?;
@@ -231,20 +248,25 @@ impl<'f> Tables<'f> {
 
 /// Binary, in float64: nothing is lost.
 pub(crate) fn write(mesh: &TriangleMesh) -> Result<Encoded, WriteError> {
+    let numbered =
+        if mesh.polygons.is_empty() { String::new() } else { format!("property uint {POLYGON}\n") };
     let head = format!(
         "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n\
-         element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
+         element face {}\nproperty list uchar uint vertex_indices\n{numbered}end_header\n",
         mesh.vertices.len(),
         mesh.faces.len()
     );
     let mut out = head.into_bytes();
-    out.reserve(mesh.vertices.len() * 24 + mesh.faces.len() * 13);
+    out.reserve(mesh.vertices.len() * 24 + mesh.faces.len() * 17);
     for vertex in &mesh.vertices {
         out.extend(vertex.to_array().iter().flat_map(|x| x.to_le_bytes()));
     }
-    for face in &mesh.faces {
+    for (number, face) in (0..).zip(&mesh.faces) {
         out.push(3);
         out.extend(face.iter().flat_map(|i| i.to_le_bytes()));
+        if !mesh.polygons.is_empty() {
+            out.extend(mesh.polygon(number).to_le_bytes());
+        }
     }
     Ok(out.into())
 }

@@ -2,7 +2,7 @@
 //!
 //! A corner is an ear if its triangle turns left and nothing of the polygon lies in the way of its third side. All signs
 //! are exact, so a polygon that does not cross itself is cut within its outline: every triangle has an area, and corners
-//! on a straight edge stay corners of triangles. A corner that is no ear waits for the corner in its way to be clipped,
+//! on a straight edge stay corners of triangles. A corner that is not an ear waits for the corner in its way to be clipped,
 //! so the work is about n log n. Each clip takes one corner out of the ring, so any polygon of n corners gives n - 2
 //! triangles that have its outline, edge by edge; a mesh that is closed stays closed.
 //!

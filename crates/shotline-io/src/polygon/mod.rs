@@ -11,7 +11,7 @@ mod tests;
 use std::ops::Range;
 
 use shotline::math::Vec3;
-use shotline::solid::mesh::TriangleMesh;
+use shotline::solid::mesh::{MeshError, TriangleMesh};
 
 pub(crate) use self::cut::{Cut, cut};
 use crate::fault::{At, Fault};
@@ -84,6 +84,36 @@ impl Vertices {
     }
 }
 
+/// A mesh of faces with any number of corners, which are cut into triangles as those of files are; with notes of what was
+/// cut or dropped.
+///
+/// # Errors
+/// [`MeshError`] for a face that names a vertex that does not exist or is not finite, and where there is no face of three
+/// corners or more.
+pub fn mesh_of_polygons<'a>(
+    vertices: Vec<Vec3>,
+    faces: impl IntoIterator<Item = &'a [u32]>,
+) -> Result<(TriangleMesh, Vec<Note>), MeshError> {
+    let count = vertices.len();
+    let mut polygons = Polygons::new(count, Notes::default());
+    for (face, corners) in faces.into_iter().enumerate() {
+        for &vertex in corners {
+            let position =
+                *vertices.get(vertex as usize).ok_or(MeshError::VertexOutOfRange { face, vertex, count })?;
+            if !position.is_finite() {
+                return Err(MeshError::NotFinite { vertex: vertex as usize, face, position });
+            }
+        }
+        let corners: Vec<Corner> = corners.iter().map(|corner| Corner::from(*corner)).collect();
+        // All corners are known to exist.
+        let _ = polygons.add(&corners, || At::File);
+    }
+    let mut points = Vertices::default();
+    vertices.into_iter().for_each(|vertex| points.push(vertex, || At::File));
+    let MeshFile { mesh, notes } = polygons.finish(points, 0, &[]).map_err(|_| MeshError::Empty)?;
+    Ok((mesh, notes))
+}
+
 /// Faces being gathered.
 pub(crate) struct Polygons {
     vertices: usize,
@@ -154,6 +184,16 @@ impl Polygons {
             }
         }
         self.corners.truncate(first);
+        Ok(())
+    }
+
+    /// Gives the next face a number; without, faces are numbered as they come.
+    ///
+    /// # Errors
+    /// The least number that is possible here.
+    pub(crate) fn number(&mut self, number: i64) -> Result<(), u32> {
+        let least = self.faces.saturating_sub(1);
+        self.faces = u32::try_from(number).ok().filter(|n| *n >= least).ok_or(least)?;
         Ok(())
     }
 

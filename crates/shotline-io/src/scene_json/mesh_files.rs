@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use shotline::scene;
 use shotline::solid::mesh::{TriangleMesh, Weld};
 
 use crate::error::ReadError;
@@ -51,9 +52,10 @@ impl<'a> Meshes<'a> {
         }
     }
 
-    /// The file of a mesh, if it has one.
-    pub(super) fn file(&self, name: &str) -> Option<String> {
-        matches!(self, Meshes::Files(_)).then(|| name.to_owned())
+    /// The file of a mesh, if it has one, and how the mesh was welded.
+    pub(super) fn file(&self, name: &str, weld: Option<Weld>) -> Option<scene::MeshFile> {
+        let Meshes::Files(files) = self else { return None };
+        Some(scene::MeshFile { name: name.to_owned(), weld: files.weld(weld) })
     }
 
     /// The notes of all files read.
@@ -86,7 +88,7 @@ fn refuse<T>(why: impl Into<String>, help: impl Into<String>) -> Result<T, Refus
 impl MeshFiles {
     /// The mesh of a file named as in the scene.
     fn load(&mut self, file: &str, weld: Option<Weld>) -> Result<Arc<TriangleMesh>, Refusal> {
-        let weld = weld.or(self.options.weld);
+        let weld = self.weld(weld);
         // No distance has the bits of a NaN.
         let bits =
             weld.map(|weld| if let Weld::Within(distance) = weld { distance.to_bits() } else { u64::MAX });
@@ -108,6 +110,11 @@ impl MeshFiles {
         };
         self.read.insert(key, mesh.clone());
         mesh
+    }
+
+    /// How a mesh is welded whose node asks for this.
+    fn weld(&self, asked: Option<Weld>) -> Option<Weld> {
+        asked.or(self.options.weld)
     }
 
     /// The file's true path, links resolved, if it lies within reach.

@@ -11,6 +11,7 @@ mod schema;
 mod syntax;
 mod token;
 mod tree;
+mod twice;
 mod values;
 mod write;
 
@@ -75,7 +76,10 @@ pub(crate) fn parse(
     let mut faults = Faults::default();
     let document = document(&text, Meshes::of(folder, meshes), &mut faults);
     match document {
-        Some((scene, spans, notes)) if faults.is_empty() => {
+        Some((scene, spans, mut notes)) if faults.is_empty() => {
+            let file = path.map(|path| path.display().to_string());
+            let twice = twice::duplicate_names(&scene, &spans, &text).into_iter();
+            notes.extend(twice.map(|note| Note { file: file.clone(), ..note }));
             Ok(Document { scene, notes, source: Source::text_of(path, text, spans, find_param) })
         }
         _ => Err(ReadError::new(path, text.as_bytes(), faults)),

@@ -221,7 +221,7 @@ impl<'r, 't> Graph<'r, 't> {
         self.scene.nodes[id.0 as usize] = node;
     }
 
-    /// Which of the forms of a node this is; reports it if it is none, several or not allowed in its place.
+    /// Which of the forms of a node this is; reports a node of no form, of several, or of one that is not allowed in its place.
     fn form(&mut self, value: ValueId, role: Role) -> Option<Form> {
         let members = self.values.object(value, "a node")?;
         let present = |key: &str| members.iter().any(|m| m.key == key);
@@ -310,7 +310,7 @@ impl<'r, 't> Graph<'r, 't> {
             Some(at) => Some(self.weld(at)?),
         };
         match self.meshes.load(file, weld) {
-            Ok(mesh) => Some(Node::Mesh { mesh, file: self.meshes.file(file) }),
+            Ok(mesh) => Some(Node::Mesh { mesh, file: self.meshes.file(file, weld) }),
             Err(refusal) => {
                 self.values.fault(at, refusal.why, refusal.help);
                 None

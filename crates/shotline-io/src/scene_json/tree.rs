@@ -25,7 +25,7 @@ pub(super) enum Content<'t> {
     Text(Cow<'t, str>),
     Array(Vec<ValueId>),
     Object(Vec<Member<'t>>),
-    /// Something that has been reported already; whoever wanted it says nothing more.
+    /// Something that has been reported already; it is not reported again.
     Wrong,
 }
 

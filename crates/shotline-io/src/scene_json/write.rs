@@ -3,8 +3,10 @@
 
 use shotline::math::Vec3;
 use shotline::scene::{
-    Camera, Lens, Light, LightSource, LocalTransform, Material, Motion, Node, NodeId, Op, Rotation, Scene,
+    Camera, Lens, Light, LightSource, LocalTransform, Material, MeshFile, Motion, Node, NodeId, Op, Rotation,
+    Scene,
 };
+use shotline::solid::mesh::Weld;
 
 use super::names::Names;
 use crate::error::WriteError;
@@ -123,7 +125,7 @@ impl Writer<'_> {
         self.names.defs.iter().map(entry).collect()
     }
 
-    /// The keys of a node. A transform lends its keys to its child, which is no transform itself or has a name.
+    /// The keys of a node. A transform lends its keys to its child, which is not a transform or has a name.
     fn fields(&mut self, id: NodeId) -> Vec<Field> {
         let Node::Transform { transform, child } = self.scene.node(id) else { return self.own_fields(id) };
         let mut fields = match self.names.of.get(child) {
@@ -158,15 +160,7 @@ impl Writer<'_> {
                 }
                 fields
             }
-            Node::Mesh { file, .. } => {
-                if file.is_none() {
-                    self.refuse(
-                        "a mesh that was not read from a file: the scene cannot name its file".into(),
-                    );
-                }
-                let file = quoted(file.as_deref().unwrap_or(""));
-                vec![Field::Plain("\"kind\": \"mesh\"".into()), Field::Plain(format!("\"file\": {file}"))]
-            }
+            Node::Mesh { file, .. } => self.mesh(file.as_ref()),
             Node::Csg { op, args } => {
                 let op = match op {
                     Op::Union => "union",
@@ -190,6 +184,19 @@ impl Writer<'_> {
             // Reached only below a transform, where such a node has a name.
             Node::Transform { .. } => Vec::new(),
         }
+    }
+
+    fn mesh(&mut self, file: Option<&MeshFile>) -> Vec<Field> {
+        let Some(MeshFile { name, weld }) = file else {
+            self.refuse("a mesh that was not read from a file: the scene cannot name its file".into());
+            return Vec::new();
+        };
+        let mut keys = vec!["\"kind\": \"mesh\"".into(), format!("\"file\": {}", quoted(name))];
+        keys.extend(weld.map(|weld| match weld {
+            Weld::Auto => "\"weld\": \"auto\"".into(),
+            Weld::Within(distance) => format!("\"weld\": {}", self.number(distance)),
+        }));
+        keys.into_iter().map(Field::Plain).collect()
     }
 
     fn placement(&mut self, transform: &LocalTransform) -> Vec<String> {

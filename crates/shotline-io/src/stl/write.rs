@@ -7,7 +7,7 @@ use shotline::math::Vec3;
 use shotline::solid::mesh::TriangleMesh;
 
 use crate::error::WriteError;
-use crate::format::Encoded;
+use crate::format::{Encoded, lost_polygons};
 
 /// Binary where float32 holds every coordinate, as nearly all programs expect; otherwise text, which loses nothing.
 pub(super) fn write(mesh: &TriangleMesh) -> Result<Encoded, WriteError> {
@@ -30,6 +30,7 @@ pub(super) fn write(mesh: &TriangleMesh) -> Result<Encoded, WriteError> {
              become one"
         ));
     }
+    notes.extend(lost_polygons(mesh));
     Ok(Encoded { bytes, notes })
 }
 

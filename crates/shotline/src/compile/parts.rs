@@ -79,7 +79,7 @@ fn build_leaf(node: &Node, id: NodeId, choice: Choice) -> Result<Option<Part>, S
         Node::Mesh { mesh, file } => match MeshSolid::new(mesh.clone(), choice.of(id)) {
             Ok(solid) => Ok(Some(Part::Mesh(Arc::new(solid)))),
             Err(e) => {
-                let name = file.as_deref().unwrap_or("mesh");
+                let name = file.as_ref().map_or("mesh", |file| &file.name);
                 Err(SceneError { param: Some("file"), ..SceneError::at(id, format!("{name}: {e}")) })
             }
         },

@@ -19,7 +19,7 @@ impl Estimate {
     }
 }
 
-/// Randomised samples, from the spread of which errors are told.
+/// Randomised samples, whose spread gives the errors.
 pub(super) const SHIFTS: usize = 16;
 
 /// Volume, centroid and inertia as one list.

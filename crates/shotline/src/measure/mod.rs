@@ -4,7 +4,7 @@
 //! **Exact** are objects made of boxes, spheres, ellipsoids, cylinders, cones, paraboloids, hyperboloids, tori
 //! that are no spindles, polytopes (intersections of half-spaces and boxes), and closed meshes of which the winding number is nowhere other than 0 and 1 (or -1): one of
 //! them, or any number whose boxes do not overlap, under whatever transforms and however often shared parts are placed.
-//! Exact means but for rounding; the error is told as 0.
+//! Exact means but for rounding; the error is reported as 0.
 //!
 //! **In part** closed meshes that pass through themselves, or have shells in one another, are exact. The sum over their
 //! faces counts a place as often as they wind around it, and inside is where that is not 0. Only the cells in which the
@@ -154,8 +154,8 @@ pub enum MeasureError {
 /// the densities.
 ///
 /// Of `run`, `most_rows`, or a thousand a ray if that is more, limits the boxes and bodies that the rays of an object
-/// open, and the [`Limits`](crate::query::Limits) of a query each ray: so parts placed 10^12 times over each other end with an error. `progress` is told of
-/// [`Settings::rays`] for an object that needs none as well.
+/// open, and the [`Limits`](crate::query::Limits) of a query each ray: so parts placed 10^12 times over each other end with an error. `progress` counts
+/// [`Settings::rays`] also for an object that needs no rays.
 ///
 /// # Errors
 /// [`MeasureError`], for the first object that has one.

@@ -15,7 +15,7 @@ use crate::aabb::Aabb;
 use crate::compile::{Body, Placed, Target, World};
 use crate::math::Affine;
 use crate::solid::Solid;
-use crate::solid::mesh::Enclosed;
+use crate::solid::mesh::{Cancelled, Enclosed};
 
 /// More entries than this, an object in a placement each, take too much memory.
 const MOST: usize = 10_000_000;
@@ -114,7 +114,8 @@ impl Survey<'_> {
         if let Some(known) = self.solids.get(&key) {
             return Ok(known.clone());
         }
-        let known = match solid.as_mesh().map(|mesh| mesh.enclosed()) {
+        let enclosed = solid.as_mesh().map(|mesh| mesh.enclosed(sampling.run.cancel)).transpose();
+        let known = match enclosed.map_err(|Cancelled| MeasureError::Cancelled)? {
             None => solid.moments().map(Known::Exactly),
             Some(None) => None,
             Some(Some(Enclosed::Exactly(moments))) => Some(Known::Exactly(moments)),

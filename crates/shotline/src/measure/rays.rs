@@ -167,7 +167,7 @@ impl Rays<'_> {
                 caster
             };
             let parts: Vec<_> = round.clone().into_par_iter().map_init(caster, one).collect();
-            // In order, so that sums have the same bits whoever worked them out.
+            // In order, so that sums have the same bits on any number of threads.
             for (job, part) in round.clone().zip(parts) {
                 let (sum, part) = (&mut sums[job / chunks / 3], part?);
                 *sum = std::array::from_fn(|i| sum[i] + part[i]);

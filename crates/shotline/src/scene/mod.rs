@@ -14,7 +14,7 @@ pub use placement::{LocalTransform, Rotation};
 pub use units::Units;
 
 use crate::math::{Affine, Vec3};
-use crate::solid::mesh::TriangleMesh;
+use crate::solid::mesh::{TriangleMesh, Weld};
 use crate::solid::{Kind, Params};
 
 /// Index of a node in [`Scene::nodes`].
@@ -35,8 +35,8 @@ pub enum Node {
     Mesh {
         /// The triangles.
         mesh: Arc<TriangleMesh>,
-        /// The file it was read from, relative to the scene's folder; needed to write the scene back.
-        file: Option<String>,
+        /// The file it was read from; needed to write the scene back.
+        file: Option<MeshFile>,
     },
     /// A boolean combination; a group below it counts as the union of its members.
     Csg {
@@ -82,6 +82,15 @@ impl Node {
             Node::Object { node, .. } => std::slice::from_ref(node),
         }
     }
+}
+
+/// The file that a mesh was read from, and what was done to the mesh on reading.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshFile {
+    /// The path, relative to the scene's folder.
+    pub name: String,
+    /// The vertices that were welded, if any; the file itself is not welded.
+    pub weld: Option<Weld>,
 }
 
 /// A whole scene.

@@ -106,6 +106,15 @@ fn slabs(slabs: &[(i32, i32, i32)]) -> World {
     world(&scene, "bvh")
 }
 
+/// Up to so many slabs, each from where to where and with which of so many ranks.
+fn random_slabs(random: &mut Random, most: usize, ranks: usize) -> Vec<(i32, i32, i32)> {
+    let slab = |random: &mut Random| {
+        let from = 1 + random.below(20) as i32;
+        (from, from + 1 + random.below(9) as i32, random.below(ranks) as i32)
+    };
+    (0..1 + random.below(most)).map(|_| slab(random)).collect()
+}
+
 fn along() -> Ray {
     Ray::new(Vec3::ZERO, Vec3::X).expect("a ray")
 }
@@ -115,12 +124,7 @@ fn along() -> Ray {
 fn segments_are_owned_by_the_highest_rank() {
     let mut random = Random::new(63);
     for case in 0..200 {
-        let list: Vec<(i32, i32, i32)> = (0..1 + random.below(12))
-            .map(|_| {
-                let from = 1 + random.below(20) as i32;
-                (from, from + 1 + random.below(9) as i32, random.below(3) as i32)
-            })
-            .collect();
+        let list = random_slabs(&mut random, 12, 3);
         let world = slabs(&list);
         let mut segments = Vec::new();
         let met = Caster::new(&world).segments(&along(), Span::FORWARD, Overlaps::Priority, &mut segments);
@@ -146,12 +150,7 @@ fn overlaps_are_those_that_segments_refuse() {
     let mut random = Random::new(64);
     let mut some = 0;
     for case in 0..200 {
-        let list: Vec<(i32, i32, i32)> = (0..1 + random.below(9))
-            .map(|_| {
-                let from = 1 + random.below(20) as i32;
-                (from, from + 1 + random.below(9) as i32, random.below(2) as i32)
-            })
-            .collect();
+        let list = random_slabs(&mut random, 9, 2);
         let world = slabs(&list);
         let mut caster = Caster::new(&world);
         let (mut expected, mut rest) = (Vec::new(), Span::FORWARD);

@@ -12,6 +12,7 @@ use super::MeshSolid;
 use super::intersections::common_stretch;
 use super::obb::{in_axes, principal_axes};
 use super::patches::Patch;
+use super::stop::{Cancelled, Stop};
 use super::winding::step;
 use crate::aabb::Aabb;
 use crate::accel::Scratch;
@@ -64,7 +65,9 @@ impl Frame {
 }
 
 impl<'a> Doubt<'a> {
-    pub(super) fn of(solid: &'a MeshSolid, patches: &[Patch]) -> Doubt<'a> {
+    /// # Errors
+    /// [`Cancelled`].
+    pub(super) fn of(solid: &'a MeshSolid, patches: &[Patch], stop: Stop) -> Result<Doubt<'a>, Cancelled> {
         let suspects = suspects(solid, patches);
         let corners = || suspects.iter().flat_map(|s| solid.triangles[s.item as usize].corners);
         let mut frame = Frame { origin: Vec3::ZERO, axes: principal_axes(corners()) };
@@ -72,13 +75,14 @@ impl<'a> Doubt<'a> {
         let certain = solid.signed_integrals(|p| frame.inward(p), |_| f64::from(solid.inside()));
         let mut doubt = Doubt { solid, frame, certain, cells: Vec::new() };
         let root = Aabb::around(corners().map(|p| frame.inward(p)));
-        let mut cover = Cover::new(&doubt, suspects, root);
+        let mut cover = Cover::new(&doubt, suspects, root, stop);
         let all = Cell {
             bounds: root,
             faces: (0..cover.faces.len() as u32).collect(),
             meetings: (0..cover.meetings.len() as u32).collect(),
         };
         let (cells, whole) = cover.cut(all);
+        stop.check()?;
         for (bounds, winding) in whole {
             let mended = box_integrals(&bounds, doubt.mend(winding));
             doubt.certain = std::array::from_fn(|i| doubt.certain[i] + mended[i]);
@@ -88,7 +92,7 @@ impl<'a> Doubt<'a> {
             volume += bounds.size().element_product();
             (bounds, volume)
         }));
-        doubt
+        Ok(doubt)
     }
 
     /// What has to be added to the winding number, where that is positive inside, to get 1 inside and 0 outside.
@@ -221,10 +225,11 @@ struct Cover<'a> {
     meetings: Vec<Aabb>,
     /// Whether these are too many to be listed, so that faces may meet anywhere.
     anywhere: bool,
+    stop: Stop<'a>,
 }
 
 impl<'a> Cover<'a> {
-    fn new(doubt: &'a Doubt<'a>, faces: Vec<Suspect>, root: Aabb) -> Cover<'a> {
+    fn new(doubt: &'a Doubt<'a>, faces: Vec<Suspect>, root: Aabb, stop: Stop<'a>) -> Cover<'a> {
         let solid = doubt.solid;
         let triangle = |item: u32| solid.triangles[item as usize].corners;
         let inward = |item: u32| triangle(item).map(|p| doubt.frame.inward(p));
@@ -240,8 +245,15 @@ impl<'a> Cover<'a> {
             doubt,
             corners: faces.iter().map(|face| inward(face.item)).collect(),
             faces,
-            meetings: pairs.iter().flatten().chain(&folds).map(extent).collect(),
+            meetings: pairs
+                .iter()
+                .flatten()
+                .chain(&folds)
+                .take_while(|_| !stop.is_set())
+                .map(extent)
+                .collect(),
             anywhere: pairs.is_none(),
+            stop,
         }
     }
 
@@ -251,7 +263,7 @@ impl<'a> Cover<'a> {
         let (mut open, mut whole) = (BinaryHeap::new(), Vec::new());
         open.push(BySize(root));
         for _ in 0..CUTS {
-            if open.len() >= CELLS {
+            if open.len() >= CELLS || self.stop.is_set() {
                 break;
             }
             let Some(BySize(cell)) = open.pop() else { break };

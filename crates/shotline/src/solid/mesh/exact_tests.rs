@@ -230,7 +230,7 @@ fn lists_agree_with_fractions() {
 }
 
 /// The winding number at a point by the solid angles of all faces (A. van Oosterom and J. Strackee 1983);
-/// `None` on the surface, where it is no integer.
+/// `None` on the surface, where it is not an integer.
 fn winding(mesh: &TriangleMesh, p: Vec3) -> Option<i32> {
     let angle = |face: &[u32; 3]| {
         let [a, b, c] = face.map(|v| mesh.vertices[v as usize] - p);

@@ -1,8 +1,8 @@
 //! Where a mesh passes through itself.
 //!
 //! Two triangles pass through each other where their insides have a point in common and they do not lie in
-//! one plane. What merely touches does not count, be it along a shared edge or corner to face, and nor do
-//! triangles in one plane, even if they overlap: nothing passes through there. All of it is decided by exact
+//! one plane. What merely touches does not count, whether along a shared edge or with a corner on a face. Nor do
+//! triangles in one plane count, even if they overlap: nothing passes through there. All of it is decided by exact
 //! signs (J. R. Shewchuk 1997, "Adaptive precision floating-point arithmetic and fast robust geometric
 //! predicates"), so neither size nor place of a mesh matters.
 

@@ -12,6 +12,7 @@ use super::found::{CROSSES, Meetings, TOUCHES};
 use super::intersections::common_stretch;
 use super::pairs::{Item, NONE, Pairs};
 use super::separation::{are_apart, sectors_are_apart};
+use super::stop::{Cancelled, Stop};
 use super::welded::places;
 use super::{Found, Intersection, MeshSolid};
 use crate::math::Vec3;
@@ -28,7 +29,21 @@ impl MeshSolid {
 
     /// Where faces meet; found once.
     pub(super) fn meetings(&self) -> &Meetings {
-        self.meetings.get_or_init(|| Meetings::of(self))
+        self.meetings.get_or_init(|| Meetings::of(self, Stop::NEVER))
+    }
+
+    /// Finds where faces meet, unless that is known.
+    ///
+    /// # Errors
+    /// [`Cancelled`]; then it is not known.
+    pub(super) fn find_meetings(&self, stop: Stop) -> Result<(), Cancelled> {
+        if self.meetings.get().is_none() {
+            let meetings = Meetings::of(self, stop);
+            stop.check()?;
+            // Another thread may have found the same.
+            let _ = self.meetings.set(meetings);
+        }
+        Ok(())
     }
 }
 
@@ -70,13 +85,14 @@ fn both(a: Found<Intersection>, b: Found<Intersection>) -> Found<Intersection> {
 }
 
 impl Meetings {
-    pub(super) fn of(solid: &MeshSolid) -> Meetings {
+    fn of(solid: &MeshSolid, stop: Stop) -> Meetings {
         let places = places(&solid.mesh.vertices);
         let corners = |face: u32| solid.mesh.faces[face as usize].map(|v| places[v as usize]);
         let search = Search {
             solid,
             places: solid.triangles.iter().map(|t| corners(t.face)).collect(),
             marks: solid.triangles.iter().map(|_| AtomicU8::new(0)).collect(),
+            stop,
         };
         let mut found = search.all();
         found.pairs.sort_unstable();
@@ -93,6 +109,7 @@ struct Search<'a> {
     /// The corners of each item; vertices in one place have one number.
     places: Vec<[u32; 3]>,
     marks: Vec<AtomicU8>,
+    stop: Stop<'a>,
 }
 
 impl Search<'_> {
@@ -103,7 +120,7 @@ impl Search<'_> {
                 corners,
             })
             .collect();
-        let pairs = Pairs::of(&items);
+        let pairs = Pairs::of(&items, self.stop);
         let visit = |i: u32, j: u32, found: &mut Part| self.examine([i, j], found);
         let mut found = pairs.visit(&visit, &Part::and);
         for (hub, members) in &pairs.hubs {
@@ -112,7 +129,7 @@ impl Search<'_> {
                 let [i, j] = [members[i as usize], members[j as usize]];
                 self.examine([i.min(j), i.max(j)], found);
             };
-            found = found.and(Pairs::of(&arcs).visit(&visit, &Part::and));
+            found = found.and(Pairs::of(&arcs, self.stop).visit(&visit, &Part::and));
         }
         found
     }
@@ -234,6 +251,17 @@ mod tests {
     }
 
     #[test]
+    fn a_cancelled_search_finds_nothing_and_can_be_made_again() {
+        let solid = MeshSolid::new(Arc::new(needle(400).with(&fan(400))), "bvh").unwrap();
+        let cancel = std::sync::atomic::AtomicBool::new(true);
+        assert_eq!(solid.enclosed(Some(&cancel)).err(), Some(Cancelled));
+        assert!(solid.meetings.get().is_none());
+        cancel.store(false, Ordering::Relaxed);
+        assert!(solid.enclosed(Some(&cancel)).unwrap().is_some());
+        assert_eq!(solid.meetings().marks.len(), solid.triangles.len());
+    }
+
+    #[test]
     fn faces_around_one_corner_agree_with_all_pairs() {
         let mut random = Random::new(5);
         for n in [30, 200] {
@@ -260,14 +288,14 @@ mod tests {
                 })
                 .collect();
             let count = |items: &[Item]| {
-                let pairs = Pairs::of(items);
+                let pairs = Pairs::of(items, Stop::NEVER);
                 pairs.visit(&|_, _, n: &mut usize| *n += 1, &|a, b| a + b)
             };
             let n = items.len();
             assert!(count(&items) < 40 * n, "{} of {n}", count(&items));
-            let search =
-                Search { solid: &solid, places: items.iter().map(|i| i.corners).collect(), marks: vec![] };
-            for (hub, members) in Pairs::of(&items).hubs {
+            let places = items.iter().map(|i| i.corners).collect();
+            let search = Search { solid: &solid, places, marks: vec![], stop: Stop::NEVER };
+            for (hub, members) in Pairs::of(&items, Stop::NEVER).hubs {
                 let arcs: Vec<Item> = members.iter().map(|&item| search.arc(item, hub)).collect();
                 assert!(count(&arcs) < 40 * arcs.len(), "{} of {}", count(&arcs), arcs.len());
             }

@@ -22,6 +22,7 @@ mod separation;
 mod sheared_ray;
 mod shells;
 mod solid;
+mod stop;
 mod topology;
 mod turned;
 mod weld;
@@ -45,6 +46,7 @@ pub use moments::Enclosed;
 pub(crate) use moments::tetrahedron;
 pub use patches::Winding;
 pub use solid::MeshSolid;
+pub use stop::Cancelled;
 pub use topology::Topology;
 pub use weld::{Weld, WeldError, Welded};
 

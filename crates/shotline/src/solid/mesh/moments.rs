@@ -1,8 +1,11 @@
 //! Volume and moments of a mesh by its faces.
 
+use std::sync::atomic::AtomicBool;
+
 use super::MeshSolid;
 use super::doubt::Doubt;
 use super::patches::Patch;
+use super::stop::{Cancelled, Stop};
 use crate::math::{Affine, Dd, Vec3};
 use crate::solid::Moments;
 
@@ -18,13 +21,17 @@ pub enum Enclosed<'a> {
 impl MeshSolid {
     /// What the faces tell of the inside: all of it if it winds [once](super::Winding::once); else the signed sum,
     /// and where that may be wrong. `None` for a mesh that is not closed.
-    pub fn enclosed(&self) -> Option<Enclosed<'_>> {
+    ///
+    /// # Errors
+    /// [`Cancelled`] within some 0.1 s after any thread has set `cancel`.
+    pub fn enclosed(&self, cancel: Option<&AtomicBool>) -> Result<Option<Enclosed<'_>>, Cancelled> {
         if !self.is_closed() {
-            return None;
+            return Ok(None);
         }
-        let patches = self.patches();
+        let stop = Stop::when(cancel);
+        let patches = self.patches(stop)?;
         if self.meetings().crossings.count == 0 && patches.iter().all(Patch::is_sound) {
-            return Some(Enclosed::Exactly(self.by_tetrahedra(|_| f64::from(self.inside()))));
+            return Ok(Some(Enclosed::Exactly(self.by_tetrahedra(|_| f64::from(self.inside())))));
         }
         if self.meetings().marks.iter().all(|marks| *marks == 0) && self.folds().is_empty() {
             // No faces meet: both sides of each are those of its patch, and it counts if the inside ends there.
@@ -35,15 +42,15 @@ impl MeshSolid {
                 patch.items.iter().for_each(|item| weights[*item as usize] = weight);
             }
             if patches.iter().all(|patch| patch.sides.is_some()) {
-                return Some(Enclosed::Exactly(self.by_tetrahedra(|item| weights[item])));
+                return Ok(Some(Enclosed::Exactly(self.by_tetrahedra(|item| weights[item]))));
             }
         }
-        Some(Enclosed::Partly(Box::new(Doubt::of(self, &patches))))
+        Ok(Some(Enclosed::Partly(Box::new(Doubt::of(self, &patches, stop)?))))
     }
 
     /// The moments of the inside, where the faces tell all of it.
     pub(super) fn exact_moments(&self) -> Option<Moments> {
-        match self.enclosed()? {
+        match self.enclosed(None).ok()?? {
             Enclosed::Exactly(moments) => Some(moments),
             Enclosed::Partly(_) => None,
         }

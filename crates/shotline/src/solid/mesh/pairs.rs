@@ -10,6 +10,7 @@ use std::collections::HashMap;
 use rayon::prelude::*;
 
 use super::obb::Obb;
+use super::stop::Stop;
 use crate::math::Vec3;
 
 /// A corner of more items than this is a hub.
@@ -35,6 +36,7 @@ pub(super) struct Pairs<'a> {
     /// The hubs of each group of items, in ascending order; [`NONE`] where there are fewer.
     groups: Vec<[u32; 3]>,
     root: Option<Node>,
+    stop: Stop<'a>,
     /// The items at each hub.
     pub(super) hubs: Vec<(u32, Vec<u32>)>,
 }
@@ -52,9 +54,13 @@ enum Below {
 }
 
 impl<'a> Pairs<'a> {
-    pub(super) fn of(items: &'a [Item]) -> Pairs<'a> {
+    /// Prepares a search. Once `stop` is set, this and what follows returns early, with less than there is.
+    pub(super) fn of(items: &'a [Item], stop: Stop<'a>) -> Pairs<'a> {
         let mut at_corner: HashMap<u32, Vec<u32>> = HashMap::new();
         for (i, item) in (0..).zip(items) {
+            if stop.is_set() {
+                break;
+            }
             for corner in item.corners.into_iter().filter(|c| *c != NONE) {
                 at_corner.entry(corner).or_default().push(i);
             }
@@ -66,14 +72,15 @@ impl<'a> Pairs<'a> {
             hubs
         };
         let mut grouped: HashMap<[u32; 3], Vec<u32>> = HashMap::new();
-        (0..).zip(items).for_each(|(i, item)| grouped.entry(hubs_of(item)).or_default().push(i));
+        let numbered = (0..).zip(items).take_while(|_| !stop.is_set());
+        numbered.for_each(|(i, item)| grouped.entry(hubs_of(item)).or_default().push(i));
         let mut grouped: Vec<_> = grouped.into_iter().collect();
         grouped.sort_unstable();
-        let nodes = (0..).zip(&mut grouped).map(|(g, (_, members))| within_group(items, members, g));
+        let nodes = (0..).zip(&mut grouped).map(|(g, (_, members))| within_group(items, members, g, stop));
         let root = over_groups(nodes.collect());
         let mut hubs: Vec<_> = at_corner.into_iter().collect();
         hubs.sort_unstable();
-        Pairs { items, groups: grouped.into_iter().map(|(hubs, _)| hubs).collect(), root, hubs }
+        Pairs { items, groups: grouped.into_iter().map(|(hubs, _)| hubs).collect(), root, stop, hubs }
     }
 
     /// Visits every pair of items whose hulls have a point in common, but for those with a hub in common, once; and others
@@ -97,11 +104,11 @@ impl<'a> Pairs<'a> {
 }
 
 /// A tree over the items of a group.
-fn within_group(items: &[Item], members: &mut [u32], group: u32) -> Node {
+fn within_group(items: &[Item], members: &mut [u32], group: u32, stop: Stop) -> Node {
     let points = |i: &u32| items[*i as usize].points;
     let bounds = Obb::around(members.iter().flat_map(points));
     let middle = |i: &u32| points(i).iter().sum::<Vec3>();
-    let below = if members.len() <= 2 {
+    let below = if members.len() <= 2 || stop.is_set() {
         Below::Items(members.to_vec())
     } else {
         let axis = bounds.widest_axis(members.iter().map(|i| middle(i) / 4.0));
@@ -112,7 +119,7 @@ fn within_group(items: &[Item], members: &mut [u32], group: u32) -> Node {
         });
         let (a, b) = members.split_at_mut(half);
         let (mut build_a, mut build_b) =
-            ((|| within_group(items, a, group)), (|| within_group(items, b, group)));
+            ((|| within_group(items, a, group, stop)), (|| within_group(items, b, group, stop)));
         let (a, b) = if half > MANY { rayon::join(build_a, build_b) } else { (build_a(), build_b()) };
         Below::Nodes(Box::new([a, b]))
     };
@@ -147,7 +154,7 @@ impl<V, M> Walk<'_, V, M> {
         M: Fn(S, S) -> S + Sync,
     {
         let mut found = S::default();
-        if self.pairs.share_a_hub(node.group, node.group) {
+        if self.pairs.stop.is_set() || self.pairs.share_a_hub(node.group, node.group) {
             return found;
         }
         match &node.below {
@@ -214,7 +221,10 @@ impl<V, M> Walk<'_, V, M> {
     where
         V: Fn(u32, u32, &mut S) + Sync,
     {
-        if self.pairs.share_a_hub(a.group, b.group) || a.bounds.is_apart_from(&b.bounds) {
+        if self.pairs.stop.is_set()
+            || self.pairs.share_a_hub(a.group, b.group)
+            || a.bounds.is_apart_from(&b.bounds)
+        {
             return;
         }
         match (&a.below, &b.below) {

@@ -1,14 +1,14 @@
 //! The winding numbers on both sides of every face, by few lines.
 //!
 //! A *patch* is a set of faces that hang together by edges and meet no others: between two faces of a patch one goes from
-//! the front of one to the front of the other, around the edge, without passing any face. So a line through one face tells
-//! the winding numbers of all. Faces that pass through others, touch others or have an edge of more than two faces are
-//! patches of their own.
+//! the front of one to the front of the other, around the edge, without passing any face. So a line through one face gives
+//! the winding numbers of all. Faces that pass through others or touch others are patches of their own.
 
 use rayon::prelude::*;
 
 use super::separation::wings_are_apart;
 use super::shells::Shells;
+use super::stop::{Cancelled, Stop};
 use super::welded::places;
 use super::winding::sides_of;
 use super::{Found, MeshSolid, probe::Triangle};
@@ -21,7 +21,7 @@ use crate::ray::{Line, Span};
 pub(super) struct Patch {
     /// The triangles of the solid in it, in ascending order.
     pub(super) items: Vec<u32>,
-    /// The winding numbers on the front and on the back; `None` where no line tells, as none passes through the face.
+    /// The winding numbers on the front and on the back; `None` where they are unknown, as no line hits the face.
     pub(super) sides: Option<[i32; 2]>,
     /// The winding number inside where the mesh is sound: 1, or -1 if it is wound inward.
     pub(super) inside: i32,
@@ -34,7 +34,7 @@ impl Patch {
     }
 }
 
-/// What the winding numbers on both sides of all faces of a closed mesh tell.
+/// What follows from the winding numbers on both sides of all faces of a closed mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Winding {
     /// Whether the winding number is 0 or one other number everywhere, 1 or -1: then the signed volume is that of the
@@ -43,7 +43,7 @@ pub struct Winding {
     /// Faces with the same winding number on both sides, as others in the same place face the other way: they cancel, and
     /// no ray has a crossing there.
     pub cancelling: Found<u32>,
-    /// Whether any face is where the inside ends, as far as is known. If none is, no ray ever has a crossing.
+    /// Whether any face is known, or may be, where the inside ends. If not, no ray ever has a crossing.
     pub can_be_hit: bool,
 }
 
@@ -57,7 +57,7 @@ impl MeshSolid {
         if !self.is_closed() {
             return None;
         }
-        let patches = self.patches();
+        let Ok(patches) = self.patches(Stop::NEVER) else { return None };
         let mut cancelling: Vec<u32> = Vec::new();
         for patch in patches.iter().filter(|p| p.sides.is_some_and(|[front, back]| front == back)) {
             cancelling.extend(patch.items.iter().map(|item| self.triangles[*item as usize].face));
@@ -77,7 +77,11 @@ impl MeshSolid {
     }
 
     /// The patches of a closed mesh, in the order of their first faces.
-    pub(super) fn patches(&self) -> Vec<Patch> {
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub(super) fn patches(&self, stop: Stop) -> Result<Vec<Patch>, Cancelled> {
+        self.find_meetings(stop)?;
         let mut forest = self.joined_by_edges(&self.edges());
         let mut number_of_root = vec![usize::MAX; self.triangles.len()];
         let mut patches: Vec<Vec<u32>> = Vec::new();
@@ -90,13 +94,17 @@ impl MeshSolid {
             patches[*number].push(item);
         }
         let sides = |items: &Vec<u32>| {
+            if stop.is_set() {
+                return None;
+            }
             let widest = |i: &&u32, j: &&u32| self.width(**i).total_cmp(&self.width(**j)).then(j.cmp(i));
             let item = items.iter().max_by(widest)?;
             self.sides(*item, centroid(&self.triangles[*item as usize]))
         };
         let sides: Vec<_> = patches.par_iter().map(sides).collect();
+        stop.check()?;
         let inside = self.inside();
-        patches.into_iter().zip(sides).map(|(items, sides)| Patch { items, sides, inside }).collect()
+        Ok(patches.into_iter().zip(sides).map(|(items, sides)| Patch { items, sides, inside }).collect())
     }
 
     /// The winding numbers on the front and the back of an item at a point of it.
@@ -114,7 +122,7 @@ impl MeshSolid {
         sides_of(&hits, triangle.face)
     }
 
-    /// How wide an item is: its area by its longest edge. The wider, the surer a line through it tells.
+    /// How wide an item is: its area by its longest edge. The wider, the more reliable is a line through it.
     fn width(&self, item: u32) -> f64 {
         let triangle = &self.triangles[item as usize];
         let [a, b, c] = triangle.corners;
@@ -138,30 +146,54 @@ impl MeshSolid {
         edges
     }
 
-    /// Pairs of items with an edge in common of which one may be folded onto the other.
+    /// Pairs of items with an edge in common of which one may be folded onto the other; of several that lie on each other,
+    /// each with the next.
     pub(super) fn folds(&self) -> Vec<[u32; 2]> {
+        self.folds_at(&self.edges())
+    }
+
+    fn folds_at(&self, edges: &[Use]) -> Vec<[u32; 2]> {
         let mut folds = Vec::new();
-        for uses in self.edges().chunk_by(|a, b| a.0 == b.0) {
-            for (n, one) in uses.iter().enumerate() {
-                // Of many faces at an edge each with the next few: they come in no order, so this is a guess.
-                let others = &uses[n + 1..(n + 9).min(uses.len())];
-                folds.extend(others.iter().filter(|other| !self.lies_open(one, other)).map(|o| [one.1, o.1]));
+        for uses in edges.chunk_by(|a, b| a.0 == b.0) {
+            if let [one, other] = uses {
+                folds.extend((!self.lies_open(one, other)).then_some([one.1, other.1]));
+            } else if uses.len() > 2 {
+                let around = self.around(uses);
+                // Those that lie on each other are next to each other, as are the last and the first.
+                let pairs = around.iter().zip(around.iter().cycle().skip(1));
+                let closed = pairs.filter(|(one, other)| !self.lies_open(one, other));
+                folds.extend(closed.map(|(one, other)| [one.1, other.1]));
             }
         }
         folds
     }
 
+    /// The faces at an edge in the order of their angles around it.
+    ///
+    /// Rounding may put a face out of place, but by no more than the doubt about its own angle; so it is still found to lie
+    /// on one of its neighbours.
+    fn around(&self, uses: &[Use]) -> Vec<Use> {
+        let Some(&(_, item, k)) = uses.first() else { return Vec::new() };
+        let corners = self.triangles[item as usize].corners;
+        let (u, v) = (corners[(k as usize + 1) % 3], corners[(k as usize + 2) % 3]);
+        let (ahead, across) = (v - u).normalize().any_orthonormal_pair();
+        let angle = |(_, item, k): &Use| {
+            let out = self.triangles[*item as usize].corners[*k as usize] - u;
+            across.dot(out).atan2(ahead.dot(out))
+        };
+        let mut around: Vec<(f64, Use)> = uses.iter().map(|face| (angle(face), *face)).collect();
+        around.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        around.into_iter().map(|(_, face)| face).collect()
+    }
+
     /// Items joined across edges of two faces, where neither meets other faces.
     fn joined_by_edges(&self, edges: &[Use]) -> Shells {
         let mut alone: Vec<bool> = self.meetings().marks.iter().map(|marks| *marks != 0).collect();
-        let edges_of = || edges.chunk_by(|a, b| a.0 == b.0);
-        for uses in edges_of() {
-            if !matches!(uses, [one, other] if self.lies_open(one, other)) {
-                uses.iter().for_each(|(_, item, _)| alone[*item as usize] = true);
-            }
+        for item in self.folds_at(edges).into_iter().flatten() {
+            alone[item as usize] = true;
         }
         let mut forest = Shells::apart(self.triangles.len());
-        for uses in edges_of() {
+        for uses in edges.chunk_by(|a, b| a.0 == b.0) {
             if let [(_, i, _), (_, j, _)] = *uses
                 && !alone[i as usize]
                 && !alone[j as usize]
@@ -211,16 +243,47 @@ mod tests {
     fn a_shell_is_one_patch_whatever_its_faces() {
         for mesh in [ball(2), ring(9, 5).unwelded(), fan(200), needle(200)] {
             let solid = solid(mesh);
-            assert_eq!(solid.patches().len(), 1);
-            assert_eq!(solid.patches()[0].sides, Some([0, 1]));
+            let patches = solid.patches(Stop::NEVER).unwrap();
+            assert_eq!(patches.iter().map(|patch| patch.sides).collect::<Vec<_>>(), [Some([0, 1])]);
             assert!(solid.winding().unwrap().once);
         }
     }
 
     #[test]
+    fn faces_around_one_edge_are_joined_to_their_neighbours_elsewhere() {
+        // Thin wedges around one edge, of which every second one is left out: each is a patch.
+        let book = |pages: u32| {
+            let mut mesh = TriangleMesh::new(vec![Vec3::ZERO, Vec3::Z], Vec::new());
+            for page in 0..pages {
+                let angle = |i: u32| std::f64::consts::TAU * f64::from(i) / f64::from(2 * pages);
+                let at = |i: u32| Vec3::new(angle(i).cos(), angle(i).sin(), 0.5);
+                mesh.vertices.extend([at(2 * page), at(2 * page + 1)]);
+                let (a, b) = (2 + 2 * page, 3 + 2 * page);
+                mesh.faces.extend([[0, a, 1], [0, 1, b], [0, b, a], [1, a, b]]);
+            }
+            mesh
+        };
+        for pages in [2, 3, 50] {
+            let solid = solid(book(pages));
+            assert!(solid.folds().is_empty());
+            let patches = solid.patches(Stop::NEVER).unwrap();
+            assert_eq!(patches.len(), pages as usize);
+            assert!(patches.iter().all(|patch| patch.items.len() == 4), "{patches:?}");
+            assert!(solid.winding().unwrap().once);
+        }
+        // Each page twice, in any order: every face lies on another.
+        let solid = solid(book(20).with(&book(20)));
+        let folded: std::collections::HashSet<u32> = solid.folds().into_iter().flatten().collect();
+        assert!(solid.triangles.len() == 160 && folded.len() == 160, "{}", folded.len());
+        assert!(!solid.winding().unwrap().once);
+    }
+
+    #[test]
     fn patches_in_one_another_have_their_winding_numbers() {
         let half = ball(2).moved(&Affine::scaling(Vec3::splat(0.5)));
-        let sides = |mesh: TriangleMesh| solid(mesh).patches().iter().map(|p| p.sides).collect::<Vec<_>>();
+        let sides = |mesh: TriangleMesh| {
+            solid(mesh).patches(Stop::NEVER).unwrap().iter().map(|p| p.sides).collect::<Vec<_>>()
+        };
         assert_eq!(sides(ball(2).with(&half)), [Some([0, 1]), Some([1, 2])]);
         assert_eq!(sides(ball(2).with(&half.inside_out())), [Some([0, 1]), Some([0, 1])]);
     }
@@ -256,7 +319,7 @@ mod tests {
             ball(2).with(&other).with(&other.clone().inside_out()),
         ] {
             let solid = solid(mesh);
-            for patch in solid.patches() {
+            for patch in solid.patches(Stop::NEVER).unwrap() {
                 for &item in &patch.items {
                     let own = solid.sides(item, centroid(&solid.triangles[item as usize]));
                     assert_eq!(own, patch.sides);

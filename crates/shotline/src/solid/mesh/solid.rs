@@ -35,7 +35,7 @@ impl MeshSolid {
     /// Checks a mesh and builds an accelerator over it, by name (see [`accel::NAMES`]).
     ///
     /// # Errors
-    /// [`MeshError`] for what is not a mesh at all. An open mesh is none of these: see [`Topology`].
+    /// [`MeshError`] for what is not a mesh at all. An open mesh is not an error: see [`Topology`].
     pub fn new(mesh: Arc<TriangleMesh>, accel: &str) -> Result<MeshSolid, MeshError> {
         let topology = Topology::of(&mesh)?;
         let corners = |face: &[u32; 3]| face.map(|v| mesh.vertices[v as usize]);
@@ -120,7 +120,7 @@ impl MeshSolid {
         }
     }
 
-    /// Visits hits between two `t`, without room for tags perhaps twice, nearest first as far as the accelerator can tell.
+    /// Visits hits between two `t`, perhaps twice without room for tags, in the accelerator's order, about nearest first.
     /// `visit` answers the `t` behind which no hit is wanted any more.
     fn walk(
         &self,

@@ -164,7 +164,7 @@ fn in_use(mesh: &TriangleMesh) -> Vec<bool> {
     in_use
 }
 
-/// Whether three points lie on a line, as far as correctly rounded differences can tell.
+/// Whether three points lie on a line, by correctly rounded differences.
 fn is_flat([a, b, c]: [Vec3; 3]) -> bool {
     let (u, v) = (b - a, c - a);
     let area = |i: usize, j: usize| difference_of_products(u[i], v[j], u[j], v[i]);

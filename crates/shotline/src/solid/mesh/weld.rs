@@ -28,9 +28,9 @@ pub enum Weld {
     Auto,
 }
 
-/// Why a text or number is no distance to weld within.
+/// A text or number that is not a distance to weld within.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("'{given}' is no distance to weld within; give a finite number of at least 0, or auto")]
+#[error("'{given}' is not a distance to weld within; give a finite number of at least 0, or auto")]
 pub struct WeldError {
     /// What was given.
     pub given: String,
