@@ -138,37 +138,28 @@ pub struct BoxRay {
 impl BoxRay {
     /// Prepares a line and the span outside of which boxes do not matter.
     pub fn new(line: &Line, span: Span) -> BoxRay {
-        let mut ray = BoxRay {
-            ahead: line.o,
-            behind: line.o,
-            inverse: 1.0 / line.d,
-            d: line.d,
-            shrink: 1.0,
-            grow: 1.0,
-            span,
-        };
-        let mut worst: f64 = 0.0;
-        for i in 0..3 {
-            let forward = if ray.inverse[i] >= 0.0 { line.o_err[i] } else { -line.o_err[i] };
-            ray.ahead[i] += forward;
-            ray.behind[i] -= forward;
-            if line.d[i] == 0.0 && line.d_err[i] == 0.0 {
-                // Exactly parallel: in or out for all t. Infinite reciprocals say so; 0 * inf is NaN and
-                // counts as in.
-                continue;
-            }
-            let doubt = line.d_err[i] / line.d[i].abs();
-            if doubt < 0.25 && ray.inverse[i].is_finite() {
-                worst = worst.max(2.0 * doubt);
-            } else {
-                // The slope is all doubt: this axis cannot cull.
-                ray.inverse[i] = f64::NAN;
-                ray.d[i] = 0.0;
-            }
-        }
+        let Line { o, d, o_err, d_err } = *line;
+        let inverse = 1.0 / d;
+        let forward = Vec3::select(inverse.cmpge(Vec3::ZERO), o_err, -o_err);
+        // Of a line of the world nothing is in doubt.
+        let doubt = if d_err == Vec3::ZERO { Vec3::ZERO } else { d_err / d.abs() };
+        // Exactly parallel: in or out for all t. Infinite reciprocals say so; 0 * inf is NaN and counts as in.
+        let parallel = d.cmpeq(Vec3::ZERO) & d_err.cmpeq(Vec3::ZERO);
+        let bounded = doubt.cmplt(Vec3::splat(0.25)) & inverse.is_finite_mask();
+        // Otherwise the slope is all doubt: such an axis cannot cull.
+        let culls = parallel | bounded;
+        let worst = Vec3::select(bounded, 2.0 * doubt, Vec3::ZERO);
+        let worst = 0.0_f64.max(worst.x).max(worst.y).max(worst.z);
         let relative = worst + 6.0 * HALF_ULP;
-        (ray.shrink, ray.grow) = (1.0 - relative, 1.0 + relative);
-        ray
+        BoxRay {
+            ahead: o + forward,
+            behind: o - forward,
+            inverse: Vec3::select(culls, inverse, Vec3::NAN),
+            d: Vec3::select(culls, d, Vec3::ZERO),
+            shrink: 1.0 - relative,
+            grow: 1.0 + relative,
+            span,
+        }
     }
 
     /// The span this ray was prepared for.

@@ -15,6 +15,9 @@ use crate::region::Constraint;
 use crate::scene::{Node, NodeId, Scene};
 use crate::solid::Solid;
 
+/// So many leaves are asked one after the other: that is cheaper than any accelerator.
+const FEW: usize = 8;
+
 /// What building bodies draws on and adds to.
 pub(super) struct BodyBuilder<'s> {
     pub scene: &'s Scene,
@@ -143,8 +146,7 @@ fn finish(tree: &Tree, root: u32, placed: Vec<PlacedLeaf>, first_surface: u32, a
     for (leaf, b) in leaves.iter_mut().zip(&effective) {
         leaf.bounds = *b;
     }
-    // A lone leaf is asked directly.
-    let accel = if leaves.len() > 1 {
+    let accel = if leaves.len() > FEW {
         accel::build(accel, Items { boxes: &effective, groups: Some(&operations(tree)) })
     } else {
         None

@@ -13,6 +13,8 @@ mod level;
 mod live;
 mod names;
 mod parts;
+#[cfg(any(test, feature = "testkit"))]
+mod plain;
 mod sites;
 mod world;
 

@@ -95,7 +95,7 @@ pub(crate) enum Body {
 pub(crate) struct SolidBody {
     pub leaves: Vec<Leaf>,
     pub program: Program,
-    /// Over the effective bounds of the leaves; `None` for a lone leaf.
+    /// Over the effective bounds of the leaves; `None` where they are few.
     pub accel: Option<Box<dyn Accelerator>>,
     pub bounds: Aabb,
     pub first_surface: u32,

@@ -47,7 +47,8 @@ impl Event {
         Some(Event { low: crossing.low().max(enter), leaf, change, crossing })
     }
 
-    pub(super) fn high(&self) -> f64 {
+    /// The upper end of that interval.
+    pub fn high(&self) -> f64 {
         self.low.max(self.crossing.high())
     }
 }
@@ -63,4 +64,12 @@ pub struct Boundary {
     pub leaf: u32,
     /// The leaf's crossing, with `t` and its bound.
     pub crossing: Crossing,
+}
+
+impl Boundary {
+    /// A boundary where the span begins or ends inside.
+    pub(super) fn of_span_end(kind: HitKind, t: f64) -> Boundary {
+        let entering = kind == HitKind::Start;
+        Boundary { kind, entering, leaf: 0, crossing: Crossing::new(t, 0.0, entering, 0) }
+    }
 }

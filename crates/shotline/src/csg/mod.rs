@@ -7,10 +7,13 @@ mod contact;
 mod event;
 pub mod op;
 mod program;
+mod single;
 mod sweep;
+mod table;
 
 pub use bounds::LeafBounds;
 pub use event::{Boundary, Change, Event, HitKind};
 pub use op::Op;
 pub use program::{Program, ProgramState, Tree, TreeNode};
+pub use single::Single;
 pub use sweep::Sweep;

@@ -4,6 +4,7 @@
 //! So a crossing costs what it changes, not the size of the expression.
 
 use super::Op;
+use super::table::Table;
 
 /// A boolean expression as an arena; no recursion, so that its depth is no matter.
 #[derive(Clone, Debug, Default)]
@@ -47,6 +48,10 @@ pub struct Program {
     /// Parents come before their children; the root is node 0.
     pub(super) nodes: Vec<ProgramNode>,
     pub(super) leaves: Vec<Link>,
+    /// Takes the place of the counters where the leaves are few.
+    table: Option<Table>,
+    /// The leaves without any of which the result is empty, as far as the table tells.
+    needed: u32,
 }
 
 impl Program {
@@ -58,8 +63,12 @@ impl Program {
             // A lone leaf hangs under a union of one.
             TreeNode::Leaf(_) => Op::Union,
         };
-        let mut program =
-            Program { nodes: vec![ProgramNode { op, arity: 0, link: top }], leaves: vec![top; leaf_count] };
+        let mut program = Program {
+            nodes: vec![ProgramNode { op, arity: 0, link: top }],
+            leaves: vec![top; leaf_count],
+            table: None,
+            needed: 0,
+        };
         let mut stack = vec![(root, Link { node: 0, first: op == Op::Difference, subtracted: false })];
         while let Some((node, link)) = stack.pop() {
             match &tree.nodes[node as usize] {
@@ -79,6 +88,13 @@ impl Program {
                 }
             }
         }
+        let mut state = ProgramState::default();
+        state.reset(&program);
+        program.table = Table::new(leaf_count, state.value(&program), |leaf| {
+            state.toggle(&program, leaf);
+            state.value(&program)
+        });
+        program.needed = program.table.map_or(0, |table| table.needed());
         program
     }
 
@@ -109,6 +125,18 @@ impl Program {
         self.leaves[leaf as usize].subtracted
     }
 
+    /// Whether the result is known to be empty wherever a leaf is out: an operand of an intersection, or the only leaf.
+    /// `false` says nothing.
+    pub fn needs(&self, leaf: u32) -> bool {
+        self.needed.checked_shr(leaf).is_some_and(|needed| needed & 1 == 1)
+    }
+
+    /// Has the counters count, however few the leaves.
+    #[cfg(any(test, feature = "testkit"))]
+    pub(crate) fn forget_table(&mut self) {
+        (self.table, self.needed) = (None, 0);
+    }
+
     /// Bytes used.
     pub fn memory(&self) -> usize {
         size_of_val(self.nodes.as_slice()) + size_of_val(self.leaves.as_slice())
@@ -118,6 +146,8 @@ impl Program {
 /// The truth values of one program along one ray; reused from ray to ray.
 #[derive(Clone, Debug, Default)]
 pub struct ProgramState {
+    /// The leaves that are in, as a set, where the program has a table: then nothing else is used.
+    few_in: u32,
     leaf_in: Vec<bool>,
     /// Number of operands that are in, without the first of a difference.
     count: Vec<u32>,
@@ -129,6 +159,10 @@ pub struct ProgramState {
 impl ProgramState {
     /// Everything out, for a program.
     pub fn reset(&mut self, program: &Program) {
+        if program.table.is_some() {
+            self.few_in = 0;
+            return;
+        }
         if self.leaf_in.len() < program.leaves.len() {
             self.leaf_in.resize(program.leaves.len(), false);
         }
@@ -140,6 +174,7 @@ impl ProgramState {
 
     /// Clears what this ray has touched.
     pub fn clear(&mut self, program: &Program) {
+        self.few_in = 0;
         while let Some(leaf) = self.touched.pop() {
             if self.leaf_in[leaf as usize] {
                 self.flip(program, leaf);
@@ -148,8 +183,12 @@ impl ProgramState {
     }
 
     /// The value of the whole expression.
+    #[inline]
     pub fn value(&self, program: &Program) -> bool {
-        self.node_value(program, 0)
+        match &program.table {
+            Some(table) => table.value(self.few_in),
+            None => self.node_value(program, 0),
+        }
     }
 
     fn node_value(&self, program: &Program, node: usize) -> bool {
@@ -161,9 +200,14 @@ impl ProgramState {
     }
 
     /// Toggles a leaf.
+    #[inline]
     pub fn toggle(&mut self, program: &Program, leaf: u32) {
-        self.touched.push(leaf);
-        self.flip(program, leaf);
+        if program.table.is_some() {
+            self.few_in ^= 1 << leaf;
+        } else {
+            self.touched.push(leaf);
+            self.flip(program, leaf);
+        }
     }
 
     fn flip(&mut self, program: &Program, leaf: u32) {

@@ -10,7 +10,7 @@ use super::chain;
 use super::contact::Contacts;
 use super::event::{Boundary, Change, Event, HitKind};
 use super::{Program, ProgramState};
-use crate::crossing::{Crossing, Sector};
+use crate::crossing::Sector;
 use crate::math::Vec3;
 use crate::ray::Span;
 
@@ -106,6 +106,11 @@ impl Sweep {
         if !self.group.is_empty() && low > self.group_high {
             self.judge(program);
         }
+    }
+
+    /// Whether the ray is outside of the result after everything so far, with no event left to be judged.
+    pub fn is_out(&mut self, program: &Program) -> bool {
+        self.group.is_empty() && !self.inside && (self.begun || !self.value(program))
     }
 
     /// Promises that no event will come.
@@ -221,13 +226,7 @@ impl Sweep {
 
     /// A boundary where the span begins or ends inside.
     fn emit_span_end(&mut self, kind: HitKind, t: f64) {
-        let entering = kind == HitKind::Start;
-        self.out.push_back(Boundary {
-            kind,
-            entering,
-            leaf: 0,
-            crossing: Crossing::new(t, 0.0, entering, 0),
-        });
+        self.out.push_back(Boundary::of_span_end(kind, t));
     }
 }
 
@@ -248,7 +247,7 @@ fn witness(group: &[Event], program: &Program, entering: bool) -> Boundary {
 }
 
 /// Whether a boundary lies within a span, as far as its end goes. What begins where the span ends has no length in it.
-fn is_within(boundary: &Boundary, span: Span) -> bool {
+pub(super) fn is_within(boundary: &Boundary, span: Span) -> bool {
     let t = boundary.crossing.t;
     t < span.t_max() || (t == span.t_max() && !boundary.entering)
 }
@@ -258,6 +257,7 @@ mod tests {
     use super::super::op::combine;
     use super::super::{Op, Tree, TreeNode};
     use super::*;
+    use crate::crossing::Crossing;
     use crate::testkit::random::Random;
 
     fn sweep(program: &Program, lists: &[Vec<f64>], span: Span) -> Vec<(f64, bool, HitKind)> {

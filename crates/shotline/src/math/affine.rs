@@ -89,7 +89,9 @@ impl Affine {
 
     /// Whether this is exactly the identity.
     pub fn is_identity(&self) -> bool {
-        *self == Affine::IDENTITY
+        // All entries at once, without branches: each ray asks this of each placement on its way.
+        let entries = self.rows.iter().flatten().zip(Affine::IDENTITY.rows.iter().flatten());
+        entries.fold(true, |same, (a, b)| same & (a == b))
     }
 
     /// The image of a point.

@@ -14,16 +14,33 @@ pub(super) enum Rank {
 
 #[derive(Clone, Copy, Debug)]
 struct Slot<T> {
-    t: f64,
-    rank: Rank,
-    /// Ascends from push to push.
-    order: u32,
+    /// Ascends with `t`, also beyond 0, and is told apart for the two zeros: the order of [`f64::total_cmp`].
+    key: i64,
+    /// The rank and then the number of the push, in the order in which equal keys are popped, last first.
+    tie: u64,
     what: T,
 }
 
+/// The key of a `t`, and the bits of the `t` of a key.
+fn key(bits: i64) -> i64 {
+    bits ^ ((bits >> 63) as u64 >> 1) as i64
+}
+
+impl<T> Slot<T> {
+    fn t(&self) -> f64 {
+        f64::from_bits(key(self.key) as u64)
+    }
+
+    #[inline]
+    fn is_before(&self, other: &Slot<T>) -> bool {
+        self.key < other.key || (self.key == other.key && self.tie > other.tie)
+    }
+}
+
 impl<T> Ord for Slot<T> {
+    /// The greatest is popped first.
     fn cmp(&self, other: &Slot<T>) -> Ordering {
-        other.t.total_cmp(&self.t).then(self.rank.cmp(&other.rank)).then(self.order.cmp(&other.order))
+        other.key.cmp(&self.key).then(self.tie.cmp(&other.tie))
     }
 }
 
@@ -41,48 +58,88 @@ impl<T> PartialEq for Slot<T> {
 
 impl<T> Eq for Slot<T> {}
 
+/// So many entries are kept sorted: most rays never have more pending, and new entries are mostly near.
+const SORTED: usize = 24;
+
 /// A heap of pending entries; reused from ray to ray.
 #[derive(Debug)]
 pub(super) struct Heap<T> {
-    slots: BinaryHeap<Slot<T>>,
+    /// The nearest entries, nearest last.
+    near: Vec<Slot<T>>,
+    /// The entries behind those.
+    far: BinaryHeap<Slot<T>>,
     pushed: u32,
 }
 
 impl<T> Default for Heap<T> {
     fn default() -> Heap<T> {
-        Heap { slots: BinaryHeap::new(), pushed: 0 }
+        Heap { near: Vec::with_capacity(SORTED), far: BinaryHeap::new(), pushed: 0 }
     }
 }
 
-impl<T> Heap<T> {
+impl<T: Copy> Heap<T> {
     pub(super) fn clear(&mut self) {
-        self.slots.clear();
+        self.near.clear();
+        self.far.clear();
         self.pushed = 0;
     }
 
     pub(super) fn len(&self) -> usize {
-        self.slots.len()
+        self.near.len() + self.far.len()
     }
 
+    #[inline]
     pub(super) fn push(&mut self, t: f64, rank: Rank, what: T) {
         // Beyond 2^32 only the order among equals is lost.
         self.pushed = self.pushed.wrapping_add(1);
-        self.slots.push(Slot { t, rank, order: self.pushed, what });
+        let tie = u64::from(rank == Rank::Box) << 32 | u64::from(self.pushed);
+        let slot = Slot { key: key(t.to_bits() as i64), tie, what };
+        if self.near.len() < SORTED && self.far.is_empty() {
+            self.insert(slot);
+        } else {
+            self.push_far(slot);
+        }
+    }
+
+    /// Puts an entry in its place among the nearest.
+    #[inline]
+    fn insert(&mut self, slot: Slot<T>) {
+        self.near.push(slot);
+        let mut place = self.near.len() - 1;
+        while place > 0 && self.near[place - 1].is_before(&slot) {
+            self.near[place] = self.near[place - 1];
+            place -= 1;
+        }
+        self.near[place] = slot;
+    }
+
+    #[cold]
+    fn push_far(&mut self, slot: Slot<T>) {
+        if self.near.first().is_none_or(|last| last.is_before(&slot)) {
+            return self.far.push(slot);
+        }
+        if self.near.len() == SORTED {
+            self.far.extend(self.near.drain(..SORTED / 2));
+        }
+        self.insert(slot);
     }
 
     /// The `t` of the nearest entry.
+    #[inline]
     pub(super) fn nearest(&self) -> Option<f64> {
-        self.slots.peek().map(|slot| slot.t)
+        self.near.last().or_else(|| self.far.peek()).map(Slot::t)
     }
 
+    #[inline]
     pub(super) fn pop(&mut self) -> Option<(f64, T)> {
-        self.slots.pop().map(|slot| (slot.t, slot.what))
+        self.near.pop().or_else(|| self.far.pop()).map(|slot| (slot.t(), slot.what))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testkit::random::Random;
 
     #[test]
     fn nearest_first_and_boxes_before_crossings() {
@@ -94,5 +151,34 @@ mod tests {
         assert_eq!(heap.nearest(), Some(1.0));
         let order: String = std::iter::from_fn(|| heap.pop()).map(|(_, name)| name).collect();
         assert_eq!(order, "abcd");
+    }
+
+    #[test]
+    fn many_entries_come_in_the_same_order_as_few() {
+        let mut random = Random::new(7);
+        for most in [3, SORTED, 2 * SORTED, 500] {
+            let (mut heap, mut plain) = (Heap::default(), Vec::new());
+            for number in 0..4 * most as u64 {
+                // Few different `t`, so that many are equal; both zeros, and infinities.
+                let t = [-0.0, 0.0, f64::INFINITY, -1.0, 1e300, 0.5, random.number(0.0, 9.0), 4.0]
+                    [random.below(8)];
+                let rank = if random.below(2) == 0 { Rank::Box } else { Rank::Crossing };
+                heap.push(t, rank, number);
+                plain.push((t, rank, number));
+                if plain.len() == most || random.below(3) == 0 {
+                    let order = |a: &(f64, Rank, u64), b: &(f64, Rank, u64)| {
+                        b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2))
+                    };
+                    let best = (0..plain.len()).max_by(|&a, &b| order(&plain[a], &plain[b]));
+                    let (t, _, number) = plain.swap_remove(best.unwrap());
+                    assert_eq!(heap.nearest().map(f64::to_bits), Some(t.to_bits()));
+                    assert_eq!(
+                        heap.pop().map(|(t, number)| (t.to_bits(), number)),
+                        Some((t.to_bits(), number))
+                    );
+                }
+                assert_eq!(heap.len(), plain.len());
+            }
+        }
     }
 }

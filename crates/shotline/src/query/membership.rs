@@ -29,7 +29,16 @@ impl Membership {
     pub(super) fn holds(&mut self, body: &SolidBody, line: &Line, here: Span, below: &mut Scratch) -> bool {
         self.state.reset(&body.program);
         match &body.accel {
-            None => (0..).zip(&body.leaves).for_each(|(leaf, _)| self.ask(body, leaf, line.o, below)),
+            None if body.leaves.len() == 1 => self.ask(body, 0, line.o, below),
+            None => {
+                let ray = BoxRay::new(line, here);
+                for (number, leaf) in (0..).zip(&body.leaves) {
+                    below.work.boxes += 1;
+                    if !leaf.bounds.is_empty() && ray.enter_exit(&leaf.bounds).is_some() {
+                        self.ask(body, number, line.o, below);
+                    }
+                }
+            }
             Some(accel) => {
                 let ray = BoxRay::new(line, here);
                 self.tags.begin();

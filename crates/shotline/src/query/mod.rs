@@ -2,6 +2,7 @@
 
 pub mod batch;
 mod caster;
+mod few;
 mod fold;
 mod heap;
 mod hit;

@@ -10,7 +10,7 @@ use crate::aabb::BoxRay;
 use crate::accel::{Offer, Pending, Scratch, Tags};
 use crate::compile::{Leaf, SolidBody};
 use crate::crossing::{Border, Contact, Crossing, Sector};
-use crate::csg::{Boundary, Change, Event, Sweep};
+use crate::csg::{Boundary, Change, Event, Single, Sweep};
 use crate::math::{Affine, Vec3};
 use crate::ray::{Line, Span};
 use crate::solid::Wanted;
@@ -18,7 +18,7 @@ use crate::trace::{Act, Log};
 
 /// What the heap holds.
 #[derive(Clone, Copy, Debug)]
-enum Entry {
+pub(super) enum Entry {
     /// A part of the accelerator.
     Part(u64),
     /// A leaf, at the bound of its own box.
@@ -30,10 +30,10 @@ enum Entry {
 /// The memory of one stream; reused from body to body and ray to ray.
 #[derive(Debug, Default)]
 pub(super) struct StreamScratch {
-    heap: Heap<Entry>,
-    events: Vec<Event>,
-    sweep: Sweep,
-    offers: Vec<Pending>,
+    pub(super) heap: Heap<Entry>,
+    pub(super) events: Vec<Event>,
+    pub(super) sweep: Sweep,
+    pub(super) offers: Vec<Pending>,
     crossings: Vec<Crossing>,
     contacts: Vec<Contact>,
     /// Of leaves; those of triangles are in the scratch that solids are given.
@@ -42,14 +42,20 @@ pub(super) struct StreamScratch {
 
 /// The boundaries of one body along one line, in order, pulled one by one.
 pub(super) struct Stream<'a, 'c> {
-    body: &'a SolidBody,
-    line: &'a Line,
-    ray: BoxRay,
+    pub(super) body: &'a SolidBody,
+    pub(super) line: &'a Line,
+    span: Span,
+    /// The line for tests of boxes; `None` for a lone leaf, which is asked without any.
+    pub(super) ray: Option<BoxRay>,
+    /// Where the boundaries are those of a lone leaf that need no sweep.
+    single: Option<Single>,
+    /// Where the line has left the boxes of all leaves, if that is known.
+    pub(super) exit: f64,
     wanted: Wanted,
-    scratch: &'a mut StreamScratch,
+    pub(super) scratch: &'a mut StreamScratch,
     /// The scratch of what is below: of solids, and the counters of all.
-    below: &'a mut Scratch<'c>,
-    finished: bool,
+    pub(super) below: &'a mut Scratch<'c>,
+    pub(super) finished: bool,
 }
 
 impl<'a, 'c> Stream<'a, 'c> {
@@ -66,23 +72,41 @@ impl<'a, 'c> Stream<'a, 'c> {
         scratch.events.clear();
         scratch.tags.begin();
         scratch.sweep.begin(&body.program, span);
-        let ray = BoxRay::new(line, span);
-        let mut stream = Stream { body, line, ray, wanted, scratch, below, finished: false };
+        let mut stream = Stream {
+            body,
+            line,
+            span,
+            ray: None,
+            single: None,
+            exit: f64::INFINITY,
+            wanted,
+            scratch,
+            below,
+            finished: false,
+        };
         match &body.accel {
             Some(accel) => {
                 if accel.repeats() {
                     stream.scratch.tags.reserve(body.leaves.len());
                 }
-                accel.start(&stream.ray, &mut stream.scratch.offers, &mut stream.below.work);
+                let ray = stream.ray.insert(BoxRay::new(line, span));
+                accel.start(ray, &mut stream.scratch.offers, &mut stream.below.work);
                 stream.take_offers(1);
             }
-            None => stream.intersect(0, span.t_min()),
+            None if body.leaves.len() == 1 => stream.open_leaf(0, span.t_min()),
+            None => {
+                stream.ray = Some(BoxRay::new(line, span));
+                stream.take_leaves();
+            }
         }
         stream
     }
 
     /// The next boundary. `None` as well when the budget of the ray has ended.
     pub(super) fn next(&mut self) -> Option<Boundary> {
+        if let Some(single) = &mut self.single {
+            return single.next(&self.scratch.crossings);
+        }
         let program = &self.body.program;
         loop {
             if let Some(boundary) = self.scratch.sweep.pop() {
@@ -91,7 +115,7 @@ impl<'a, 'c> Stream<'a, 'c> {
             if self.finished {
                 return None;
             }
-            let Some(next) = self.scratch.heap.nearest().filter(|&t| t <= self.ray.span().t_max()) else {
+            let Some(next) = self.scratch.heap.nearest().filter(|&t| t <= self.span.t_max()) else {
                 self.scratch.sweep.finish(program);
                 self.finished = true;
                 continue;
@@ -101,21 +125,24 @@ impl<'a, 'c> Stream<'a, 'c> {
             if let Some(boundary) = self.scratch.sweep.pop() {
                 return Some(boundary);
             }
+            if next > self.exit && self.scratch.sweep.is_out(program) {
+                // No leaf can matter any more.
+                self.finished = true;
+                return None;
+            }
             if !self.below.budget.step() {
                 self.finished = true;
                 return None;
             }
             match self.scratch.heap.pop() {
                 Some((t, Entry::Part(part))) => {
-                    if let Some(accel) = &self.body.accel {
-                        self.below
-                            .log
-                            .add(1, Some(t), || Act::Open { part: accel.describe(part, &self.ray) });
-                        accel.open(part, t, &self.ray, &mut self.scratch.offers, &mut self.below.work);
+                    if let (Some(accel), Some(ray)) = (&self.body.accel, &self.ray) {
+                        self.below.log.add(1, Some(t), || Act::Open { part: accel.describe(part, ray) });
+                        accel.open(part, t, ray, &mut self.scratch.offers, &mut self.below.work);
+                        self.take_offers(2);
                     }
-                    self.take_offers(2);
                 }
-                Some((t, Entry::Leaf(leaf))) => self.intersect(leaf, t),
+                Some((t, Entry::Leaf(leaf))) => self.open_leaf(leaf, t),
                 Some((_, Entry::Event(event))) => {
                     let event = self.scratch.events[event as usize];
                     let Event { leaf, crossing, .. } = event;
@@ -137,12 +164,13 @@ impl<'a, 'c> Stream<'a, 'c> {
     /// Moves what an accelerator offered to the heap; leaves with the bound of their own box. The log shows
     /// offers so much deeper than the body.
     fn take_offers(&mut self, deeper: usize) {
+        let Some(ray) = &self.ray else { return };
         let scratch = &mut *self.scratch;
         let Scratch { work, log, .. } = &mut *self.below;
         for offer in scratch.offers.drain(..) {
             let (t, entry) = match offer.what {
                 Offer::Part(part) => {
-                    let describe = || self.body.accel.as_ref().map(|accel| accel.describe(part, &self.ray));
+                    let describe = || self.body.accel.as_ref().map(|accel| accel.describe(part, ray));
                     log.add(deeper, Some(offer.t), || Act::OfferPart {
                         part: describe().unwrap_or_default(),
                     });
@@ -156,7 +184,7 @@ impl<'a, 'c> Stream<'a, 'c> {
                         continue;
                     }
                     work.boxes += 1;
-                    let Some((t, _)) = self.ray.enter_exit(&self.body.leaves[leaf as usize].bounds) else {
+                    let Some((t, _)) = ray.enter_exit(&self.body.leaves[leaf as usize].bounds) else {
                         log.add(deeper, None, || Act::Miss { item: name() });
                         continue;
                     };
@@ -170,23 +198,40 @@ impl<'a, 'c> Stream<'a, 'c> {
     }
 
     /// Intersects a leaf whose bounds are entered at `enter`.
-    fn intersect(&mut self, leaf: u32, enter: f64) {
+    fn open_leaf(&mut self, leaf: u32, enter: f64) {
+        let line = self.line.in_frame(&self.body.leaves[leaf as usize].local_from_body);
+        self.intersect(leaf, &line, enter);
+    }
+
+    /// Intersects a leaf, given the line in its frame.
+    pub(super) fn intersect(&mut self, leaf: u32, line: &Line, enter: f64) {
         let scratch = &mut *self.scratch;
-        let Leaf { solid, local_from_body, .. } = &self.body.leaves[leaf as usize];
+        let Leaf { solid, .. } = &self.body.leaves[leaf as usize];
         scratch.crossings.clear();
         self.below.in_plane.clear();
         self.below.work.solids += 1;
         let name = || self.body.leaf_name(leaf as usize);
-        let t = self.body.accel.is_some().then_some(enter);
+        let t = (self.body.leaves.len() > 1).then_some(enter);
         self.below.log.add(1, t, || Act::Test { item: name() });
-        let line = self.line.in_frame(local_from_body);
         let wanted = if self.body.leaves.len() == 1 { self.wanted } else { Wanted::All };
-        solid.crossings_within(&line, self.ray.span(), wanted, &mut scratch.crossings, self.below);
-        self.below.work.repaired += u64::from(repair(&**solid, &line, &mut scratch.crossings));
+        solid.crossings_within(line, self.span, wanted, &mut scratch.crossings, self.below);
+        self.below.work.repaired += u64::from(repair(&**solid, line, &mut scratch.crossings));
         self.below.log.add(1, None, || Act::Found { crossings: scratch.crossings.clone() });
-        let perhaps_touched = scratch.crossings.is_empty() || !self.below.in_plane.is_empty();
-        if perhaps_touched && self.body.leaves.len() > 1 && self.touch(leaf, &line, enter) {
+        let is_lone = self.body.leaves.len() == 1;
+        if is_lone && self.body.accel.is_none() && !self.below.log.is_on() {
+            self.single = Single::begin(&self.scratch.crossings, self.span);
+            if self.single.is_some() {
+                return;
+            }
+        }
+        let is_missed = self.scratch.crossings.is_empty();
+        let perhaps_touched = is_missed || !self.below.in_plane.is_empty();
+        if perhaps_touched && !is_lone && self.touch(leaf, line, enter) {
             return;
+        }
+        if is_missed && !is_lone && self.body.program.needs(leaf) {
+            // Nothing is left of an intersection that lacks an operand.
+            self.finished = true;
         }
         for i in 0..self.scratch.crossings.len() {
             self.take(leaf, Change::Membership, self.scratch.crossings[i], enter);

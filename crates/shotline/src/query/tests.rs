@@ -2,6 +2,7 @@
 
 mod bounds;
 mod contacts;
+mod few;
 mod growth;
 mod limits;
 mod spans;

@@ -70,6 +70,10 @@ impl Solid for Capped {
         }
     }
 
+    fn is_clear(&self, line: &Line, from: f64, to: f64) -> bool {
+        self.caps.is_none() && self.form.is_clear(line, [from, to])
+    }
+
     fn implicit(&self, p: Vec3, surface: u32, _primitive: u32) -> f64 {
         match (surface, &self.caps) {
             (1, Some(caps)) => caps.low - p.z,

@@ -6,6 +6,7 @@
 mod capped;
 #[cfg(test)]
 mod capped_tests;
+mod clear;
 mod cone;
 mod cuboid;
 mod cylinder;
@@ -88,6 +89,13 @@ pub trait Solid: Send + Sync + Debug {
         _out: &mut Vec<Contact>,
         _scratch: &mut Scratch,
     ) {
+    }
+
+    /// Whether a line is certainly in the interior from one `t` to another, and so far from the surface that no crossing
+    /// is one event with anything from the first `t` to the second. `false` says nothing: worth an answer only where that
+    /// is much cheaper than [`Solid::crossings`].
+    fn is_clear(&self, _line: &Line, _from: f64, _to: f64) -> bool {
+        false
     }
 
     /// The implicit function of one surface: negative on the side of the interior, zero on the surface,

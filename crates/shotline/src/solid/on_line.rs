@@ -47,15 +47,17 @@ impl Local {
         let o = (line.o - form.centre) * form.shrink;
         let dd = d.length_squared();
         let s0 = if dd > 0.0 { -o.dot(d) / dd } else { 0.0 };
-        let mut local = Local { o, d, s0, p: Vec3::ZERO, p_rest: Vec3::ZERO, t_over_s: [stretch, shorten] };
-        for i in 0..3 {
-            let moved = two_sum(line.o[i], -form.centre[i]);
-            let step = exact_product(s0, d[i]);
-            let sum = two_sum(moved.hi * form.shrink[i], step.hi);
-            let point = two_sum(sum.hi, sum.lo + (step.lo + moved.lo * form.shrink[i]));
-            (local.p[i], local.p_rest[i]) = (point.hi, point.lo);
-        }
-        local
+        // The error-free sums of `math::two_sum`, on all axes at once.
+        let two_sum = |a: Vec3, b: Vec3| {
+            let hi = a + b;
+            let t = hi - a;
+            (hi, (a - (hi - t)) + (b - t))
+        };
+        let (moved, moved_rest) = two_sum(line.o, -form.centre);
+        let (step, step_rest) = exact_product(s0, d);
+        let (sum, sum_rest) = two_sum(moved * form.shrink, step);
+        let (p, p_rest) = two_sum(sum, sum_rest + (step_rest + moved_rest * form.shrink));
+        Local { o, d, s0, p, p_rest, t_over_s: [stretch, shorten] }
     }
 
     /// The parameter of the ray where that of this line is `s`.
@@ -76,12 +78,12 @@ impl Local {
     }
 }
 
-/// The product of two numbers and, but for an error of 2^-78 of it, what rounding left. Splitting off the upper
-/// 26 bits (Dekker 1971) is cheaper than a fused multiply-add where the machine has none.
-fn exact_product(a: f64, b: f64) -> Dd {
+/// The product of a number with each component of a vector and, but for an error of 2^-78 of it, what rounding left.
+/// Splitting off the upper 26 bits (Dekker 1971) is cheaper than a fused multiply-add where the machine has none.
+fn exact_product(a: f64, b: Vec3) -> (Vec3, Vec3) {
     let upper = |x: f64| f64::from_bits(x.to_bits() & !0x7ff_ffff);
-    let (a_hi, b_hi) = (upper(a), upper(b));
-    Dd { hi: a_hi * b_hi, lo: a_hi * (b - b_hi) + (a - a_hi) * b }
+    let (a_hi, b_hi) = (upper(a), b.map(upper));
+    (a_hi * b_hi, a_hi * (b - b_hi) + (a - a_hi) * b)
 }
 
 /// The polynomial of a form along a line, with what its roots need to be judged.

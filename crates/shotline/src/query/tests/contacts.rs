@@ -129,6 +129,34 @@ fn rays_along_a_grid_see_what_is_all_around_them() {
     assert!(5 * crossed > rays, "{crossed} of {rays}");
 }
 
+/// What runs in planes of faces far from the ray must not matter, and accelerators offer different ones of those.
+#[test]
+fn accelerators_agree_on_rays_in_faces_of_meshes() {
+    let mut random = Random::new(30);
+    let mut crossed = 0;
+    for _ in 0..60 {
+        let mut scene = Scene::default();
+        let places: Vec<[i32; 3]> =
+            (0..8).filter(|_| random.below(2) == 0).map(|i| [i & 1, i >> 1 & 1, i >> 2]).collect();
+        let cells = mesh(&mut scene, cubes(&places));
+        let far = boxed(&mut scene, [8.0; 3], [9.0; 3]);
+        let both = csg(&mut scene, Op::Union, vec![cells, far]);
+        scene.add_object("thing", None, both);
+        let worlds: Vec<World> = crate::accel::NAMES.iter().map(|name| world(&scene, name)).collect();
+        for _ in 0..60 {
+            let mut point = || Vec3::from([0; 3].map(|_: i32| 0.25 * random.below(9) as f64));
+            let (from, to) = (point(), point());
+            let Ok(ray) = Ray::new(from * 2.0 - to, to - from) else { continue };
+            let list = crossings(&worlds[0], &ray, Span::FORWARD);
+            crossed += usize::from(!list.is_empty());
+            for (other, name) in worlds.iter().zip(crate::accel::NAMES) {
+                assert_same(&list, &crossings(other, &ray, Span::FORWARD), name);
+            }
+        }
+    }
+    assert!(crossed > 1000, "{crossed}");
+}
+
 #[test]
 fn a_mesh_shares_its_faces_with_solids_and_with_its_mirror_image() {
     let mut scene = Scene::default();

@@ -9,13 +9,14 @@ use crate::solid::mesh::shapes::{ball, sheet};
 use crate::testkit::scene::random_scene;
 use crate::trace::Act;
 
-/// Everything asked of a ray under every accelerator, held to what `brute` says.
+/// Everything asked of a ray under every accelerator, bodies of few leaves too, held to what `brute` says of the levels
+/// and the short ways say of such bodies.
 fn assert_all_accelerators_agree(scene: &Scene, rays: &[Ray], spans: &[Span], context: &str) {
     let oracle = world(scene, "brute");
     // Of another accelerator's world too: a seed says where to look first, no more.
     let mut seeds = [Seed::default(), Seed::default()];
     for name in accel::NAMES {
-        let other = world(scene, name);
+        let other = world(scene, name).plain(name);
         let mut caster = Caster::new(&other);
         for (i, ray) in rays.iter().enumerate() {
             // Whether the steps are recorded is no matter.

@@ -135,7 +135,8 @@ impl MeshSolid {
         let Scratch { work, tags, log, budget, in_plane } = scratch;
         tags.begin();
         let mut before = *work;
-        self.accelerator.walk(&probe.boxes(from, to), work, &mut |items, work| {
+        let boxes = probe.boxes(from, to);
+        self.accelerator.walk(&boxes, work, &mut |items, work| {
             let mut hits = Vec::new();
             if !budget.step() {
                 return f64::NEG_INFINITY;
@@ -147,7 +148,13 @@ impl MeshSolid {
                 }
                 work.solids += 1;
                 let triangle = &self.triangles[item as usize];
-                if let Some(hit) = probe.hit(triangle, || in_plane.push(triangle.face))
+                // Accelerators offer more triangles than those whose own box is met; what is said must not depend on it.
+                let run_in_plane = || {
+                    if boxes.enter_exit(&triangle.bounds()).is_some() {
+                        in_plane.push(triangle.face);
+                    }
+                };
+                if let Some(hit) = probe.hit(triangle, run_in_plane)
                     && from <= hit.t
                     && hit.t <= limit
                 {

@@ -1,0 +1,26 @@
+//! Worlds without the short ways for bodies of few leaves: what the tests hold those to.
+
+use std::sync::Arc;
+
+use super::World;
+use super::world::Body;
+use crate::aabb::Aabb;
+use crate::accel;
+
+impl World {
+    /// The same world with every body under an accelerator of some name, and with counters for every program.
+    ///
+    /// # Panics
+    /// Where bodies are shared with another world.
+    pub(crate) fn plain(mut self, name: &str) -> World {
+        for body in &mut self.bodies {
+            let Some(body) = Arc::get_mut(body) else { panic!("bodies are shared with another world") };
+            if let Body::Solid(body) = body {
+                let boxes: Vec<Aabb> = body.leaves.iter().map(|leaf| leaf.bounds).collect();
+                body.accel = accel::build(name, &boxes);
+                body.program.forget_table();
+            }
+        }
+        self
+    }
+}
