@@ -3,9 +3,9 @@
 
 usage: pair.py OLD NEW [--only NAME,NAME] [--pairs 9] [--instructions] [--work DIR]
 
-Both answer the same rays in turn, on one thread (`shotline bench`); told is the median of the ratios of the pairs, above 1
-where NEW is faster. With --instructions it is counted what a ray takes (valgrind), which does not depend on what else the
-machine does: told are both counts and the ratio NEW to OLD, below 1 where NEW takes less.
+Both answer the same rays in turn, on one thread (`shotline bench`). Prints the median of the ratios of the pairs, above 1
+where NEW is faster. With --instructions it counts the instructions of a ray (valgrind), which do not depend on what else the
+machine does, and prints both counts and the ratio NEW to OLD, below 1 where NEW takes fewer.
 """
 import argparse
 import json

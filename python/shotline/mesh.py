@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from hashlib import blake2b
 from collections.abc import Iterable
+from hashlib import blake2b
 from typing import Any
 
 import numpy as np
@@ -29,9 +29,9 @@ class Mesh(Node):
     apart. What is not a face, such as lines and points, is left out with a warning. Faces come in the order of the source,
     and strips after them.
 
-    `weld` merges vertices up to this distance apart, in the units of the vertices, or with "auto" those nearer to each
-    other than any others by a clear gap; each goes to the nearest of the vertices that stay, so none is moved farther than
-    the distance. `weld_note` says what was merged. Faces that collapse are dropped, and the others are renumbered.
+    `weld` merges vertices up to this distance apart, in the units of the vertices, or with "auto" those within rounding of
+    each other (64 units in the last place of float64) and a thousand times farther from all others; each goes to the nearest
+    of the vertices that stay, so none is moved farther than the distance. `weld_note` says what was merged. Faces that collapse are dropped, and the others are renumbered.
 
     A closed mesh is a solid. One that is not has hits, but no inside: combinations, segments and `contains` refuse it.
     Warns of polygons that cross themselves and of what is left out. Raises ValueError

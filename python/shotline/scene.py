@@ -388,7 +388,7 @@ def load(
         accel: the accelerator used everywhere, whatever the file says; no answer depends on it.
         allow_outside: let the scene name mesh files outside of its own folder.
         weld: weld the vertices of meshes that are up to this distance apart, in the lengths of the file; "auto" for those
-            nearer to each other than any others by a clear gap.
+            within rounding of each other and far from all others.
 
     Warns:
         ReadWarning: for each kind of thing that was dropped or repaired. `shotline info FILE` lists all notes.

@@ -189,7 +189,6 @@ def test_meshes_take_any_arrays():
         (CORNERS, [(0, 1, 9)], ValueError, r"face 0 is \[0, 1, 9\], but vertices are numbered from 0 to 3"),
         (CORNERS, [(0, 1, 2), (0, 1, -1)], ValueError, r"face 1 is \[0, 1, -1\], .* from 0 to 3"),
         (CORNERS, [(0.0, 1.0, 2.0)], TypeError, "integers"),
-        (CORNERS, [(0, 1, 2, 3)], ValueError, "polygons"),
         (CORNERS, [], ValueError, "no face"),
         ([(0, 0), (1, 1)], FACES, ValueError, r"\(n, 3\)"),
         ([(0, 0, 0), (1, 0, 0), (0, np.nan, 0), (0, 0, 1)], FACES, ValueError, "vertex 2"),

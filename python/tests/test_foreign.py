@@ -78,7 +78,11 @@ def test_faces_of_pyvista_are_taken():
 
 # A prism over an L: faces of six and of four corners.
 ELL = np.array([(x, y, z) for z in (0, 1) for x, y in ((0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2))], float)
-ELL_FACES = [(5, 4, 3, 2, 1, 0), (6, 7, 8, 9, 10, 11), *((i, (i + 1) % 6, (i + 1) % 6 + 6, i + 6) for i in range(6))]
+ELL_FACES = [
+    (5, 4, 3, 2, 1, 0),
+    (6, 7, 8, 9, 10, 11),
+    *((i, (i + 1) % 6, (i + 1) % 6 + 6, i + 6) for i in range(6)),
+]
 
 
 def test_polygons_are_cut_within():
@@ -88,7 +92,9 @@ def test_polygons_are_cut_within():
         Mesh(poly_data(ELL, ELL_FACES)),
         Mesh(Bag(points=ELL, cells_dict={}, cells=of_meshio)),
     ):
-        assert mesh.is_closed and mesh.polygons.tolist() == [0] * 4 + [1] * 4 + [i for i in range(2, 8) for _ in "ab"]
+        assert mesh.is_closed and mesh.polygons.tolist() == [0] * 4 + [1] * 4 + [
+            i for i in range(2, 8) for _ in "ab"
+        ]
         # Not through the notch, which a fan from the first corner would cover.
         assert Scene(mesh).count([[1.5, 1.5, -1], [0.5, 1.5, -1]], [0, 0, 1]).tolist() == [0, 2]
     assert Mesh(ELL, np.array(ELL_FACES[2:])).polygons.tolist() == [i for i in range(6) for _ in "ab"]

@@ -70,8 +70,8 @@ pub struct Model {
     /// Let the scene name mesh files outside of its own folder
     #[arg(long)]
     pub allow_outside: bool,
-    /// Weld vertices of meshes: those up to this distance apart, in the lengths of the file, or with `auto` those nearer
-    /// to each other than any others by a clear gap. What is merged is reported
+    /// Weld vertices of meshes: those up to this distance apart, in the lengths of the file, or with `auto` those
+    /// within rounding of each other and far from all others. What is merged is reported
     #[arg(long, value_name = "DIST|auto")]
     pub weld: Option<Weld>,
 }

@@ -2,6 +2,7 @@
 //! handed an argument list.
 
 mod args;
+mod close;
 mod columns;
 mod commands;
 mod failure;

@@ -6,11 +6,11 @@ use shotline::aabb::Aabb;
 use shotline::compile::World;
 use shotline::crossing::GROUPING;
 use shotline::math::Vec3;
-use shotline::measure::object_bounds;
+use shotline::measure::{Range, object_bounds};
 use shotline::query::{Caster, Hit, HitKind};
 use shotline::ray::{Ray, Span};
 
-use crate::overlap;
+use crate::{close, overlap};
 
 /// What the rays have seen; each pair of objects once, in the order of their names.
 #[derive(Debug, Default)]
@@ -38,16 +38,16 @@ pub struct Pair {
 
 /// Pairs by name. Which object is met first depends on the ray; a pair is one pair.
 #[derive(Default)]
-struct Pairs(BTreeMap<(String, String), Pair>);
+pub struct Pairs(BTreeMap<(String, String), Pair>);
 
 impl Pairs {
-    fn add(&mut self, a: &str, b: &str, point: Vec3) {
+    pub fn add(&mut self, a: &str, b: &str, point: Vec3) {
         let (first, second) = (a.min(b).to_string(), a.max(b).to_string());
         let key = (first.clone(), second.clone());
         self.0.entry(key).or_insert(Pair { first, second, point, rays: 0 }).rays += 1;
     }
 
-    fn has(&self, a: &str, b: &str) -> bool {
+    pub fn has(&self, a: &str, b: &str) -> bool {
         self.0.contains_key(&(a.min(b).to_string(), a.max(b).to_string()))
     }
 
@@ -59,6 +59,10 @@ impl Pairs {
 /// Rays along each axis.
 const RAYS: u32 = 2048;
 
+/// Rays along each axis that look for an object that may be empty, and for all of them together.
+const RAYS_OF_OBJECT: u32 = 128;
+const RAYS_OF_OBJECTS: usize = 1 << 16;
+
 /// Where rays meet so many parts that this many crossings are found, fewer rays have to do, but so many at least.
 const MOST_CROSSINGS: usize = 1 << 22;
 const LEAST_RAYS: usize = 300;
@@ -66,7 +70,8 @@ const LEAST_RAYS: usize = 300;
 /// Pairs of objects without an end that are named, at most.
 const NAMED: usize = 5;
 
-/// Casts rays along the axes, spread over the box of all objects that have an end; what is small may slip through.
+/// Casts rays along the axes, spread over the box of all objects that have an end, and over the common boxes of parts
+/// whose boxes meet; what is small may slip through.
 ///
 /// An object without an end is cut by that box. So it is seen where it overlaps one that has an end; where it overlaps
 /// another without an end is seen if that is near by, and reported as unexamined otherwise.
@@ -112,8 +117,10 @@ pub fn survey(world: &World) -> Survey {
             coincidences.add(&names[a as usize], &names[b as usize], ray.at(t));
         }
     }
+    let close = close::look(world, &mut overlaps);
     let mut unexamined = unexamined(world, &objects, &overlaps);
     unexamined.extend(given_up);
+    unexamined.extend(close);
     Survey { overlaps: overlaps.into_list(), coincidences: coincidences.into_list(), unexamined, few_rays }
 }
 
@@ -190,7 +197,7 @@ fn coincidences_on_ray(hits: &[Hit]) -> BTreeMap<(u32, u32), f64> {
 
 /// The i-th ray along an axis through a box. The points are spread by the additive sequence of the plastic
 /// number (M. Roberts, 2018), which has no rows that could run along a model's own.
-fn spread(bounds: &Aabb, axis: usize, i: u32) -> Option<Ray> {
+pub fn spread(bounds: &Aabb, axis: usize, i: u32) -> Option<Ray> {
     const STEPS: [f64; 2] = [0.7548776662466927, 0.5698402909980532];
     let size = bounds.size();
     let mut origin = bounds.min;
@@ -202,4 +209,53 @@ fn spread(bounds: &Aabb, axis: usize, i: u32) -> Option<Ray> {
     let mut direction = Vec3::ZERO;
     direction[axis] = 1.0;
     Ray::new(origin, direction).ok()
+}
+
+/// Objects that seem to be empty, each with the reason: the box has no volume, or no ray through it meets a surface.
+pub fn empty(world: &World) -> Vec<(String, String)> {
+    let Ok(objects) = object_bounds(world) else { return Vec::new() };
+    let (mut caster, mut rays, mut found) = (Caster::new(world), 0, Vec::new());
+    for (object, bounds) in (0..).zip(&objects).filter(|(_, bounds)| !is_endless(bounds)) {
+        let name = world.object_names()[object as usize].clone();
+        if bounds.is_empty() {
+            found.push((name, "is empty: nothing is left of it".to_string()));
+        } else if rays < RAYS_OF_OBJECTS && is_unseen(&mut caster, object, bounds, &mut rays) {
+            let count = 3 * RAYS_OF_OBJECT;
+            found.push((
+                name,
+                format!("is empty or very thin: none of {count} rays through its box meets it"),
+            ));
+        }
+    }
+    found
+}
+
+/// Whether no ray through its box meets an object.
+fn is_unseen(caster: &mut Caster, object: u32, bounds: &Aabb, rays: &mut usize) -> bool {
+    let mut hits = Vec::new();
+    for ray in (0..RAYS_OF_OBJECT).flat_map(|i| (0..3).filter_map(move |axis| spread(bounds, axis, i))) {
+        *rays += 1;
+        hits.clear();
+        let met = caster.crossings(&ray, Span::FORWARD, &mut hits);
+        if met.is_err() || hits.iter().any(|hit: &Hit| hit.object == object) {
+            return false;
+        }
+    }
+    true
+}
+
+/// Why the volumes of objects are not numbers, where they overflow or underflow.
+pub fn out_of_range(world: &World) -> Vec<String> {
+    let objects = object_bounds(world).unwrap_or_default();
+    let named = world.object_names().iter().zip(&objects).filter(|(_, bounds)| bounds.is_finite());
+    named
+        .filter_map(|(name, bounds)| {
+            let range = match bounds.size().element_product() {
+                volume if !volume.is_finite() => Range::TooLarge,
+                _ if bounds.volume_vanishes() => Range::TooSmall,
+                _ => return None,
+            };
+            Some(format!("the volume of '{name}', which may be too {range} for a 64-bit number"))
+        })
+        .collect()
 }

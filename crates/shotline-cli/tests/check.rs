@@ -231,3 +231,67 @@ fn objects_with_faces_in_one_place_are_remarked_on() {
     assert_eq!(all[0]["point"][2], 1.0);
     assert!(place.run(&["check", "scene.json"]).ok().contains("remark: 'crate' and 'lid', on "));
 }
+
+/// Two balls that overlap, and a third one so far away.
+fn far_ball(away: f64) -> String {
+    let ball = |x: f64, y: f64| format!(r#"{{"kind": "sphere", "radius": 1, "translate": [{x}, {y}, {y}]}}"#);
+    scene(&[("a", &ball(0.0, 0.0), 0), ("b", &ball(1.5, 0.0), 0), ("far", &ball(away, away), 0)])
+}
+
+#[test]
+fn an_overlap_is_found_however_far_away_a_third_object_is() {
+    for away in [1e2, 1e3, 1e4, 1e9] {
+        let answer = Place::new().with("far.json", far_ball(away)).run(&["check", "far.json"]);
+        assert_eq!(answer.code, Some(1), "{away}: {}", answer.stdout);
+        assert!(answer.stdout.contains("fault: 'a' and 'b'"), "{away}: {}", answer.stdout);
+    }
+}
+
+#[test]
+fn boxes_that_meet_without_an_overlap_leave_a_scene_sound() {
+    let (a, b) = (
+        r#"{"kind": "sphere", "radius": 1}"#,
+        r#"{"kind": "sphere", "radius": 1, "translate": [1.5, 1.5, 0]}"#,
+    );
+    let place = Place::new().with("apart.json", scene(&[("a", a, 0), ("b", b, 0)]));
+    let text = place.run(&["check", "apart.json"]).ok();
+    assert!(text.ends_with(": sound\n"), "{text}");
+}
+
+#[test]
+fn empty_objects_and_scenes_are_remarked_on() {
+    let nothing =
+        r#"{"op": "difference", "args": [{"kind": "sphere", "radius": 1}, {"kind": "sphere", "radius": 2}]}"#;
+    let apart = r#"{"op": "intersection", "args": [{"kind": "sphere", "radius": 1},
+        {"kind": "sphere", "radius": 1, "translate": [5, 0, 0]}]}"#;
+    let ball = r#"{"kind": "sphere", "radius": 1, "translate": [9, 0, 0]}"#;
+    let place = Place::new()
+        .with("objects.json", scene(&[("nothing", nothing, 0), ("apart", apart, 0), ("ball", ball, 0)]))
+        .with("none.json", scene(&[]));
+    let text = place.run(&["check", "objects.json"]).ok();
+    for name in ["nothing", "apart"] {
+        assert!(text.contains(&format!("remark: '{name}' is empty")), "{text}");
+    }
+    assert!(!text.contains("'ball'"), "{text}");
+    assert!(place.run(&["check", "none.json"]).ok().contains("remark: the scene has no objects"));
+}
+
+#[test]
+fn a_volume_out_of_range_is_not_called_sound() {
+    for (radius, words) in [("1e120", "too large"), ("1e-110", "too small")] {
+        let ball = format!(r#"{{"kind": "sphere", "radius": {radius}}}"#);
+        let answer =
+            Place::new().with("ball.json", scene(&[("ball", &ball, 0)])).run(&["check", "ball.json"]);
+        assert_eq!(answer.code, Some(3), "{}", answer.stdout);
+        assert!(answer.stdout.contains(words) && !answer.stdout.contains(": sound"), "{}", answer.stdout);
+    }
+}
+
+#[test]
+fn a_self_crossing_mesh_is_not_called_wound_inward_and_its_signed_volume_has_a_sign() {
+    let five = "v 5 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
+        f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+    let text = Place::new().with("five.obj", five).run(&["check", "five.obj"]).ok();
+    assert!(text.contains("signed volume -0.666666667"), "{text}");
+    assert!(!text.contains("remark: the faces are wound inward"), "{text}");
+}

@@ -1,6 +1,7 @@
 //! A place in a run of bytes that never reads beyond its end, and what texts are made of: lines, words and numbers.
 
-use crate::fault::Fault;
+use crate::fault::{At, Fault};
+use crate::note::{Effect, NoteKind, Notes};
 
 /// Bytes with a position.
 #[derive(Clone, Debug)]
@@ -17,6 +18,11 @@ impl<'b> Cursor<'b> {
     /// How many bytes are left.
     pub(crate) fn left(&self) -> usize {
         self.bytes.len() - self.at
+    }
+
+    /// The bytes that are left.
+    pub(crate) fn rest(&self) -> &'b [u8] {
+        &self.bytes[self.at..]
     }
 
     /// The next `count` bytes, if there are so many.
@@ -74,6 +80,37 @@ pub(crate) fn text_start(bytes: &[u8]) -> Result<usize, Fault> {
     }
 }
 
+const ZEROS: NoteKind = NoteKind {
+    name: "zero_bytes",
+    effect: Effect::Changed,
+    one: "1 zero byte behind the text was dropped; the file may be cut off",
+    many: "# zero bytes behind the text were dropped; the file may be cut off",
+};
+
+/// A text without the zero bytes that some programs fill up files with, which are noted.
+///
+/// # Errors
+/// If there is a zero byte within the text: a crash of a system leaves such files, in which parts of lines are lost.
+pub(crate) fn without_zeros<'b>(bytes: &'b [u8], notes: &mut Notes) -> Result<&'b [u8], Fault> {
+    if !bytes.contains(&0) {
+        return Ok(bytes);
+    }
+    let first = bytes.iter().position(|b| *b == 0).unwrap_or(bytes.len());
+    let (text, rest) = bytes.split_at(first);
+    if rest.iter().all(|b| matches!(b, 0 | 0x1A) || b.is_ascii_whitespace()) {
+        notes.add_many(&ZEROS, rest.iter().filter(|b| **b == 0).count(), At::Text(first..first + 1));
+        return Ok(text);
+    }
+    Err(zero_byte(first))
+}
+
+/// The fault of a zero byte within a text.
+pub(crate) fn zero_byte(at: usize) -> Fault {
+    let message = "there is a zero byte (NUL) in the text, so the file is damaged";
+    Fault::text(at..at + 1, message)
+        .help("copy the file again or export it again; what was lost cannot be guessed")
+}
+
 /// The name of an encoding of more than 8 bits, by its byte order mark or by the zero bytes between its letters.
 pub(crate) fn wide_encoding(bytes: &[u8]) -> Option<&'static str> {
     if bytes.starts_with(b"\xFF\xFE\0\0") || bytes.starts_with(b"\0\0\xFE\xFF") {
@@ -92,11 +129,11 @@ pub(crate) fn without_comment(line: &[u8]) -> &[u8] {
     &line[..marks.into_iter().find(|i| *i == 0 || line[i - 1] != b'.').unwrap_or(line.len())]
 }
 
-/// The words of a line, each with the bytes at which it stands; `start` is where the line begins. Zero bytes, with which
-/// some programs fill up files, and the mark of DOS for the end of a file stand between words.
+/// The words of a line, each with the bytes at which it stands; `start` is where the line begins. The mark of DOS for
+/// the end of a file stands between words.
 pub(crate) fn words(line: &[u8], start: usize) -> impl Iterator<Item = Word<'_>> {
     let mut at = 0;
-    let is_gap = |b: &u8| b.is_ascii_whitespace() || matches!(b, 0 | 0x0B | 0x1A);
+    let is_gap = |b: &u8| b.is_ascii_whitespace() || matches!(b, 0x0B | 0x1A);
     std::iter::from_fn(move || {
         at += line[at..].iter().position(|b| !is_gap(b))?;
         let length = line[at..].iter().position(is_gap).unwrap_or(line.len() - at);

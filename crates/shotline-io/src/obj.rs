@@ -9,7 +9,7 @@ use std::ops::Range;
 use shotline::math::Vec3;
 use shotline::solid::mesh::TriangleMesh;
 
-use crate::bytes::{Cursor, Word, mark_length, text_start, without_comment, words};
+use crate::bytes::{Cursor, Word, mark_length, text_start, without_comment, without_zeros, words};
 use crate::error::WriteError;
 use crate::fault::{At, Fault};
 use crate::format::{Content, Encoded, Format, MeshFile, lost_polygons};
@@ -33,6 +33,8 @@ pub(crate) const FORMAT: Format = Format {
 const PASSED_OVER: &[(&str, &[&[u8]])] = &[
     ("normals", &[b"vn"]),
     ("texture coordinates", &[b"vt"]),
+    ("colours of vertices", &[]),
+    ("weights of vertices, which polygons do not have", &[]),
     ("materials", &[b"mtllib", b"usemtl", b"maplib", b"usemap"]),
     ("names and groups, which become one object", &[b"o", b"g", b"mg"]),
     ("points and lines", &[b"p", b"l"]),
@@ -74,6 +76,28 @@ const UNKNOWN: NoteKind = NoteKind {
     many: "# lines with keywords that OBJ does not have were passed over",
 };
 
+const NOT_THERE: NoteKind = NoteKind {
+    name: "no_such_attribute",
+    effect: Effect::Kept,
+    one: "1 corner of a face names a texture or a normal that the file does not have",
+    many: "# corners of faces name textures or normals that the file does not have",
+};
+
+/// Of [`PASSED_OVER`], what corners of faces name.
+const NORMALS: usize = 0;
+const TEXTURES: usize = 1;
+
+/// Of [`PASSED_OVER`], what a line `v` may say beyond a place.
+const COLOURS: usize = 2;
+const WEIGHTS: usize = 3;
+
+const SURPLUS: NoteKind = NoteKind {
+    name: "extra_numbers",
+    effect: Effect::Changed,
+    one: "1 vertex has words behind its coordinates that are neither a weight nor a colour; they were dropped",
+    many: "# vertices have words behind their coordinates that are neither a weight nor a colour; they were dropped",
+};
+
 /// A face as written, with numbers counted from 0 and its place.
 struct Face {
     corners: Range<usize>,
@@ -84,19 +108,28 @@ fn read(bytes: &[u8]) -> Result<MeshFile, Fault> {
     let mut vertices = Vertices::default();
     let (mut corners, mut faces) = (Vec::new(), Vec::new());
     let (mut notes, mut passed_over) = (Notes::default(), [0; PASSED_OVER.len()]);
-    let mut cursor = Cursor::new(bytes, text_start(bytes)?);
-    let mut line = Vec::new();
+    let start = text_start(bytes)?;
+    let bytes = without_zeros(bytes, &mut notes)?;
+    let mut cursor = Cursor::new(bytes, start);
+    let (mut line, mut others) = (Vec::new(), Others::default());
     while let Some((start, end)) = next_line(&mut cursor, &mut line) {
         match line.first().map(|w: &Word| w.bytes) {
-            Some(b"v") => vertices.push(read_vertex(&line, start..end)?, || {
-                let odd = line[1..4].iter().find(|w| w.finite().is_err());
-                At::Text(odd.map_or(start..end, Word::range))
-            }),
+            Some(b"v") => {
+                let point = read_vertex(&line, start..end)?;
+                vertices.push(point, || {
+                    let odd = line[1..4].iter().find(|w| w.finite().is_err());
+                    At::Text(odd.map_or(start..end, Word::range))
+                });
+                if line.len() > 4 {
+                    more_than_a_place(&line, &mut passed_over, &mut notes);
+                }
+            }
             // The second is the outline of a face, which is a face since version 3 of the format.
             Some(b"f" | b"fo") => {
                 let first = corners.len();
                 for word in &line[1..] {
                     corners.push(read_corner(word, vertices.len())?);
+                    others.look_at(word, &passed_over, &mut notes)?;
                 }
                 faces.push(Face { corners: first..corners.len(), line: start..end });
             }
@@ -111,6 +144,7 @@ fn read(bytes: &[u8]) -> Result<MeshFile, Fault> {
     if faces.is_empty() {
         return Err(Fault::file("has no faces").help("a mesh needs lines 'f 1 2 3'"));
     }
+    others.finish(&passed_over, &mut notes);
     if let Some(note) = not_read(&passed_over) {
         notes.push(note);
     }
@@ -161,8 +195,22 @@ fn next_line<'b>(cursor: &mut Cursor<'b>, out: &mut Vec<Word<'b>>) -> Option<(us
     }
 }
 
+/// Counts what a vertex has beyond three coordinates. A fourth number is a weight and three more a colour, with or
+/// without opacity; neither moves the vertex of a polygon. A weight of 1 says nothing.
+fn more_than_a_place(line: &[Word], passed_over: &mut [usize], notes: &mut Notes) {
+    let words = &line[4..];
+    if words.iter().any(|w| w.number().is_err()) {
+        return notes.quote(&SURPLUS, At::Text(words[0].range()), || words[0].shown());
+    }
+    match words {
+        [weight] if weight.number().is_ok_and(|w| w != 1.0) => passed_over[WEIGHTS] += 1,
+        [_] => {}
+        [_, _, _] | [_, _, _, _] => passed_over[COLOURS] += 1,
+        _ => notes.quote(&SURPLUS, At::Text(words[0].range()), || words[0].shown()),
+    }
+}
+
 fn read_vertex(line: &[Word], whole: Range<usize>) -> Result<Vec3, Fault> {
-    // A fourth number is a weight and three more a colour; neither moves the vertex of a polygon.
     let [x, y, z] = line.get(1..4).unwrap_or(&[]) else {
         return Err(Fault::text(whole, "a vertex has three coordinates"));
     };
@@ -183,6 +231,49 @@ fn read_corner(word: &Word, vertices: usize) -> Result<Corner, Fault> {
         )),
         None => Err(Fault::text(word.range(), format!("'{}' is not a vertex of a face", word.shown()))),
     }
+}
+
+/// The numbers of corners for what is not read, held to what the file has of it.
+#[derive(Default)]
+struct Others {
+    /// Numbers of what was not there yet: of which of [`PASSED_OVER`], the number and its place.
+    later: Vec<(usize, u64, At)>,
+}
+
+impl Others {
+    /// Looks at `v/vt/vn` behind the number of the vertex.
+    fn look_at(&mut self, word: &Word, passed_over: &[usize], notes: &mut Notes) -> Result<(), Fault> {
+        let Some(slash) = word.bytes.iter().position(|b| *b == b'/') else { return Ok(()) };
+        let mut numbers = word.bytes[slash + 1..].split(|b| *b == b'/');
+        for kind in [TEXTURES, NORMALS] {
+            let Some(bytes) = numbers.next().filter(|bytes| !bytes.is_empty()) else { continue };
+            match (Word { bytes, start: word.start }).parse::<i64>() {
+                None | Some(0) => return Err(bad_corner(word)),
+                Some(n) if n < 0 && n.unsigned_abs() > passed_over[kind] as u64 => {
+                    notes.add(&NOT_THERE, At::Text(word.range()));
+                }
+                Some(n) if n > 0 && n as u64 > passed_over[kind] as u64 => {
+                    self.later.push((kind, n as u64, At::Text(word.range())));
+                }
+                Some(_) => {}
+            }
+        }
+        if numbers.next().is_some() { Err(bad_corner(word)) } else { Ok(()) }
+    }
+
+    /// Notes the numbers of what never came.
+    fn finish(self, passed_over: &[usize], notes: &mut Notes) {
+        for (kind, number, at) in self.later {
+            if number > passed_over[kind] as u64 {
+                notes.add(&NOT_THERE, at);
+            }
+        }
+    }
+}
+
+fn bad_corner(word: &Word) -> Fault {
+    Fault::text(word.range(), format!("'{}' is not a corner of a face", word.shown()))
+        .help("a corner is v, v/vt, v//vn or v/vt/vn: the numbers of a vertex, a texture and a normal")
 }
 
 /// Numbers in their shortest form that reads back the same: nothing is lost.

@@ -35,12 +35,25 @@ impl MeshFile {
 
 /// What welding did, in words.
 pub fn weld_note(weld: Weld, welded: &Welded) -> Note {
-    let Some(distance) = welded.distance else {
-        let text = "nothing was welded: the distances between vertices show no clear gap; give a distance instead of auto";
-        return Note::new("weld_no_gap", Effect::Kept, 1, text);
-    };
     let many =
         |count: usize, one: &str, many: &str| format!("{count} {}", if count == 1 { one } else { many });
+    let Some(distance) = welded.distance else {
+        return match welded.unclear {
+            0 => {
+                let text = "nothing to weld: no vertices are within rounding of each other but not in one place; to merge \
+                            vertices that are farther apart give a distance instead of auto";
+                Note::new("welded", Effect::Kept, 1, text)
+            }
+            count => {
+                let text = format!(
+                    "nothing was welded: {} within rounding of another, but the distances between vertices show no clear \
+                     gap; give a distance instead of auto",
+                    many(count, "vertex is", "vertices are")
+                );
+                Note::new("weld_no_gap", Effect::Kept, count, text)
+            }
+        };
+    };
     let within = match (weld, welded.apart) {
         (Weld::Auto, Some(apart)) => {
             format!("within {distance:.3e}, all others being {apart:.3e} or more apart")

@@ -170,7 +170,7 @@ fn polygons_are_cut_and_counted() {
     let path = folder.path().join("a.obj");
     std::fs::write(&path, "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1/1 2/2/2 3//3 4\nf -4 -3 -2\n").unwrap();
     let document = load(&path).unwrap();
-    let note = &document.notes[0];
+    let note = document.notes.iter().find(|n| n.kind == "polygons_cut").unwrap();
     assert!(note.to_string().ends_with("a.obj: 1 polygon was cut into triangles, on line 5"), "{note}");
     assert_eq!((note.kind, note.count, note.first), ("polygons_cut", 1, Some(Spot::Line(5))));
     assert_eq!(read_mesh(&path).unwrap().faces, [[0, 1, 2], [0, 2, 3], [0, 1, 2]]);

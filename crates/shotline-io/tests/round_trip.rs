@@ -73,7 +73,7 @@ const POLYGONS: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0.5 0.4 0\nv 0 1 0\nv 0 0 1
 
 /// A tetrahedron that only welding closes.
 const NOISY: &str =
-    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 1e-9 0 0\nv 1 1e-9 0\nf 1 3 2\nf 5 2 4\nf 6 3 4\nf 3 1 4\n";
+    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 1e-15 0 0\nv 1 1e-15 0\nf 1 3 2\nf 5 2 4\nf 6 3 4\nf 3 1 4\n";
 
 /// A tetrahedron with vertices that no face uses and of which one is not finite.
 const UNUSED: &str = "ply\nformat ascii 1.0\nelement vertex 6\nproperty double x\nproperty double y\nproperty double z\n\

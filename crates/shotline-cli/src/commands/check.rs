@@ -19,7 +19,8 @@ use crate::{input, output};
 /// the readers of the files passed over, dropped or repaired, how often, and the first line or byte.
 ///
 /// Overlaps and coincidences of objects are looked for with rays along the axes, spread over the box of all objects that
-/// have an end; small ones may slip through. Objects without an end, such as a ground, are cut by that box. Two of them that
+/// have an end, and in the common boxes of parts whose boxes meet; small ones may slip through. Where too many boxes meet,
+/// the pairs not looked at are counted and the model is not called sound. Objects without an end, such as a ground, are cut by that box. Two of them that
 /// might overlap far away are not examined there: then the model is not called sound.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]

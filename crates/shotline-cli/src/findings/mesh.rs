@@ -40,13 +40,16 @@ fn summary(name: &str, topology: &Topology, winding: Option<&Winding>) -> String
     let faces = counted(topology.faces as u64, "triangle", "triangles");
     let vertices = counted(topology.vertices as u64, "vertex", "vertices");
     let shells = counted(topology.shells.count as u64, "shell", "shells");
-    let volume = short(topology.signed_volume.abs());
+    let signed = topology.signed_volume;
+    let volume =
+        if signed.is_finite() { short(signed.abs()) } else { "too large for a 64-bit number".into() };
     let volume = match winding {
         None => "not closed: a surface without an inside".into(),
         Some(winding) if winding.once => format!("closed, volume {volume}"),
         // `measure` gives that of the inside, so this must not be called the volume.
         Some(_) => format!(
-            "closed, signed volume {volume}: the sum over the faces, not the volume of the inside, which `measure` gives"
+            "closed, signed volume {}{volume}: the sum over the faces, not the volume of the inside, which `measure` gives",
+            if signed < 0.0 { "-" } else { "" }
         ),
     };
     format!("{name}: {faces}, {vertices}, {shells}, {volume}")
@@ -137,8 +140,15 @@ impl Examination<'_> {
                 Place { faces: vec![face], point: Some(point), ..Place::default() },
             );
         }
+        let crosses = solid.self_intersections().count > 0;
         if solid.is_closed() && topology.signed_volume < 0.0 {
-            let text = "the faces are wound inward; the inside is found all the same".to_string();
+            // Of a mesh that passes through itself the sign does not tell how the faces are wound.
+            let text = if crosses {
+                "the signed volume is negative: the faces are wound inward, or parts turned inside out outweigh the others"
+            } else {
+                "the faces are wound inward; the inside is found all the same"
+            }
+            .to_string();
             self.remark("inward_faces", topology.faces, text, Place::default());
         }
         let turned = (

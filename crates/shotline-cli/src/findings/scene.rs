@@ -5,7 +5,7 @@ use shotline_io::Document;
 
 use super::{Finding, Findings, Place, Severity};
 use crate::number::{counted, short_vector};
-use crate::survey::{Pair, survey};
+use crate::survey::{self, Pair};
 
 impl Findings {
     /// Adds the errors for which a scene cannot be compiled.
@@ -18,7 +18,14 @@ impl Findings {
 
     /// Looks for objects that overlap and for faces that lie in each other.
     pub fn examine_world(&mut self, world: &World) {
-        let survey = survey(world);
+        if world.object_names().is_empty() {
+            self.scene_remark("no_objects", "the scene has no objects".into(), Place::default());
+        }
+        for (object, why) in survey::empty(world) {
+            let text = format!("'{object}' {why}");
+            self.scene_remark("empty_object", text, Place { objects: vec![object], ..Place::default() });
+        }
+        let survey = survey::survey(world);
         self.add_pairs(
             Severity::Fault,
             "overlap",
@@ -34,9 +41,14 @@ impl Findings {
         if let Some(rays) = survey.few_rays {
             self.line(format!("overlaps were looked for on {rays} rays only: each meets very many parts"));
         }
-        for what in survey.unexamined {
+        for what in survey.unexamined.into_iter().chain(survey::out_of_range(world)) {
             self.unexamined(what);
         }
+    }
+
+    fn scene_remark(&mut self, kind: &'static str, text: String, first: Place) {
+        let (severity, subject) = (Severity::Remark, "scene".into());
+        self.add(Finding { severity, subject, kind, count: 1, text, first });
     }
 
     fn add_pairs(&mut self, severity: Severity, kind: &'static str, pairs: Vec<Pair>, title: &str) {

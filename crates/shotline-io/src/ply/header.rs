@@ -52,7 +52,20 @@ impl Scalar {
     }
 
     pub(super) fn is_integer(self) -> bool {
-        !matches!(self, Scalar::F32 | Scalar::F64)
+        self.range().is_some()
+    }
+
+    /// The least and the largest number of a type of whole numbers.
+    pub(super) fn range(self) -> Option<(i64, i64)> {
+        match self {
+            Scalar::I8 => Some((i8::MIN.into(), i8::MAX.into())),
+            Scalar::U8 => Some((0, u8::MAX.into())),
+            Scalar::I16 => Some((i16::MIN.into(), i16::MAX.into())),
+            Scalar::U16 => Some((0, u16::MAX.into())),
+            Scalar::I32 => Some((i32::MIN.into(), i32::MAX.into())),
+            Scalar::U32 => Some((0, u32::MAX.into())),
+            Scalar::F32 | Scalar::F64 => None,
+        }
     }
 }
 
@@ -137,7 +150,7 @@ pub(super) fn read(bytes: &[u8], notes: &mut Notes) -> Result<Header, Fault> {
                 let end = first.range().end;
                 return finish(bytes, encoding, elements, end, breaks_with_cr);
             }
-            b"format" => encoding = Some(read_encoding(&take(&mut line, 3)?[1])?),
+            b"format" => encoding = Some(read_encoding(&take(&mut line, 3)?)?),
             b"element" => elements.push(read_element(&take(&mut line, 3)?)?),
             b"property" => {
                 let is_list = line.get(1).is_some_and(|w| w.bytes == b"list");
@@ -191,7 +204,12 @@ fn finish(
     Ok(Header { encoding, elements, end })
 }
 
-fn read_encoding(word: &Word) -> Result<Encoding, Fault> {
+fn read_encoding(words: &[Word]) -> Result<Encoding, Fault> {
+    let (word, version) = (words[1], words[2]);
+    if version.number() != Ok(1.0) {
+        let message = format!("there is no version {} of PLY", version.shown());
+        return Err(Fault::text(version.range(), message).help("the only version is 1.0"));
+    }
     match word.bytes {
         b"ascii" => Ok(Encoding::Ascii),
         b"binary_little_endian" => Ok(Encoding::LittleEndian),

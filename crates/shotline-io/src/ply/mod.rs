@@ -11,7 +11,7 @@ use shotline::solid::mesh::TriangleMesh;
 
 use self::header::{Element, Encoding, Header, Shape};
 use self::rows::{AsciiRows, BinaryRows, Layout, Rows};
-use crate::bytes::{Cursor, mark_length};
+use crate::bytes::{Cursor, mark_length, without_zeros};
 use crate::error::WriteError;
 use crate::fault::Fault;
 use crate::format::{Content, Encoded, Format, MeshFile};
@@ -31,10 +31,12 @@ pub(crate) const FORMAT: Format = Format {
 fn read(bytes: &[u8]) -> Result<MeshFile, Fault> {
     let mut notes = Notes::default();
     let header = header::read(bytes, &mut notes)?;
-    let cursor = || Cursor::new(bytes, header.end);
     if header.encoding != Encoding::Ascii {
-        return Tables::new(&header, bytes, notes)?.read(&mut BinaryRows::new(cursor(), header.encoding));
+        let cursor = Cursor::new(bytes, header.end);
+        return Tables::new(&header, bytes, notes)?.read(&mut BinaryRows::new(cursor, header.encoding));
     }
+    let bytes = without_zeros(bytes, &mut notes)?;
+    let cursor = || Cursor::new(bytes, header.end);
     let read_as =
         |layout| Tables::new(&header, bytes, notes.clone())?.read(&mut AsciiRows::new(cursor(), layout));
     // What is wrong with a text is said of its lines, unless its numbers fit without them.

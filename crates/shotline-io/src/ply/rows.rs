@@ -49,6 +49,13 @@ const EXTRA_BYTES: NoteKind = NoteKind {
     many: "# bytes behind the last row were dropped",
 };
 
+const BEYOND: NoteKind = NoteKind {
+    name: "beyond_type",
+    effect: Effect::Changed,
+    one: "1 whole number is beyond the type that the header gives it; it was read as written",
+    many: "# whole numbers are beyond the types that the header gives them; they were read as written",
+};
+
 const LOOSE_ROWS: NoteKind = NoteKind {
     name: "loose_rows",
     effect: Effect::Kept,
@@ -72,11 +79,25 @@ pub(super) struct AsciiRows<'b> {
     line: Vec<Word<'b>>,
     next: usize,
     start: usize,
+    /// The place of the number read last, if it is beyond its type.
+    beyond: Option<std::ops::Range<usize>>,
+    /// How many numbers outside of lists are beyond their types, and where the first stands.
+    all_beyond: usize,
+    first_beyond: Option<At>,
 }
 
 impl<'b> AsciiRows<'b> {
     pub(super) fn new(cursor: Cursor<'b>, layout: Layout) -> AsciiRows<'b> {
-        AsciiRows { start: cursor.at, cursor, layout, line: Vec::new(), next: 0 }
+        AsciiRows {
+            start: cursor.at,
+            cursor,
+            layout,
+            line: Vec::new(),
+            next: 0,
+            beyond: None,
+            all_beyond: 0,
+            first_beyond: None,
+        }
     }
 
     /// Goes to the next line that has words; answers whether there is one.
@@ -103,16 +124,31 @@ impl<'b> AsciiRows<'b> {
 
     fn number(&mut self, ty: Scalar) -> Result<f64, Fault> {
         let word = self.word()?;
-        let found = match ty {
-            // A float32 written as text means the float32.
-            Scalar::F32 => word.parse::<f32>().map(f64::from),
-            Scalar::F64 => word.parse::<f64>(),
-            _ => word.parse::<i64>().map(|i| i as f64),
+        let Some((least, most)) = ty.range() else {
+            // The digits that are written, also beyond those that a float32 holds.
+            let odd = || word.is_odd().then_some(f64::NAN);
+            let fault = || Fault::text(word.range(), format!("'{}' is not such a number", word.shown()));
+            return word.parse::<f64>().or_else(odd).ok_or_else(fault);
         };
-        let odd = || (!ty.is_integer() && word.is_odd()).then_some(f64::NAN);
-        found
-            .or_else(odd)
-            .ok_or_else(|| Fault::text(word.range(), format!("'{}' is not such a number", word.shown())))
+        let number = word.parse::<i64>().ok_or_else(|| {
+            Fault::text(word.range(), format!("'{}' is not a whole number, as the header says", word.shown()))
+        })?;
+        self.beyond = (number < least || number > most).then(|| word.range());
+        Ok(number as f64)
+    }
+
+    /// The length of a list or a number in one: names of vertices must not be guessed.
+    fn number_of_list(&mut self, ty: Scalar) -> Result<f64, Fault> {
+        let number = self.number(ty)?;
+        match self.beyond.take() {
+            None => Ok(number),
+            Some(range) => {
+                let (least, most) = ty.range().unwrap_or_default();
+                let message =
+                    format!("{number} is not within {least} and {most}, as its type in the header says");
+                Err(Fault::text(range, message))
+            }
+        }
     }
 
     /// How many words may follow, at most.
@@ -132,14 +168,21 @@ impl Rows for AsciiRows<'_> {
 
     fn property(&mut self, shape: Shape, out: &mut Vec<f64>) -> Result<(), Fault> {
         match shape {
-            Shape::One(ty) => out.push(self.number(ty)?),
+            Shape::One(ty) => {
+                out.push(self.number(ty)?);
+                if let Some(range) = self.beyond.take() {
+                    self.all_beyond += 1;
+                    self.first_beyond.get_or_insert(At::Text(range));
+                }
+            }
             Shape::List { count, item } => {
-                let count = list_length(self.number(count)?).ok_or_else(|| self.fault(BAD_LENGTH.into()))?;
-                if count > self.words_left() {
+                let length = self.number_of_list(count)?;
+                let length = list_length(length).ok_or_else(|| self.fault(BAD_LENGTH.into()))?;
+                if length > self.words_left() {
                     return Err(self.fault("the list is longer than its line".into()));
                 }
-                for _ in 0..count {
-                    out.push(self.number(item)?);
+                for _ in 0..length {
+                    out.push(self.number_of_list(item)?);
                 }
             }
         }
@@ -154,6 +197,7 @@ impl Rows for AsciiRows<'_> {
     }
 
     fn end_all(&mut self, notes: &mut Notes) -> Result<(), Fault> {
+        notes.add_many(&BEYOND, self.all_beyond, self.first_beyond.take().unwrap_or(At::File));
         if self.layout == Layout::Lines {
             while self.next_line() {
                 notes.add(&EXTRA_LINES, self.place());

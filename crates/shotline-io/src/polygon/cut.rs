@@ -101,6 +101,8 @@ struct Clipper {
     blockers: Blockers,
     /// By a corner, those that cannot be clipped as long as it is in their way.
     waiting: HashMap<u32, Vec<u32>>,
+    /// The same for those that are in the way only as long as they have their neighbours.
+    touched: HashMap<u32, Vec<u32>>,
     /// Corners to try, with the number of their turn: of several the last counts.
     good: VecDeque<(u32, u32)>,
     thin: VecDeque<(u32, u32)>,
@@ -122,6 +124,7 @@ impl Clipper {
             triangles: Vec::with_capacity(points.len()),
             blockers: Blockers::of(&points, Vec::new()),
             waiting: HashMap::new(),
+            touched: HashMap::new(),
             good: VecDeque::new(),
             thin: VecDeque::new(),
             tries: vec![0; points.len()],
@@ -216,7 +219,10 @@ impl Clipper {
         self.unblock(corner);
         let [a, b, c] = self.triangle(corner).map(|i| self.point(i));
         let turn = (corner, self.tries[corner as usize]);
-        if shape == Shape::Convex && is_thin(a, b, c) {
+        if shape == Shape::Spike {
+            // At once: next to a spike a corner may turn left though it is outside.
+            self.good.push_front(turn);
+        } else if shape == Shape::Convex && is_thin(a, b, c) {
             self.thin.push_back(turn);
         } else {
             self.good.push_back(turn);
@@ -243,7 +249,13 @@ impl Clipper {
             }
             match self.blocker(corner) {
                 None => return Some(corner),
-                Some(blocker) => self.waiting.entry(blocker).or_default().push(corner),
+                Some(blocker) => {
+                    let [a, b, c] = self.triangle(corner).map(|i| self.point(i));
+                    let place = self.point(blocker);
+                    let touches = place == b || turn(a, b, place) == 0.0 || turn(b, c, place) == 0.0;
+                    let waiting = if touches { &mut self.touched } else { &mut self.waiting };
+                    waiting.entry(blocker).or_default().push(corner);
+                }
             }
         }
     }
@@ -258,14 +270,18 @@ impl Clipper {
     }
 
     /// Whether a corner in a triangle, or on its sides, is in the way of clipping that. One that only touches a side
-    /// from outside is not, and no more one in the place of a corner of the triangle: where a ring touches itself
-    /// without crossing, what comes between two neighbours there is outside.
+    /// from outside is not, and no more one in the place of a neighbour: where a ring touches itself without crossing,
+    /// what goes into the triangle from there has a corner in it. What goes into it from the place of the corner itself
+    /// may pass through the third side.
     fn is_in_way(&self, other: u32, [a, b, c]: [Point; 3]) -> bool {
         let place = self.point(other);
-        if place == a || place == b || place == c {
+        if place == a || place == c {
             return false;
         }
         let [before, _, after] = self.triangle(other).map(|i| self.point(i));
+        if place == b {
+            return [before, after].into_iter().any(|p| turn(a, b, p) > 0.0 && turn(b, c, p) > 0.0);
+        }
         let enters = |from: Point, to: Point| turn(from, to, before) > 0.0 || turn(from, to, after) > 0.0;
         if turn(a, b, place) == 0.0 {
             enters(a, b)
@@ -297,5 +313,13 @@ impl Clipper {
         self.unblock(corner);
         self.enqueue(a);
         self.enqueue(c);
+        // Their neighbours have changed, so they may not be in the way of what they touch.
+        for changed in [a, corner, c] {
+            for waiting in self.touched.remove(&changed).unwrap_or_default() {
+                if self.is_left(waiting) {
+                    self.enqueue(waiting);
+                }
+            }
+        }
     }
 }

@@ -74,8 +74,35 @@ fn outlines_that_touch_themselves_are_cut_properly() {
     ];
     for corners in [&hole[..], &slit, &twice, &pinched, &touching, &spike, &two_holes] {
         holds(corners);
-        let places: Vec<Vec3> = corners.iter().map(|[x, y]| Vec3::new(*x as f64, *y as f64, 0.0)).collect();
-        assert!(cut(&places).is_proper, "{corners:?}");
+        is_proper_from_each_corner(corners);
+    }
+}
+
+/// Whatever corner comes first and in both directions.
+fn is_proper_from_each_corner(corners: &[[i64; 2]]) {
+    let mut corners = corners.to_vec();
+    for _ in 0..2 {
+        for _ in 0..corners.len() {
+            corners.rotate_left(1);
+            let places: Vec<Vec3> =
+                corners.iter().map(|[x, y]| Vec3::new(*x as f64, *y as f64, 0.0)).collect();
+            assert!(cut(&places).is_proper, "{corners:?}: {:?}", cut(&places));
+        }
+        corners.reverse();
+    }
+}
+
+#[test]
+fn lobes_that_meet_in_a_corner_are_not_said_to_cross() {
+    let uneven = [[0, 0], [2, 1], [4, 0], [4, 4], [2, 1], [0, 4]];
+    // The outer corner at the origin turns left, with the other in the same place between its sides.
+    let nested = [[-4, 1], [0, 0], [4, 1], [1, 4], [0, 0], [-1, 4]];
+    let three = [[0, 0], [4, -1], [4, 1], [0, 0], [1, 4], [-1, 4], [0, 0], [-4, 1], [-4, -1]];
+    let chain = [[0, 0], [2, 1], [4, 0], [6, 1], [8, 0], [8, 4], [6, 1], [4, 3], [2, 1], [0, 4]];
+    let inside = [[0, 0], [8, 0], [8, 8], [0, 0], [3, 5], [2, 6], [0, 0], [0, 9], [-3, 9]];
+    for corners in [&uneven[..], &nested, &three, &chain, &inside] {
+        holds(corners);
+        is_proper_from_each_corner(corners);
     }
 }
 
@@ -252,4 +279,60 @@ fn spiral(turns: i64) -> Vec<[i64; 2]> {
         if k % 4 == 3 { [-r, -r - 4] } else { out(k, r) }
     };
     (0..4 * turns).map(outer).chain((0..4 * turns).rev().map(inner)).collect()
+}
+
+/// Outlines of random cells of a grid that meet in corners, each one loop: none crosses itself.
+#[test]
+fn random_outlines_that_touch_themselves_in_corners_are_cut_properly() {
+    let mut random = shotline::testkit::random::Random::new(8);
+    let (mut outlines, mut touching) = (0, 0);
+    for _ in 0..6000 {
+        let mut cells = vec![[0, 0]];
+        for _ in 0..2 + random.below(9) {
+            let [x, y] = cells[random.below(cells.len())];
+            let cell = [x + random.below(3) as i64 - 1, y + random.below(3) as i64 - 1];
+            if !cells.contains(&cell) {
+                cells.push(cell);
+            }
+        }
+        let Some(corners) = outline_of(&cells, &mut random) else { continue };
+        outlines += 1;
+        touching += usize::from((1..corners.len()).any(|i| corners[..i].contains(&corners[i])));
+        // A skew map, so that few corners lie on a line.
+        let skewed: Vec<[i64; 2]> =
+            corners.iter().map(|[x, y]| [7 * x + 2 * y + x * x % 2, 6 * y - x]).collect();
+        for corners in [corners, skewed] {
+            cut_holds(&corners, 0, [0, 0]);
+            is_proper_from_each_corner(&corners);
+        }
+    }
+    assert!(outlines > 3000 && touching > 1000, "{outlines} {touching}");
+}
+
+/// The outline of cells, if it is one loop; where two of them meet in a corner, it stays at its cell or goes to the other.
+fn outline_of(cells: &[[i64; 2]], random: &mut shotline::testkit::random::Random) -> Option<Vec<[i64; 2]>> {
+    let mut edges = Vec::new();
+    for &[x, y] in cells {
+        let corners = [[x, y], [x + 1, y], [x + 1, y + 1], [x, y + 1]];
+        let beside = [[x, y - 1], [x + 1, y], [x, y + 1], [x - 1, y]];
+        edges.extend(
+            (0..4).filter(|i| !cells.contains(&beside[*i])).map(|i| (corners[i], corners[(i + 1) % 4])),
+        );
+    }
+    let mut stays = std::collections::HashMap::new();
+    let (start, mut at) = edges[0];
+    let mut from = start;
+    let mut outline = vec![start];
+    loop {
+        let left = [at[0] - (at[1] - from[1]), at[1] + (at[0] - from[0])];
+        let out: Vec<[i64; 2]> = edges.iter().filter(|(a, _)| *a == at).map(|(_, b)| *b).collect();
+        let stay = *stays.entry(at).or_insert_with(|| random.below(2) == 0);
+        let next = if out.len() == 1 { out[0] } else { *out.iter().find(|b| (**b == left) == stay)? };
+        if (at, next) == edges[0] {
+            break;
+        }
+        outline.push(at);
+        (from, at) = (at, next);
+    }
+    (outline.len() == edges.len()).then_some(outline)
 }

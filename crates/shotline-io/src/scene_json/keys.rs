@@ -132,8 +132,8 @@ pub(super) const MESH_FILE: Key =
 pub(super) const WELD: Key = key(
     "weld",
     Shape::Other,
-    "Vertices to weld: those up to this distance apart, in the lengths of the file, or \"auto\": those nearer to each \
-     other than any others by a clear gap. What is merged is a note.",
+    "Vertices to weld: those up to this distance apart, in the lengths of the file, or \"auto\": those within \
+     rounding of each other and far from all others. What is merged is a note.",
 );
 
 /// The names of some keys.

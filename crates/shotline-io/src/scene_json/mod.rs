@@ -26,7 +26,7 @@ pub use self::schema::scene_schema;
 use self::tree::ValueId;
 use self::values::Values;
 pub use self::write::write_scene;
-use crate::bytes::text_start;
+use crate::bytes::{text_start, zero_byte};
 use crate::document::{Document, Source};
 use crate::error::ReadError;
 use crate::fault::{Fault, Faults};
@@ -93,6 +93,10 @@ fn document(text: &str, meshes: Meshes, faults: &mut Faults) -> Option<Parts> {
     let most = if let Meshes::Given(_) = meshes { u32::MAX.into() } else { MAX_BYTES };
     if text.len() as u64 > most {
         faults.push(too_large(most));
+        return None;
+    }
+    if let Some(at) = text.find('\0') {
+        faults.push(zero_byte(at));
         return None;
     }
     let (tree, root) = syntax::parse(text, faults)?;

@@ -26,6 +26,20 @@ const ATTRIBUTES: NoteKind = NoteKind {
     many: "# bytes of attributes between triangles were not read",
 };
 
+const WORDS: NoteKind = NoteKind {
+    name: "not_read",
+    effect: Effect::Kept,
+    one: "1 attribute or colour of a triangle was not read",
+    many: "# attributes or colours of triangles were not read",
+};
+
+const COLOUR: NoteKind = NoteKind {
+    name: "colours_not_read",
+    effect: Effect::Kept,
+    one: "1 colour of the whole was not read",
+    many: "# colours of the whole were not read",
+};
+
 const UNCOUNTED: NoteKind = NoteKind {
     name: "wrong_count",
     effect: Effect::Changed,
@@ -44,6 +58,22 @@ pub(super) fn fits(bytes: &[u8]) -> bool {
     promised(bytes)
         .is_some_and(|n| n.checked_mul(TRIANGLE).and_then(|n| n.checked_add(HEAD)) == Some(bytes.len()))
 }
+
+/// Whether bytes of a size that does not fit may still be meant: the triangles that are promised or held are triangles.
+pub(super) fn looks_like(bytes: &[u8]) -> bool {
+    let Some(count) = promised(bytes) else { return false };
+    let held = (bytes.len() - HEAD) / TRIANGLE;
+    let most = if count == 0 || count > held { held } else { count };
+    // Four random bytes are often a number, but seldom one of an ordinary size.
+    let is_ordinary = |x: f64| x == 0.0 || (1e-12..1e12).contains(&x.abs());
+    let is_meant =
+        |t: &[u8]| is_triangle(t) && corners(t).iter().all(|c| c.to_array().into_iter().all(is_ordinary));
+    let plain = most > 0 && bytes[HEAD..].chunks_exact(TRIANGLE).take(most.min(SEEN)).all(is_meant);
+    plain || (count > 0 && attributes(bytes, count) == Some(bytes.len()))
+}
+
+/// Triangles that are looked at to tell whether a file is an STL, at most.
+const SEEN: usize = 1000;
 
 /// Reads the triangles.
 ///
@@ -112,9 +142,19 @@ fn read_with_attributes(bytes: &[u8], count: usize, out: &mut Triangles) -> Resu
 }
 
 fn read_many(bytes: &[u8], count: usize, out: &mut Triangles) -> Result<(), Fault> {
-    for (i, triangle) in bytes[HEAD..].chunks_exact(TRIANGLE).take(count).enumerate() {
-        read_triangle(triangle, i, HEAD + i * TRIANGLE, out)?;
+    if let Some(at) = bytes[..80].windows(6).position(|w| w == b"COLOR=") {
+        out.notes().add(&COLOUR, At::Byte(at));
     }
+    let (mut words, mut first) = (0, 0);
+    for (i, triangle) in bytes[HEAD..].chunks_exact(TRIANGLE).take(count).enumerate() {
+        let at = HEAD + i * TRIANGLE;
+        read_triangle(triangle, i, at, out)?;
+        if triangle[TRIANGLE - 2..] != [0, 0] {
+            first = if words == 0 { at + TRIANGLE - 2 } else { first };
+            words += 1;
+        }
+    }
+    out.notes().add_many(&WORDS, words, At::Byte(first));
     Ok(())
 }
 

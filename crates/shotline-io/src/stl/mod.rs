@@ -11,7 +11,7 @@ use std::collections::HashMap;
 
 use shotline::math::Vec3;
 
-use crate::bytes::{mark_length, text_start};
+use crate::bytes::{mark_length, text_start, without_zeros};
 use crate::fault::{At, Fault};
 use crate::format::{Content, Format, MeshFile};
 use crate::note::Notes;
@@ -20,13 +20,17 @@ use crate::polygon::{Corner, Polygons, Vertices};
 pub(crate) const FORMAT: Format = Format {
     name: "STL",
     extensions: &["stl"],
-    detect: |bytes| binary::fits(bytes) || starts_like_text(bytes),
+    detect: |bytes| binary::fits(bytes) || starts_like_text(bytes) || looks_like(bytes),
     content: Content::Mesh { read, write: write::write },
 };
 
 fn starts_like_text(bytes: &[u8]) -> bool {
+    begins_with_solid(bytes) && is_text(bytes)
+}
+
+fn begins_with_solid(bytes: &[u8]) -> bool {
     let start = bytes[mark_length(bytes)..].trim_ascii_start();
-    start.len() > 5 && start[..5].eq_ignore_ascii_case(b"solid") && is_text(bytes)
+    start.len() > 5 && start[..5].eq_ignore_ascii_case(b"solid")
 }
 
 /// A zero byte is near the beginning of nearly every binary file and of no text, which may be filled up with zeros.
@@ -40,6 +44,23 @@ fn has_word(bytes: &[u8], word: &[u8]) -> bool {
     bytes.windows(word.len()).any(|w| w.eq_ignore_ascii_case(word))
 }
 
+/// Whether it is an STL though neither its size nor its beginning says so: a text with a facet in it, or a binary file with
+/// as many triangles as it counts and something behind them, with attributes, or with a wrong count.
+fn looks_like(bytes: &[u8]) -> bool {
+    if is_text(bytes) {
+        return has_word(bytes, b"endfacet") && has_word(bytes, b"vertex");
+    }
+    binary::looks_like(bytes)
+}
+
+/// Whether it is a text STL: a text that begins like one or has facets, also one that zero bytes have damaged.
+fn text_with_facets(bytes: &[u8]) -> bool {
+    if is_text(bytes) {
+        return starts_like_text(bytes) || has_word(bytes, b"facet");
+    }
+    begins_with_solid(bytes) && has_word(bytes, b"endfacet") && has_word(bytes, b"endloop")
+}
+
 fn read(bytes: &[u8]) -> Result<MeshFile, Fault> {
     let mut triangles = Triangles::new();
     // Binary files are known by their size; many of them begin with the word "solid".
@@ -47,8 +68,9 @@ fn read(bytes: &[u8]) -> Result<MeshFile, Fault> {
         binary::read(bytes, &mut triangles)?;
     } else {
         let start = text_start(bytes)?;
-        if is_text(bytes) && (starts_like_text(bytes) || has_word(bytes, b"facet")) {
-            text::read(bytes, start, &mut triangles)?;
+        if text_with_facets(bytes) {
+            let text = without_zeros(bytes, triangles.notes())?;
+            text::read(text, start, &mut triangles)?;
         } else if is_text(bytes) && bytes.len() > 5 && bytes.is_ascii() {
             return Err(Fault::file(
                 "is a text, but not of an STL: there is no 'solid' and no 'facet' in it",

@@ -1,6 +1,7 @@
 //! Text STL: `solid ... facet normal ... outer loop, vertex x y z (three times), endloop, endfacet ... endsolid`.
 //!
-//! The words are read one after another, whatever the lines: some programs write all of a file on one.
+//! The words are read one after another, whatever the lines: some programs write all of a file on one. A comment is from a
+//! `#` at the beginning of a word to the end of the line. In a name on the only line of a text `#` is part of the name.
 
 use shotline::math::Vec3;
 
@@ -45,7 +46,7 @@ pub(super) fn read(bytes: &[u8], start: usize, out: &mut Triangles) -> Result<()
     let mut reader = Reader { cursor: Cursor::new(bytes, start), line: Vec::new(), next: 0, solids: 0 };
     let mut is_open = false;
     while let Some(word) = reader.word() {
-        if word.is("facet") {
+        if word.is("facet") && (is_open || !reader.is_prose()) {
             reader.facet(word, out)?;
         } else if word.is("solid") {
             is_open = true;
@@ -56,10 +57,12 @@ pub(super) fn read(bytes: &[u8], start: usize, out: &mut Triangles) -> Result<()
         } else if word.is("color") || word.is("colour") {
             out.notes().add(&COLOURS, At::Text(word.range()));
             reader.numbers();
+        } else if reader.is_of_facet(word) {
+            let message = format!("'{}' stands outside of a facet", word.shown());
+            return Err(Fault::text(word.range(), message)
+                .help("there is no 'facet' before it, or an 'endfacet' too many"));
         } else {
-            if !word.bytes.starts_with(b"#") {
-                out.notes().add(&OUTSIDE, At::Text(word.range()));
-            }
+            out.notes().add(&OUTSIDE, At::Text(word.range()));
             reader.end_line();
         }
     }
@@ -67,6 +70,34 @@ pub(super) fn read(bytes: &[u8], start: usize, out: &mut Triangles) -> Result<()
         out.notes().add(&NO_END, At::Byte(bytes.len()));
     }
     Ok(())
+}
+
+/// How many words are looked at to tell a facet from a name or a sentence.
+const AHEAD: usize = 8;
+
+/// Takes the words of the next line that has some, without its comment; answers whether there is one.
+fn next_line<'b>(cursor: &mut Cursor<'b>, out: &mut Vec<Word<'b>>) -> bool {
+    out.clear();
+    while let Some((start, line)) = cursor.line() {
+        out.extend(words(line, start));
+        if line.contains(&b'#')
+            && let Some(comment) = out.iter().position(|w| w.bytes.starts_with(b"#"))
+        {
+            let is_last = || words(cursor.rest(), 0).next().is_none();
+            if !(out[0].is("solid") && is_last()) {
+                out.truncate(comment);
+            }
+        }
+        if !out.is_empty() {
+            return true;
+        }
+    }
+    false
+}
+
+/// The first word that is not of a normal.
+fn behind_normal<'b>(words: &[Word<'b>]) -> Option<Word<'b>> {
+    words.iter().find(|w| !w.is("normal") && w.number().is_err()).copied()
 }
 
 /// The words of a text.
@@ -81,10 +112,10 @@ impl<'b> Reader<'b> {
     /// The next word without taking it.
     fn peek(&mut self) -> Option<Word<'b>> {
         while self.next >= self.line.len() {
-            let (start, line) = self.cursor.line()?;
-            self.line.clear();
-            self.line.extend(words(line, start));
             self.next = 0;
+            if !next_line(&mut self.cursor, &mut self.line) {
+                return None;
+            }
         }
         Some(self.line[self.next])
     }
@@ -95,17 +126,10 @@ impl<'b> Reader<'b> {
         word
     }
 
-    /// The next word within a facet, behind comments.
+    /// The next word within a facet.
     fn word_of_facet(&mut self) -> Result<Word<'b>, Fault> {
-        loop {
-            let at = self.cursor.at;
-            let cut_off = || Fault::byte(at, "the file ends within a facet").help("it is cut off");
-            let word = self.word().ok_or_else(cut_off)?;
-            if !word.bytes.starts_with(b"#") {
-                return Ok(word);
-            }
-            self.next = self.line.len();
-        }
+        let at = self.cursor.at;
+        self.word().ok_or_else(|| Fault::byte(at, "the file ends within a facet").help("it is cut off"))
     }
 
     /// Passes over the rest of a line, which is a name or text. If there is a facet on it, all of the file may be, and
@@ -117,10 +141,39 @@ impl<'b> Reader<'b> {
         self.next = solid.filter(|_| facet < self.line.len()).unwrap_or(facet);
     }
 
-    /// Whether the words of the line from here on are the beginning of a facet, and not just the word in a name.
+    /// A few words from one of the line on, on this line and the next: a facet is known by so many.
+    fn following(&self, i: usize) -> Vec<Word<'b>> {
+        let mut words: Vec<Word> = self.line.iter().skip(i).take(AHEAD).copied().collect();
+        if words.len() < AHEAD {
+            let mut next = Vec::new();
+            next_line(&mut self.cursor.clone(), &mut next);
+            words.extend(next.into_iter().take(AHEAD));
+        }
+        words
+    }
+
+    /// Whether the words from a word of the line on are the beginning of a facet, and not a name or prose:
+    /// `facet`, a normal or none, and what may come behind that, on this line or the next.
     fn begins_facet(&self, i: usize) -> bool {
-        let is = |i: usize, word: &str| self.line.get(i).is_some_and(|w| w.is(word));
-        is(i, "facet") && (is(i + 1, "normal") || is(i + 1, "outer"))
+        if !self.line[i].is("facet") {
+            return false;
+        }
+        let after = behind_normal(&self.following(i + 1));
+        after.is_some_and(|w| ["outer", "vertex", "color", "colour"].iter().any(|word| w.is(word)))
+    }
+
+    /// Whether the word `facet`, which was read outside of solids, is one of a sentence: neither the rest of its
+    /// line nor the next line goes on as a facet does.
+    fn is_prose(&self) -> bool {
+        !self.begins_facet(self.next - 1)
+            && behind_normal(&self.line[self.next..(self.next + AHEAD).min(self.line.len())]).is_some()
+    }
+
+    /// Whether a word at the beginning of a statement is data of a facet.
+    fn is_of_facet(&self, word: Word) -> bool {
+        let next = self.following(self.next).first().copied();
+        (word.is("outer") && next.is_some_and(|w| w.is("loop")))
+            || (word.is("vertex") && next.is_some_and(|w| w.number().is_ok()))
     }
 
     /// Passes over the name of a solid.
@@ -152,8 +205,12 @@ impl<'b> Reader<'b> {
                 corners.push(self.vertex(word)?);
             } else if word.is("endfacet") || (word.is("end") && self.takes("facet")) {
                 if corners.len() < 3 {
-                    let message = format!("this facet has {} corners; it needs three", corners.len());
-                    return Err(Fault::text(word.range(), message));
+                    let count = match corners.len() {
+                        0 => "no corners",
+                        1 => "1 corner",
+                        _ => "2 corners",
+                    };
+                    return Err(Fault::text(word.range(), format!("this facet has {count}; it needs three")));
                 }
                 out.add(&corners, || At::Text(first.range()));
                 return Ok(());
@@ -167,6 +224,8 @@ impl<'b> Reader<'b> {
                         self.next += 1;
                     }
                 }
+            } else if word.is("facet") || word.is("solid") || word.is("endsolid") {
+                return Err(self.no_endfacet(first, word));
             } else if !(word.is("outer") || word.is("loop") || word.is("endloop") || word.is("end")) {
                 return Err(Fault::text(
                     word.range(),
@@ -174,6 +233,18 @@ impl<'b> Reader<'b> {
                 ));
             }
         }
+    }
+
+    fn no_endfacet(&self, first: Word, word: Word) -> Fault {
+        let message = format!("'endfacet' is missing before this '{}'", word.shown());
+        let fault = Fault::text(word.range(), message);
+        if self.solids == 0 && word.is("solid") {
+            let words = first.shown();
+            return fault.help(format!(
+                "a '{words}' stands before the first 'solid'; delete what does not belong there"
+            ));
+        }
+        fault
     }
 
     /// Takes a word if it comes next.

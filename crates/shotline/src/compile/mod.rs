@@ -13,6 +13,7 @@ mod level;
 mod live;
 mod names;
 mod parts;
+mod placed_boxes;
 #[cfg(any(test, feature = "testkit"))]
 mod plain;
 mod sites;

@@ -15,12 +15,13 @@
 //! stretches inside are integrated in closed form, so only the two directions across are sampled, by the additive
 //! sequence of the plastic number (M. Roberts 2018), which is shifted at random (R. Cranley and T. N. L.
 //! Patterson 1976), sixteen times over. How much these sixteen differ tells the standard error, by the jackknife
-//! (B. Efron 1982) for centroid and inertia. The seed and the number of rays decide every bit; the accelerator and the
-//! number of threads none.
+//! (B. Efron 1982) for centroid and inertia. The rays of each axis alone estimate the same values; where the three
+//! axes differ by more, as where one of them does not see a thin part, that spread is the standard error. The seed and
+//! the number of rays decide every bit; the accelerator and the number of threads none.
 //!
-//! **Not promised:** that a part too small for the rays is seen. What no ray meets is not in the sixteen, so it is
-//! not in their error either. Where fewer than 256 stretches are met, the error has room for what one ray stands for,
-//! anywhere in the box; so it is not 0 for an object that no ray meets, which has no centroid. The
+//! **Not promised:** that a part too small for the rays is seen. What no ray meets is not in the spread. So the
+//! standard error always has room for what one ray stands for, anywhere in the box. It is therefore not 0 for an object
+//! that no ray meets, which has no centroid. The
 //! error is a standard error of fifteen degrees of freedom, not a bound: about one in a hundred is off by more than
 //! three of them. It does not hold what rounding does.
 
@@ -119,6 +120,24 @@ pub fn object_bounds(world: &World) -> Result<Vec<Aabb>, MeasureError> {
     Ok(extents.into_iter().map(|(_, extent)| extent.bounds).collect())
 }
 
+/// What keeps a volume from being a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Range {
+    /// Above about 1.8e308.
+    TooLarge,
+    /// Below about 2.2e-308.
+    TooSmall,
+}
+
+impl std::fmt::Display for Range {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(match self {
+            Range::TooLarge => "large",
+            Range::TooSmall => "small",
+        })
+    }
+}
+
 /// Why objects could not be measured.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeasureError {
@@ -141,6 +160,16 @@ pub enum MeasureError {
     TooMany {
         /// The object.
         object: String,
+    },
+    /// The volume of an object overflows or underflows.
+    #[error(
+        "object '{object}': its volume is too {range} for a 64-bit number; give the model in other units of length"
+    )]
+    OutOfRange {
+        /// The object.
+        object: String,
+        /// Whether it is too large or too small.
+        range: Range,
     },
     /// Objects in shared groups in shared groups, so that telling them apart takes too much memory.
     #[error("the shared groups hold more than {most} objects, every group counted")]

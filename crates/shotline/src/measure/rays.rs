@@ -4,10 +4,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
-use super::estimate::{COUNT, Estimate, SHIFTS, estimates, numbers};
+use super::estimate::{COUNT, Estimate, SHIFTS, by_shifts_and_axes, estimates, numbers};
 use super::extent::Extent;
 use super::known::{Known, Sampled};
-use super::{Measure, MeasureError, Settings};
+use super::{Measure, MeasureError, Range, Settings};
 use crate::aabb::Aabb;
 use crate::compile::{Body, World};
 use crate::math::{Affine, Dd, Vec3};
@@ -41,6 +41,9 @@ const STEPS: [u64; 2] = [0xc13f_a9a9_02a6_328f, 0x91e1_0da5_c79e_7b1d];
 /// Integrals as [`Moments::from_integrals`] takes them, as they are gathered.
 type Sums = [Dd; 10];
 
+/// Integrals by each shift, of all axes, and by each axis, of all shifts.
+type Samples = ([[f64; 10]; SHIFTS], [[f64; 10]; 3]);
+
 /// What all objects are measured with.
 pub(super) struct Rays<'a> {
     pub world: &'a World,
@@ -55,8 +58,6 @@ struct Task {
     half: Vec3,
     /// Rays of each shift along each axis.
     rays: usize,
-    /// Stretches met.
-    stretches: AtomicU64,
     /// Boxes and bodies opened to find them.
     steps: AtomicU64,
     most_steps: u64,
@@ -86,6 +87,9 @@ impl Rays<'_> {
         extent: &Extent,
     ) -> Result<Measure, MeasureError> {
         let (numbers, rays) = self.numbers(object, extent)?;
+        if let Some(range) = out_of_range(numbers[0].value, &extent.bounds) {
+            return Err(MeasureError::OutOfRange { object: self.name(object), range });
+        }
         let material = self.world.object_material(object).and_then(|m| scene.materials.get(m as usize));
         let density = material.and_then(|(_, material)| material.density);
         let mass_of_one = scene.units.map_or(1.0, Units::cubic_centimetres);
@@ -141,21 +145,20 @@ impl Rays<'_> {
         let all_rays = rays.saturating_mul(STRATA);
         let (centre, half) = (bounds.centre(), bounds.size() * 0.5);
         let most_steps = self.run.most_rows.max((all_rays as u64).saturating_mul(STEPS_OF_A_RAY));
-        let (stretches, steps) = (AtomicU64::new(0), AtomicU64::new(0));
-        let task = Task { object, centre, half, rays, stretches, steps, most_steps };
-        let samples = self.samples(&task)?;
+        let task = Task { object, centre, half, rays, steps: AtomicU64::new(0), most_steps };
+        let (shifts, axes) = self.samples(&task)?;
         let world_from_box = Affine::translation(centre).then_after(&Affine::scaling(half));
-        let mut numbers = estimates(&samples, &world_from_box);
-        if task.stretches.into_inner() < FEW {
-            let volume = bounds.size().element_product();
-            add_unseen(&mut numbers, volume / all_rays as f64, bounds);
-        }
+        let mut numbers = by_shifts_and_axes(&shifts, &axes, &world_from_box);
+        let volume = bounds.size().element_product();
+        // No ray meets a part of which three should once in e^3, or twenty, times.
+        add_unseen(&mut numbers, volume / all_rays as f64, bounds);
         Ok((numbers, all_rays))
     }
 
-    /// The integrals over the object by each randomised sample, in coordinates in which its box reaches from -1 to 1.
-    fn samples(&self, task: &Task) -> Result<[[f64; 10]; SHIFTS], MeasureError> {
-        let mut sums = [[Dd::ZERO; 10]; SHIFTS];
+    /// The integrals over the object by each randomised sample, and by the rays of each axis, in coordinates in which its
+    /// box reaches from -1 to 1.
+    fn samples(&self, task: &Task) -> Result<Samples, MeasureError> {
+        let mut sums = [[Dd::ZERO; 10]; STRATA];
         let chunks = task.rays.div_ceil(CHUNK);
         let mut round = 0..0;
         while round.end < chunks * STRATA {
@@ -169,13 +172,18 @@ impl Rays<'_> {
             let parts: Vec<_> = round.clone().into_par_iter().map_init(caster, one).collect();
             // In order, so that sums have the same bits on any number of threads.
             for (job, part) in round.clone().zip(parts) {
-                let (sum, part) = (&mut sums[job / chunks / 3], part?);
+                let (sum, part) = (&mut sums[job / chunks], part?);
                 *sum = std::array::from_fn(|i| sum[i] + part[i]);
             }
         }
         // Each axis by itself would give the whole: a ray stands for a part of the square [-1, 1] x [-1, 1].
-        let weight = 4.0 / (3.0 * task.rays as f64);
-        Ok(sums.map(|sums| sums.map(|sum| sum.hi * weight)))
+        let mean = |strata: &mut dyn Iterator<Item = usize>, count: usize| {
+            let sum = strata.fold([Dd::ZERO; 10], |sum, i| std::array::from_fn(|k| sum[k] + sums[i][k]));
+            sum.map(|sum| sum.hi * (4.0 / (count as f64 * task.rays as f64)))
+        };
+        let shifts = std::array::from_fn(|shift| mean(&mut (3 * shift..3 * shift + 3), 3));
+        let axes = std::array::from_fn(|axis| mean(&mut (axis..STRATA).step_by(3), SHIFTS));
+        Ok((shifts, axes))
     }
 
     /// What the rays of one chunk of a stratum, an axis and a shift, add to the integrals.
@@ -194,7 +202,7 @@ impl Rays<'_> {
         let key = mixed(mixed(self.settings.seed) ^ u64::from(task.object)) ^ stratum as u64;
         let shift = [mixed(key), mixed(key ^ (1 << 63))];
         let mut sums = [Dd::ZERO; 10];
-        let (mut stretches, mut met, mut taken) = (Vec::new(), 0, 0);
+        let (mut stretches, mut taken) = (Vec::new(), 0);
         let rays = chunk * CHUNK..((chunk + 1) * CHUNK).min(task.rays);
         let cast = rays.len() as u64;
         for i in rays {
@@ -202,7 +210,7 @@ impl Rays<'_> {
             [place[across[0]], place[across[1]]] = self::place(i, shift);
             stretches.clear();
             let steps = self.stretches(caster, task, place, axis, &mut stretches)?;
-            (met, taken) = (met + stretches.len() as u64, taken + steps);
+            taken += steps;
             if taken > MANY {
                 self.count(task, std::mem::take(&mut taken))?;
             }
@@ -211,7 +219,6 @@ impl Rays<'_> {
                 sums = std::array::from_fn(|k| sums[k] + Dd::from(terms[k]));
             }
         }
-        task.stretches.fetch_add(met, Ordering::Relaxed);
         self.count(task, taken)?;
         let done = caster.take_work();
         if let Some(mut work) = self.run.work.and_then(|work| work.lock().ok()) {
@@ -270,6 +277,19 @@ impl Rays<'_> {
     fn name(&self, object: u32) -> String {
         self.world.object_names()[object as usize].clone()
     }
+}
+
+/// Why the volume of an object in a box is not a number that f64 holds; `None` if it is.
+fn out_of_range(volume: f64, bounds: &Aabb) -> Option<Range> {
+    if bounds.is_empty() || !bounds.is_finite() {
+        return None;
+    }
+    if !volume.is_finite() {
+        return Some(Range::TooLarge);
+    }
+    // Not by a side that is nothing but the padding of a box.
+    let vanishes = bounds.volume_vanishes() && volume < f64::MIN_POSITIVE;
+    vanishes.then_some(Range::TooSmall)
 }
 
 /// Adds to the errors what it would mean if such a volume had been overlooked in a corner of the box.

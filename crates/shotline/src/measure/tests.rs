@@ -349,3 +349,54 @@ fn ellipsoids_given_as_quadrics_are_exact_and_cylinders_between_planes_have_a_vo
     assert!((found.volume.value - 2.0 * PI).abs() < 5.0 * found.volume.std_error, "{found:?}");
     assert!(found.volume.std_error < 0.01);
 }
+
+/// Boxes and cylinders that rays along one axis or another do not see.
+#[test]
+fn a_part_that_one_axis_does_not_see_is_in_the_standard_error() {
+    let brick = |s: &mut Scene, min: [f64; 3], max: [f64; 3]| solid(s, "box", &[Vector(min), Vector(max)]);
+    let slab = one(|s| {
+        let sheet = brick(s, [0.0; 3], [1000.0, 1000.0, 0.001]);
+        let post = brick(s, [0.0; 3], [0.001, 0.001, 1000.0]);
+        s.add_csg(Op::Union, vec![sheet, post])
+    });
+    let foil = one(|s| {
+        let outside = brick(s, [0.0; 3], [1.0; 3]);
+        let inside = brick(s, [1e-5; 3], [1.0 - 1e-5; 3]);
+        s.add_csg(Op::Difference, vec![outside, inside])
+    });
+    let drilled = one(|s| {
+        let block = brick(s, [-1.0; 3], [1.0; 3]);
+        let hole = solid(s, "cylinder", &[Number(0.001), Number(-2.0), Number(2.0)]);
+        s.add_csg(Op::Difference, vec![block, hole])
+    });
+    let wall = 1.0 - 2e-5f64;
+    let truths = [1000.0 + 1e-6 * (1000.0 - 0.001), 1.0 - wall.powi(3), 8.0 - 2.0 * PI * 1e-6];
+    for (scene, truth) in [slab, foil, drilled].iter().zip(truths) {
+        for seed in 0..20 {
+            let found = all(scene, &rays(4800, seed)).unwrap()[0].volume;
+            assert!((found.value - truth).abs() <= 3.0 * found.std_error, "{seed}: {found:?}, not {truth}");
+        }
+    }
+}
+
+#[test]
+fn a_volume_that_overflows_or_underflows_is_an_error() {
+    for (size, range) in [(1e120, Range::TooLarge), (1e-110, Range::TooSmall)] {
+        let whole = one(|s| solid(s, "sphere", &[Number(size)]));
+        let bitten = one(|s| {
+            let ball = solid(s, "sphere", &[Number(size)]);
+            let bite = solid(s, "box", &[Vector([0.0; 3]), Vector([size; 3])]);
+            s.add_csg(Op::Difference, vec![ball, bite])
+        });
+        let map = Affine::scaling(Vec3::splat(size));
+        let mesh = Arc::new(ball(1).moved(&map));
+        let mesh = one(|s| s.add(Node::Mesh { mesh, file: None }));
+        for scene in [whole, bitten, mesh] {
+            let error = all(&scene, &Settings::default()).unwrap_err();
+            assert!(
+                matches!(error, MeasureError::OutOfRange { range: found, .. } if found == range),
+                "{error}"
+            );
+        }
+    }
+}

@@ -115,13 +115,16 @@ impl<T: Copy> Heap<T> {
 
     #[cold]
     fn push_far(&mut self, slot: Slot<T>) {
-        if self.near.first().is_none_or(|last| last.is_before(&slot)) {
-            return self.far.push(slot);
-        }
-        if self.near.len() == SORTED {
+        let is_behind = |near: &[Slot<T>]| near.first().is_none_or(|last| last.is_before(&slot));
+        if !is_behind(&self.near) && self.near.len() == SORTED {
             self.far.extend(self.near.drain(..SORTED / 2));
         }
-        self.insert(slot);
+        // The entry may lie between those that have just left.
+        if is_behind(&self.near) {
+            self.far.push(slot);
+        } else {
+            self.insert(slot);
+        }
     }
 
     /// The `t` of the nearest entry.
@@ -151,6 +154,20 @@ mod tests {
         assert_eq!(heap.nearest(), Some(1.0));
         let order: String = std::iter::from_fn(|| heap.pop()).map(|(_, name)| name).collect();
         assert_eq!(order, "abcd");
+    }
+
+    /// An entry that lies between those that leave the sorted ones for it.
+    #[test]
+    fn an_entry_behind_the_nearest_half_waits_for_those_before_it() {
+        let mut random = Random::new(8);
+        for count in [SORTED, SORTED + 1, 2 * SORTED, 300] {
+            let mut heap = Heap::default();
+            let mut all: Vec<f64> = (0..count).map(|_| random.number(0.0, 9.0)).collect();
+            all.iter().for_each(|t| heap.push(*t, Rank::Box, ()));
+            all.sort_by(f64::total_cmp);
+            let popped: Vec<f64> = std::iter::from_fn(|| heap.pop()).map(|(t, ())| t).collect();
+            assert_eq!(popped, all);
+        }
     }
 
     #[test]

@@ -11,7 +11,7 @@ use crate::accel::{Offer, Pending, Scratch, Tags};
 use crate::compile::{Leaf, SolidBody};
 use crate::crossing::{Border, Contact, Crossing, Sector};
 use crate::csg::{Boundary, Change, Event, Single, Sweep};
-use crate::math::{Affine, Vec3};
+use crate::math::{Affine, Vec3, unit};
 use crate::ray::{Line, Span};
 use crate::solid::Wanted;
 use crate::trace::{Act, Log};
@@ -287,12 +287,14 @@ fn in_body(sector: &Sector, local_from_body: &Affine) -> Sector {
     if local_from_body.is_identity() {
         return *sector;
     }
-    let determinant = local_from_body.determinant();
-    let inverse = local_from_body.adjugate().map(|row| Vec3::from(row) / determinant);
-    let vector = |v: Vec3| Vec3::from(inverse.map(|row| row.dot(v)));
-    let border = |b: Border| Border { direction: vector(b.direction), bend: vector(b.bend) };
+    let Ok(body_from_local) = local_from_body.inverse() else { return *sector };
+    let border = |b: Border| Border {
+        direction: body_from_local.vector(b.direction),
+        bend: body_from_local.vector(b.bend),
+    };
     let [from, to] = [sector.from, sector.to].map(border);
-    if determinant < 0.0 { Sector { from: to, to: from } } else { Sector { from, to } }
+    let [x, y, z] = Vec3::AXES.map(|axis| unit(body_from_local.vector(axis)));
+    if x.cross(y).dot(z) < 0.0 { Sector { from: to, to: from } } else { Sector { from, to } }
 }
 
 impl Drop for Stream<'_, '_> {

@@ -87,7 +87,7 @@ impl Moments {
         let [first, _, ..] = parts else { return parts.first().copied().unwrap_or(Moments::NOTHING) };
         let volume = sum(parts.iter().map(|p| p.volume));
         if volume == 0.0 {
-            return *first;
+            return Moments::NOTHING;
         }
         // From a point among them, so that nothing is lost to their distance from the origin.
         let from = first.centroid;

@@ -55,6 +55,13 @@ impl Frame {
         in_axes(&self.axes, p - self.origin)
     }
 
+    /// The integrals in the frame of moments in the scaled mesh.
+    fn integrals(&self, moments: Moments) -> [f64; 10] {
+        let rows = self.axes.map(|axis| [axis.x, axis.y, axis.z, 0.0]);
+        let moved = Moments { centroid: moments.centroid - self.origin, ..moments };
+        moved.placed(&Affine { rows }).integrals_from(Vec3::ZERO)
+    }
+
     fn turned(&self, v: Vec3) -> Vec3 {
         self.axes[0] * v.x + self.axes[1] * v.y + self.axes[2] * v.z
     }
@@ -72,7 +79,7 @@ impl<'a> Doubt<'a> {
         let corners = || suspects.iter().flat_map(|s| solid.triangles[s.item as usize].corners);
         let mut frame = Frame { origin: Vec3::ZERO, axes: principal_axes(corners()) };
         frame.origin = frame.outward(Aabb::around(corners().map(|p| frame.inward(p))).centre());
-        let certain = solid.signed_integrals(|p| frame.inward(p), |_| f64::from(solid.inside()));
+        let certain = frame.integrals(solid.scaled_moments(|_| f64::from(solid.inside())));
         let mut doubt = Doubt { solid, frame, certain, cells: Vec::new() };
         let root = Aabb::around(corners().map(|p| frame.inward(p)));
         let mut cover = Cover::new(&doubt, suspects, root, stop);

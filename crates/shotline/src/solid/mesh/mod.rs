@@ -23,6 +23,7 @@ mod sheared_ray;
 mod shells;
 mod solid;
 mod stop;
+mod tetrahedra;
 mod topology;
 mod turned;
 mod weld;

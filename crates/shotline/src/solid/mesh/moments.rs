@@ -1,11 +1,15 @@
 //! Volume and moments of a mesh by its faces.
 
+use std::collections::BTreeMap;
 use std::sync::atomic::AtomicBool;
 
 use super::MeshSolid;
 use super::doubt::Doubt;
 use super::patches::Patch;
+use super::shells::Shells;
 use super::stop::{Cancelled, Stop};
+use super::tetrahedra::{determinant, exact_determinant, is_sure};
+use super::welded::places;
 use crate::math::{Affine, Dd, Vec3};
 use crate::solid::Moments;
 
@@ -56,33 +60,83 @@ impl MeshSolid {
         }
     }
 
-    /// The sums of the signed tetrahedra between the faces and a point (the divergence theorem), with the weights of items.
+    /// The moments of what the faces enclose (the divergence theorem), with the weights of items.
     fn by_tetrahedra(&self, weight: impl Fn(usize) -> f64) -> Moments {
-        let tip = self.size.scale(self.bounds.centre());
-        let moments = Moments::from_integrals(self.signed_integrals(|v| v - tip, weight));
-        let unscaled = Moments { centroid: moments.centroid + tip, ..moments };
-        unscaled.placed(&Affine::scaling(self.size.unscale(Vec3::ONE)))
+        self.scaled_moments(weight).placed(&Affine::scaling(self.size.unscale(Vec3::ONE)))
     }
 
-    /// The integrals of the weighted winding number, in the coordinates that a rotation takes the scaled mesh to.
-    pub(super) fn signed_integrals(
-        &self,
-        rotated: impl Fn(Vec3) -> Vec3,
-        weight: impl Fn(usize) -> f64,
-    ) -> [f64; 10] {
-        let mut sums = [Dd::ZERO; 10];
-        for (item, triangle) in self.triangles.iter().enumerate() {
-            let (tetrahedron, weight) = (tetrahedron(triangle.corners.map(&rotated)), weight(item));
-            sums = std::array::from_fn(|i| sums[i] + Dd::from(tetrahedron[i] * weight));
+    /// The moments of the weighted winding number, in the coordinates of the scaled mesh: those of each shell from a
+    /// vertex of it, put together.
+    pub(super) fn scaled_moments(&self, weight: impl Fn(usize) -> f64) -> Moments {
+        let shells: Vec<Moments> = self
+            .items_of_shells()
+            .iter()
+            .map(|items| {
+                let (quick, is_sure) = self.moments_of_shell(items, &weight, determinant);
+                if is_sure { quick } else { self.moments_of_shell(items, &weight, exact_determinant).0 }
+            })
+            .collect();
+        Moments::total(&shells)
+    }
+
+    /// The items of each shell: parts that have no vertex in common.
+    fn items_of_shells(&self) -> Vec<Vec<u32>> {
+        let all = (0..).take(self.triangles.len());
+        if self.topology.shells.count == 1 {
+            return vec![all.collect()];
         }
-        sums.map(|s| s.hi)
+        let places = places(&self.mesh.vertices);
+        let corner = |item: u32, k: usize| {
+            let face = self.mesh.faces[self.triangles[item as usize].face as usize];
+            places[face[k] as usize]
+        };
+        let mut shells = Shells::apart(places.len());
+        for item in all.clone() {
+            shells.join(corner(item, 0), corner(item, 1));
+            shells.join(corner(item, 0), corner(item, 2));
+        }
+        let mut items: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+        all.for_each(|item| items.entry(shells.root(corner(item, 0))).or_default().push(item));
+        items.into_values().collect()
+    }
+
+    /// The moments of a shell by determinants of a kind, and whether these leave no doubt of its volume.
+    fn moments_of_shell(
+        &self,
+        items: &[u32],
+        weight: impl Fn(usize) -> f64,
+        determinant: fn(Vec3, [Vec3; 3]) -> (Dd, f64),
+    ) -> (Moments, bool) {
+        let Some(first) = items.first() else { return (Moments::NOTHING, true) };
+        let apex = self.triangles[*first as usize].corners[0];
+        let (mut sums, mut doubt) = ([Dd::ZERO; 10], 0.0);
+        for &item in items {
+            let (corners, weight) = (self.triangles[item as usize].corners, weight(item as usize));
+            if weight == 0.0 {
+                continue;
+            }
+            let (six, error) = determinant(apex, corners);
+            let terms = terms(six.hi / 6.0 * weight, corners.map(|corner| corner - apex));
+            sums[0] = sums[0] + six * weight;
+            (1..10).for_each(|i| sums[i] = sums[i] + Dd::from(terms[i]));
+            doubt += error;
+        }
+        let is_sure = is_sure(sums[0], doubt, items.len());
+        let mut sums = sums.map(|sum| sum.hi);
+        sums[0] /= 6.0;
+        let moments = Moments::from_integrals(sums);
+        (Moments { centroid: moments.centroid + apex, ..moments }, is_sure)
     }
 }
 
 /// The integrals of `1`, `x`, `y`, `z`, `x^2`, `y^2`, `z^2`, `yz`, `xz`, `xy` over the tetrahedron between the origin
 /// and a triangle, negative where that is seen from behind.
 pub(crate) fn tetrahedron([a, b, c]: [Vec3; 3]) -> [f64; 10] {
-    let volume = a.dot(b.cross(c)) / 6.0;
+    terms(a.dot(b.cross(c)) / 6.0, [a, b, c])
+}
+
+/// The integrals over the tetrahedron between the origin and a triangle, by its signed volume.
+fn terms(volume: f64, [a, b, c]: [Vec3; 3]) -> [f64; 10] {
     let s = a + b + c;
     let first = s * (volume / 4.0);
     let product =
@@ -157,5 +211,38 @@ mod tests {
         assert_eq!(moments(ball(2).with(&ball(2).moved(&at(0.3, 1.0)))), None);
         assert_eq!(moments(cubes(&[[0, 0, 0]]).with(&cubes(&[[0, 0, 0]]).moved(&at(0.0, 0.25)))), None);
         assert_eq!(moments(sheet(3)), None);
+    }
+
+    #[test]
+    fn the_volume_of_a_long_tetrahedron_is_not_lost_to_cancellation() {
+        let far = Vec3::splat(1e9);
+        let vertices = vec![Vec3::ZERO, Vec3::X, Vec3::Y, far];
+        let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+        let mesh = TriangleMesh::new(vertices, faces);
+        let found = moments(mesh.clone()).unwrap();
+        assert!((found.volume / (1e9 / 6.0) - 1.0).abs() < 1e-12, "{found:?}");
+        assert!((found.centroid.z / 2.5e8 - 1.0).abs() < 1e-12, "{found:?}");
+        // 3/80 of V h^2, as for any cone.
+        assert!((found.second[2][2] / (1e9 / 6.0 * 1e18 * 3.0 / 80.0) - 1.0).abs() < 1e-12, "{found:?}");
+        let solid = MeshSolid::new(Arc::new(mesh.inside_out()), "bvh").unwrap();
+        assert!((solid.topology().signed_volume / (-1e9 / 6.0) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn small_shells_far_apart_have_the_sum_of_their_volumes() {
+        for (size, away) in [(1.0, 1e8), (1.0 / 1024.0, 1e6), (1.0 / 1024.0, 1e9)] {
+            let one = |place: Vec3| {
+                let map = Affine::translation(place).then_after(&Affine::scaling(Vec3::splat(size)));
+                cubes(&[[0, 0, 0]]).moved(&map)
+            };
+            let mesh = one(Vec3::ZERO).with(&one(Vec3::splat(away))).with(&one(Vec3::X * away));
+            let solid = MeshSolid::new(Arc::new(mesh), "bvh").unwrap();
+            let (found, volume) = (solid.moments().unwrap(), 3.0 * size.powi(3));
+            assert!((found.volume / volume - 1.0).abs() < 1e-12, "{size} {away} {found:?}");
+            assert!((solid.topology().signed_volume / volume - 1.0).abs() < 1e-12);
+            assert!((found.centroid.x / (2.0 / 3.0 * away + 0.5 * size) - 1.0).abs() < 1e-12);
+            let spread = volume * (2.0 / 9.0 * away * away + size * size / 12.0);
+            assert!((found.second[0][0] / spread - 1.0).abs() < 1e-12, "{found:?}");
+        }
     }
 }

@@ -4,7 +4,8 @@ use std::collections::HashSet;
 
 use super::probe::Size;
 use super::shells::Shells;
-use super::welded::{Face, has_three_places, places, signed_volume, welded};
+use super::tetrahedra::signed_volume;
+use super::welded::{Face, has_three_places, places, welded};
 use super::{Edge, Found, MeshError, TriangleMesh};
 use crate::math::{Vec3, difference_of_products};
 
@@ -74,13 +75,14 @@ impl Topology {
                 .map(|f| f.number)
                 .collect(),
             duplicate_faces: duplicates(&faces),
-            signed_volume: size.volume(signed_volume(&faces, scaled)),
             ..Topology::default()
         };
         let edges = report.count_edges(&faces, &mesh.vertices);
         let mut shells = Shells::of(mesh.vertices.len(), &faces);
         let vertices = faces.iter().flat_map(|f| f.corners).collect::<HashSet<u32>>().len();
         report.shells = shells.count(&faces);
+        let signed = signed_volume(&faces, |face| shells.root(face.corners[0]), scaled);
+        report.signed_volume = size.volume(signed);
         report.euler_characteristic = vertices as i64 - edges as i64 + faces.len() as i64;
         Ok(report)
     }

@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 
 use super::shells::Shells;
-use super::welded::{Face, places, signed_volume, welded};
+use super::tetrahedra::signed_volume;
+use super::welded::{Face, places, welded};
 use super::winding::total;
 use super::{Found, MeshSolid};
 use crate::accel::Scratch;
 use crate::crossing::Crossing;
-use crate::math::{HALF_ULP, Vec3};
+use crate::math::Vec3;
 use crate::ray::{Line, Span};
 
 impl MeshSolid {
@@ -45,11 +46,8 @@ impl MeshSolid {
     /// Whether a closed shell is wound inward; `None` if rounding leaves no sign of a volume.
     fn is_inward(&self, faces: &[Face]) -> Option<bool> {
         let at = |v: u32| self.size.scale(self.mesh.vertices[v as usize]);
-        let tip = at(faces[0].corners[0]);
-        let product = |face: &Face| face.corners.iter().map(|v| (at(*v) - tip).length()).product::<f64>();
-        let doubt = HALF_ULP * (faces.len() as f64 + 16.0) * faces.iter().map(product).sum::<f64>();
-        let volume = signed_volume(faces, at);
-        (volume.abs() > doubt).then_some(volume < 0.0)
+        let volume = signed_volume(faces, |_| faces[0].corners[0], at);
+        (volume != 0.0).then_some(volume < 0.0)
     }
 
     /// The winding number at a point of those faces that count.

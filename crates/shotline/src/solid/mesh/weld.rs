@@ -1,9 +1,9 @@
 //! Welding: vertices that are nearly in one place become one.
 //!
-//! Each vertex goes to the nearest of the vertices that stay, if one is within the distance; else it stays. Vertices are
-//! taken in their order, so the result is determined, no vertex is moved farther than the distance, and those that stay are
-//! farther apart than that: welding again changes nothing. A chain of vertices, each near the next, is cut into pieces of
-//! that size, not drawn together.
+//! First it is decided which vertices stay: in their order, each that is farther than the distance from all that stay
+//! before it. Then each of the others goes to the nearest that stays, the first of several. So the result is determined, no
+//! vertex is moved farther than the distance, and those that stay are farther apart than that: welding again changes
+//! nothing. A chain of vertices, each near the next, is cut into pieces of that size, not drawn together.
 
 use std::collections::HashMap;
 
@@ -15,16 +15,17 @@ use crate::math::{Vec3, length};
 /// `auto` takes a distance for noise only if the next larger one is so many times larger.
 const CLEAR: f64 = 1000.0;
 
-/// `auto` takes no more than this part of the largest coordinate for noise: a few units of the last place of a float32,
-/// or of a text of six digits.
-const NOISE: f64 = 1.0 / (1 << 20) as f64;
+/// `auto` takes two vertices for one only within this many units in the last place of the largest coordinate of their
+/// faces: the rounding that a chain of transforms in float64 leaves. Anything wider may be a feature of the model.
+const ROUNDING: f64 = 64.0;
 
 /// Which vertices to weld.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Weld {
     /// Those up to this distance apart, in the lengths of the mesh; with 0 those in exactly one place.
     Within(f64),
-    /// Those that are nearer to each other than any others by a wide and clear gap; none where there is no such gap.
+    /// Those within rounding of each other: at most 64 units in the last place (float64) of the largest coordinate
+    /// of their faces apart, and all other vertices at least a thousand times farther apart. None where there is no such gap.
     Auto,
 }
 
@@ -62,8 +63,11 @@ impl std::str::FromStr for Weld {
 /// What welding did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Welded {
-    /// The distance within which vertices were welded; `None` where [`Weld::Auto`] found no clear gap.
+    /// The distance within which vertices were welded; `None` where [`Weld::Auto`] welded nothing.
     pub distance: Option<f64>,
+    /// Vertices within rounding of another, but not in its place, that [`Weld::Auto`] left alone because there is no
+    /// clear gap.
+    pub unclear: usize,
     /// Vertices that went to another in exactly the same place.
     pub repeated: usize,
     /// Vertices that went to another that was not in exactly the same place.
@@ -89,7 +93,7 @@ impl TriangleMesh {
             Weld::Auto => used.clear_gap(self),
         };
         let Some((targets, distance, apart)) = targets else {
-            return Ok((self.clone(), Welded::default()));
+            return Ok((self.clone(), Welded { unclear: used.within_rounding(), ..Welded::default() }));
         };
         let mut report = Welded { distance: Some(distance), apart, ..Welded::default() };
         for (&vertex, &target) in used.vertices.iter().zip(&targets) {
@@ -137,6 +141,9 @@ struct Used<'a> {
     vertices: Vec<u32>,
     /// For each vertex of the mesh the place, as a number of `vertices`; `u32::MAX` for those not in use.
     place: Vec<u32>,
+    /// For each place the largest coordinate of the faces there: near the origin, rounding is that of the numbers from
+    /// which the small ones were computed.
+    largest: Vec<f64>,
 }
 
 impl<'a> Used<'a> {
@@ -155,7 +162,16 @@ impl<'a> Used<'a> {
             }
             place[v] = *known;
         }
-        Used { mesh, vertices, place }
+        let mut largest = vec![0.0; vertices.len()];
+        for corners in &mesh.faces {
+            let of_face = corners.map(|v| mesh.vertices[v as usize].abs().max_element());
+            let of_face = of_face.into_iter().fold(0.0, f64::max);
+            for v in corners {
+                let of_place: &mut f64 = &mut largest[place[*v as usize] as usize];
+                *of_place = of_place.max(of_face);
+            }
+        }
+        Used { mesh, vertices, place, largest }
     }
 
     fn at(&self, place: usize) -> Vec3 {
@@ -179,9 +195,8 @@ impl<'a> Used<'a> {
         let cell = |v: Vec3| (v / (2.0 * distance)).floor() + Vec3::ZERO;
         let key = |v: Vec3| v.to_array().map(f64::to_bits);
         let mut staying: HashMap<[u64; 3], Vec<u32>> = HashMap::new();
-        let mut targets = Vec::with_capacity(self.vertices.len());
-        for (place, &vertex) in self.vertices.iter().enumerate() {
-            let (p, own) = (self.at(place), cell(self.at(place)));
+        let nearest = |p: Vec3, staying: &HashMap<[u64; 3], Vec<u32>>| {
+            let own = cell(p);
             let mut keys: Vec<[u64; 3]> = Vec::with_capacity(27);
             for i in 0..27 {
                 let step = Vec3::new(f64::from(i % 3 - 1), f64::from(i / 3 % 3 - 1), f64::from(i / 9 - 1));
@@ -192,37 +207,68 @@ impl<'a> Used<'a> {
             }
             let near = keys.iter().filter_map(|key| staying.get(key)).flatten();
             let distances = near.map(|v| (length(self.mesh.vertices[*v as usize] - p), *v));
-            let nearest = distances
-                .filter(|(d, _)| *d <= distance)
-                .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            targets.push(nearest.map_or(vertex, |(_, v)| v));
-            if nearest.is_none() {
-                staying.entry(key(own)).or_default().push(vertex);
+            let within = distances.filter(|(d, _)| *d <= distance);
+            within.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).map(|(_, v)| v)
+        };
+        let mut goes = Vec::new();
+        for (place, &vertex) in self.vertices.iter().enumerate() {
+            let p = self.at(place);
+            if nearest(p, &staying).is_some() {
+                goes.push(place);
+            } else {
+                staying.entry(key(cell(p))).or_default().push(vertex);
             }
+        }
+        let mut targets = self.vertices.clone();
+        for place in goes {
+            // One that stays is within the distance, or the vertex would stay itself.
+            targets[place] = nearest(self.at(place), &staying).unwrap_or(targets[place]);
         }
         targets
     }
 
+    /// The farthest that a place may be from another for rounding alone.
+    fn rounding(&self, place: usize) -> f64 {
+        let largest = self.largest[place];
+        ROUNDING * (largest.next_up() - largest)
+    }
+
+    /// The distances of places to the nearest other, each with whether it is one of rounding, from the least on.
+    fn nearest_distances(&self) -> Vec<(f64, bool)> {
+        let points: Vec<Vec3> = (0..self.vertices.len()).map(|place| self.at(place)).collect();
+        let distances = Nearest::of(&points).distances();
+        let finite = distances.into_iter().enumerate().filter(|(_, d)| d.is_finite());
+        let mut found: Vec<(f64, bool)> = finite.map(|(i, d)| (d, d <= self.rounding(i))).collect();
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        found
+    }
+
+    /// How many places are within rounding of another.
+    fn within_rounding(&self) -> usize {
+        self.nearest_distances().iter().filter(|(_, is_rounding)| *is_rounding).count()
+    }
+
     /// The clear gap: targets, a distance within it, and the smallest distance above it.
     fn clear_gap(&self, mesh: &TriangleMesh) -> Option<(Vec<u32>, f64, Option<f64>)> {
-        let points: Vec<Vec3> = (0..self.vertices.len()).map(|place| self.at(place)).collect();
-        let largest = points.iter().fold(0.0, |m: f64, p| m.max(p.abs().max_element()));
-        let mut distances = Nearest::of(&points).distances();
-        distances.retain(|d| d.is_finite());
-        distances.sort_by(f64::total_cmp);
+        let distances = self.nearest_distances();
+        let noise = distances.iter().take_while(|(_, is_rounding)| *is_rounding).count();
         // Where the next larger distance is that much larger, or not to be seen since each vertex has another near it.
-        let ends = (1..=distances.len()).filter(|&i| {
-            distances[i - 1] <= NOISE * largest
-                && distances.get(i).is_none_or(|next| *next >= CLEAR * distances[i - 1])
-        });
+        let ends = (1..=noise)
+            .filter(|&i| distances.get(i).is_none_or(|(next, _)| *next >= CLEAR * distances[i - 1].0));
         // From the widest noise on.
         ends.rev().find_map(|i| {
-            let noise = distances[i - 1];
+            let noise = distances[i - 1].0;
             let distance = noise * CLEAR.sqrt();
             let targets = self.targets(distance);
-            let farthest = (points.iter().zip(&targets))
-                .map(|(p, target)| length(*p - mesh.vertices[*target as usize]))
-                .fold(noise, f64::max);
+            let mut farthest = noise;
+            for (place, target) in targets.iter().enumerate() {
+                let moved = length(self.at(place) - mesh.vertices[*target as usize]);
+                // The same distance may be rounding of large coordinates and far above that of small ones.
+                if moved > self.rounding(place) {
+                    return None;
+                }
+                farthest = farthest.max(moved);
+            }
             let mut staying = targets.clone();
             staying.sort_unstable();
             staying.dedup();
@@ -274,7 +320,7 @@ mod tests {
 
     #[test]
     fn noise_is_welded_away_where_the_gap_is_clear() {
-        for (noise, size) in [(1e-15, 1.0), (1e-9, 1.0), (1e-4, 1e3), (1e-18, 1e-4)] {
+        for (noise, size) in [(1e-15, 1.0), (1e-12, 1e3), (1e-19, 1e-4)] {
             let map = Affine::scaling(Vec3::splat(size));
             let mesh = noisy(&ring(12, 8).moved(&map), noise);
             assert!(!Topology::of(&mesh).unwrap().is_closed());
@@ -298,8 +344,56 @@ mod tests {
         let far = cube.clone().moved(&Affine::translation(Vec3::new(1e9, 0.0, 0.0)));
         for mesh in [every, cube.clone().with(&far), ball(3), cube] {
             let (welded, report) = mesh.welded(Weld::Auto).unwrap();
-            assert_eq!((welded, report), (mesh, Welded::default()));
+            assert_eq!((welded, report.distance, report.merged), (mesh, None, 0));
         }
+    }
+
+    #[test]
+    fn auto_merges_no_feature_that_is_wider_than_rounding() {
+        let cube = cubes(&[[0, 0, 0]]);
+        let plate = |scale: Vec3, at: Vec3| {
+            cube.clone().moved(&Affine::scaling(scale)).moved(&Affine::translation(at))
+        };
+        let thin = |height| plate(Vec3::new(1.0, 1.0, height), Vec3::ZERO);
+        let far = |height| plate(Vec3::new(1.0, 1.0, height), Vec3::splat(5e6));
+        let gap = |gap, x| plate(Vec3::ONE, Vec3::X * x).with(&plate(Vec3::ONE, Vec3::X * (x + 1.0 + gap)));
+        // Far away a distance of nearly this size is rounding.
+        let mixed = thin(1e-6).with(&gap(2.4e-7, 1e9));
+        let features = [
+            thin(1e-9),
+            thin(1e-12),
+            far(5e-4),
+            far(1e-6),
+            gap(1e-12, 0.0),
+            gap(1e-9, 0.0),
+            gap(5e-4, 5e6),
+            mixed,
+        ];
+        for mesh in features {
+            let (welded, report) = mesh.welded(Weld::Auto).unwrap();
+            assert_eq!((welded, report.distance, report.merged), (mesh, None, 0));
+        }
+    }
+
+    #[test]
+    fn each_vertex_goes_to_the_nearest_that_stays_also_to_a_later_one() {
+        let vertices = vec![Vec3::ZERO, Vec3::X * 0.15, Vec3::X * 0.25, Vec3::Y, Vec3::ONE];
+        let mesh = TriangleMesh::new(vertices, vec![[0, 3, 4], [1, 3, 4], [2, 3, 4]]);
+        let (welded, report) = mesh.welded(Weld::Within(0.2)).unwrap();
+        assert_eq!(welded.faces, [[0, 2, 3], [1, 2, 3], [1, 2, 3]]);
+        assert!(report.merged == 1 && report.farthest < 0.11, "{report:?}");
+    }
+
+    #[test]
+    fn vertices_that_coincide_exactly_are_not_an_unclear_gap() {
+        let (_, report) = cubes(&[[0, 0, 0]]).unwelded().welded(Weld::Auto).unwrap();
+        assert_eq!(report, Welded::default());
+        // Distances of 1, 1e2, 1e4, ... units in the last place show no gap.
+        let chain = (0..6).map(|i| Vec3::X * (1.0 + f64::EPSILON * 100f64.powi(i)));
+        let vertices: Vec<Vec3> = [Vec3::X, Vec3::Y].into_iter().chain(chain).collect();
+        let faces = (2..7).map(|i| [i, i + 1, 1]).chain([[0, 2, 1]]).collect();
+        let (_, report) = TriangleMesh::new(vertices, faces).welded(Weld::Auto).unwrap();
+        assert_eq!((report.distance, report.unclear), (None, 2));
     }
 
     #[test]

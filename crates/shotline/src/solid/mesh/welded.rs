@@ -31,11 +31,3 @@ pub(super) fn welded(mesh: &TriangleMesh, places: &[u32]) -> Vec<Face> {
 pub(super) fn has_three_places([a, b, c]: &[u32; 3]) -> bool {
     a != b && b != c && c != a
 }
-
-/// The sum of the tetrahedra between the faces and one of the vertices.
-pub(super) fn signed_volume(faces: &[Face], at: impl Fn(u32) -> Vec3) -> f64 {
-    let Some(first) = faces.first() else { return 0.0 };
-    let tip = at(first.corners[0]);
-    let tetrahedron = |[a, b, c]: [Vec3; 3]| (a - tip).dot((b - tip).cross(c - tip));
-    faces.iter().map(|face| tetrahedron(face.corners.map(&at))).sum::<f64>() / 6.0
-}
