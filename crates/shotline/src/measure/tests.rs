@@ -366,7 +366,7 @@ fn a_part_that_one_axis_does_not_see_is_in_the_standard_error() {
     });
     let drilled = one(|s| {
         let block = brick(s, [-1.0; 3], [1.0; 3]);
-        let hole = solid(s, "cylinder", &[Number(0.001), Number(-2.0), Number(2.0)]);
+        let hole = solid(s, "cylinder", &[&[0.001], &[-2.0], &[2.0]]);
         s.add_csg(Op::Difference, vec![block, hole])
     });
     let wall = 1.0 - 2e-5f64;
@@ -382,10 +382,10 @@ fn a_part_that_one_axis_does_not_see_is_in_the_standard_error() {
 #[test]
 fn a_volume_that_overflows_or_underflows_is_an_error() {
     for (size, range) in [(1e120, Range::TooLarge), (1e-110, Range::TooSmall)] {
-        let whole = one(|s| solid(s, "sphere", &[Number(size)]));
+        let whole = one(|s| solid(s, "sphere", &[&[size]]));
         let bitten = one(|s| {
-            let ball = solid(s, "sphere", &[Number(size)]);
-            let bite = solid(s, "box", &[Vector([0.0; 3]), Vector([size; 3])]);
+            let ball = solid(s, "sphere", &[&[size]]);
+            let bite = solid(s, "box", &[&[0.0; 3], &[size; 3]]);
             s.add_csg(Op::Difference, vec![ball, bite])
         });
         let map = Affine::scaling(Vec3::splat(size));

@@ -35,8 +35,8 @@ impl Form {
 
 #[cfg(test)]
 mod tests {
-    use super::super::kind;
     use super::super::Params;
+    use super::super::kind;
     use crate::crossing::Crossing;
     use crate::math::Affine;
     use crate::ray::Line;

@@ -85,9 +85,7 @@ fn planes_that_a_line_stays_clear_of_are_not_intersected() {
     let mut scene = Scene::default();
     let coeffs = [1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.16];
     let cylinder = scene.add_solid("quadric", &[&coeffs]).expect("a quadric");
-    let mut half = |z: f64| {
-        scene.add_solid("halfspace", &[&[0.0, 0.0, z], &[1.0]]).expect("a half-space")
-    };
+    let mut half = |z: f64| scene.add_solid("halfspace", &[&[0.0, 0.0, z], &[1.0]]).expect("a half-space");
     let args = vec![cylinder, half(1.0), half(-1.0)];
     let pin = scene.add_csg(Op::Intersection, args);
     let pin = scene.add_transform(Affine::translation(Vec3::new(0.1, 0.2, 0.3)), pin);
