@@ -72,13 +72,17 @@ def solids():
 
     words = [
         "# Solids",
-        "A class for each kind; parameters are given by keyword and kept as attributes. ValueError says which is wrong "
-        "and why. All of them can be combined and placed: see [Parts of scenes](parts.md).",
+        "A class for each kind; parameters are given by keyword or in order, and kept as attributes. ValueError says "
+        "which is wrong and why. All of them can be combined and placed: see [Parts of scenes](parts.md).",
     ]
     for kind, summary, parameters in _native.kinds():
         name = "".join(word.capitalize() for word in kind.split("_"))
-        listed = ", ".join(parameter for parameter, _, _ in parameters)
-        words += [f"## {name}", f"```python\n{name}(*, {listed})\n```", f"{summary[0].upper()}{summary[1:]}."]
-        takes = {p: "" if count == 1 else f" ({count} numbers)" for p, count, _ in parameters}
-        words.append("\n".join(f"- `{p}`{takes[p]}: {text}" for p, _, text in parameters))
+        shown = [f"{p}={default[0]:g}" if default else p for p, _, default, _ in parameters]
+        words += [
+            f"## {name}",
+            f"```python\n{name}({', '.join(shown)})\n```",
+            f"{summary[0].upper()}{summary[1:]}.",
+        ]
+        takes = {p: "" if count == 1 else f" ({count} numbers)" for p, count, _, _ in parameters}
+        words.append("\n".join(f"- `{p}`{takes[p]}: {text}" for p, _, _, text in parameters))
     return "\n\n".join(words)

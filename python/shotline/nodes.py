@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from hashlib import blake2b
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -174,28 +174,31 @@ class Solid(Node):
 
     __slots__ = ("_values",)
     _kind = ""
-    _params: tuple[tuple[str, int], ...] = ()
+    # Name, count of numbers, and default of each parameter.
+    _params: tuple[tuple[str, int, tuple[float, ...] | None], ...] = ()
 
     def __init__(self, *args: Any, **values: Any) -> None:
-        names = [name for name, _ in self._params]
-        unknown = [name for name in values if name not in names]
-        missing = [name for name in names if name not in values]
-        if args or unknown or missing:
-            self._refuse(bool(args), unknown, missing)
-        self._values = {name: _parameter(values[name], count, name) for name, count in self._params}
+        names = [name for name, _, _ in self._params]
+        given = dict(zip(names, args, strict=False))
+        required = [name for name, _, default in self._params if default is None]
+        wrong = [f"{len(args)} parameters are too many"] if len(args) > len(names) else []
+        wrong += [f"{name} is given twice" for name in values if name in given]
+        wrong += [f"no parameter {name!r}" for name in values if name not in names]
+        wrong += [f"{name} is missing" for name in required if name not in given and name not in values]
+        if any(name in ("center", "centre", "position", "origin") for name in values):
+            wrong.append("solids are placed with .translate(x, y, z)")
+        if wrong:
+            shown = ", ".join(f"{name}=..." for name in names)
+            raise TypeError(f"{type(self).__name__}({shown}): {'; '.join(wrong)}")
+        given |= values
+        self._values = {
+            name: _parameter(given[name], count, name) if name in given else default or ()
+            for name, count, default in self._params
+        }
         _native.check_solid(self._kind, list(self._values.values()))
 
-    def _refuse(self, positional: bool, unknown: list[str], missing: list[str]) -> NoReturn:
-        wrong = ["parameters are given by keyword"] if positional else []
-        wrong += [f"no parameter {name!r}" for name in unknown]
-        wrong += [f"{name} is missing" for name in missing]
-        if any(name in ("center", "centre", "position", "origin") for name in unknown):
-            wrong.append("solids are placed with .translate(x, y, z)")
-        shown = ", ".join(f"{name}=..." for name, _ in self._params)
-        raise TypeError(f"{type(self).__name__}({shown}): {'; '.join(wrong)}")
-
     def __dir__(self) -> list[str]:
-        return sorted({*super().__dir__(), *(name for name, _ in self._params)})
+        return sorted({*super().__dir__(), *(name for name, _, _ in self._params)})
 
     def __getattr__(self, name: str) -> Any:
         try:

@@ -1,7 +1,7 @@
 """The solids that are given by parameters: a class for each kind that the core knows.
 
-A class has the name of its kind in CamelCase and takes its parameters by keyword. ValueError says which parameter is
-wrong and why.
+A class has the name of its kind in CamelCase and takes its parameters by keyword or in order. ValueError says which
+parameter is wrong and why.
 """
 
 from __future__ import annotations
@@ -13,30 +13,48 @@ from .nodes import Solid
 
 __all__: list[str] = []
 
-
-def _signature(parameters: list[tuple[str, int, str]]) -> Signature:
-    """What help and completion tell: keywords, whose types are those of the stubs."""
-    keywords = [
-        Parameter(name, Parameter.KEYWORD_ONLY, annotation="float" if count == 1 else "ArrayLike")
-        for name, count, _ in parameters
-    ]
-    return Signature(keywords)
+# Name, count of numbers, default, and summary.
+_Declared = tuple[str, int, list[float] | None, str]
 
 
-def _class_of(kind: str, summary: str, parameters: list[tuple[str, int, str]]) -> type[Solid]:
+def _value(numbers: list[float]) -> float | tuple[float, ...]:
+    return numbers[0] if len(numbers) == 1 else tuple(numbers)
+
+
+def _signature(parameters: list[_Declared]) -> Signature:
+    """What help and completion show; the types are those of the stubs."""
+    return Signature(
+        Parameter(
+            name,
+            Parameter.POSITIONAL_OR_KEYWORD,
+            default=Parameter.empty if default is None else _value(default),
+            annotation="float" if count == 1 else "ArrayLike",
+        )
+        for name, count, default, _ in parameters
+    )
+
+
+def _line(name: str, count: int, default: list[float] | None, summary: str) -> str:
+    takes = {1: "a number", 3: "three numbers", 10: "ten numbers"}.get(count, f"{count} numbers")
+    ending = "" if default is None else f"; {_value(default)} if not given"
+    return f"    {name}: {takes}{ending}. {summary}"
+
+
+def _class_of(kind: str, summary: str, parameters: list[_Declared]) -> type[Solid]:
     name = "".join(word.capitalize() for word in kind.split("_"))
-    takes = {1: "a number", 3: "three numbers", 10: "ten numbers"}
-    listed = [f"    {name}: {takes.get(count, f'{count} numbers')}. {text}" for name, count, text in parameters]
+    listed = "\n".join(_line(*parameter) for parameter in parameters)
     return type(
         name,
         (Solid,),
         {
             "__slots__": (),
             "__module__": __name__,
-            "__doc__": f"{summary}\n\nParameters:\n" + "\n".join(listed),
+            "__doc__": f"{summary}\n\nParameters:\n{listed}",
             "__signature__": _signature(parameters),
             "_kind": kind,
-            "_params": tuple((name, count) for name, count, _ in parameters),
+            "_params": tuple(
+                (name, count, None if default is None else tuple(default)) for name, count, default, _ in parameters
+            ),
         },
     )
 

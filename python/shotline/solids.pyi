@@ -3,64 +3,73 @@ from numpy.typing import ArrayLike
 
 from .nodes import Solid, Vector
 
-__all__ = ["Halfspace", "Box", "Sphere", "Ellipsoid", "Cylinder", "Cone", "Paraboloid", "Hyperboloid", "Hyperboloid2", "Quadric", "Torus"]
+__all__ = ["Halfspace", "Box", "Sphere", "Ellipsoid", "Cylinder", "Cone", "Paraboloid", "Hyperboloid", "Hyperboloid2", "Quadric", "Torus", "Tube"]
 
 class Halfspace(Solid):
     normal: Vector
     offset: float
-    def __init__(self, *, normal: ArrayLike, offset: float) -> None: ...
+    def __init__(self, normal: ArrayLike, offset: float) -> None: ...
 
 class Box(Solid):
     min: Vector
     max: Vector
-    def __init__(self, *, min: ArrayLike, max: ArrayLike) -> None: ...
+    def __init__(self, min: ArrayLike, max: ArrayLike) -> None: ...
 
 class Sphere(Solid):
     radius: float
-    def __init__(self, *, radius: float) -> None: ...
+    def __init__(self, radius: float) -> None: ...
 
 class Ellipsoid(Solid):
     semi_axes: Vector
-    def __init__(self, *, semi_axes: ArrayLike) -> None: ...
+    def __init__(self, semi_axes: ArrayLike) -> None: ...
 
 class Cylinder(Solid):
     radius: float
     z0: float
     z1: float
-    def __init__(self, *, radius: float, z0: float, z1: float) -> None: ...
+    def __init__(self, radius: float, z0: float, z1: float) -> None: ...
 
 class Cone(Solid):
     r0: float
     r1: float
     z0: float
     z1: float
-    def __init__(self, *, r0: float, r1: float, z0: float, z1: float) -> None: ...
+    def __init__(self, r0: float, r1: float, z0: float, z1: float) -> None: ...
 
 class Paraboloid(Solid):
     radius: float
     z0: float
     z1: float
-    def __init__(self, *, radius: float, z0: float, z1: float) -> None: ...
+    def __init__(self, radius: float, z0: float, z1: float) -> None: ...
 
 class Hyperboloid(Solid):
     a: float
     c: float
     z0: float
     z1: float
-    def __init__(self, *, a: float, c: float, z0: float, z1: float) -> None: ...
+    def __init__(self, a: float, c: float, z0: float, z1: float) -> None: ...
 
 class Hyperboloid2(Solid):
     a: float
     c: float
     z0: float
     z1: float
-    def __init__(self, *, a: float, c: float, z0: float, z1: float) -> None: ...
+    def __init__(self, a: float, c: float, z0: float, z1: float) -> None: ...
 
 class Quadric(Solid):
     coeffs: tuple[float, ...]
-    def __init__(self, *, coeffs: ArrayLike) -> None: ...
+    def __init__(self, coeffs: ArrayLike) -> None: ...
 
 class Torus(Solid):
     R: float
     r: float
-    def __init__(self, *, R: float, r: float) -> None: ...
+    def __init__(self, R: float, r: float) -> None: ...
+
+class Tube(Solid):
+    rmin: float
+    rmax: float
+    z0: float
+    z1: float
+    phi0: float
+    dphi: float
+    def __init__(self, rmin: float, rmax: float, z0: float, z1: float, phi0: float = ..., dphi: float = ...) -> None: ...

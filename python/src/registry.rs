@@ -5,21 +5,16 @@ use pyo3::prelude::*;
 use shotline::accel;
 use shotline::math::{Affine, Chain};
 use shotline::scene::Units;
-use shotline::solid::{self, KINDS, ParamError, ParamType, Params, Value};
+use shotline::solid::{self, KINDS, Param, ParamError, Params};
 
-/// A parameter: its name, how many numbers it takes, and what it is.
-type Parameter = (&'static str, usize, &'static str);
+/// A parameter: its name, how many numbers it takes, its default, and what it is.
+type Parameter = (&'static str, usize, Option<Vec<f64>>, &'static str);
 
 /// The kinds of solids: name, summary, parameters.
 #[pyfunction]
 pub fn kinds() -> Vec<(&'static str, &'static str, Vec<Parameter>)> {
-    let count = |ty: ParamType| match ty {
-        ParamType::Number => 1,
-        ParamType::Numbers(n) => n,
-    };
-    let parameters =
-        |kind: &solid::Kind| kind.params.iter().map(|p| (p.name, count(p.ty), p.summary)).collect();
-    KINDS.iter().map(|kind| (kind.name, kind.summary, parameters(kind))).collect()
+    let parameter = |p: &Param| (p.name, p.count, p.default.map(<[f64]>::to_vec), p.summary);
+    KINDS.iter().map(|kind| (kind.name, kind.summary, kind.params.iter().map(parameter).collect())).collect()
 }
 
 /// Checks the parameters of a solid, given in the order of its kind.
@@ -27,8 +22,7 @@ pub fn kinds() -> Vec<(&'static str, &'static str, Vec<Parameter>)> {
 pub fn check_solid(kind: &str, values: Vec<Vec<f64>>) -> PyResult<()> {
     let kind =
         solid::kind(kind).ok_or_else(|| PyValueError::new_err(format!("there is no solid '{kind}'")))?;
-    let values: Option<Vec<Value>> = values.iter().map(|v| Value::from_numbers(v)).collect();
-    let values = values.ok_or_else(|| PyValueError::new_err("a parameter takes 1, 3 or 10 numbers"))?;
+    let values: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
     match (kind.build)(&Params::of(kind, &values)) {
         Ok(_) => Ok(()),
         Err(ParamError { param, why }) => Err(PyValueError::new_err(format!("{param} {why}"))),

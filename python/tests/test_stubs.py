@@ -63,12 +63,14 @@ def solids_stub():
         f"__all__ = {solids.__all__}".replace("'", '"'),
     ]
     for kind, _summary, params in _native.kinds():
-        takes = {1: "float", 3: "ArrayLike"}
         keeps = {1: "float", 3: "Vector"}
         lines += ["", f"class {''.join(w.capitalize() for w in kind.split('_'))}(Solid):"]
-        lines += [f"    {name}: {keeps.get(count, 'tuple[float, ...]')}" for name, count, _ in params]
-        listed = ", ".join(f"{name}: {takes.get(count, 'ArrayLike')}" for name, count, _ in params)
-        lines += [f"    def __init__(self, *, {listed}) -> None: ..."]
+        lines += [f"    {name}: {keeps.get(count, 'tuple[float, ...]')}" for name, count, _, _ in params]
+        listed = ", ".join(
+            f"{name}: {'float' if count == 1 else 'ArrayLike'}{'' if default is None else ' = ...'}"
+            for name, count, default, _ in params
+        )
+        lines += [f"    def __init__(self, {listed}) -> None: ..."]
     return "\n".join(lines) + "\n"
 
 

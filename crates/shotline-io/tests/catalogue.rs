@@ -7,10 +7,9 @@ use shotline::query::batch::{self, BatchError, Run};
 use shotline::query::{Caster, Hit, Limits, QueryError};
 use shotline::ray::{InvalidRay, Ray, Span};
 use shotline::scene::{LocalTransform, Node, NodeId, Op, Scene};
-use shotline::solid::Value::{self, Number, Ten, Vector};
 use shotline_io::{Place, parse_scene, write_scene};
 
-fn solid(scene: &mut Scene, kind: &str, values: &[Value]) -> NodeId {
+fn solid(scene: &mut Scene, kind: &str, values: &[&[f64]]) -> NodeId {
     scene.add_solid(kind, values).expect(kind)
 }
 
@@ -85,7 +84,7 @@ fn zero_direction() {
 /// Directions of any length: the list is right, and a `t` that is not finite is not listed.
 #[test]
 fn denormal_and_huge_directions() {
-    let ball = world(&scene_of(|scene| solid(scene, "sphere", &[Number(1.0)])));
+    let ball = world(&scene_of(|scene| solid(scene, "sphere", &[&[1.0]])));
     for size in [1e-300, 1e-200, 1e-100, 1.0, 1e100, 1e200, 1e300, 1e308] {
         let found = ts(&ball, Vec3::new(-4.0, 0.0, 0.0), Vec3::X * size);
         let near = found.iter().zip([3.0 / size, 5.0 / size]).all(|(a, b)| (a / b - 1.0).abs() < 1e-15);
@@ -100,18 +99,18 @@ fn denormal_and_huge_directions() {
 /// Models of any size: the same list, with unit normals.
 #[test]
 fn denormal_and_huge_models() {
-    let kinds = [
-        ("sphere", vec![Number(1.0)]),
-        ("box", vec![Vector([-1.0; 3]), Vector([1.0; 3])]),
-        ("cylinder", vec![Number(1.0), Number(-1.0), Number(1.0)]),
-        ("torus", vec![Number(2.0), Number(0.5)]),
-        ("quadric", vec![Ten([1.0, 2.0, -1.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0])]),
+    let kinds: [(&str, &[&[f64]]); 5] = [
+        ("sphere", &[&[1.0]]),
+        ("box", &[&[-1.0; 3], &[1.0; 3]]),
+        ("cylinder", &[&[1.0], &[-1.0], &[1.0]]),
+        ("torus", &[&[2.0], &[0.5]]),
+        ("quadric", &[&[1.0, 2.0, -1.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0]]),
     ];
     for (kind, values) in kinds {
         let list = |power: i32| {
             let factor = 2f64.powi(power);
             let world = world(&scene_of(|scene| {
-                let node = solid(scene, kind, &values);
+                let node = solid(scene, kind, values);
                 scene.add_transform(Affine::scaling(Vec3::splat(factor)), node)
             }));
             let (o, d) = (Vec3::new(-4.0, 0.2, 0.1), Vec3::new(1.0, 0.0, 0.0625));
@@ -150,7 +149,7 @@ fn singular_or_nan_transform() {
     let nearly = Affine::scaling(Vec3::new(1.0, 1.0, 1e-15));
     for (matrix, condition) in [(flat, "inf"), (rank_one, "inf"), (with_nan, "NaN"), (nearly, "1.000e15")] {
         let scene = scene_of(|scene| {
-            let ball = solid(scene, "sphere", &[Number(1.0)]);
+            let ball = solid(scene, "sphere", &[&[1.0]]);
             scene.add_transform(matrix, ball)
         });
         let told = only_error(&scene);
@@ -161,7 +160,7 @@ fn singular_or_nan_transform() {
 #[test]
 fn singular_only_together() {
     let scene = scene_of(|scene| {
-        let ball = solid(scene, "sphere", &[Number(1.0)]);
+        let ball = solid(scene, "sphere", &[&[1.0]]);
         (0..2).fold(ball, |node, _| scene.add_transform(Affine::scaling(Vec3::new(1.0, 1.0, 1e-10)), node))
     });
     let told = only_error(&scene);
@@ -174,7 +173,7 @@ fn singular_only_together() {
 #[test]
 fn badly_conditioned_transform_is_accepted_and_told() {
     let scene = scene_of(|scene| {
-        let ball = solid(scene, "sphere", &[Number(1.0)]);
+        let ball = solid(scene, "sphere", &[&[1.0]]);
         scene.add_transform(Affine::scaling(Vec3::new(1.0, 1.0, 1e-12)), ball)
     });
     let world = world(&scene);
@@ -188,7 +187,7 @@ fn axis_of_any_length() {
     for size in [1e-300, 1e300] {
         let about = shotline::scene::Rotation::About { axis: Vec3::Z * size, degrees: 90.0 };
         let scene = scene_of(|scene| {
-            let block = solid(scene, "box", &[Vector([0.0; 3]), Vector([2.0, 1.0, 1.0])]);
+            let block = solid(scene, "box", &[&[0.0; 3], &[2.0, 1.0, 1.0]]);
             let transform = LocalTransform::Steps { scale: None, rotate: Some(about), translate: None };
             scene.add(Node::Transform { transform, child: block })
         });
@@ -198,22 +197,21 @@ fn axis_of_any_length() {
 
 #[test]
 fn parameters_out_of_range() {
-    let n = Number;
-    let cases: &[(&str, &[Value], &str)] = &[
-        ("sphere", &[n(0.0)], "sphere: radius is 0, but must be positive"),
-        ("sphere", &[n(-2.5)], "radius is -2.5"),
-        ("sphere", &[n(f64::NAN)], "radius is NaN"),
-        ("sphere", &[n(f64::INFINITY)], "radius is inf"),
-        ("box", &[Vector([0.0; 3]), Vector([1.0, -1.0, 1.0])], "box: max"),
-        ("cylinder", &[n(1.0), n(2.0), n(2.0)], "cylinder: z1 is 2, but must be greater than z0 = 2"),
-        ("cylinder", &[n(1.0), n(2.0), n(1.0)], "z1 is 1"),
-        ("cone", &[n(0.0), n(0.0), n(0.0), n(1.0)], "cone: r1 is 0 like r0, but one must be positive"),
-        ("cone", &[n(-1.0), n(1.0), n(0.0), n(1.0)], "r0 is -1, but must not be negative"),
-        ("torus", &[n(1.0), n(0.0)], "torus: r is 0"),
-        ("torus", &[n(0.0), n(1.0)], "torus: R is 0"),
-        ("ellipsoid", &[Vector([1.0, 0.0, 1.0])], "ellipsoid: semi_axes are"),
-        ("halfspace", &[Vector([0.0; 3]), n(1.0)], "halfspace: normal is zero"),
-        ("hyperboloid2", &[n(1.0), n(2.0), n(-1.0), n(1.0)], "needed to reach a sheet"),
+    let cases: &[(&str, &[&[f64]], &str)] = &[
+        ("sphere", &[&[0.0]], "sphere: radius is 0, but must be positive"),
+        ("sphere", &[&[-2.5]], "radius is -2.5"),
+        ("sphere", &[&[f64::NAN]], "radius is NaN"),
+        ("sphere", &[&[f64::INFINITY]], "radius is inf"),
+        ("box", &[&[0.0; 3], &[1.0, -1.0, 1.0]], "box: max"),
+        ("cylinder", &[&[1.0], &[2.0], &[2.0]], "cylinder: z1 is 2, but must be greater than z0 = 2"),
+        ("cylinder", &[&[1.0], &[2.0], &[1.0]], "z1 is 1"),
+        ("cone", &[&[0.0], &[0.0], &[0.0], &[1.0]], "cone: r1 is 0 like r0, but one must be positive"),
+        ("cone", &[&[-1.0], &[1.0], &[0.0], &[1.0]], "r0 is -1, but must not be negative"),
+        ("torus", &[&[1.0], &[0.0]], "torus: r is 0"),
+        ("torus", &[&[0.0], &[1.0]], "torus: R is 0"),
+        ("ellipsoid", &[&[1.0, 0.0, 1.0]], "ellipsoid: semi_axes are"),
+        ("halfspace", &[&[0.0; 3], &[1.0]], "halfspace: normal is zero"),
+        ("hyperboloid2", &[&[1.0], &[2.0], &[-1.0], &[1.0]], "needed to reach a sheet"),
     ];
     for (kind, values, message) in cases {
         let scene = scene_of(|scene| solid(scene, kind, values));
@@ -225,7 +223,7 @@ fn parameters_out_of_range() {
 #[test]
 fn horn_and_spindle_tori_are_legal() {
     for (major, minor) in [(1.0, 1.0), (1.0, 1.5), (1e-3, 1.0)] {
-        let world = world(&scene_of(|scene| solid(scene, "torus", &[Number(major), Number(minor)])));
+        let world = world(&scene_of(|scene| solid(scene, "torus", &[&[major], &[minor]])));
         let found = ts(&world, Vec3::new(-9.0, 0.01, 0.02), Vec3::X);
         assert!(found.len() >= 2 && found.len().is_multiple_of(2), "{major} {minor}: {found:?}");
     }
@@ -233,14 +231,14 @@ fn horn_and_spindle_tori_are_legal() {
 
 #[test]
 fn quadric_without_coefficients_is_refused_and_an_empty_one_is_not() {
-    let told = only_error(&scene_of(|scene| solid(scene, "quadric", &[Ten([0.0; 10])])));
+    let told = only_error(&scene_of(|scene| solid(scene, "quadric", &[&[0.0; 10]])));
     assert!(told.contains("coeffs are all zero, but one must not be"), "{told}");
-    let empty = Ten([1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+    let empty = &[1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
     assert_eq!(
         ts(&world(&scene_of(|scene| solid(scene, "quadric", &[empty]))), Vec3::Z * 5.0, -Vec3::Z),
         NOTHING
     );
-    let all = Ten([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0]);
+    let all = &[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0];
     let everywhere = world(&scene_of(|scene| solid(scene, "quadric", &[all])));
     assert_eq!(ts(&everywhere, Vec3::Z * 5.0, -Vec3::Z), [0.0, f64::INFINITY]);
 }
@@ -282,7 +280,7 @@ fn cycles_by_the_thousand() {
 /// Combinations, groups and transforms in turn, so many within one another.
 fn deep(depth: usize) -> Scene {
     scene_of(|scene| {
-        let ball = solid(scene, "sphere", &[Number(1.0)]);
+        let ball = solid(scene, "sphere", &[&[1.0]]);
         (0..depth).fold(ball, |node, i| match i % 3 {
             0 => scene.add_csg(Op::Difference, vec![node]),
             1 => scene.add(Node::Group { members: vec![node] }),
@@ -320,7 +318,7 @@ fn doubled(scene: &mut Scene, times: usize, first: NodeId, double: impl Fn(Vec<N
 #[test]
 fn reference_bomb_of_groups_is_legal() {
     let scene = scene_of(|scene| {
-        let ball = solid(scene, "sphere", &[Number(1.0)]);
+        let ball = solid(scene, "sphere", &[&[1.0]]);
         doubled(scene, 60, ball, |members| Node::Group { members })
     });
     let world = world(&scene);
@@ -332,7 +330,7 @@ fn reference_bomb_of_groups_is_legal() {
             .expect("within limits")
     );
     let too_many = scene_of(|scene| {
-        let ball = solid(scene, "sphere", &[Number(1.0)]);
+        let ball = solid(scene, "sphere", &[&[1.0]]);
         doubled(scene, 70, ball, |members| Node::Group { members })
     });
     assert!(only_error(&too_many).contains("more than 2^63 instances cannot be numbered"));
@@ -345,7 +343,7 @@ fn reference_bomb_of_combinations_is_counted() {
     for times in [24, 60, 100] {
         for op in [Op::Union, Op::Intersection, Op::Difference] {
             let scene = scene_of(|scene| {
-                let ball = solid(scene, "sphere", &[Number(1.0)]);
+                let ball = solid(scene, "sphere", &[&[1.0]]);
                 doubled(scene, times, ball, csg(op))
             });
             let told = only_error(&scene);
@@ -464,7 +462,7 @@ fn truncated_file() {
 fn more_crossings_than_there_is_room_for() {
     let row = |digits: i32| {
         world(&scene_of(|scene| {
-            let mut node = solid(scene, "sphere", &[Number(0.25)]);
+            let mut node = solid(scene, "sphere", &[&[0.25]]);
             for level in 0..digits {
                 let step = 10f64.powi(level);
                 let place = |i: i32| Affine::translation(Vec3::X * (step * f64::from(i)));

@@ -114,7 +114,7 @@ fn placed_meshes_are_joined_and_mirrors_turn_faces() {
     let back = read_mesh(folder.path().join("a.obj")).unwrap();
     assert_eq!((back.vertices.len(), back.faces.len()), (8, 8));
     assert_eq!(back.faces[4], [4, 5, 6]);
-    scene.add_solid("sphere", &[shotline::solid::Value::Number(1.0)]);
+    scene.add_solid("sphere", &[&[1.0]]);
     let ball = shotline::scene::NodeId(scene.nodes.len() as u32 - 1);
     scene.add_object("ball", None, ball);
     let refused = save(folder.path().join("a.obj"), &scene).unwrap_err().to_string();

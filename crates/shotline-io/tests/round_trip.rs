@@ -14,7 +14,7 @@ use shotline::scene::{
     Scene, Units,
 };
 use shotline::solid::mesh::{TriangleMesh, Weld};
-use shotline::solid::{KINDS, ParamType, Params, Value};
+use shotline::solid::{KINDS, Params};
 use shotline::testkit::random::Random;
 use shotline::testkit::scene::random_scene as castable_scene;
 use shotline_io::{load, parse_scene, read_mesh, save, write_scene};
@@ -62,14 +62,8 @@ fn transform(random: &mut Random) -> LocalTransform {
 
 fn leaf(random: &mut Random) -> Node {
     let kind = KINDS[random.below(KINDS.len())];
-    let value = |ty: ParamType, random: &mut Random| match ty {
-        ParamType::Number => Value::Number(number(random)),
-        ParamType::Numbers(n) => {
-            let numbers: Vec<f64> = (0..n).map(|_| number(random)).collect();
-            Value::from_numbers(&numbers).expect("a known count")
-        }
-    };
-    let entries = kind.params.iter().map(|p| (p.name, value(p.ty, random))).collect();
+    let value = |count: usize, random: &mut Random| (0..count).map(|_| number(random)).collect();
+    let entries = kind.params.iter().map(|p| (p.name, value(p.count, random))).collect();
     Node::Solid { kind, params: Params { entries } }
 }
 

@@ -199,7 +199,6 @@ pub(crate) fn check(settings: &Settings) -> Result<(), RenderError> {
 #[cfg(test)]
 mod tests {
     use shotline::compile::{Options, compile};
-    use shotline::solid::Value;
 
     use super::*;
 
@@ -207,7 +206,7 @@ mod tests {
     #[test]
     fn bands_make_the_same_picture() {
         let mut scene = Scene::default();
-        let ball = scene.add_solid("sphere", &[Value::Number(1.0)]).expect("a sphere");
+        let ball = scene.add_solid("sphere", &[&[1.0]]).expect("a sphere");
         scene.add_object("ball", None, ball);
         let world = compile(&scene, Options::default()).expect("a world");
         for look in LOOKS.iter().copied() {

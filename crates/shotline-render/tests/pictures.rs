@@ -7,13 +7,12 @@ use shotline::compile::{Options, World, compile};
 use shotline::math::Vec3;
 use shotline::query::batch::Run;
 use shotline::scene::{Camera, Lens, Light, LightSource, Material, Motion, Node, Rotation, Scene, Units};
-use shotline::solid::Value;
 use shotline_render::{Animation, Backdrop, Coherence, Image, RenderError, Settings, animate, look, render};
 
 /// A sphere of radius 1 at the origin, seen along y from 10 away in a parallel picture of height 4.
 fn sphere(mu: Option<f64>) -> Scene {
     let mut scene = Scene::default();
-    let node = scene.add_solid("sphere", &[Value::Number(1.0)]).unwrap();
+    let node = scene.add_solid("sphere", &[&[1.0]]).unwrap();
     scene.materials.push(("grey".into(), Material { color: Some([0.5; 3]), mu, ..Material::default() }));
     scene.add_object("ball", Some("grey"), node);
     scene.camera = Some(Camera {
@@ -56,7 +55,7 @@ fn a_sphere_is_brightest_where_it_faces_the_light() {
 #[test]
 fn a_sphere_throws_its_shadow() {
     let mut scene = sphere(None);
-    let wall = scene.add_solid("halfspace", &[Value::Vector([0.0, -1.0, 0.0]), Value::Number(-2.0)]).unwrap();
+    let wall = scene.add_solid("halfspace", &[&[0.0, -1.0, 0.0], &[-2.0]]).unwrap();
     scene.add_object("wall", None, wall);
     // From beside the camera: the shadow falls to the right of the sphere, upon the wall y = 2.
     scene.lights = vec![light(LightSource::Point(Vec3::new(-6.0, -6.0, 0.0)))];
@@ -150,8 +149,7 @@ fn threads_leave_no_trace() {
 #[test]
 fn scenes_without_camera_and_lights_are_framed_and_lit() {
     let mut scene = sphere(None);
-    let ground =
-        scene.add_solid("halfspace", &[Value::Vector([0.0, 0.0, 1.0]), Value::Number(-1.0)]).unwrap();
+    let ground = scene.add_solid("halfspace", &[&[0.0, 0.0, 1.0], &[-1.0]]).unwrap();
     scene.camera = None;
     let clear = Settings { backdrop: Some(Backdrop::Transparent), ..settings("lit") };
     let image = render(&world(&scene), &scene, &clear, Run::default()).unwrap();
@@ -170,8 +168,8 @@ fn scenes_without_camera_and_lights_are_framed_and_lit() {
 #[test]
 fn within_an_object_light_still_arrives() {
     let mut scene = sphere(None);
-    let room = Value::Vector([-20.0; 3]);
-    let room = scene.add_solid("box", &[room, Value::Vector([20.0; 3])]).unwrap();
+    let room = &[-20.0; 3];
+    let room = scene.add_solid("box", &[room, &[20.0; 3]]).unwrap();
     scene.add_object("room", None, room);
     scene.lights = vec![light(LightSource::Directional(Vec3::Y))];
     // The light comes from outside and stops at the room's wall; a lamp inside reaches the sphere.
@@ -214,7 +212,7 @@ fn impossible_settings_are_refused() {
 #[test]
 fn what_rays_take_over_leaves_no_trace() {
     let mut scene = sphere(None);
-    let wall = scene.add_solid("halfspace", &[Value::Vector([0.0, -1.0, 0.0]), Value::Number(-2.0)]).unwrap();
+    let wall = scene.add_solid("halfspace", &[&[0.0, -1.0, 0.0], &[-2.0]]).unwrap();
     scene.add_object("wall", None, wall);
     scene.lights = [[3.0, -9.0, 1.0], [-3.0, -9.0, 4.0]].map(|p| light(LightSource::Point(p.into()))).into();
     let world = world(&scene);
@@ -237,9 +235,9 @@ fn what_rays_take_over_leaves_no_trace() {
 /// A ball rolls before a wall, on which its shadow falls, past a mirror.
 fn rolling() -> Scene {
     let mut scene = sphere(Some(0.3));
-    let wall = scene.add_solid("halfspace", &[Value::Vector([0.0, -1.0, 0.0]), Value::Number(-2.0)]).unwrap();
+    let wall = scene.add_solid("halfspace", &[&[0.0, -1.0, 0.0], &[-2.0]]).unwrap();
     scene.add_object("wall", Some("grey"), wall);
-    let cube = [Value::Vector([1.2, -2.0, -1.9]), Value::Vector([1.9, -1.0, -1.2])];
+    let cube: [&[f64]; 2] = [&[1.2, -2.0, -1.9], &[1.9, -1.0, -1.2]];
     let cube = scene.add_solid("box", &cube).unwrap();
     scene
         .materials

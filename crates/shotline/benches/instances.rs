@@ -10,7 +10,6 @@ use shotline::math::Affine;
 use shotline::query::Caster;
 use shotline::ray::{Ray, Span};
 use shotline::scene::{LocalTransform, Node, NodeId, Scene};
-use shotline::solid::Value;
 use shotline::testkit::random::Random;
 
 /// Spheres at random in a cube, of which a ray meets about as many however many there are; and their transforms.
@@ -18,7 +17,7 @@ fn field(count: usize) -> (Scene, Vec<NodeId>) {
     let mut random = Random::new(1);
     let mut scene = Scene::default();
     let radius = 0.3 * (count as f64).powf(-1.0 / 3.0);
-    let ball = scene.add_solid("sphere", &[Value::Number(radius)]).expect("there are spheres");
+    let ball = scene.add_solid("sphere", &[&[radius]]).expect("there are spheres");
     let mut place = |_| scene.add_transform(Affine::translation(random.point(-1.0, 1.0)), ball);
     let members: Vec<NodeId> = (0..count).map(&mut place).collect();
     let group = scene.add(Node::Group { members: members.clone() });

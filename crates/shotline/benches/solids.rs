@@ -7,18 +7,18 @@ use std::hint::black_box;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use shotline::math::Vec3;
 use shotline::ray::Line;
-use shotline::solid::{self, Params, Solid, Value};
+use shotline::solid::{self, Params, Solid};
 use shotline::testkit::random::Random;
 
 /// Kinds with parameters of ordinary proportions.
-const SOLIDS: &[(&str, &str, &[Value])] = &[
-    ("box", "box", &[Value::Vector([-1.0, -0.8, -0.6]), Value::Vector([1.0, 0.8, 0.6])]),
-    ("sphere", "sphere", &[Value::Number(1.0)]),
-    ("cylinder", "cylinder", &[Value::Number(1.0), Value::Number(-1.0), Value::Number(1.0)]),
-    ("cone", "cone", &[Value::Number(1.0), Value::Number(0.2), Value::Number(-1.0), Value::Number(1.0)]),
-    ("torus, thin", "torus", &[Value::Number(1.0), Value::Number(0.05)]),
-    ("torus", "torus", &[Value::Number(1.0), Value::Number(0.4)]),
-    ("torus, spindle", "torus", &[Value::Number(0.5), Value::Number(0.7)]),
+const SOLIDS: &[(&str, &str, &[&[f64]])] = &[
+    ("box", "box", &[&[-1.0, -0.8, -0.6], &[1.0, 0.8, 0.6]]),
+    ("sphere", "sphere", &[&[1.0]]),
+    ("cylinder", "cylinder", &[&[1.0], &[-1.0], &[1.0]]),
+    ("cone", "cone", &[&[1.0], &[0.2], &[-1.0], &[1.0]]),
+    ("torus, thin", "torus", &[&[1.0], &[0.05]]),
+    ("torus", "torus", &[&[1.0], &[0.4]]),
+    ("torus, spindle", "torus", &[&[0.5], &[0.7]]),
 ];
 const LINES: usize = 1024;
 

@@ -15,12 +15,11 @@
 //! use shotline::query::{Caster, Overlaps};
 //! use shotline::ray::{Ray, Span};
 //! use shotline::scene::{Op, Scene};
-//! use shotline::solid::Value::{Number, Vector};
 //!
 //! // A plate with a bore right through it: the caps of the bore lie in the faces of the plate.
 //! let mut scene = Scene::default();
-//! let plate = scene.add_solid("box", &[Vector([-2.0, -2.0, 0.0]), Vector([2.0, 2.0, 1.0])]).unwrap();
-//! let bore = scene.add_solid("cylinder", &[Number(0.5), Number(0.0), Number(1.0)]).unwrap();
+//! let plate = scene.add_solid("box", &[&[-2.0, -2.0, 0.0], &[2.0, 2.0, 1.0]]).unwrap();
+//! let bore = scene.add_solid("cylinder", &[&[0.5], &[0.0], &[1.0]]).unwrap();
 //! let bored = scene.add_csg(Op::Difference, vec![plate, bore]);
 //! scene.add_object("plate", None, bored);
 //!

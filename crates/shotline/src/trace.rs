@@ -5,10 +5,10 @@
 //! [`Caster::record`](crate::query::Caster::record).
 //!
 //! ```
-//! use shotline::{compile, math::Vec3, query::Caster, ray::{Ray, Span}, scene::Scene, solid::Value, trace::Act};
+//! use shotline::{compile, math::Vec3, query::Caster, ray::{Ray, Span}, scene::Scene, trace::Act};
 //!
 //! let mut scene = Scene::default();
-//! let ball = scene.add_solid("sphere", &[Value::Number(2.0)]).unwrap();
+//! let ball = scene.add_solid("sphere", &[&[2.0]]).unwrap();
 //! scene.add_object("ball", None, ball);
 //! let world = compile::compile(&scene, compile::Options::default()).unwrap();
 //! let mut caster = Caster::new(&world);

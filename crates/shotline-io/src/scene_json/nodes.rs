@@ -6,10 +6,11 @@
 
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
+use std::sync::Arc;
 
 use shotline::scene::{Material, Node, NodeId, Op, Scene};
 use shotline::solid::mesh::Weld;
-use shotline::solid::{self, ParamType, Params, Value};
+use shotline::solid::{self, Param, Params};
 
 use super::keys::{ACCEL, MESH, MESH_FILE, OBJECT, OPS, PLACEMENT, WELD, names};
 use super::mesh_files::Meshes;
@@ -271,24 +272,30 @@ impl<'r, 't> Graph<'r, 't> {
         let meant = self.values.only(value, &format!("a {name}"), &known);
         let mut entries = Some(Vec::new());
         for param in kind.params {
-            if self.values.tree.get(value, param.name).is_none() && meant.contains(&param.name) {
+            let absent = self.values.tree.get(value, param.name).is_none();
+            if absent && meant.contains(&param.name) {
                 entries = None;
                 continue;
             }
-            let read = self.values.required(value, &format!("this {name}"), param.name);
-            let read = read.and_then(|at| self.param(at, param.name, param.ty));
-            entries = entries.zip(read).map(|(mut all, v)| {
-                all.push((param.name, v));
+            let read = match param.default {
+                Some(default) if absent => Some(default.into()),
+                _ => {
+                    let at = self.values.required(value, &format!("this {name}"), param.name);
+                    at.and_then(|at| self.param(at, param))
+                }
+            };
+            entries = entries.zip(read).map(|(mut all, numbers)| {
+                all.push((param.name, numbers));
                 all
             });
         }
         entries.map(|entries| Node::Solid { kind, params: Params { entries } })
     }
 
-    fn param(&mut self, at: ValueId, name: &str, ty: ParamType) -> Option<Value> {
-        match ty {
-            ParamType::Number => self.values.number(at, name).map(Value::Number),
-            ParamType::Numbers(n) => self.values.numbers(at, name, n).and_then(|v| Value::from_numbers(&v)),
+    fn param(&mut self, at: ValueId, param: &Param) -> Option<Arc<[f64]>> {
+        match param.count {
+            1 => self.values.number(at, param.name).map(|x| [x].into()),
+            count => self.values.numbers(at, param.name, count).map(Arc::from),
         }
     }
 

@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 use shotline::accel::NAMES;
 use shotline::scene::Units;
-use shotline::solid::{self, ParamType};
+use shotline::solid;
 
 use super::keys::{
     ACCEL, CAMERA, Key, LIGHT, MATERIAL, MESH, MESH_FILE, MOTION, OBJECT, OPS, PLACEMENT, ROTATION, Shape,
@@ -104,13 +104,17 @@ fn leaf(kind: &solid::Kind) -> Value {
     let mut own: Map<String, Value> =
         [("kind".to_string(), json!({ "const": kind.name }))].into_iter().collect();
     for param in kind.params {
-        let shape = match param.ty {
-            ParamType::Number => Shape::Number,
-            ParamType::Numbers(n) => Shape::Numbers(n),
-        };
-        own.insert(param.name.into(), described(shape, param.summary));
+        let shape = if param.count == 1 { Shape::Number } else { Shape::Numbers(param.count) };
+        let mut schema = described(shape, param.summary);
+        match param.default {
+            Some([x]) => schema["default"] = json!(x),
+            Some(numbers) => schema["default"] = json!(numbers),
+            None => {}
+        }
+        own.insert(param.name.into(), schema);
     }
-    let required: Vec<&str> = ["kind"].into_iter().chain(kind.params.iter().map(|p| p.name)).collect();
+    let given = kind.params.iter().filter(|p| p.default.is_none()).map(|p| p.name);
+    let required: Vec<&str> = ["kind"].into_iter().chain(given).collect();
     placed(&[], &required, own, kind.summary)
 }
 

@@ -151,8 +151,8 @@ impl Writer<'_> {
         match scene.node(id) {
             Node::Solid { kind, params } => {
                 let mut fields = vec![Field::Plain(format!("\"kind\": {}", quoted(kind.name)))];
-                for (name, value) in &params.entries {
-                    let value = match value.numbers() {
+                for (name, numbers) in &params.entries {
+                    let value = match &numbers[..] {
                         [x] => self.number(*x),
                         numbers => self.numbers(numbers),
                     };

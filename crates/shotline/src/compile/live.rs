@@ -29,10 +29,9 @@ use crate::scene::{LocalTransform, Node, NodeId, Scene};
 /// use shotline::query::Caster;
 /// use shotline::ray::{Ray, Span};
 /// use shotline::scene::{LocalTransform, Scene};
-/// use shotline::solid::Value;
 ///
 /// let mut scene = Scene::default();
-/// let ball = scene.add_solid("sphere", &[Value::Number(1.0)]).unwrap();
+/// let ball = scene.add_solid("sphere", &[&[1.0]]).unwrap();
 /// let place = scene.add_transform(Affine::IDENTITY, ball);
 /// scene.add_object("ball", None, place);
 /// let mut live = Live::new(scene, Options::default()).unwrap();
@@ -328,7 +327,7 @@ mod tests {
     #[test]
     fn paths_are_placed() {
         let mut scene = Scene::default();
-        let ball = scene.add_solid("sphere", &[crate::solid::Value::Number(1.0)]).unwrap();
+        let ball = scene.add_solid("sphere", &[&[1.0]]).unwrap();
         let far = scene.add_transform(Affine::translation(crate::math::Vec3::X * 9.0), ball);
         let group = scene.add(Node::Group { members: vec![ball, far] });
         scene.add_object("a/b", None, group);
@@ -354,7 +353,7 @@ mod tests {
     fn what_cannot_be_set_changes_nothing() {
         let mut random = Random::new(22);
         let mut scene = random_scene(&mut random);
-        let ball = scene.add_solid("sphere", &[crate::solid::Value::Number(1.0)]).unwrap();
+        let ball = scene.add_solid("sphere", &[&[1.0]]).unwrap();
         let inner = scene.add_transform(Affine::IDENTITY, ball);
         let outer = scene.add_transform(Affine::IDENTITY, inner);
         scene.add_object("ball", None, outer);

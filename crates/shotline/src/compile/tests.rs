@@ -5,7 +5,6 @@ use std::sync::Arc;
 use super::{Options, SceneError, compile};
 use crate::math::{Affine, Vec3};
 use crate::scene::{Node, NodeId, Op, Scene};
-use crate::solid::Value;
 use crate::solid::mesh::TriangleMesh;
 
 fn errors(scene: &Scene) -> Vec<SceneError> {
@@ -20,7 +19,7 @@ fn only_error(scene: &Scene) -> String {
 }
 
 fn sphere(scene: &mut Scene, radius: f64) -> NodeId {
-    scene.add_solid("sphere", &[Value::Number(radius)]).expect("sphere")
+    scene.add_solid("sphere", &[&[radius]]).expect("sphere")
 }
 
 #[test]
@@ -135,7 +134,7 @@ fn combinations_without_leaves_are_not_placed() {
 fn finite_bounds_are_those_of_all_that_has_an_end() {
     let mut scene = Scene::default();
     let ball = sphere(&mut scene, 1.0);
-    let up = [Value::Vector([0.0, 0.0, 1.0]), Value::Number(-1.0)];
+    let up: [&[f64]; 2] = [&[0.0, 0.0, 1.0], &[-1.0]];
     let ground = scene.add_solid("halfspace", &up).expect("a half-space");
     let away = scene.add_transform(Affine::translation(Vec3::X * 4.0), ball);
     let group = scene.add(Node::Group { members: vec![ball, ground, away] });

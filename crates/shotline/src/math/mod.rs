@@ -1,11 +1,13 @@
 //! The f64 vector, plane and affine types used everywhere, in one place.
 
 mod affine;
+mod angle;
 mod dd;
 mod length;
 mod plane;
 
 pub use affine::{Affine, Chain, MAX_CONDITION, Placement, SingularTransform};
+pub use angle::sin_cos_degrees_wide;
 pub use dd::{Dd, difference_of_products, sum, two_prod, two_sum};
 pub use glam::DVec3 as Vec3;
 pub use length::{length, power_of_two_near, unit};

@@ -9,7 +9,6 @@ use crate::accel::NAMES;
 use crate::compile::{Options, compile};
 use crate::math::{Affine, Vec3};
 use crate::scene::{Material, Node, NodeId, Op};
-use crate::solid::Value::{Number, Vector};
 use crate::solid::mesh::shapes::{ball, sheet};
 
 fn world(scene: &Scene) -> World {
@@ -24,7 +23,7 @@ fn rays(rays: usize, seed: u64) -> Settings {
     Settings { rays, seed, method: Method::Rays, ..Settings::default() }
 }
 
-fn solid(scene: &mut Scene, kind: &str, values: &[crate::solid::Value]) -> NodeId {
+fn solid(scene: &mut Scene, kind: &str, values: &[&[f64]]) -> NodeId {
     scene.add_solid(kind, values).unwrap()
 }
 
@@ -43,23 +42,23 @@ fn one(build: impl FnOnce(&mut Scene) -> NodeId) -> Scene {
 /// Objects with closed forms, to be found by rays.
 fn known() -> Vec<(&'static str, Scene)> {
     let turn = Affine::rotation_xyz(Vec3::new(20.0, 50.0, -10.0));
-    let turned = move |kind: &'static str, values: &'static [crate::solid::Value]| {
+    let turned = move |kind: &'static str, values: &'static [&'static [f64]]| {
         one(move |scene| {
             let solid = solid(scene, kind, values);
             scene.add_transform(turn, solid)
         })
     };
     vec![
-        ("ball", one(|s| solid(s, "sphere", &[Number(1.0)]))),
-        ("brick", turned("box", &[Vector([-1.0, 0.0, 2.0]), Vector([1.0, 0.5, 5.0])])),
-        ("sheet", turned("box", &[Vector([0.0, 0.0, 0.0]), Vector([1.0, 1.0, 0.003])])),
-        ("cone", turned("cone", &[Number(1.0), Number(0.2), Number(-3.0), Number(2.0)])),
-        ("ring", turned("torus", &[Number(1.0), Number(0.3)])),
-        ("wire", turned("torus", &[Number(1.0), Number(0.02)])),
+        ("ball", one(|s| solid(s, "sphere", &[&[1.0]]))),
+        ("brick", turned("box", &[&[-1.0, 0.0, 2.0], &[1.0, 0.5, 5.0]])),
+        ("sheet", turned("box", &[&[0.0, 0.0, 0.0], &[1.0, 1.0, 0.003]])),
+        ("cone", turned("cone", &[&[1.0], &[0.2], &[-3.0], &[2.0]])),
+        ("ring", turned("torus", &[&[1.0], &[0.3]])),
+        ("wire", turned("torus", &[&[1.0], &[0.02]])),
         ("mesh", one(|s| s.add(Node::Mesh { mesh: Arc::new(ball(2)), file: None }))),
         ("far", {
             one(|scene| {
-                let (a, b) = (solid(scene, "sphere", &[Number(0.1)]), solid(scene, "sphere", &[Number(0.2)]));
+                let (a, b) = (solid(scene, "sphere", &[&[0.1]]), solid(scene, "sphere", &[&[0.2]]));
                 let b = at(scene, b, [3.0, 2.0, 1.0]);
                 scene.add(Node::Group { members: vec![a, b] })
             })
@@ -105,7 +104,7 @@ fn errors_are_what_they_are_said_to_be() {
 
 #[test]
 fn more_rays_see_more_than_by_the_root_of_their_number() {
-    let scene = one(|s| solid(s, "sphere", &[Number(1.0)]));
+    let scene = one(|s| solid(s, "sphere", &[&[1.0]]));
     let error = |n: usize| all(&scene, &rays(n, 1)).unwrap()[0].volume.std_error;
     assert!(error(96_000) < error(960) / 30.0);
 }
@@ -113,7 +112,7 @@ fn more_rays_see_more_than_by_the_root_of_their_number() {
 #[test]
 fn what_rays_hardly_meet_is_not_told_as_certain() {
     let needle = one(|scene| {
-        let far = solid(scene, "sphere", &[Number(1e-5)]);
+        let far = solid(scene, "sphere", &[&[1e-5]]);
         let members = [[-1.0; 3], [1.0; 3]].map(|place| at(scene, far, place)).to_vec();
         scene.add_csg(Op::Union, members)
     });
@@ -134,15 +133,13 @@ fn what_rays_hardly_meet_is_not_told_as_certain() {
 fn combinations_have_the_volumes_of_textbooks() {
     // What is left of a ball around a hole of length 6, whatever its radius: as much as of a ball of diameter 6.
     let napkin_ring = one(|scene| {
-        let (ball, hole) = (
-            solid(scene, "sphere", &[Number(5.0)]),
-            solid(scene, "cylinder", &[Number(4.0), Number(-9.0), Number(9.0)]),
-        );
+        let (ball, hole) =
+            (solid(scene, "sphere", &[&[5.0]]), solid(scene, "cylinder", &[&[4.0], &[-9.0], &[9.0]]));
         scene.add_csg(Op::Difference, vec![ball, hole])
     });
     // Archimedes' and Steinmetz' solid: two cylinders of radius 1 across each other.
     let steinmetz = one(|scene| {
-        let upright = solid(scene, "cylinder", &[Number(1.0), Number(-2.0), Number(2.0)]);
+        let upright = solid(scene, "cylinder", &[&[1.0], &[-2.0], &[2.0]]);
         let lying = scene.add_transform(Affine::rotation_xyz(Vec3::new(90.0, 0.0, 0.0)), upright);
         scene.add_csg(Op::Intersection, vec![upright, lying])
     });
@@ -157,7 +154,7 @@ fn combinations_have_the_volumes_of_textbooks() {
 #[test]
 fn bodies_of_one_object_that_overlap_count_once() {
     let scene = one(|scene| {
-        let cube = solid(scene, "box", &[Vector([0.0; 3]), Vector([1.0; 3])]);
+        let cube = solid(scene, "box", &[&[0.0; 3], &[1.0; 3]]);
         let other = at(scene, cube, [0.5, 0.0, 0.0]);
         scene.add(Node::Group { members: vec![cube, other] })
     });
@@ -169,7 +166,7 @@ fn bodies_of_one_object_that_overlap_count_once() {
 fn shared_parts_count_wherever_they_are_placed() {
     // Balls in rows of ten, in rows of rows: 10^12 of them, each object half.
     let mut scene = Scene::default();
-    let mut node = solid(&mut scene, "sphere", &[Number(0.4)]);
+    let mut node = solid(&mut scene, "sphere", &[&[0.4]]);
     for i in 0..12 {
         let mut step = [0.0; 3];
         step[i % 3] = 10f64.powi(i as i32 / 3);
@@ -195,7 +192,7 @@ fn shared_parts_count_wherever_they_are_placed() {
 fn rays_that_meet_too_much_are_an_error() {
     // Boxes of balls that overlap: rays have to tell, and there are too many for them.
     let mut scene = Scene::default();
-    let mut node = solid(&mut scene, "sphere", &[Number(1.0)]);
+    let mut node = solid(&mut scene, "sphere", &[&[1.0]]);
     for _ in 0..40 {
         let other = at(&mut scene, node, [0.125, 0.0, 0.0]);
         node = scene.add(Node::Group { members: vec![node, other] });
@@ -209,7 +206,7 @@ fn rays_that_meet_too_much_are_an_error() {
 #[test]
 fn the_same_bits_for_any_threads_and_accelerator() {
     let mut scene = Scene::default();
-    let ball = solid(&mut scene, "sphere", &[Number(1.0)]);
+    let ball = solid(&mut scene, "sphere", &[&[1.0]]);
     let members =
         (0..20).map(|i| at(&mut scene, ball, [0.7 * f64::from(i), 0.3, f64::from(i % 3)])).collect();
     let group = scene.add(Node::Group { members });
@@ -233,8 +230,8 @@ fn the_same_bits_for_any_threads_and_accelerator() {
 #[test]
 fn what_cannot_be_measured_is_an_error_at_once() {
     let mut scene = Scene::default();
-    let ball = solid(&mut scene, "sphere", &[Number(1.0)]);
-    let ground = solid(&mut scene, "halfspace", &[Vector([0.0, 0.0, 1.0]), Number(0.0)]);
+    let ball = solid(&mut scene, "sphere", &[&[1.0]]);
+    let ground = solid(&mut scene, "halfspace", &[&[0.0, 0.0, 1.0], &[0.0]]);
     let open = scene.add(Node::Mesh { mesh: Arc::new(sheet(2)), file: None });
     for (name, node) in [("ball", ball), ("ground", ground), ("open", open)] {
         scene.add_object(name, None, node);
@@ -255,7 +252,7 @@ fn what_cannot_be_measured_is_an_error_at_once() {
 #[test]
 fn nothing_has_no_volume() {
     let scene = one(|scene| {
-        let ball = solid(scene, "sphere", &[Number(1.0)]);
+        let ball = solid(scene, "sphere", &[&[1.0]]);
         let away = at(scene, ball, [3.0, 0.0, 0.0]);
         scene.add_csg(Op::Intersection, vec![ball, away])
     });
@@ -266,8 +263,8 @@ fn nothing_has_no_volume() {
 #[test]
 fn an_object_without_an_end_does_not_stop_the_others() {
     let mut scene = Scene::default();
-    let ground = solid(&mut scene, "halfspace", &[Vector([0.0, 0.0, 1.0]), Number(0.0)]);
-    let ball = solid(&mut scene, "sphere", &[Number(1.0)]);
+    let ground = solid(&mut scene, "halfspace", &[&[0.0, 0.0, 1.0], &[0.0]]);
+    let ball = solid(&mut scene, "sphere", &[&[1.0]]);
     scene.add_object("ground", None, ground);
     scene.add_object("ball", None, ball);
     let found = all(&scene, &Settings::default()).unwrap();
@@ -278,11 +275,9 @@ fn an_object_without_an_end_does_not_stop_the_others() {
 /// Half-spaces by normal and offset, and boxes, in one intersection under a transform.
 fn polytope(planes: &[([f64; 3], f64)], boxes: &[[[f64; 3]; 2]], map: Affine) -> Measure {
     let scene = one(|scene| {
-        let mut args: Vec<NodeId> = planes
-            .iter()
-            .map(|(n, offset)| solid(scene, "halfspace", &[Vector(*n), Number(*offset)]))
-            .collect();
-        args.extend(boxes.iter().map(|[min, max]| solid(scene, "box", &[Vector(*min), Vector(*max)])));
+        let mut args: Vec<NodeId> =
+            planes.iter().map(|(n, offset)| solid(scene, "halfspace", &[&*n, &[*offset]])).collect();
+        args.extend(boxes.iter().map(|[min, max]| solid(scene, "box", &[&*min, &*max])));
         let node = scene.add_csg(Op::Intersection, args);
         scene.add_transform(map, node)
     });
@@ -326,8 +321,8 @@ fn polytopes_of_half_spaces_are_measured_exactly() {
 #[test]
 fn a_half_space_taken_away_leaves_a_polytope() {
     let scene = one(|scene| {
-        let brick = solid(scene, "box", &[Vector([0.0; 3]), Vector([1.0; 3])]);
-        let above = solid(scene, "halfspace", &[Vector([-1.0, -1.0, -1.0]), Number(-1.0)]);
+        let brick = solid(scene, "box", &[&[0.0; 3], &[1.0; 3]]);
+        let above = solid(scene, "halfspace", &[&[-1.0, -1.0, -1.0], &[-1.0]]);
         scene.add_csg(Op::Difference, vec![brick, above])
     });
     let found = all(&scene, &Settings::default()).unwrap()[0];
@@ -338,16 +333,16 @@ fn a_half_space_taken_away_leaves_a_polytope() {
 fn ellipsoids_given_as_quadrics_are_exact_and_cylinders_between_planes_have_a_volume() {
     // x^2 + xy + y^2 + z^2 - 2z < 0: a ball of radius 1 about (0, 0, 1), stretched by 2 / sqrt(3).
     let coeffs = [1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, -2.0, 0.0];
-    let scene = one(|s| solid(s, "quadric", &[crate::solid::Value::Ten(coeffs)]));
+    let scene = one(|s| solid(s, "quadric", &[&coeffs]));
     let found = all(&scene, &Settings::default()).unwrap()[0];
     let volume = 4.0 / 3.0 * PI * 2.0 / 3f64.sqrt();
     assert!(found.exact && (found.volume.value / volume - 1.0).abs() < 1e-14, "{found:?}");
     assert!((found.centroid[2].value - 1.0).abs() < 1e-15);
     let pin = one(|s| {
         let side = [1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0];
-        let side = solid(s, "quadric", &[crate::solid::Value::Ten(side)]);
-        let top = solid(s, "halfspace", &[Vector([0.1, 0.2, 1.0]), Number(1.0)]);
-        let bottom = solid(s, "halfspace", &[Vector([0.0, 0.3, -1.0]), Number(1.0)]);
+        let side = solid(s, "quadric", &[&side]);
+        let top = solid(s, "halfspace", &[&[0.1, 0.2, 1.0], &[1.0]]);
+        let bottom = solid(s, "halfspace", &[&[0.0, 0.3, -1.0], &[1.0]]);
         s.add_csg(Op::Intersection, vec![side, top, bottom])
     });
     let found = all(&pin, &rays(48_000, 1)).unwrap()[0];

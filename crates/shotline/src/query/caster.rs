@@ -28,10 +28,9 @@ use crate::trace::Trace;
 /// use shotline::query::Caster;
 /// use shotline::ray::{Ray, Span};
 /// use shotline::scene::Scene;
-/// use shotline::solid::Value;
 ///
 /// let mut scene = Scene::default();
-/// let ball = scene.add_solid("sphere", &[Value::Number(2.0)]).unwrap();
+/// let ball = scene.add_solid("sphere", &[&[2.0]]).unwrap();
 /// scene.add_object("ball", None, ball);
 /// let world = compile(&scene, Options::default()).unwrap();
 /// let ray = Ray::new(Vec3::new(-5.0, 0.0, 0.0), Vec3::X).unwrap();

@@ -25,9 +25,9 @@ impl Kinds {
 /// What a query looks at. A [`Span`] by itself stands for every kind of crossing in it.
 ///
 /// ```
-/// # use shotline::{compile, math::Vec3, query::{Caster, Scope}, ray::{Ray, Span}, scene::Scene, solid::Value};
+/// # use shotline::{compile, math::Vec3, query::{Caster, Scope}, ray::{Ray, Span}, scene::Scene};
 /// # let mut scene = Scene::default();
-/// # let room = scene.add_solid("sphere", &[Value::Number(2.0)]).unwrap();
+/// # let room = scene.add_solid("sphere", &[&[2.0]]).unwrap();
 /// # scene.add_object("room", None, room);
 /// # let world = compile::compile(&scene, compile::Options::default()).unwrap();
 /// // From the middle of a ball of radius 2.

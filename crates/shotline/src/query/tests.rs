@@ -20,7 +20,6 @@ use crate::compile::{Options, World, compile};
 use crate::math::{Affine, Vec3};
 use crate::ray::{Ray, Span};
 use crate::scene::{Node, Op, Scene};
-use crate::solid::Value;
 use crate::solid::mesh::TriangleMesh;
 use crate::testkit::random::Random;
 use crate::testkit::scene::random_scene;
@@ -60,7 +59,7 @@ fn assert_same(a: &[Hit], b: &[Hit], context: &str) {
 fn paths_have_matrices() {
     let mut random = Random::new(17);
     let mut scene = Scene::default();
-    let ball = scene.add_solid("sphere", &[Value::Number(1.0)]).expect("a sphere");
+    let ball = scene.add_solid("sphere", &[&[1.0]]).expect("a sphere");
     let mut node = ball;
     for _ in 0..6 {
         let mut place = |node| {
@@ -266,9 +265,9 @@ fn the_size_of_the_world_is_no_matter() {
 /// Two boxes side by side as objects, with the right one's priority and how far it reaches into the left.
 fn two_boxes(priority: i32, into: f64) -> World {
     let mut scene = Scene::default();
-    let corner = |x: f64, y: f64| Value::Vector([x, y, y]);
-    let left = scene.add_solid("box", &[corner(0.0, -1.0), corner(2.0, 1.0)]).expect("box");
-    let right = scene.add_solid("box", &[corner(2.0 - into, -1.0), corner(4.0, 1.0)]).expect("box");
+    let corner = |x: f64, y: f64| [x, y, y];
+    let left = scene.add_solid("box", &[&corner(0.0, -1.0), &corner(2.0, 1.0)]).expect("box");
+    let right = scene.add_solid("box", &[&corner(2.0 - into, -1.0), &corner(4.0, 1.0)]).expect("box");
     scene.add_object("left", None, left);
     let id = scene.add_object("right", None, right);
     if let Node::Object { priority: p, .. } = &mut scene.nodes[id.0 as usize] {
@@ -303,7 +302,7 @@ fn segments_resolve_overlaps_by_priority() {
 #[test]
 fn instances_are_compiled_once_and_named() {
     let mut scene = Scene::default();
-    let ball = scene.add_solid("sphere", &[Value::Number(0.25)]).expect("sphere");
+    let ball = scene.add_solid("sphere", &[&[0.25]]).expect("sphere");
     scene.defs.push(("ball".into(), ball));
     let mut part = ball;
     // Each level holds ten of the level below: 10^12 spheres.
@@ -337,8 +336,8 @@ fn instances_are_compiled_once_and_named() {
 fn a_box_of_many_holes_costs_what_the_ray_meets() {
     let mut scene = Scene::default();
     let mut random = Random::new(12);
-    let block = scene.add_solid("box", &[Value::Vector([-1.0; 3]), Value::Vector([1.0; 3])]).expect("box");
-    let hole = scene.add_solid("sphere", &[Value::Number(0.01)]).expect("sphere");
+    let block = scene.add_solid("box", &[&[-1.0; 3], &[1.0; 3]]).expect("box");
+    let hole = scene.add_solid("sphere", &[&[0.01]]).expect("sphere");
     let mut args = vec![block];
     for _ in 0..10_000 {
         let p = random.point(-1.0, 1.0);
@@ -363,7 +362,7 @@ fn surfaces_have_hits_but_no_inside() {
     let sheet = TriangleMesh::new(vertices, vec![[0, 1, 2]]);
     let sheet = scene.add(Node::Mesh { mesh: Arc::new(sheet), file: None });
     let group = scene.add(Node::Group { members: vec![sheet, sheet] });
-    let ball = scene.add_solid("sphere", &[Value::Number(0.1)]).expect("sphere");
+    let ball = scene.add_solid("sphere", &[&[0.1]]).expect("sphere");
     scene.add_object("ball", None, ball);
     scene.add_object("sheet", None, group);
     let world = world(&scene, "bvh");

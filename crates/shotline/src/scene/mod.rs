@@ -201,7 +201,7 @@ impl Scene {
 
     /// Adds a solid by the name of its kind and its parameters in the order of declaration.
     /// `None` if there is no such kind.
-    pub fn add_solid(&mut self, kind: &str, values: &[crate::solid::Value]) -> Option<NodeId> {
+    pub fn add_solid(&mut self, kind: &str, values: &[&[f64]]) -> Option<NodeId> {
         let kind = crate::solid::kind(kind)?;
         Some(self.add(Node::Solid { kind, params: Params::of(kind, values) }))
     }

@@ -35,8 +35,8 @@ impl Form {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Params;
     use super::super::kind;
-    use super::super::{Params, Value};
     use crate::crossing::Crossing;
     use crate::math::Affine;
     use crate::ray::Line;
@@ -50,9 +50,8 @@ mod tests {
             let tiny = 2f64.powi(-(random.below(60) as i32));
             let normal = random.direction() + random.direction() * tiny;
             let offset = random.number(-2.0, 2.0);
-            let values = [Value::Vector(normal.to_array()), Value::Number(offset)];
             let kind = kind("halfspace").unwrap();
-            let plane = (kind.build)(&Params::of(kind, &values)).unwrap();
+            let plane = (kind.build)(&Params::of(kind, &[&normal.to_array(), &[offset]])).unwrap();
             // From near the plane or far away, towards it, along it or almost so.
             let along = normal.any_orthonormal_vector() * 10f64.powi(random.below(7) as i32);
             let o = normal * (offset / normal.length_squared()) + along

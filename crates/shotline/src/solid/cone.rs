@@ -4,17 +4,17 @@ use std::sync::Arc;
 
 use super::capped::Capped;
 use super::form::{Form, power_of_two, squared};
-use super::{Kind, Param, ParamError, ParamType, Params, Value};
+use super::{Kind, Param, ParamError, Params};
 use crate::math::{Dd, Vec3, two_sum};
 
 pub(super) static KIND: Kind = Kind {
     name: "cone",
     summary: "the cone or frustum around the z axis, of radius r0 at z0 and r1 at z1",
     params: &[
-        Param { name: "r0", ty: ParamType::Number, summary: "the radius at z0; 0 for an apex" },
-        Param { name: "r1", ty: ParamType::Number, summary: "the radius at z1; 0 for an apex, but not both" },
-        Param { name: "z0", ty: ParamType::Number, summary: "the lower end" },
-        Param { name: "z1", ty: ParamType::Number, summary: "the upper end, above z0" },
+        Param::length("r0", "the radius at z0; 0 for an apex"),
+        Param::length("r1", "the radius at z1; 0 for an apex, but not both"),
+        Param::length("z0", "the lower end"),
+        Param::length("z1", "the upper end, above z0"),
     ],
     build: |p| {
         let (r0, r1) = (radius(p, "r0")?, radius(p, "r1")?);
@@ -25,10 +25,10 @@ pub(super) static KIND: Kind = Kind {
         Ok(Arc::new(Capped::between(form(r0, r1, z0, z1), z0, z1, r0.max(r1))))
     },
     examples: &[
-        &[Value::Number(1.0), Value::Number(0.0), Value::Number(0.0), Value::Number(1.0)],
-        &[Value::Number(0.0), Value::Number(2.5), Value::Number(-3.0), Value::Number(-2.0)],
-        &[Value::Number(0.12), Value::Number(0.115), Value::Number(0.4), Value::Number(1.9)],
-        &[Value::Number(1e-3), Value::Number(4.0), Value::Number(-10.0), Value::Number(90.0)],
+        &[&[1.0], &[0.0], &[0.0], &[1.0]],
+        &[&[0.0], &[2.5], &[-3.0], &[-2.0]],
+        &[&[0.12], &[0.115], &[0.4], &[1.9]],
+        &[&[1e-3], &[4.0], &[-10.0], &[90.0]],
     ],
 };
 

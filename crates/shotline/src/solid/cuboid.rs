@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::interval::{Interval, Slab};
-use super::{Kind, Moments, Param, ParamError, ParamType, Solid, Value};
+use super::{Kind, Moments, Param, ParamError, Solid};
 use crate::aabb::Aabb;
 use crate::accel::Scratch;
 use crate::crossing::{Contact, Crossing, Sector, Sheet};
@@ -21,12 +21,8 @@ pub(super) static KIND: Kind = Kind {
     name: "box",
     summary: "the box between two corners, along the axes",
     params: &[
-        Param { name: "min", ty: ParamType::Numbers(3), summary: "the lowest corner" },
-        Param {
-            name: "max",
-            ty: ParamType::Numbers(3),
-            summary: "the highest corner, above min on every axis",
-        },
+        Param::lengths("min", "the lowest corner"),
+        Param::lengths("max", "the highest corner, above min on every axis"),
     ],
     build: |p| {
         let (min, max) = (p.vector("min")?, p.vector("max")?);
@@ -37,9 +33,9 @@ pub(super) static KIND: Kind = Kind {
         Ok(Arc::new(Cuboid { min, max }))
     },
     examples: &[
-        &[Value::Vector([-1.0, -1.0, -1.0]), Value::Vector([1.0, 1.0, 1.0])],
-        &[Value::Vector([0.1, -2.0, 3.0]), Value::Vector([0.7, 5.0, 3.001])],
-        &[Value::Vector([-0.5, 0.25, -1.0]), Value::Vector([-0.499999, 0.3, 1e3])],
+        &[&[-1.0, -1.0, -1.0], &[1.0, 1.0, 1.0]],
+        &[&[0.1, -2.0, 3.0], &[0.7, 5.0, 3.001]],
+        &[&[-0.5, 0.25, -1.0], &[-0.499999, 0.3, 1e3]],
     ],
 };
 

@@ -4,31 +4,27 @@ use std::sync::Arc;
 
 use super::capped::Capped;
 use super::form::{Form, power_of_two};
-use super::{Kind, Param, ParamType, Value};
+use super::{Kind, Param};
 use crate::math::{Dd, Vec3, two_prod};
 
 pub(super) static KIND: Kind = Kind {
     name: "cylinder",
     summary: "the cylinder of a radius around the z axis, from z0 to z1",
     params: &[
-        Param { name: "radius", ty: ParamType::Number, summary: "the radius, positive" },
-        Param { name: "z0", ty: ParamType::Number, summary: "the lower end" },
-        Param { name: "z1", ty: ParamType::Number, summary: "the upper end, above z0" },
+        Param::length("radius", "the radius, positive"),
+        Param::length("z0", "the lower end"),
+        Param::length("z1", "the upper end, above z0"),
     ],
     build: |p| {
         let radius = p.positive("radius")?;
         let (z0, z1) = p.ascending("z0", "z1")?;
         Ok(Arc::new(Capped::between(form(radius), z0, z1, radius)))
     },
-    examples: &[
-        &[Value::Number(1.0), Value::Number(-1.0), Value::Number(1.0)],
-        &[Value::Number(0.01), Value::Number(2.0), Value::Number(40.0)],
-        &[Value::Number(300.0), Value::Number(-0.5), Value::Number(0.5)],
-    ],
+    examples: &[&[&[1.0], &[-1.0], &[1.0]], &[&[0.01], &[2.0], &[40.0]], &[&[300.0], &[-0.5], &[0.5]]],
 };
 
 /// `x^2 + y^2 - r^2`, in which z has no part.
-fn form(radius: f64) -> Form {
+pub(super) fn form(radius: f64) -> Form {
     let unit = power_of_two(radius);
     let r = radius / unit;
     Form {

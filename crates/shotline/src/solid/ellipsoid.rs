@@ -4,14 +4,14 @@ use std::sync::Arc;
 
 use super::capped::Capped;
 use super::form::{Form, power_of_two, squared};
-use super::{Kind, Param, ParamError, ParamType, Value};
+use super::{Kind, Param, ParamError};
 use crate::aabb::Aabb;
 use crate::math::{Dd, Vec3};
 
 pub(super) static KIND: Kind = Kind {
     name: "ellipsoid",
     summary: "the ellipsoid of three semi-axes around the origin",
-    params: &[Param { name: "semi_axes", ty: ParamType::Numbers(3), summary: "along x, y and z, positive" }],
+    params: &[Param::lengths("semi_axes", "along x, y and z, positive")],
     build: |p| {
         let axes = p.vector("semi_axes")?;
         if axes.min_element() <= 0.0 {
@@ -19,11 +19,7 @@ pub(super) static KIND: Kind = Kind {
         }
         Ok(Arc::new(Capped::whole(form(axes), Aabb::new(-axes, axes), &["ellipsoid"])))
     },
-    examples: &[
-        &[Value::Vector([1.0, 2.0, 3.0])],
-        &[Value::Vector([1000.0, 1.0, 1.0])],
-        &[Value::Vector([1e-3, 0.7, 30.0])],
-    ],
+    examples: &[&[&[1.0, 2.0, 3.0]], &[&[1000.0, 1.0, 1.0]], &[&[1e-3, 0.7, 30.0]]],
 };
 
 /// `(x/a)^2 + (y/b)^2 + (z/c)^2 - 1`.

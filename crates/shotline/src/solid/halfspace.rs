@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::capped::Capped;
 use super::form::{Form, power_of_two};
-use super::{Kind, Param, ParamError, ParamType, Value};
+use super::{Kind, Param, ParamError};
 use crate::aabb::Aabb;
 use crate::math::{Dd, Vec3};
 
@@ -12,8 +12,8 @@ pub(super) static KIND: Kind = Kind {
     name: "halfspace",
     summary: "the half-space normal . p < offset",
     params: &[
-        Param { name: "normal", ty: ParamType::Numbers(3), summary: "out of the solid, of any length but 0" },
-        Param { name: "offset", ty: ParamType::Number, summary: "normal . p on the plane" },
+        Param::direction("normal", "out of the solid, of any length but 0"),
+        Param::length("offset", "normal . p on the plane"),
     ],
     build: |p| {
         let normal = p.vector("normal")?;
@@ -24,9 +24,9 @@ pub(super) static KIND: Kind = Kind {
         Ok(Arc::new(Capped::whole(form(normal, offset), bounds(normal, offset), &["plane"])))
     },
     examples: &[
-        &[Value::Vector([0.0, 0.0, 1.0]), Value::Number(0.0)],
-        &[Value::Vector([0.3, -2.0, 0.7]), Value::Number(1.25)],
-        &[Value::Vector([1e-9, 3e-9, -2e-9]), Value::Number(-1e-9)],
+        &[&[0.0, 0.0, 1.0], &[0.0]],
+        &[&[0.3, -2.0, 0.7], &[1.25]],
+        &[&[1e-9, 3e-9, -2e-9], &[-1e-9]],
     ],
 };
 

@@ -105,9 +105,7 @@ mod tests {
     fn matrices_are_those_of_the_textbook() {
         let build = |name: &str, numbers: &[&[f64]]| {
             let kind = crate::solid::kind(name).unwrap();
-            let values: Vec<_> =
-                numbers.iter().map(|n| crate::solid::Value::from_numbers(n).unwrap()).collect();
-            (kind.build)(&Params::of(kind, &values)).unwrap().homogeneous(0).unwrap().rows
+            (kind.build)(&Params::of(kind, numbers)).unwrap().homogeneous(0).unwrap().rows
         };
         let diagonal =
             |d: [f64; 4]| std::array::from_fn(|i| std::array::from_fn(|j| [0.0, d[i]][(i == j) as usize]));

@@ -4,17 +4,17 @@ use std::sync::Arc;
 
 use super::capped::Capped;
 use super::form::{Form, power_of_two, squared};
-use super::{Kind, Param, ParamType, Value};
+use super::{Kind, Param};
 use crate::math::{Dd, Vec3};
 
 pub(super) static KIND: Kind = Kind {
     name: "hyperboloid",
     summary: "the hyperboloid of one sheet (x^2+y^2)/a^2 - z^2/c^2 < 1, from z0 to z1",
     params: &[
-        Param { name: "a", ty: ParamType::Number, summary: "the radius of the waist at z = 0, positive" },
-        Param { name: "c", ty: ParamType::Number, summary: "the height at which z^2/c^2 is 1, positive" },
-        Param { name: "z0", ty: ParamType::Number, summary: "the lower end" },
-        Param { name: "z1", ty: ParamType::Number, summary: "the upper end, above z0" },
+        Param::length("a", "the radius of the waist at z = 0, positive"),
+        Param::length("c", "the height at which z^2/c^2 is 1, positive"),
+        Param::length("z0", "the lower end"),
+        Param::length("z1", "the upper end, above z0"),
     ],
     build: |p| {
         let (a, c) = (p.positive("a")?, p.positive("c")?);
@@ -25,10 +25,10 @@ pub(super) static KIND: Kind = Kind {
         Ok(Arc::new(solid))
     },
     examples: &[
-        &[Value::Number(1.0), Value::Number(1.0), Value::Number(-1.0), Value::Number(1.0)],
-        &[Value::Number(0.16), Value::Number(1.6), Value::Number(-0.3), Value::Number(3.0)],
-        &[Value::Number(0.6), Value::Number(0.01), Value::Number(-3.0), Value::Number(0.6)],
-        &[Value::Number(0.2), Value::Number(0.3), Value::Number(1.0), Value::Number(2.0)],
+        &[&[1.0], &[1.0], &[-1.0], &[1.0]],
+        &[&[0.16], &[1.6], &[-0.3], &[3.0]],
+        &[&[0.6], &[0.01], &[-3.0], &[0.6]],
+        &[&[0.2], &[0.3], &[1.0], &[2.0]],
     ],
 };
 

@@ -3,24 +3,16 @@
 use std::sync::Arc;
 
 use super::capped::Capped;
-use super::{Kind, Param, ParamError, ParamType, Value, hyperboloid};
+use super::{Kind, Param, ParamError, hyperboloid};
 
 pub(super) static KIND: Kind = Kind {
     name: "hyperboloid2",
     summary: "the hyperboloid of two sheets z^2/c^2 - (x^2+y^2)/a^2 > 1, from z0 to z1",
     params: &[
-        Param { name: "a", ty: ParamType::Number, summary: "the radius at z^2 = 2 c^2, positive" },
-        Param { name: "c", ty: ParamType::Number, summary: "the height of the vertices, positive" },
-        Param {
-            name: "z0",
-            ty: ParamType::Number,
-            summary: "the lower end; below -c to take in the lower sheet",
-        },
-        Param {
-            name: "z1",
-            ty: ParamType::Number,
-            summary: "the upper end, above z0; above c to take in the upper sheet",
-        },
+        Param::length("a", "the radius at z^2 = 2 c^2, positive"),
+        Param::length("c", "the height of the vertices, positive"),
+        Param::length("z0", "the lower end; below -c to take in the lower sheet"),
+        Param::length("z1", "the upper end, above z0; above c to take in the upper sheet"),
     ],
     build: |p| {
         let (a, c) = (p.positive("a")?, p.positive("c")?);
@@ -45,8 +37,8 @@ pub(super) static KIND: Kind = Kind {
         Ok(Arc::new(solid))
     },
     examples: &[
-        &[Value::Number(1.0), Value::Number(1.0), Value::Number(-3.0), Value::Number(3.0)],
-        &[Value::Number(0.5), Value::Number(0.2), Value::Number(0.0), Value::Number(2.0)],
-        &[Value::Number(3.0), Value::Number(0.01), Value::Number(-1.0), Value::Number(0.005)],
+        &[&[1.0], &[1.0], &[-3.0], &[3.0]],
+        &[&[0.5], &[0.2], &[0.0], &[2.0]],
+        &[&[3.0], &[0.01], &[-1.0], &[0.005]],
     ],
 };

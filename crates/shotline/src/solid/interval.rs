@@ -56,6 +56,12 @@ impl Interval {
         (enter.t < exit.t).then_some(Interval { enter, exit })
     }
 
+    /// The same with its ends on a surface.
+    pub fn on(mut self, surface: u32) -> Interval {
+        (self.enter.surface, self.exit.surface) = (surface, surface);
+        self
+    }
+
     /// Appends the entry and the exit.
     pub fn push(self, out: &mut Vec<Crossing>) {
         out.push(self.enter.crossing(true));

@@ -13,12 +13,12 @@ pub struct Kind {
     pub name: &'static str,
     /// One line of documentation.
     pub summary: &'static str,
-    /// The parameters; all of them are required.
+    /// The parameters. Those with a default follow those without.
     pub params: &'static [Param],
     /// Checks the parameters and builds the solid.
     pub build: fn(&Params) -> Result<Arc<dyn Solid>, ParamError>,
     /// Parameter sets that the conformance suite tries, in the order of `params`: typical and extreme ones.
-    pub examples: &'static [&'static [Value]],
+    pub examples: &'static [&'static [&'static [f64]]],
 }
 
 /// A parameter of a kind.
@@ -26,57 +26,81 @@ pub struct Kind {
 pub struct Param {
     /// The key in scene files.
     pub name: &'static str,
-    /// What it takes.
-    pub ty: ParamType,
+    /// What the numbers measure.
+    pub quantity: Quantity,
+    /// How many numbers it takes.
+    pub count: usize,
+    /// The value where none is given; `None` if one must be.
+    pub default: Option<&'static [f64]>,
     /// One line of documentation.
     pub summary: &'static str,
 }
 
-/// What a parameter takes.
+/// What the numbers of a parameter measure: how they change with the size of the solid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ParamType {
-    /// A number.
-    Number,
-    /// So many numbers.
-    Numbers(usize),
+pub enum Quantity {
+    /// In the unit of the scene.
+    Length,
+    /// In degrees.
+    Angle,
+    /// A vector whose length does not matter.
+    Direction,
+    /// Coefficients of a polynomial in coordinates; each grows with this power of the size.
+    Coefficients(&'static [i32]),
 }
 
-/// The value of a parameter.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Value {
-    /// A number.
-    Number(f64),
-    /// Three numbers.
-    Vector([f64; 3]),
-    /// Ten numbers, the coefficients of a quadric.
-    Ten([f64; 10]),
-}
-
-impl Value {
-    /// The numbers.
-    pub fn numbers(&self) -> &[f64] {
+impl Quantity {
+    /// The power of the size of the solid with which a number of the parameter grows.
+    pub fn power_of_length(self, index: usize) -> i32 {
         match self {
-            Value::Number(x) => std::slice::from_ref(x),
-            Value::Vector(v) => v,
-            Value::Ten(v) => v,
+            Quantity::Length => 1,
+            Quantity::Angle | Quantity::Direction => 0,
+            Quantity::Coefficients(powers) => powers[index],
         }
     }
+}
 
-    /// From one, three or ten numbers.
-    pub fn from_numbers(numbers: &[f64]) -> Option<Value> {
-        match numbers {
-            [x] => Some(Value::Number(*x)),
-            [x, y, z] => Some(Value::Vector([*x, *y, *z])),
-            _ => numbers.try_into().ok().map(Value::Ten),
-        }
+impl Param {
+    /// A length.
+    pub const fn length(name: &'static str, summary: &'static str) -> Param {
+        Param::new(name, Quantity::Length, 1, summary)
+    }
+
+    /// A point, or three lengths along the axes.
+    pub const fn lengths(name: &'static str, summary: &'static str) -> Param {
+        Param::new(name, Quantity::Length, 3, summary)
+    }
+
+    /// An angle in degrees.
+    pub const fn angle(name: &'static str, summary: &'static str) -> Param {
+        Param::new(name, Quantity::Angle, 1, summary)
+    }
+
+    /// A direction.
+    pub const fn direction(name: &'static str, summary: &'static str) -> Param {
+        Param::new(name, Quantity::Direction, 3, summary)
+    }
+
+    /// Coefficients of a polynomial, with the power of the size with which each grows.
+    pub const fn coefficients(name: &'static str, powers: &'static [i32], summary: &'static str) -> Param {
+        Param::new(name, Quantity::Coefficients(powers), powers.len(), summary)
+    }
+
+    const fn new(name: &'static str, quantity: Quantity, count: usize, summary: &'static str) -> Param {
+        Param { name, quantity, count, default: None, summary }
+    }
+
+    /// The same with a value for where none is given.
+    pub const fn or(self, default: &'static [f64]) -> Param {
+        Param { default: Some(default), ..self }
     }
 }
 
 /// The parameters of one solid, in the order of its kind's declaration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Params {
-    /// Name and value.
-    pub entries: Vec<(&'static str, Value)>,
+    /// Name and numbers.
+    pub entries: Vec<(&'static str, Arc<[f64]>)>,
 }
 
 /// A parameter that does not make a solid.
@@ -90,16 +114,19 @@ pub struct ParamError {
 }
 
 impl Params {
-    /// Pairs the values of an example with the declared names.
-    pub fn of(kind: &Kind, values: &[Value]) -> Params {
-        Params { entries: kind.params.iter().map(|p| p.name).zip(values.iter().copied()).collect() }
+    /// Pairs values with the names that a kind declares, in that order; what is left out gets its default.
+    pub fn of(kind: &Kind, values: &[&[f64]]) -> Params {
+        let given = values.iter().copied().map(Some).chain(std::iter::repeat(None));
+        let pair = |(param, value): (&Param, Option<&[f64]>)| {
+            value.or(param.default).map(|numbers| (param.name, Arc::from(numbers)))
+        };
+        Params { entries: kind.params.iter().zip(given).filter_map(pair).collect() }
     }
 
     fn get(&self, name: &'static str, count: usize) -> Result<&[f64], ParamError> {
         let error = |why: String| ParamError { param: name, why };
-        let (_, value) =
+        let (_, numbers) =
             self.entries.iter().find(|(n, _)| *n == name).ok_or_else(|| error("is missing".into()))?;
-        let numbers = value.numbers();
         if numbers.len() != count {
             return Err(error(format!("takes {count} numbers, not {}", numbers.len())));
         }

@@ -28,6 +28,7 @@ mod quadric;
 mod sides;
 mod sphere;
 pub mod torus;
+mod tube;
 
 use std::fmt::Debug;
 
@@ -38,7 +39,7 @@ use crate::math::{Plane, Vec3};
 use crate::ray::{Line, Span};
 
 pub use homogeneous::Homogeneous;
-pub use kind::{Kind, Param, ParamError, ParamType, Params, Value};
+pub use kind::{Kind, Param, ParamError, Params, Quantity};
 pub(crate) use mesh::tetrahedron;
 pub use moments::Moments;
 
@@ -179,6 +180,7 @@ registry!(
     hyperboloid2,
     quadric,
     torus,
+    tube,
 );
 
 /// The kind of a name.

@@ -4,27 +4,23 @@ use std::sync::Arc;
 
 use super::capped::Capped;
 use super::form::{Form, power_of_two};
-use super::{Kind, Param, ParamType, Value};
+use super::{Kind, Param};
 use crate::math::{Dd, Vec3, two_prod, two_sum};
 
 pub(super) static KIND: Kind = Kind {
     name: "paraboloid",
     summary: "the paraboloid around the z axis with its vertex at z0 and a radius at z1",
     params: &[
-        Param { name: "radius", ty: ParamType::Number, summary: "the radius at z1, positive" },
-        Param { name: "z0", ty: ParamType::Number, summary: "the vertex" },
-        Param { name: "z1", ty: ParamType::Number, summary: "the open end, above z0" },
+        Param::length("radius", "the radius at z1, positive"),
+        Param::length("z0", "the vertex"),
+        Param::length("z1", "the open end, above z0"),
     ],
     build: |p| {
         let radius = p.positive("radius")?;
         let (z0, z1) = p.ascending("z0", "z1")?;
         Ok(Arc::new(Capped::between(form(radius, z0, z1), z0, z1, radius)))
     },
-    examples: &[
-        &[Value::Number(1.0), Value::Number(0.0), Value::Number(1.0)],
-        &[Value::Number(0.12), Value::Number(-1.9), Value::Number(2.2)],
-        &[Value::Number(50.0), Value::Number(3.0), Value::Number(3.5)],
-    ],
+    examples: &[&[&[1.0], &[0.0], &[1.0]], &[&[0.12], &[-1.9], &[2.2]], &[&[50.0], &[3.0], &[3.5]]],
 };
 
 /// `h (x^2 + y^2) - r^2 z`, with the vertex at `z = 0` and the radius `r` at height `h`.

@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use super::capped::Capped;
 use super::form::{Form, power_of_two};
-use super::{Kind, Param, ParamError, ParamType, Value, definite};
+use super::{Kind, Param, ParamError, definite};
 use crate::math::{Dd, Vec3};
 
 pub(super) static KIND: Kind = Kind {
     name: "quadric",
     summary: "the quadric A x2 + B y2 + C z2 + D xy + E xz + F yz + G x + H y + I z + J < 0",
-    params: &[Param { name: "coeffs", ty: ParamType::Numbers(10), summary: "A to J, not all zero" }],
+    params: &[Param::coefficients("coeffs", &[0, 0, 0, 0, 0, 0, 1, 1, 1, 2], "A to J, not all zero")],
     build: |p| {
         let coeffs = p.ten("coeffs")?;
         if coeffs.iter().all(|x| *x == 0.0) {
@@ -21,14 +21,14 @@ pub(super) static KIND: Kind = Kind {
         Ok(Arc::new(Capped::whole(form, bounds, &["quadric"])))
     },
     examples: &[
-        &[Value::Ten([1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0])],
-        &[Value::Ten([1.3, 2.8, 1.6, 0.2, -2.8, 0.2, -0.3, 0.4, 0.3, -1.0])],
-        &[Value::Ten([0.2, -0.7, -0.5, 1.3, 0.8, -0.2, -0.4, 0.5, 0.4, -0.3])],
-        &[Value::Ten([2.0, 1.0, 3.0, 1.0, -0.5, 0.25, -8.0, 4.0, -12.0, 20.0])],
-        &[Value::Ten([1.0, 0.0, 2.0, 0.0, 1.0, 0.0, -2.0, 0.0, 1.0, 0.5])],
-        &[Value::Ten([1.0, 0.0, 0.0, 0.0, 0.0, 0.5, 0.0, 1.0, 0.0, 0.0])],
-        &[Value::Ten([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, -2.0, 0.5, 3.0])],
-        &[Value::Ten([1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])],
+        &[&[1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0]],
+        &[&[1.3, 2.8, 1.6, 0.2, -2.8, 0.2, -0.3, 0.4, 0.3, -1.0]],
+        &[&[0.2, -0.7, -0.5, 1.3, 0.8, -0.2, -0.4, 0.5, 0.4, -0.3]],
+        &[&[2.0, 1.0, 3.0, 1.0, -0.5, 0.25, -8.0, 4.0, -12.0, 20.0]],
+        &[&[1.0, 0.0, 2.0, 0.0, 1.0, 0.0, -2.0, 0.0, 1.0, 0.5]],
+        &[&[1.0, 0.0, 0.0, 0.0, 0.0, 0.5, 0.0, 1.0, 0.0, 0.0]],
+        &[&[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, -2.0, 0.5, 3.0]],
+        &[&[1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]],
     ],
 };
 

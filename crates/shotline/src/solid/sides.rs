@@ -94,6 +94,14 @@ impl Form {
         })
     }
 
+    /// The surface along a line in it, where that has one side; `None` if the line does not lie in it.
+    pub(super) fn sheet_along(&self, line: &Line, near: &dyn Fn() -> f64) -> Option<Sheet> {
+        match self.sides(line, near)?[..] {
+            [Side { inward: Inward::Behind(sheet), .. }] => Some(sheet),
+            _ => None,
+        }
+    }
+
     /// The surface at a line in it, given half the gradient there in the form's coordinates: a step `v` across adds
     /// `v M v` to the form, and the gradient makes up for it.
     fn sheet(&self, half_gradient: Vec3, d: Vec3) -> Sheet {

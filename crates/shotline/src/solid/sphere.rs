@@ -4,20 +4,20 @@ use std::sync::Arc;
 
 use super::capped::Capped;
 use super::form::{Form, power_of_two};
-use super::{Kind, Param, ParamType, Value};
+use super::{Kind, Param};
 use crate::aabb::Aabb;
 use crate::math::{Dd, Vec3, two_prod};
 
 pub(super) static KIND: Kind = Kind {
     name: "sphere",
     summary: "the sphere of a radius around the origin",
-    params: &[Param { name: "radius", ty: ParamType::Number, summary: "the radius, positive" }],
+    params: &[Param::length("radius", "the radius, positive")],
     build: |p| {
         let radius = p.positive("radius")?;
         let bounds = Aabb::new(Vec3::splat(-radius), Vec3::splat(radius));
         Ok(Arc::new(Capped::whole(form(radius), bounds, &["sphere"])))
     },
-    examples: &[&[Value::Number(1.0)], &[Value::Number(1e-3)], &[Value::Number(1e6)]],
+    examples: &[&[&[1.0]], &[&[1e-3]], &[&[1e6]]],
 };
 
 /// `x^2 + y^2 + z^2 - r^2`.

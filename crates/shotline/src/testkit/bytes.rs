@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use super::agreement;
+use super::leaf::add_varied;
 use super::membership::Membership;
 use crate::accel::Scratch;
 use crate::compile::{Options, World, compile};
@@ -11,7 +12,6 @@ use crate::math::{Affine, Vec3};
 use crate::query::{Caster, Hit};
 use crate::ray::{Line, Ray, Span};
 use crate::scene::{LocalTransform, Node, NodeId, Op, Rotation, Scene};
-use crate::solid::Value;
 use crate::solid::mesh::{MeshSolid, TriangleMesh, Weld};
 
 /// Bytes being read; zeros come after their end.
@@ -129,50 +129,12 @@ fn tree(bytes: &mut Bytes, scene: &mut Scene) -> Option<NodeId> {
 }
 
 fn leaf(bytes: &mut Bytes, scene: &mut Scene) -> NodeId {
-    let n = Value::Number;
-    let (kind, values) = match bytes.below(14) {
-        0 | 1 => {
-            let min = bytes.vector();
-            let max = min + Vec3::new(bytes.size(), bytes.size(), bytes.size());
-            ("box", vec![Value::Vector(min.to_array()), Value::Vector(max.to_array())])
-        }
-        2 => ("sphere", vec![n(bytes.size())]),
-        3 => ("ellipsoid", vec![Value::Vector([bytes.size(), bytes.size(), bytes.size()])]),
-        4 => {
-            let (radius, z0) = (bytes.size(), bytes.number());
-            ("cylinder", vec![n(radius), n(z0), n(z0 + bytes.size())])
-        }
-        5 => {
-            let (r0, z0) = (bytes.size(), bytes.number());
-            let r1 = if bytes.below(2) == 0 { 0.0 } else { bytes.size() };
-            ("cone", vec![n(r0), n(r1), n(z0), n(z0 + bytes.size())])
-        }
-        6 => {
-            let (radius, z0) = (bytes.size(), bytes.number());
-            ("paraboloid", vec![n(radius), n(z0), n(z0 + bytes.size())])
-        }
-        7 => {
-            let (a, c, z0) = (bytes.size(), bytes.size(), bytes.number());
-            ("hyperboloid", vec![n(a), n(c), n(z0), n(z0 + bytes.size())])
-        }
-        8 => {
-            let (a, c, z1) = (bytes.size(), bytes.size(), bytes.size());
-            ("hyperboloid2", vec![n(a), n(c), n(-c - bytes.size()), n(c + z1)])
-        }
-        9 => (
-            "halfspace",
-            vec![Value::Vector((bytes.vector() + Vec3::Z * 1e-3).to_array()), n(bytes.number())],
-        ),
-        10 => {
-            ("quadric", vec![Value::Ten(std::array::from_fn(|i| bytes.number() + f64::from(i as u8) * 1e-3))])
-        }
-        11 => return mesh(bytes, scene),
-        _ => ("torus", vec![n(bytes.size()), n(bytes.size())]),
-    };
-    match scene.add_solid(kind, &values) {
-        Some(node) => node,
-        None => panic!("no kind {kind}"),
+    if bytes.below(8) == 0 {
+        return mesh(bytes, scene);
     }
+    let choices = [bytes.byte(), bytes.byte()].map(usize::from);
+    let mut choices = choices.into_iter().chain(std::iter::repeat(0));
+    add_varied(scene, |n| choices.next().unwrap_or(0) % n, || bytes.size()).0
 }
 
 /// A pyramid over a triangle, wound outward or inward.

@@ -4,6 +4,7 @@
 pub mod accel;
 pub mod agreement;
 pub mod bytes;
+mod leaf;
 pub mod membership;
 pub mod meshes;
 pub mod moments;

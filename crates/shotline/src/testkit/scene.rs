@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use super::leaf::{add_varied, place};
 use super::meshes::Thin;
 use super::random::Random;
+use crate::aabb::Aabb;
 use crate::math::Vec3;
 use crate::scene::{LocalTransform, Node, NodeId, Op, Rotation, Scene};
-use crate::solid::Value;
 
 /// What leaves of a scene may be.
 type Leaf = fn(&mut Scene, &mut Random) -> NodeId;
@@ -80,56 +81,26 @@ fn combination(
 }
 
 fn bounded(scene: &mut Scene, random: &mut Random) -> NodeId {
-    let mut size = || random.number(0.4, 1.4);
-    let n = Value::Number;
-    let (a, b, c) = (size(), size(), size());
-    let (kind, values): (&str, Vec<Value>) = match random.below(8) {
-        0 => ("box", vec![Value::Vector([-a, -b, -c]), Value::Vector([b, c, a])]),
-        1 => ("sphere", vec![n(a)]),
-        2 => ("ellipsoid", vec![Value::Vector([a, b, c])]),
-        3 => ("cylinder", vec![n(a), n(-b), n(c)]),
-        4 => ("cone", vec![n(a), n(if b < 0.7 { 0.0 } else { b }), n(-c), n(b)]),
-        5 => ("paraboloid", vec![n(a), n(-b), n(c)]),
-        6 => ("hyperboloid", vec![n(0.5 * a), n(b), n(-c), n(c)]),
-        _ => ("torus", vec![n(a), n(0.4 * b)]),
-    };
-    solid(scene, kind, &values)
+    loop {
+        let solid = any_kind(scene, random);
+        if solid.1.is_finite() {
+            return place(scene, solid, random.number(0.4, 1.4));
+        }
+    }
 }
 
 fn mixed(scene: &mut Scene, random: &mut Random) -> NodeId {
-    let n = Value::Number;
-    match random.below(8) {
-        0 | 1 => {
-            let mesh = Arc::new(Thin::near(random).mesh(random));
-            scene.add(Node::Mesh { mesh, file: None })
-        }
-        2 => {
-            let (a, c) = (random.number(0.2, 0.8), random.number(0.1, 0.4));
-            solid(scene, "hyperboloid2", &[n(a), n(c), n(-1.2), n(0.9)])
-        }
-        3 => {
-            let normal = Value::Vector(random.direction().to_array());
-            solid(scene, "halfspace", &[normal, n(random.number(-1.0, 1.0))])
-        }
-        4 => {
-            // Ellipsoids, cylinders, cones and hyperboloids about the origin or near it.
-            let mut square = || random.number(-0.5, 2.0);
-            let squares = [square(), square(), square()];
-            let mut coeffs = [0.0; 10];
-            coeffs[..3].copy_from_slice(&squares);
-            coeffs[3..9].iter_mut().for_each(|c| *c = random.number(-0.3, 0.3));
-            coeffs[9] = random.number(-1.0, 0.2);
-            solid(scene, "quadric", &[Value::Ten(coeffs)])
-        }
-        _ => bounded(scene, random),
+    if random.below(4) == 0 {
+        let mesh = Arc::new(Thin::near(random).mesh(random));
+        return scene.add(Node::Mesh { mesh, file: None });
     }
+    let solid = any_kind(scene, random);
+    place(scene, solid, random.number(0.4, 1.4))
 }
 
-fn solid(scene: &mut Scene, kind: &str, values: &[Value]) -> NodeId {
-    match scene.add_solid(kind, values) {
-        Some(node) => node,
-        None => panic!("no kind {kind}"),
-    }
+fn any_kind(scene: &mut Scene, random: &mut Random) -> (NodeId, Aabb) {
+    let mut other = Random::new(random.bits());
+    add_varied(scene, |n| random.below(n), || other.number(0.7, 1.4))
 }
 
 fn moved(scene: &mut Scene, random: &mut Random, child: NodeId) -> NodeId {

@@ -1,6 +1,7 @@
 //! The suite that every solid passes: rules of the contract, each tried on the same lines.
 
 use std::fmt::Display;
+use std::sync::Arc;
 
 use super::moments::closed_form_agrees_with_rays;
 use super::random::Random;
@@ -8,7 +9,7 @@ use crate::aabb::Aabb;
 use crate::crossing::{Crossing, is_alternating};
 use crate::math::{Affine, HALF_ULP, Placement, Vec3, two_sum};
 use crate::ray::Line;
-use crate::solid::{Kind, Params, Solid, Value};
+use crate::solid::{Kind, Param, Params, Solid};
 
 /// Lines of each family for each example.
 const LINES: usize = 40;
@@ -210,7 +211,7 @@ fn extreme_directions_scale_exactly(case: &Case) {
 /// The same solid and line many times as large or small.
 fn sizes_scale_exactly(case: &Case) {
     for k in [-300, -20, 7, 300] {
-        let Ok(solid) = (case.kind.build)(&grown(case.params, k)) else {
+        let Ok(solid) = (case.kind.build)(&grown(case.kind, case.params, k)) else {
             panic!("{} refuses its own example times 2^{k}", case.kind.name);
         };
         let list = cast(&*solid, &Line::exact(scaled_vector(case.line.o, k), scaled_vector(case.line.d, k)));
@@ -219,23 +220,13 @@ fn sizes_scale_exactly(case: &Case) {
     }
 }
 
-/// The parameters of the same solid, so many powers of two as large. All are lengths but for normals, which stay,
-/// and the coefficients of a quadric, which grow by what their powers of coordinates lack.
-fn grown(params: &Params, k: i32) -> Params {
-    let entry = |&(name, value): &(&'static str, Value)| {
-        let grown = match value {
-            _ if name == "normal" => value,
-            Value::Number(x) => Value::Number(scaled(x, k)),
-            Value::Vector(v) => Value::Vector(v.map(|x| scaled(x, k))),
-            Value::Ten(c) => Value::Ten(std::array::from_fn(|i| match i {
-                0..6 => c[i],
-                6..9 => scaled(c[i], k),
-                _ => scaled(c[i], 2 * k),
-            })),
-        };
-        (name, grown)
+/// The parameters of the same solid, so many powers of two as large.
+fn grown(kind: &Kind, params: &Params, k: i32) -> Params {
+    let grow = |(param, (name, numbers)): (&Param, &(&'static str, Arc<[f64]>))| {
+        let power = |i: usize| k * param.quantity.power_of_length(i);
+        (*name, numbers.iter().enumerate().map(|(i, x)| scaled(*x, power(i))).collect())
     };
-    Params { entries: params.entries.iter().map(entry).collect() }
+    Params { entries: kind.params.iter().zip(&params.entries).map(grow).collect() }
 }
 
 fn scaled_vector(v: Vec3, k: i32) -> Vec3 {

@@ -10,7 +10,6 @@ use crate::math::{Affine, Vec3};
 use crate::query::{Caster, Hit, Segment};
 use crate::ray::Ray;
 use crate::scene::{Material, Node, Scene};
-use crate::solid::Value;
 use crate::testkit::random::Random;
 use crate::testkit::scene::random_scene;
 
@@ -33,7 +32,7 @@ fn material_world(random: &mut Random) -> World {
 
 fn ball() -> World {
     let mut scene = Scene::default();
-    let ball = scene.add_solid("sphere", &[Value::Number(1.0)]).expect("a sphere");
+    let ball = scene.add_solid("sphere", &[&[1.0]]).expect("a sphere");
     scene.add_object("ball", None, ball);
     world(&scene)
 }
@@ -186,7 +185,7 @@ fn many_waves_are_one_answer() {
 
 fn row_of_balls(n: i32) -> World {
     let mut scene = Scene::default();
-    let ball = scene.add_solid("sphere", &[Value::Number(0.4)]).expect("a sphere");
+    let ball = scene.add_solid("sphere", &[&[0.4]]).expect("a sphere");
     let place = |i| scene.add_transform(Affine::translation(Vec3::X * f64::from(i)), ball);
     let members = (0..n).map(place).collect();
     let group = scene.add(Node::Group { members });
@@ -246,7 +245,7 @@ fn a_row_that_is_spoiled_on_the_way_is_an_error() {
 fn the_first_ray_without_an_answer_is_named() {
     let mut scene = Scene::default();
     for name in ["left", "right"] {
-        let ball = scene.add_solid("sphere", &[Value::Number(1.0)]).expect("a sphere");
+        let ball = scene.add_solid("sphere", &[&[1.0]]).expect("a sphere");
         scene.add_object(name, None, ball);
     }
     let world = world(&scene);
@@ -324,7 +323,7 @@ fn thickness_counts_what_has_no_material() {
     let mut scene = Scene::default();
     scene.materials.push(("lead".into(), Material::default()));
     for (radius, material) in [(2.0, None), (1.0, Some("lead"))] {
-        let ball = scene.add_solid("sphere", &[Value::Number(radius)]).expect("a sphere");
+        let ball = scene.add_solid("sphere", &[&[radius]]).expect("a sphere");
         scene.add_object("ball", material, ball);
     }
     let (world, ray) = (world(&scene), Ray::new(Vec3::X * -5.0, Vec3::X).expect("a ray"));
@@ -342,7 +341,7 @@ fn thickness_counts_what_has_no_material() {
 fn without_materials_all_lengths_are_in_the_last_column() {
     let mut scene = Scene::default();
     for name in ["left", "right"] {
-        let ball = scene.add_solid("sphere", &[Value::Number(1.0)]).expect("a sphere");
+        let ball = scene.add_solid("sphere", &[&[1.0]]).expect("a sphere");
         scene.add_object(name, None, ball);
     }
     let (world, ray) = (world(&scene), Ray::new(Vec3::X * -5.0, Vec3::X).expect("a ray"));

@@ -12,11 +12,11 @@ use crate::testkit::membership::Membership;
 
 /// The coefficients of `|p - c|^2 - k (u . (p - c))^2 < r` for a unit vector: a sphere, a cylinder for `k = 1`, a cone or
 /// a hyperboloid for more, an ellipsoid for less.
-fn about(c: Vec3, u: Vec3, k: f64, r: f64) -> Value {
+fn about(c: Vec3, u: Vec3, k: f64, r: f64) -> [f64; 10] {
     let entry = |i: usize, j: usize| f64::from(u8::from(i == j)) - k * u[i] * u[j];
     let row = |i: usize| (0..3).map(|j| entry(i, j) * c[j]).sum::<f64>();
     let constant = (0..3).map(|i| row(i) * c[i]).sum::<f64>() - r;
-    Value::Ten([
+    [
         entry(0, 0),
         entry(1, 1),
         entry(2, 2),
@@ -27,17 +27,15 @@ fn about(c: Vec3, u: Vec3, k: f64, r: f64) -> Value {
         -2.0 * row(1),
         -2.0 * row(2),
         constant,
-    ])
+    ]
 }
 
-fn quadric(scene: &mut Scene, value: Value) -> NodeId {
-    scene.add_solid("quadric", &[value]).expect("a quadric")
+fn quadric(scene: &mut Scene, coefficients: [f64; 10]) -> NodeId {
+    scene.add_solid("quadric", &[&coefficients]).expect("a quadric")
 }
 
 fn half_space(scene: &mut Scene, normal: Vec3, offset: f64) -> NodeId {
-    scene
-        .add_solid("halfspace", &[Value::Vector(normal.into()), Value::Number(offset)])
-        .expect("a half-space")
+    scene.add_solid("halfspace", &[&normal.to_array(), &[offset]]).expect("a half-space")
 }
 
 /// Two planes across an axis through a place, tilted by up to some part of a right angle.
@@ -217,9 +215,10 @@ fn boxes_of_cells_are_tight() {
 }
 
 /// The box of a scene of an intersection of quadrics and half-spaces.
-fn bounds_of(solids: &[Value], planes: &[([f64; 3], f64)]) -> Aabb {
+fn bounds_of(solids: &[[f64; 10]], planes: &[([f64; 3], f64)]) -> Aabb {
     let mut scene = Scene::default();
-    let mut args: Vec<NodeId> = solids.iter().map(|value| quadric(&mut scene, *value)).collect();
+    let mut args: Vec<NodeId> =
+        solids.iter().map(|coefficients| quadric(&mut scene, *coefficients)).collect();
     args.extend(planes.iter().map(|(n, offset)| half_space(&mut scene, Vec3::from(*n), *offset)));
     let node = scene.add_csg(Op::Intersection, args);
     scene.add_object("cell", None, node);
@@ -243,14 +242,14 @@ fn an_octahedron_of_half_spaces_has_the_box_of_its_corners() {
 
 #[test]
 fn a_cylinder_between_two_planes_has_the_box_of_the_cylinder() {
-    let pin = Value::Ten([1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0]);
+    let pin = [1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0];
     let b = bounds_of(&[pin], &[([0.0, 0.0, 1.0], 1.0), ([0.0, 0.0, -1.0], 2.0)]);
     assert_tight(b, [-1.0, -1.0, -2.0], [1.0, 1.0, 1.0]);
-    let cone = Value::Ten([1.0, 1.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let cone = [1.0, 1.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
     let b = bounds_of(&[cone], &[([0.0, 0.0, 1.0], 2.0), ([0.0, 0.0, -1.0], 0.0)]);
     assert_tight(b, [-2.0, -2.0, 0.0], [2.0, 2.0, 2.0]);
     // One plane is enough for a paraboloid.
-    let bowl = Value::Ten([1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0]);
+    let bowl = [1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0];
     assert_tight(bounds_of(&[bowl], &[([0.0, 0.0, 1.0], 4.0)]), [-2.0, -2.0, 0.0], [2.0, 2.0, 4.0]);
 }
 
@@ -278,7 +277,7 @@ fn boxes_of_quadrics_hold_them_at_any_size() {
             let positive = if i < 3 && case % 3 > 0 { x.abs() + 0.1 } else { x };
             positive * [1.0, size, size * size][usize::from(i > 5) + usize::from(i > 8)]
         });
-        let params = crate::solid::Params::of(kind, &[Value::Ten(coeffs)]);
+        let params = crate::solid::Params::of(kind, &[&coeffs]);
         let Ok(solid) = (kind.build)(&params) else { continue };
         let bounds = solid.bounds();
         for _ in 0..60 {

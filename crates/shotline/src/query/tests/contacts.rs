@@ -16,7 +16,7 @@ fn mesh(scene: &mut Scene, mesh: TriangleMesh) -> NodeId {
 }
 
 fn quadric(scene: &mut Scene, coefficients: [f64; 10]) -> NodeId {
-    scene.add_solid("quadric", &[Value::Ten(coefficients)]).expect("a quadric")
+    scene.add_solid("quadric", &[&coefficients]).expect("a quadric")
 }
 
 /// A block of cubes of the grid, as a solid of some kind.

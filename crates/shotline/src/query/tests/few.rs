@@ -7,21 +7,20 @@ use crate::testkit::agreement;
 /// Solids with faces, edges and axes at whole numbers, so that they share them.
 fn leaf(scene: &mut Scene, random: &mut Random) -> NodeId {
     let mut whole = || random.below(4) as f64;
-    let n = Value::Number;
     let (a, b, c) = (whole(), whole(), whole());
     let size = 1.0 + whole().min(2.0);
-    let (kind, values) = match random.below(6) {
-        0 | 1 => ("box", vec![Value::Vector([a, b, c]), Value::Vector([a + size, b + 1.0, c + size])]),
+    let mut add = |kind: &str, values: &[&[f64]]| scene.add_solid(kind, values).expect("a solid");
+    match random.below(6) {
+        0 | 1 => add("box", &[&[a, b, c], &[a + size, b + 1.0, c + size]]),
         2 => {
             let mut normal = [0.0; 3];
             normal[random.below(3)] = if random.below(2) == 0 { 1.0 } else { -1.0 };
-            ("halfspace", vec![Value::Vector(normal), n(a - b)])
+            add("halfspace", &[&normal, &[a - b]])
         }
-        3 => ("halfspace", vec![Value::Vector([a - 1.0, b - 2.0, c + 1.0]), n(size)]),
-        4 => ("cylinder", vec![n(size), n(-a), n(b + 1.0)]),
-        _ => ("quadric", vec![Value::Ten([1.0, 1.0, c - 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -size])]),
-    };
-    scene.add_solid(kind, &values).expect("a solid")
+        3 => add("halfspace", &[&[a - 1.0, b - 2.0, c + 1.0], &[size]]),
+        4 => add("cylinder", &[&[size], &[-a], &[b + 1.0]]),
+        _ => add("quadric", &[&[1.0, 1.0, c - 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -size]]),
+    }
 }
 
 fn combination(scene: &mut Scene, random: &mut Random, leaf_count: usize) -> NodeId {
@@ -85,11 +84,8 @@ fn few_leaves_are_asked_by_short_ways_with_the_same_bits() {
 fn planes_that_a_line_stays_clear_of_are_not_intersected() {
     let mut scene = Scene::default();
     let coeffs = [1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.16];
-    let cylinder = scene.add_solid("quadric", &[Value::Ten(coeffs)]).expect("a quadric");
-    let mut half = |z: f64| {
-        let values = [Value::Vector([0.0, 0.0, z]), Value::Number(1.0)];
-        scene.add_solid("halfspace", &values).expect("a half-space")
-    };
+    let cylinder = scene.add_solid("quadric", &[&coeffs]).expect("a quadric");
+    let mut half = |z: f64| scene.add_solid("halfspace", &[&[0.0, 0.0, z], &[1.0]]).expect("a half-space");
     let args = vec![cylinder, half(1.0), half(-1.0)];
     let pin = scene.add_csg(Op::Intersection, args);
     let pin = scene.add_transform(Affine::translation(Vec3::new(0.1, 0.2, 0.3)), pin);

@@ -9,9 +9,9 @@ use crate::query::{Overlap, QueryError};
 /// A box with spherical holes in a lattice.
 fn sponge(holes: usize) -> Scene {
     let mut scene = Scene::default();
-    let block = scene.add_solid("box", &[Value::Vector([0.0; 3]), Value::Vector([1.0; 3])]).expect("a box");
+    let block = scene.add_solid("box", &[&[0.0; 3], &[1.0; 3]]).expect("a box");
     let side = (holes as f64).cbrt().ceil();
-    let hole = scene.add_solid("sphere", &[Value::Number(0.4 / side)]).expect("a sphere");
+    let hole = scene.add_solid("sphere", &[&[0.4 / side]]).expect("a sphere");
     let place = |i: usize| {
         let n = side as usize;
         (Vec3::new((i % n) as f64, (i / n % n) as f64, (i / n / n) as f64) + Vec3::splat(0.5)) / side
@@ -54,9 +54,8 @@ fn leaves_that_are_not_asked_would_change_nothing() {
         for _ in 0..12 {
             let a = Vec3::new(random.below(5) as f64, random.below(5) as f64, random.below(5) as f64);
             let b = a + Vec3::new(1.0, 2.0, 1.0 + random.below(2) as f64);
-            let corners = [Value::Vector(a.to_array()), Value::Vector(b.to_array())];
-            let block = scene.add_solid("box", &corners).expect("a box");
-            let below = [Value::Vector([0.0, 1.0, 0.0]), Value::Number(random.below(5) as f64)];
+            let block = scene.add_solid("box", &[&a.to_array(), &b.to_array()]).expect("a box");
+            let below: [&[f64]; 2] = [&[0.0, 1.0, 0.0], &[random.below(5) as f64]];
             let half = scene.add_solid("halfspace", &below).expect("a half-space");
             nodes.push(if random.below(6) == 0 { half } else { block });
         }
@@ -97,8 +96,8 @@ fn held_by_all_leaves(world: &World, p: Vec3) -> bool {
 fn slabs(slabs: &[(i32, i32, i32)]) -> World {
     let mut scene = Scene::default();
     for (i, &(from, to, rank)) in slabs.iter().enumerate() {
-        let corner = |x: i32, y: f64| Value::Vector([f64::from(x), y, y]);
-        let block = scene.add_solid("box", &[corner(from, -1.0), corner(to, 1.0)]).expect("a box");
+        let corner = |x: i32, y: f64| [f64::from(x), y, y];
+        let block = scene.add_solid("box", &[&corner(from, -1.0), &corner(to, 1.0)]).expect("a box");
         let id = scene.add_object(&format!("slab {i}"), None, block);
         if let Node::Object { priority, .. } = &mut scene.nodes[id.0 as usize] {
             *priority = rank;
@@ -189,7 +188,7 @@ fn ten_thousand_nested_objects_have_their_segments() {
 #[test]
 fn segments_of_several_paths_have_no_path() {
     let mut scene = Scene::default();
-    let block = scene.add_solid("box", &[Value::Vector([0.0; 3]), Value::Vector([1.0; 3])]).expect("a box");
+    let block = scene.add_solid("box", &[&[0.0; 3], &[1.0; 3]]).expect("a box");
     let at = [1.0, 2.0, 3.0, 5.0].map(|x| scene.add_transform(Affine::translation(Vec3::X * x), block));
     let group = scene.add(Node::Group { members: at.to_vec() });
     scene.add_object("cells", None, group);

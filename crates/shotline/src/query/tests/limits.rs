@@ -22,7 +22,7 @@ fn doubled(part: impl Fn(&mut Scene) -> NodeId, moved: impl Fn(i32) -> Vec3) -> 
 }
 
 fn ball(scene: &mut Scene) -> NodeId {
-    scene.add_solid("sphere", &[Value::Number(1.0)]).expect("a sphere")
+    scene.add_solid("sphere", &[&[1.0]]).expect("a sphere")
 }
 
 fn across(y: f64) -> Ray {
@@ -99,7 +99,7 @@ fn a_ray_through_a_million_million_sheets_ends() {
 #[test]
 fn a_ray_that_was_given_up_leaves_nothing_behind() {
     let mut scene = doubled(ball, |_| Vec3::ZERO);
-    let far = scene.add_solid("sphere", &[Value::Number(1.0)]).expect("a sphere");
+    let far = scene.add_solid("sphere", &[&[1.0]]).expect("a sphere");
     let far = scene.add_transform(Affine::translation(Vec3::Y * 9.0), far);
     scene.add_object("far", None, far);
     for name in accel::NAMES {
@@ -171,7 +171,7 @@ fn one_ray_can_be_cancelled() {
 #[test]
 fn tags_of_a_visit_do_not_cost_the_size_of_its_level() {
     let mut scene = Scene::default();
-    let ball = scene.add_solid("sphere", &[Value::Number(0.4)]).expect("a sphere");
+    let ball = scene.add_solid("sphere", &[&[0.4]]).expect("a sphere");
     let place = |i: i32| Affine::translation(Vec3::new(f64::from(i % 100), f64::from(i / 100), 0.0));
     let members = (0..10_000).map(|i| scene.add_transform(place(i), ball)).collect();
     let layer = scene.add(Node::Group { members });

@@ -62,9 +62,9 @@ pub(super) fn crowded_scene(random: &mut Random) -> Scene {
     let mut scene = Scene::default();
     let mesh = |scene: &mut Scene, mesh| scene.add(Node::Mesh { mesh: Arc::new(mesh), file: None });
     let (ball, sheet) = (mesh(&mut scene, ball(3)), mesh(&mut scene, sheet(6)));
-    let sphere = scene.add_solid("sphere", &[Value::Number(1.0)]).expect("sphere");
-    let block = scene.add_solid("box", &[Value::Vector([-0.5; 3]), Value::Vector([0.5; 3])]).expect("box");
-    let below = [Value::Vector([0.0, 0.0, 1.0]), Value::Number(-0.9)];
+    let sphere = scene.add_solid("sphere", &[&[1.0]]).expect("sphere");
+    let block = scene.add_solid("box", &[&[-0.5; 3], &[0.5; 3]]).expect("box");
+    let below: [&[f64]; 2] = [&[0.0, 0.0, 1.0], &[-0.9]];
     let ground = scene.add_solid("halfspace", &below).expect("halfspace");
     let mut placed = |scene: &mut Scene, node, size: f64| {
         let size = size * random.number(0.2, 2.0);

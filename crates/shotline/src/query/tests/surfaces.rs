@@ -64,7 +64,7 @@ fn surfaces_only_leaves_out_what_is_no_surface() {
 #[test]
 fn from_inside_a_box_only_its_wall_is_a_surface() {
     let mut scene = Scene::default();
-    let room = scene.add_solid("box", &[Value::Vector([-1.0; 3]), Value::Vector([1.0; 3])]).expect("a box");
+    let room = scene.add_solid("box", &[&[-1.0; 3], &[1.0; 3]]).expect("a box");
     scene.add_object("room", None, room);
     let world = world(&scene, "bvh");
     let mut caster = Caster::new(&world);
@@ -86,7 +86,7 @@ fn from_inside_a_box_only_its_wall_is_a_surface() {
 #[test]
 fn nothing_begins_where_the_span_ends() {
     let mut scene = Scene::default();
-    let ball = scene.add_solid("sphere", &[Value::Number(1.0)]).expect("a sphere");
+    let ball = scene.add_solid("sphere", &[&[1.0]]).expect("a sphere");
     scene.add_object("ball", None, ball);
     let world = world(&scene, "bvh");
     let ray = Ray::new(Vec3::new(-5.0, 0.0, 0.0), Vec3::X).expect("a ray");
@@ -106,9 +106,9 @@ fn nothing_begins_where_the_span_ends() {
 #[test]
 fn bodies_that_begin_together_are_told_apart_by_their_paths() {
     let mut scene = Scene::default();
-    let corner = |x: f64, y: f64| Value::Vector([x, y, y]);
+    let corner = |x: f64, y: f64| [x, y, y];
     for y in [3.0, 2.0, 1.0] {
-        let block = scene.add_solid("box", &[corner(0.0, -y), corner(y, y)]).expect("a box");
+        let block = scene.add_solid("box", &[&corner(0.0, -y), &corner(y, y)]).expect("a box");
         scene.add_object("block", None, block);
     }
     for name in accel::NAMES {
@@ -124,9 +124,9 @@ fn bodies_that_begin_together_are_told_apart_by_their_paths() {
 #[test]
 fn no_crossing_is_at_minus_zero() {
     let mut scene = Scene::default();
-    let block = scene.add_solid("box", &[Value::Vector([0.0; 3]), Value::Vector([1.0; 3])]).expect("a box");
+    let block = scene.add_solid("box", &[&[0.0; 3], &[1.0; 3]]).expect("a box");
     scene.add_object("block", None, block);
-    let ball = scene.add_solid("sphere", &[Value::Number(1.0)]).expect("a sphere");
+    let ball = scene.add_solid("sphere", &[&[1.0]]).expect("a sphere");
     scene.add_object("ball", None, ball);
     let world = world(&scene, "bvh");
     let origins = [

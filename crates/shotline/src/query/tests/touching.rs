@@ -5,15 +5,15 @@ use super::*;
 const TURN: Vec3 = Vec3::new(10.0, 20.0, 330.0);
 
 pub(super) fn boxed(scene: &mut Scene, min: [f64; 3], max: [f64; 3]) -> crate::scene::NodeId {
-    scene.add_solid("box", &[Value::Vector(min), Value::Vector(max)]).expect("a box")
+    scene.add_solid("box", &[&min, &max]).expect("a box")
 }
 
 pub(super) fn halfspace(scene: &mut Scene, normal: [f64; 3], offset: f64) -> crate::scene::NodeId {
-    scene.add_solid("halfspace", &[Value::Vector(normal), Value::Number(offset)]).expect("a half-space")
+    scene.add_solid("halfspace", &[&normal, &[offset]]).expect("a half-space")
 }
 
 pub(super) fn number(scene: &mut Scene, kind: &str, numbers: &[f64]) -> crate::scene::NodeId {
-    let values: Vec<Value> = numbers.iter().map(|x| Value::Number(*x)).collect();
+    let values: Vec<&[f64]> = numbers.chunks(1).collect();
     scene.add_solid(kind, &values).expect("a solid")
 }
 
@@ -153,7 +153,7 @@ fn a_ray_inside_an_endless_cylinder_stays_inside() {
     let mut scene = Scene::default();
     let mut coefficients = [0.0; 10];
     (coefficients[0], coefficients[1], coefficients[9]) = (1.0, 1.0, -1.0);
-    let rod = scene.add_solid("quadric", &[Value::Ten(coefficients)]).expect("a quadric");
+    let rod = scene.add_solid("quadric", &[&coefficients]).expect("a quadric");
     let cube = boxed(&mut scene, [-2.0; 3], [2.0; 3]);
     let (cut, holed) = (
         csg(&mut scene, Op::Intersection, vec![cube, rod]),

@@ -11,7 +11,7 @@ mod truth;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use super::{Kind, Moments, Param, ParamError, ParamType, Solid, Value};
+use super::{Kind, Moments, Param, ParamError, Solid};
 use crate::aabb::Aabb;
 use crate::crossing::Crossing;
 use crate::math::Vec3;
@@ -33,22 +33,18 @@ pub(super) static KIND: Kind = Kind {
     name: "torus",
     summary: "the torus around the z axis; with r > R the inner lemon is inside, not a surface",
     params: &[
-        Param {
-            name: "R",
-            ty: ParamType::Number,
-            summary: "the radius of the circle inside the tube, positive",
-        },
-        Param { name: "r", ty: ParamType::Number, summary: "the radius of the tube, positive" },
+        Param::length("R", "the radius of the circle inside the tube, positive"),
+        Param::length("r", "the radius of the tube, positive"),
     ],
     build: |p| Ok(Arc::new(Torus::new(p.positive("R")?, p.positive("r")?)?)),
     examples: &[
-        &[Value::Number(1.0), Value::Number(0.3)],
-        &[Value::Number(1.0), Value::Number(1e-4)],
-        &[Value::Number(1.0), Value::Number(0.95)],
-        &[Value::Number(1.0), Value::Number(1.0)],
-        &[Value::Number(0.5), Value::Number(1.25)],
-        &[Value::Number(3e-7), Value::Number(1e-7)],
-        &[Value::Number(4e8), Value::Number(1e8)],
+        &[&[1.0], &[0.3]],
+        &[&[1.0], &[1e-4]],
+        &[&[1.0], &[0.95]],
+        &[&[1.0], &[1.0]],
+        &[&[0.5], &[1.25]],
+        &[&[3e-7], &[1e-7]],
+        &[&[4e8], &[1e8]],
     ],
 };
 
