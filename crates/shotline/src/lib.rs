@@ -70,6 +70,7 @@ pub mod aabb;
 pub mod accel;
 pub mod budget;
 pub mod compile;
+pub mod contact;
 pub mod crossing;
 pub mod csg;
 pub mod math;

@@ -4,49 +4,37 @@
 //! contains the ray where it is inside on every side around the ray. So the plane across the ray is cut into
 //! sectors by the surfaces that the ray lies in, and the expression is judged once in each (the neighbourhoods of
 //! Requicha and Voelcker, Boolean operations in solid modeling, 1985).
+//!
+//! Along a ruling of a hyperboloid or a saddle the tangent plane turns around the ray. The expression is judged again
+//! where borders of two sectors exchange their order.
 
 use std::f64::consts::{PI, TAU};
 
+use super::trace::{Curve, ONE_DIRECTION, Trace};
 use super::{Program, ProgramState};
-use crate::crossing::{Border, Sector};
+use crate::contact::Sector;
+use crate::crossing::Crossing;
 use crate::math::{Vec3, unit};
-
-/// Borders at a smaller angle, in radians, have one direction.
-const ONE_DIRECTION: f64 = 1e-6;
-
-/// Curvatures that differ by less than this part of them are one.
-const ONE_CURVATURE: f64 = 1e-6;
-
-/// Where a sector begins or ends in the plane across the ray: a curve that leaves the ray at an angle, with a curvature,
-/// positive if it bends counter-clockwise.
-#[derive(Clone, Copy, Debug)]
-struct Curve {
-    angle: f64,
-    curvature: f64,
-}
-
-impl Curve {
-    /// Whether it leaves the ray in the same direction as another.
-    fn is_along(&self, other: &Curve) -> bool {
-        libm::remainder(self.angle - other.angle, TAU).abs() < ONE_DIRECTION
-    }
-
-    /// Whether it bends more than another in the same direction.
-    fn is_behind(&self, other: &Curve) -> bool {
-        let doubt = ONE_CURVATURE * self.curvature.abs().max(other.curvature.abs());
-        self.curvature == f64::INFINITY || self.curvature - other.curvature > doubt
-    }
-}
 
 /// A sector in which a leaf has its interior.
 #[derive(Clone, Copy, Debug)]
 struct Part {
     leaf: u32,
+    from: Trace,
+    to: Trace,
+    /// Where the ray enters the bounds of the leaf.
+    enter: f64,
+}
+
+/// The same at one place of the ray.
+#[derive(Clone, Copy, Debug)]
+struct Slice {
+    leaf: u32,
     from: Curve,
     to: Curve,
 }
 
-impl Part {
+impl Slice {
     fn width(&self) -> f64 {
         (self.to.angle - self.from.angle).rem_euclid(TAU)
     }
@@ -63,19 +51,45 @@ impl Part {
     }
 }
 
+/// Where two surfaces in which the ray runs exchange their order around it.
+#[derive(Clone, Copy, Debug)]
+pub struct Turn {
+    /// The leaf of one of them.
+    pub leaf: u32,
+    /// The place.
+    pub crossing: Crossing,
+    /// Where the ray has entered the bounds of both leaves.
+    pub enter: f64,
+}
+
+/// A place on the ray, on one side of a `t`, before anything else changes there.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Place {
+    Before(f64),
+    After(f64),
+}
+
 /// The surfaces in which one ray runs.
 #[derive(Debug, Default)]
 pub(super) struct Contacts {
     parts: Vec<Part>,
+    /// Whether a part has borders that turn.
+    turning: bool,
+    /// Where the borders of two parts exchange their order: the numbers of the parts, and `t`.
+    turns: Vec<([u32; 2], f64)>,
     /// Two directions that span the plane across the ray, and with it form a right-handed frame.
     across: Option<(Vec3, Vec3)>,
     /// The parts beside which the ray runs just now.
     open: Vec<u32>,
+    /// Those at one place: memory only.
+    slices: Vec<Slice>,
 }
 
 impl Contacts {
     pub fn clear(&mut self) {
         self.parts.clear();
+        self.turning = false;
+        self.turns.clear();
         self.across = None;
         self.open.clear();
     }
@@ -85,21 +99,31 @@ impl Contacts {
         self.open.is_empty()
     }
 
-    /// Adds a sector in which a leaf has its interior on some stretch of the ray; returns its number.
-    pub fn add(&mut self, leaf: u32, sector: Sector, direction: Vec3) -> u32 {
-        let (x, y) = *self.across.get_or_insert_with(|| unit(direction).any_orthonormal_pair());
-        let curve = |border: Border| {
-            let v = border.direction;
-            let along = unit(x * v.dot(x) + y * v.dot(y));
-            let left = y * along.dot(x) - x * along.dot(y);
-            let length = v.dot(along);
-            Curve {
-                angle: libm::atan2(along.dot(y), along.dot(x)),
-                curvature: border.bend.dot(left) / length / length,
+    /// Adds a sector in which a leaf has its interior on some stretch of the ray; returns its number. Appends where its
+    /// borders exchange their order with those of other leaves.
+    pub fn add(
+        &mut self,
+        leaf: u32,
+        sector: Sector,
+        direction: Vec3,
+        enter: f64,
+        turns: &mut Vec<Turn>,
+    ) -> u32 {
+        let across = *self.across.get_or_insert_with(|| unit(direction).any_orthonormal_pair());
+        let [from, to] = [sector.from, sector.to].map(|border| Trace::new(&border, across));
+        let (number, part) = (self.parts.len() as u32, Part { leaf, from, to, enter });
+        self.turning |= part.turns();
+        let others = if self.turning { &self.parts[..] } else { &[] };
+        for (other_number, other) in (0..).zip(others).filter(|(_, other)| other.leaf != leaf) {
+            // In one order, whichever leaf was found first: so the bits are the same with all accelerators.
+            let [a, b] = if other.leaf < leaf { [other, &part] } else { [&part, other] };
+            for crossing in a.exchanges(b) {
+                self.turns.push(([other_number, number], crossing.t));
+                turns.push(Turn { leaf: a.leaf, crossing, enter: a.enter.max(b.enter) });
             }
-        };
-        self.parts.push(Part { leaf, from: curve(sector.from), to: curve(sector.to) });
-        self.parts.len() as u32 - 1
+        }
+        self.parts.push(part);
+        number
     }
 
     /// Begins or ends the stretch of a sector.
@@ -116,39 +140,80 @@ impl Contacts {
     ///
     /// What is around the ray changes at borders only, so it is judged behind each of them. Borders that differ
     /// by rounding only count as one.
-    pub fn value(&self, program: &Program, state: &mut ProgramState) -> bool {
-        let mut borders = self.open_parts().flat_map(|part| [part.from, part.to]);
-        borders.all(|border| self.value_along(&self.behind(border), program, state))
-    }
-
-    /// The sectors beside which the ray runs. No sector is wider than half a turn: what seems so is one without width.
-    fn open_parts(&self) -> impl Iterator<Item = &Part> + Clone {
-        let parts = self.open.iter().map(|&part| &self.parts[part as usize]);
-        parts.filter(|part| (ONE_DIRECTION..PI + ONE_DIRECTION).contains(&part.width()))
-    }
-
-    /// A curve between a border and the next one counter-clockwise.
-    fn behind(&self, border: Curve) -> Curve {
-        let others = self.open_parts().flat_map(|part| [part.from, part.to]);
-        let next = others.filter(|other| other.is_along(&border) && other.is_behind(&border));
-        let next = next.map(|other| other.curvature).fold(f64::INFINITY, f64::min);
-        Curve { curvature: 0.5 * border.curvature + 0.5 * next, ..border }
-    }
-
-    fn value_along(&self, curve: &Curve, program: &Program, state: &mut ProgramState) -> bool {
-        let inside = || self.open_parts().filter(|part| part.contains(curve)).map(|part| part.leaf);
-        inside().for_each(|leaf| state.toggle(program, leaf));
-        let value = state.value(program);
-        inside().for_each(|leaf| state.toggle(program, leaf));
+    pub fn value(&mut self, program: &Program, state: &mut ProgramState, place: Place) -> bool {
+        let t = self.sample(place);
+        let mut slices = std::mem::take(&mut self.slices);
+        slices.clear();
+        slices.extend(self.open.iter().map(|&part| self.parts[part as usize].slice(t)));
+        // No sector is wider than half a turn: what seems so is one without width.
+        slices.retain(|slice| (ONE_DIRECTION..PI + ONE_DIRECTION).contains(&slice.width()));
+        let mut borders = slices.iter().flat_map(|slice| [slice.from, slice.to]);
+        let value = borders.all(|border| value_along(&slices, &behind(&slices, border), program, state));
+        self.slices = slices;
         value
     }
+
+    /// A `t` at which borders have the order that they have at a place: half the way to where the next exchange it at most,
+    /// and not so far that a border turns much.
+    fn sample(&self, place: Place) -> f64 {
+        let (t, way) = match place {
+            Place::Before(t) => (t, -1.0),
+            Place::After(t) => (t, 1.0),
+        };
+        let is_open = |part: &u32| self.open.contains(part);
+        let turns = self.turns.iter().filter(|(parts, _)| parts.iter().all(is_open));
+        let next =
+            turns.map(|(_, turn)| way * (turn - t)).filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
+        let parts = self.open.iter().map(|&part| &self.parts[part as usize]);
+        let traces = parts.flat_map(|part| [&part.from, &part.to]);
+        let step = traces.map(|trace| trace.step(t)).fold(0.5 * next, f64::min);
+        if step.is_finite() { t + way * step } else { t }
+    }
+}
+
+impl Part {
+    fn slice(&self, t: f64) -> Slice {
+        Slice { leaf: self.leaf, from: self.from.curve(t), to: self.to.curve(t) }
+    }
+
+    fn turns(&self) -> bool {
+        self.from.turns() || self.to.turns()
+    }
+
+    /// Where borders of this part and of another may exchange their order. Those of one sheet have the same places.
+    fn exchanges(&self, other: &Part) -> Vec<Crossing> {
+        let sheets = |part: &Part| {
+            if part.from.is_opposite(&part.to) { vec![part.from] } else { vec![part.from, part.to] }
+        };
+        let mut out = Vec::new();
+        for a in sheets(self) {
+            sheets(other).iter().for_each(|b| a.exchanges(b, &mut out));
+        }
+        out
+    }
+}
+
+/// A curve between a border and the next one counter-clockwise.
+fn behind(slices: &[Slice], border: Curve) -> Curve {
+    let others = slices.iter().flat_map(|slice| [slice.from, slice.to]);
+    let next = others.filter(|other| other.is_along(&border) && other.is_behind(&border));
+    let next = next.map(|other| other.curvature).fold(f64::INFINITY, f64::min);
+    Curve { curvature: 0.5 * border.curvature + 0.5 * next, ..border }
+}
+
+fn value_along(slices: &[Slice], curve: &Curve, program: &Program, state: &mut ProgramState) -> bool {
+    let inside = || slices.iter().filter(|slice| slice.contains(curve)).map(|slice| slice.leaf);
+    inside().for_each(|leaf| state.toggle(program, leaf));
+    let value = state.value(program);
+    inside().for_each(|leaf| state.toggle(program, leaf));
+    value
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::{Op, Tree, TreeNode};
     use super::*;
-    use crate::crossing::Sheet;
+    use crate::contact::Sheet;
 
     fn program(op: Op, leaf_count: u32) -> Program {
         let mut nodes: Vec<TreeNode> = (0..leaf_count).map(TreeNode::Leaf).collect();
@@ -163,10 +228,11 @@ mod tests {
         state.reset(&program);
         for (leaf, normals) in (0..).zip(leaves) {
             let sheets: Vec<Sheet> = normals.iter().copied().map(Sheet::plane).collect();
-            let part = contacts.add(leaf, Sector::behind(&sheets, Vec3::Z).unwrap(), Vec3::Z);
+            let part =
+                contacts.add(leaf, Sector::behind(&sheets, Vec3::Z).unwrap(), Vec3::Z, 0.0, &mut Vec::new());
             contacts.toggle(part);
         }
-        contacts.value(&program, &mut state)
+        contacts.value(&program, &mut state, Place::After(0.0))
     }
 
     #[test]

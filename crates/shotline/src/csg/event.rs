@@ -21,6 +21,8 @@ pub enum Change {
     Membership,
     /// The ray begins or ceases to run within the leaf's surface, with the interior in the sector of this number.
     Contact(u32),
+    /// Two surfaces within which the ray runs exchange their order around it.
+    Turn,
 }
 
 /// A crossing of a leaf on its way into the sweep.

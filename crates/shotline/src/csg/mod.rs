@@ -10,8 +10,10 @@ mod program;
 mod single;
 mod sweep;
 mod table;
+mod trace;
 
 pub use bounds::LeafBounds;
+pub use contact::Turn;
 pub use event::{Boundary, Change, Event, HitKind};
 pub use op::Op;
 pub use program::{Program, ProgramState, Tree, TreeNode};

@@ -7,10 +7,10 @@
 use std::collections::VecDeque;
 
 use super::chain;
-use super::contact::Contacts;
+use super::contact::{Contacts, Place, Turn};
 use super::event::{Boundary, Change, Event, HitKind};
 use super::{Program, ProgramState};
-use crate::crossing::Sector;
+use crate::contact::Sector;
 use crate::math::Vec3;
 use crate::ray::Span;
 
@@ -67,9 +67,17 @@ impl Sweep {
     }
 
     /// Adds a sector around the ray in which a leaf has its interior, before the events of the contact; it and the
-    /// ray's direction are in the frame of the body.
-    pub fn touch(&mut self, leaf: u32, sector: Sector, direction: Vec3) -> Change {
-        Change::Contact(self.contacts.add(leaf, sector, direction))
+    /// ray's direction are in the frame of the body. The ray enters the leaf's bounds at `enter`. Appends where the borders
+    /// of the sector exchange their order with those of others.
+    pub fn touch(
+        &mut self,
+        leaf: u32,
+        sector: Sector,
+        direction: Vec3,
+        enter: f64,
+        turns: &mut Vec<Turn>,
+    ) -> Change {
+        Change::Contact(self.contacts.add(leaf, sector, direction, enter, turns))
     }
 
     /// A crossing that happened before anything that matters.
@@ -77,15 +85,16 @@ impl Sweep {
         match change {
             Change::Membership => self.state.toggle(program, leaf),
             Change::Contact(part) => self.contacts.toggle(part),
+            Change::Turn => {}
         }
     }
 
-    /// Whether the ray is in the result.
-    fn value(&mut self, program: &Program) -> bool {
+    /// Whether the ray is in the result on one side of a `t` where no event is left to come.
+    fn value(&mut self, program: &Program, place: Place) -> bool {
         if self.contacts.is_empty() {
             self.state.value(program)
         } else {
-            self.contacts.value(program, &mut self.state)
+            self.contacts.value(program, &mut self.state, place)
         }
     }
 
@@ -110,7 +119,9 @@ impl Sweep {
 
     /// Whether the ray is outside of the result after everything so far, with no event left to be judged.
     pub fn is_out(&mut self, program: &Program) -> bool {
-        self.group.is_empty() && !self.inside && (self.begun || !self.value(program))
+        self.group.is_empty()
+            && !self.inside
+            && (self.begun || !self.value(program, Place::After(self.span.t_min())))
     }
 
     /// Promises that no event will come.
@@ -137,7 +148,9 @@ impl Sweep {
             return false;
         }
         self.begun = true;
-        let inside = self.value(program);
+        let t_min = self.span.t_min();
+        let first = self.group.iter().map(|e| e.crossing.t).fold(t_min, f64::min);
+        let inside = self.value(program, if alone { Place::After(t_min) } else { Place::Before(first) });
         if inside && alone {
             self.inside = true;
             self.emit_span_end(HitKind::Start, self.span.t_min());
@@ -164,7 +177,8 @@ impl Sweep {
             let Event { leaf, change, .. } = self.group[i];
             self.preset(program, leaf, change);
         }
-        let inside = self.value(program);
+        let last = self.group.iter().map(|e| e.crossing.t).fold(f64::NEG_INFINITY, f64::max);
+        let inside = self.value(program, Place::After(last));
         if inside != self.inside {
             let witness = witness(&self.group, program, inside);
             let t = witness.crossing.t;
@@ -192,7 +206,7 @@ impl Sweep {
         group.sort_by(|a, b| a.crossing.t.total_cmp(&b.crossing.t));
         for same in group.chunk_by(|a, b| a.crossing.t == b.crossing.t) {
             same.iter().for_each(|e| self.preset(program, e.leaf, e.change));
-            let now = self.value(program);
+            let now = self.value(program, Place::After(same[0].crossing.t));
             if now != inside {
                 chain.push(witness(same, program, now));
                 inside = now;

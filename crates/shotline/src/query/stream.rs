@@ -9,9 +9,9 @@ use super::repair::repair;
 use crate::aabb::BoxRay;
 use crate::accel::{Offer, Pending, Scratch, Tags};
 use crate::compile::{Leaf, SolidBody};
-use crate::crossing::{Border, Contact, Crossing, Sector};
-use crate::csg::{Boundary, Change, Event, Single, Sweep};
-use crate::math::{Affine, Vec3, unit};
+use crate::contact::Contact;
+use crate::crossing::Crossing;
+use crate::csg::{Boundary, Change, Event, Single, Sweep, Turn};
 use crate::ray::{Line, Span};
 use crate::solid::Wanted;
 use crate::trace::{Act, Log};
@@ -263,38 +263,21 @@ impl<'a, 'c> Stream<'a, 'c> {
         let Leaf { solid, local_from_body, .. } = &self.body.leaves[leaf as usize];
         let mut contacts = std::mem::take(&mut self.scratch.contacts);
         contacts.clear();
-        let (body, body_line) = (self.body, self.line);
-        solid.contacts(line, &|| middle(body, body_line), &mut contacts, self.below);
+        solid.contacts(line, &mut contacts, self.below);
+        let mut turns = Vec::new();
         for Contact { enter: begin, exit: end, sector } in &contacts {
-            let change = self.scratch.sweep.touch(leaf, in_body(sector, local_from_body), self.line.d);
+            let sector = sector.in_frame(local_from_body);
+            let change = self.scratch.sweep.touch(leaf, sector, self.line.d, enter, &mut turns);
             self.take(leaf, change, *begin, enter);
             self.take(leaf, change, *end, enter);
+        }
+        for Turn { leaf, crossing, enter } in turns {
+            self.take(leaf, Change::Turn, crossing, enter);
         }
         let touched = !contacts.is_empty();
         self.scratch.contacts = contacts;
         touched
     }
-}
-
-/// A place on a line in a body, the same for all of its leaves; where the body has no end, the line's origin.
-fn middle(body: &SolidBody, line: &Line) -> f64 {
-    let stretch = BoxRay::new(line, Span::FORWARD).enter_exit(&body.bounds);
-    stretch.map(|(enter, exit)| 0.5 * enter + 0.5 * exit).filter(|t| t.is_finite()).unwrap_or(0.0)
-}
-
-/// A sector in the frame of a leaf as it is in the frame of the body; a mirror turns it round.
-fn in_body(sector: &Sector, local_from_body: &Affine) -> Sector {
-    if local_from_body.is_identity() {
-        return *sector;
-    }
-    let Ok(body_from_local) = local_from_body.inverse() else { return *sector };
-    let border = |b: Border| Border {
-        direction: body_from_local.vector(b.direction),
-        bend: body_from_local.vector(b.bend),
-    };
-    let [from, to] = [sector.from, sector.to].map(border);
-    let [x, y, z] = Vec3::AXES.map(|axis| unit(body_from_local.vector(axis)));
-    if x.cross(y).dot(z) < 0.0 { Sector { from: to, to: from } } else { Sector { from, to } }
 }
 
 impl Drop for Stream<'_, '_> {

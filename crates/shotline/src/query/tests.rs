@@ -5,6 +5,7 @@ mod contacts;
 mod few;
 mod growth;
 mod limits;
+mod rulings;
 mod spans;
 mod structures;
 mod surfaces;

@@ -8,7 +8,8 @@ use super::interval::{Interval, Slab};
 use super::{Moments, Solid, definite};
 use crate::aabb::Aabb;
 use crate::accel::Scratch;
-use crate::crossing::{Contact, Crossing, Sector, Sheet};
+use crate::contact::{Contact, Sector, Sheet};
+use crate::crossing::Crossing;
 use crate::math::{Plane, Vec3};
 use crate::ray::Line;
 
@@ -56,13 +57,13 @@ impl Solid for Capped {
         }
     }
 
-    fn contacts(&self, line: &Line, near: &dyn Fn() -> f64, out: &mut Vec<Contact>, _scratch: &mut Scratch) {
+    fn contacts(&self, line: &Line, out: &mut Vec<Contact>, _scratch: &mut Scratch) {
         let caps = self.caps.map_or(Some((Interval::ALL, None)), |caps| caps.closed(line));
         let Some((between, cap)) = caps else { return };
         let mut push = |side: Interval, sector: Option<Sector>| {
             out.extend(side.clip(between).zip(sector).map(|(stretch, sector)| stretch.contact(sector)));
         };
-        if let Some(sides) = self.form.sides(line, near) {
+        if let Some(sides) = self.form.sides(line) {
             sides.into_iter().for_each(|side| push(side.stretch, side.sector(cap, line.d)));
         } else if let Some(cap) = cap {
             let inside = self.form.inside(line).into_iter().flatten();

@@ -6,7 +6,8 @@ use super::interval::{Interval, Slab};
 use super::{Kind, Moments, Param, ParamError, Solid};
 use crate::aabb::Aabb;
 use crate::accel::Scratch;
-use crate::crossing::{Contact, Crossing, Sector, Sheet};
+use crate::contact::{Contact, Sector, Sheet};
+use crate::crossing::Crossing;
 use crate::math::{Plane, Vec3};
 use crate::ray::Line;
 
@@ -75,7 +76,7 @@ impl Solid for Cuboid {
         }
     }
 
-    fn contacts(&self, line: &Line, _near: &dyn Fn() -> f64, out: &mut Vec<Contact>, _scratch: &mut Scratch) {
+    fn contacts(&self, line: &Line, out: &mut Vec<Contact>, _scratch: &mut Scratch) {
         let slabs = self.slabs();
         if slabs.iter().any(|slab| slab.is_parallel(line)) {
             out.extend(contact(slabs.map(|slab| slab.closed(line)), line.d));

@@ -1,6 +1,7 @@
 //! Stretches of a line inside a convex piece of a solid, with the surface and the bound at either end.
 
-use crate::crossing::{Contact, Crossing, GROUPING, Sector};
+use crate::contact::{Contact, Sector};
+use crate::crossing::{Crossing, GROUPING};
 use crate::math::{HALF_ULP, Vec3};
 use crate::ray::Line;
 

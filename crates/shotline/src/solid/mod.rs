@@ -34,7 +34,8 @@ use std::fmt::Debug;
 
 use crate::aabb::Aabb;
 use crate::accel::Scratch;
-use crate::crossing::{Contact, Crossing};
+use crate::contact::Contact;
+use crate::crossing::Crossing;
 use crate::math::{Plane, Vec3};
 use crate::ray::{Line, Span};
 
@@ -80,16 +81,8 @@ pub trait Solid: Send + Sync + Debug {
     /// Appends the stretches of a line that lie in the surface of the solid, up to rounding: a line in a face, or
     /// along a generator. Combinations need them to see that two operands share a face in which the line lies. Asked
     /// right after [`Solid::crossings_within`] of the same line with the same scratch, where that answered nothing or
-    /// left faces in [`Scratch::in_plane`]; contacts stand for the crossings, which do not count then. Where the sector of
-    /// the interior turns around the line, it is that at the `t` of `near`.
-    fn contacts(
-        &self,
-        _line: &Line,
-        _near: &dyn Fn() -> f64,
-        _out: &mut Vec<Contact>,
-        _scratch: &mut Scratch,
-    ) {
-    }
+    /// left faces in [`Scratch::in_plane`]; contacts stand for the crossings, which do not count then.
+    fn contacts(&self, _line: &Line, _out: &mut Vec<Contact>, _scratch: &mut Scratch) {}
 
     /// Whether a line is certainly in the interior from one `t` to another, and so far from the surface that no crossing
     /// is one event with anything from the first `t` to the second. `false` says nothing: worth an answer only where that

@@ -8,7 +8,8 @@
 use super::form::{Form, rounded};
 use super::interval::{End, Interval};
 use super::on_line::{Doubt, Expansion, Local, NOISE_WIDE};
-use crate::crossing::{Border, GROUPING, Sector, Sheet};
+use crate::contact::{Border, Sector, Sheet};
+use crate::crossing::GROUPING;
 use crate::math::{HALF_ULP, Vec3, unit};
 use crate::ray::Line;
 
@@ -58,8 +59,8 @@ impl Form {
     }
 
     /// The stretches of a line that lie in the surface, with the side on which the interior is; `None` if the line does not
-    /// lie in the surface. Where the side turns around the line, it is that at `near`.
-    pub(super) fn sides(&self, line: &Line, near: &dyn Fn() -> f64) -> Option<Vec<Side>> {
+    /// lie in the surface.
+    pub(super) fn sides(&self, line: &Line) -> Option<Vec<Side>> {
         if !self.may_touch(line) {
             return None;
         }
@@ -79,7 +80,7 @@ impl Form {
                 }
             });
         }
-        let sheet = |x: f64| Inward::Behind(self.sheet(expansion.slope + expansion.turn * x, line.d));
+        let sheet = |x: f64| Inward::Behind(doubt.sheet(self, &expansion, x));
         Some(match doubt.apex(self, &expansion) {
             Some(apex) => {
                 let end = End::new(at.t(at.s0 + apex.place), at.t(apex.err), 0);
@@ -90,28 +91,16 @@ impl Form {
                     behind(apex.place + far, Interval::after(end)),
                 ]
             }
-            None => vec![side(sheet(at.s(near()) - at.s0))],
+            None => vec![side(sheet(0.0))],
         })
     }
 
     /// The surface along a line in it, where that has one side; `None` if the line does not lie in it.
-    pub(super) fn sheet_along(&self, line: &Line, near: &dyn Fn() -> f64) -> Option<Sheet> {
-        match self.sides(line, near)?[..] {
+    pub(super) fn sheet_along(&self, line: &Line) -> Option<Sheet> {
+        match self.sides(line)?[..] {
             [Side { inward: Inward::Behind(sheet), .. }] => Some(sheet),
             _ => None,
         }
-    }
-
-    /// The surface at a line in it, given half the gradient there in the form's coordinates: a step `v` across adds
-    /// `v M v` to the form, and the gradient makes up for it.
-    fn sheet(&self, half_gradient: Vec3, d: Vec3) -> Sheet {
-        let size = self.shrink.max_element();
-        let shrink = self.shrink / size;
-        let gradient = half_gradient * shrink;
-        let normal = unit(gradient);
-        let across = d.cross(normal) * shrink;
-        let bend = -0.5 * across.dot(self.apply(across)) * size / gradient.dot(normal);
-        Sheet { normal, bend: normal * bend }
     }
 
     /// Where the form is negative across a line on which it and its gradient vanish: at an angle `a` from an axis of
@@ -133,9 +122,9 @@ impl Form {
             let begin = 0.5 * libm::acos(-mean / swing);
             let (from, to) = (towards(axis + begin), towards(axis - begin));
             // The first from `begin` to half a turn less, the other opposite to it.
-            let between = |from: Vec3, to: Vec3| {
-                let [from, to] = [from, to].map(|direction| Border { direction, bend: Vec3::ZERO });
-                Sector { from, to }
+            let between = |from: Vec3, to: Vec3| Sector {
+                from: Border::straight(from, d),
+                to: Border::straight(to, d),
             };
             Across::Between([between(from, -to), between(-from, to)])
         }
@@ -162,6 +151,31 @@ impl Doubt<'_> {
     fn has_no_gradient(&self, form: &Form, expansion: &Expansion) -> bool {
         let [slope, turn] = self.gradient_doubt(form, expansion);
         is_lost(expansion.slope, slope) && is_lost(expansion.turn, turn)
+    }
+
+    /// The surface about a line in it, by the gradient at `s = s0 + x`.
+    fn sheet(&self, form: &Form, expansion: &Expansion, x: f64) -> Sheet {
+        let [slope_doubt, turn_doubt] = self.gradient_doubt(form, expansion);
+        let turn = if is_lost(expansion.turn, turn_doubt) { Vec3::ZERO } else { expansion.turn };
+        // By the largest, so that products of them are in range.
+        let size = form.shrink.max_element();
+        let shrink = form.shrink / size;
+        let gradient = (expansion.slope + turn * x) * shrink;
+        let length = gradient.length();
+        let relative = |doubt: Vec3, value: Vec3| {
+            if value == Vec3::ZERO { 0.0 } else { doubt.length() / value.length() }
+        };
+        let doubt = relative((slope_doubt + turn_doubt * x.abs()) * shrink, gradient)
+            .max(relative(turn_doubt * shrink, turn * shrink));
+        let per_t = self.at.s(1.0);
+        let row = |axis: Vec3| form.apply(axis * shrink) * shrink * (size / length);
+        Sheet {
+            normal: gradient / length,
+            turn: turn * shrink / length * if per_t.is_finite() { per_t } else { 0.0 },
+            at: self.at.t(self.at.s0 + x),
+            form: Vec3::AXES.map(row),
+            doubt: (doubt + 8.0 * HALF_ULP).min(1.0),
+        }
     }
 
     /// The place where the gradient vanishes, if there is one.

@@ -8,7 +8,8 @@ use super::interval::{Interval, Slab};
 use super::{Kind, Moments, Param, ParamError, Params, Solid, Wanted};
 use crate::aabb::Aabb;
 use crate::accel::Scratch;
-use crate::crossing::{Border, Contact, Crossing, NO_PRIMITIVE, Sector, Sheet};
+use crate::contact::{Border, Contact, Sector, Sheet};
+use crate::crossing::{Crossing, NO_PRIMITIVE};
 use crate::math::{Affine, Dd, Vec3, sin_cos_degrees_wide, unit};
 use crate::ray::{Line, Span};
 
@@ -123,7 +124,7 @@ impl Tube {
                 Some(is_outside) => (!is_outside).then_some(Interval::ALL),
                 // A line in the wall of the hole is not in the interior either.
                 None => match inner.inside(line)[0] {
-                    None => inner.sheet_along(line, &|| 0.0).map(|_| Interval::ALL),
+                    None => inner.sheet_along(line).map(|_| Interval::ALL),
                     hole => hole.map(|stretch| stretch.on(INNER)),
                 },
             };
@@ -141,21 +142,21 @@ impl Tube {
     }
 
     /// The surfaces in which a line lies.
-    fn touched(&self, line: &Line, near: &dyn Fn() -> f64) -> Vec<(u32, Sheet)> {
+    fn touched(&self, line: &Line) -> Vec<(u32, Sheet)> {
         let mut touched = Vec::new();
         if let Some((_, Some(cap))) = self.caps.closed(line) {
             touched.push((CAPS + u32::from(cap.z > 0.0), Sheet::plane(cap)));
         }
         let mut add = |form: &Form, surface: u32| {
-            touched.extend(form.sheet_along(line, near).map(|sheet| (surface, sheet)));
+            touched.extend(form.sheet_along(line).map(|sheet| (surface, sheet)));
         };
         add(&self.outer, OUTER);
         if let Some(wedge) = &self.wedge {
             add(&wedge.start, START);
             add(&wedge.end, END);
         }
-        let hole = self.inner.as_ref().and_then(|inner| inner.sheet_along(line, near));
-        touched.extend(hole.map(|sheet| (INNER, Sheet { normal: -sheet.normal, ..sheet })));
+        let hole = self.inner.as_ref().and_then(|inner| inner.sheet_along(line));
+        touched.extend(hole.map(|sheet| (INNER, sheet.turned_over())));
         touched
     }
 
@@ -249,18 +250,18 @@ impl Solid for Tube {
         let begin = out.len();
         self.crossings(line, out);
         let is_reflex = self.wedge.as_ref().is_some_and(|wedge| wedge.is_reflex);
-        if is_reflex && out.len() > begin && !self.touched(line, &|| 0.0).is_empty() {
+        if is_reflex && out.len() > begin && !self.touched(line).is_empty() {
             scratch.in_plane.push(NO_PRIMITIVE);
         }
     }
 
-    fn contacts(&self, line: &Line, near: &dyn Fn() -> f64, out: &mut Vec<Contact>, _scratch: &mut Scratch) {
-        let touched = self.touched(line, near);
+    fn contacts(&self, line: &Line, out: &mut Vec<Contact>, _scratch: &mut Scratch) {
+        let touched = self.touched(line);
         let (x, y) = unit(line.d).any_orthonormal_pair();
         let angle = |v: Vec3| libm::atan2(v.dot(y), v.dot(x));
         let border = |(_, sheet): &(u32, Sheet), side: f64| {
             let direction = line.d.cross(sheet.normal) * side;
-            (angle(unit(direction)), Border { direction, bend: sheet.bend })
+            (angle(unit(direction)), Border { sheet: *sheet, side })
         };
         let mut borders: Vec<(f64, Border)> =
             touched.iter().flat_map(|sheet| [border(sheet, 1.0), border(sheet, -1.0)]).collect();

@@ -21,8 +21,19 @@ pub(super) fn csg(scene: &mut Scene, op: Op, args: Vec<crate::scene::NodeId>) ->
     scene.add(Node::Csg { op, args })
 }
 
+/// [`seen_within`] the half line.
+pub(super) fn seen(scene: Scene, node: crate::scene::NodeId, o: [f64; 3], d: [f64; 3]) -> Vec<f64> {
+    seen_within(scene, node, o, d, Span::FORWARD)
+}
+
 /// The `t` at which a ray crosses a node as it is, and under a rotation of both; all queries must agree.
-pub(super) fn seen(mut scene: Scene, node: crate::scene::NodeId, o: [f64; 3], d: [f64; 3]) -> Vec<f64> {
+pub(super) fn seen_within(
+    mut scene: Scene,
+    node: crate::scene::NodeId,
+    o: [f64; 3],
+    d: [f64; 3],
+    span: Span,
+) -> Vec<f64> {
     let turn = Affine::rotation_xyz(TURN);
     let turned = scene.add_transform(turn, node);
     let lists = [(node, Affine::IDENTITY), (turned, turn)].map(|(node, frame)| {
@@ -31,13 +42,13 @@ pub(super) fn seen(mut scene: Scene, node: crate::scene::NodeId, o: [f64; 3], d:
         let ray = Ray::new(frame.point(o.into()), frame.vector(d.into())).expect("a ray");
         let lists = ["brute", "bvh", "grid"].map(|accel| {
             let world = world(&scene, accel);
-            let list = crossings(&world, &ray, Span::FORWARD);
+            let list = crossings(&world, &ray, span);
             let mut caster = Caster::new(&world);
             assert_eq!(
-                caster.closest(&ray, Span::FORWARD).expect("within limits").map(|h| h.t),
+                caster.closest(&ray, span).expect("within limits").map(|h| h.t),
                 list.first().map(|h| h.t)
             );
-            assert_eq!(caster.any(&ray, Span::FORWARD), Ok(!list.is_empty()));
+            assert_eq!(caster.any(&ray, span), Ok(!list.is_empty()));
             list
         });
         assert_same(&lists[0], &lists[1], "bvh");

@@ -11,7 +11,7 @@ use super::plane;
 use super::probe::Probe;
 use super::winding::to_crossings;
 use crate::accel::Scratch;
-use crate::crossing::{Border, Contact, Sector};
+use crate::contact::{Border, Contact, Sector};
 use crate::math::{Vec3, unit};
 use crate::ray::Line;
 
@@ -49,7 +49,7 @@ impl MeshSolid {
             hits.clear();
             self.hits_between(&beside, f64::NEG_INFINITY, f64::INFINITY, &mut hits, scratch);
             to_crossings(&mut hits, 0, 0);
-            let border = |edge: &Edge| Border { direction: edge.direction, bend: Vec3::ZERO };
+            let border = |edge: &Edge| Border::straight(edge.direction, line.d);
             let sector = Sector { from: border(from), to: border(to) };
             out.extend(hits.chunks_exact(2).map(|pair| Contact { enter: pair[0], exit: pair[1], sector }));
         }

@@ -8,7 +8,8 @@ use super::winding::{FirstEntry, first_entry, order, to_crossings, total};
 use super::{MeshError, Topology, TriangleMesh, plane};
 use crate::aabb::Aabb;
 use crate::accel::{self, Accelerator, Scratch, Work};
-use crate::crossing::{Contact, Crossing};
+use crate::contact::Contact;
+use crate::crossing::Crossing;
 use crate::math::Vec3;
 use crate::ray::{Line, Span};
 use crate::solid::{Moments, Solid, Wanted};
@@ -289,7 +290,7 @@ impl Solid for MeshSolid {
         }
     }
 
-    fn contacts(&self, line: &Line, _near: &dyn Fn() -> f64, out: &mut Vec<Contact>, scratch: &mut Scratch) {
+    fn contacts(&self, line: &Line, out: &mut Vec<Contact>, scratch: &mut Scratch) {
         let faces = std::mem::take(&mut scratch.in_plane);
         if let Some(probe) = self.probe(line).filter(|_| !faces.is_empty()) {
             self.contacts_with(&faces, line, &probe, out, scratch);

@@ -1,0 +1,212 @@
+//! The border of a sector as a curve in the plane across a ray, which may turn and bend along the ray.
+
+use std::f64::consts::TAU;
+
+use crate::contact::Border;
+use crate::crossing::{Crossing, GROUPING};
+use crate::math::{HALF_ULP, Vec3};
+
+/// Borders at a smaller angle, in radians, have one direction.
+pub(super) const ONE_DIRECTION: f64 = 1e-6;
+
+/// Curvatures that differ by less than this part of them are one.
+const ONE_CURVATURE: f64 = 1e-6;
+
+/// Less than this part of the largest curvature that the form of a surface has in any direction is none.
+const NO_CURVATURE: f64 = 1e-10;
+
+/// A curve that leaves the ray at an angle, with a curvature, positive if it bends counter-clockwise.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Curve {
+    pub angle: f64,
+    pub curvature: f64,
+    /// Curvatures that differ by less are one.
+    pub doubt: f64,
+}
+
+impl Curve {
+    /// Whether it leaves the ray in the same direction as another.
+    pub fn is_along(&self, other: &Curve) -> bool {
+        libm::remainder(self.angle - other.angle, TAU).abs() < ONE_DIRECTION
+    }
+
+    /// Whether it bends more than another in the same direction.
+    pub fn is_behind(&self, other: &Curve) -> bool {
+        self.curvature == f64::INFINITY || self.curvature - other.curvature > self.doubt.max(other.doubt)
+    }
+}
+
+/// A vector in the plane across the ray.
+type Flat = [f64; 2];
+
+/// A [`Border`] in coordinates of the plane across the ray.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Trace {
+    normal: Flat,
+    turn: Flat,
+    at: f64,
+    /// The form's coefficients of `x^2`, `x y` (half of it) and `y^2`.
+    form: [f64; 3],
+    /// The largest entry of the whole form.
+    form_size: f64,
+    doubt: f64,
+    side: f64,
+}
+
+impl Trace {
+    /// The border as seen by two directions that span the plane.
+    pub fn new(border: &Border, (x, y): (Vec3, Vec3)) -> Trace {
+        let sheet = &border.sheet;
+        let flat = |v: Vec3| [v.dot(x), v.dot(y)];
+        let times = |v: Vec3| Vec3::from(sheet.form.map(|row| row.dot(v)));
+        Trace {
+            normal: flat(sheet.normal),
+            turn: flat(sheet.turn),
+            at: sheet.at,
+            form: [x.dot(times(x)), x.dot(times(y)), y.dot(times(y))],
+            form_size: sheet.form.iter().map(|row| row.abs().max_element()).fold(0.0, f64::max),
+            doubt: sheet.doubt,
+            side: border.side,
+        }
+    }
+
+    /// Whether this is the other half of another border's sheet.
+    pub fn is_opposite(&self, other: &Trace) -> bool {
+        self.side == -other.side && (self.normal, self.turn, self.at) == (other.normal, other.turn, other.at)
+    }
+
+    /// Whether it turns along the ray, or its curvature changes.
+    pub fn turns(&self) -> bool {
+        self.turn != [0.0; 2]
+    }
+
+    fn normal_at(&self, t: f64) -> Flat {
+        if self.turns() { add(self.normal, self.turn, t - self.at) } else { self.normal }
+    }
+
+    /// The curve at a `t`: to first order across the normal `n`, and to second order so that `2 n v + v form v` is 0.
+    pub fn curve(&self, t: f64) -> Curve {
+        let normal = self.normal_at(t);
+        let length = libm::hypot(normal[0], normal[1]);
+        let [x, y] = quarter_turn(normal).map(|x| x / length * self.side);
+        let curvature = 0.5 * self.side * polar(self.form, [x, y], [x, y]) / length;
+        let doubt = (ONE_CURVATURE * curvature.abs()).max(NO_CURVATURE * self.form_size / length);
+        Curve { angle: libm::atan2(y, x), curvature, doubt }
+    }
+
+    /// A step of `t` on which the normal keeps at least half its length, so that the border turns by a twelfth at most;
+    /// at an apex, where it has none, half the step from there to the place of the sheet.
+    pub fn step(&self, t: f64) -> f64 {
+        let (step, to_apex) = ((t - self.at).abs(), size(self.normal_at(t)) / size(self.turn));
+        0.5 * if to_apex > GROUPING * self.doubt * step { to_apex } else { step }
+    }
+
+    /// Appends where the borders of two sheets may exchange their order: where the sheets become parallel, or where two that
+    /// are parallel everywhere have one curvature.
+    pub fn exchanges(&self, other: &Trace, out: &mut Vec<Crossing>) {
+        if !self.turns() && !other.turns() {
+            return;
+        }
+        // In steps `u` from the place of the first.
+        let (n, dn) = (self.normal, self.turn);
+        let shift = self.at - other.at;
+        let (m, dm) = (add(other.normal, other.turn, shift), other.turn);
+        let m_size = size(other.normal) + size(dm) * shift.abs();
+        let parallel = Polynomial {
+            terms: [cross(n, m), cross(n, dm) + cross(dn, m), cross(dn, dm)],
+            sizes: [size(n) * m_size, size(n) * size(dm) + size(dn) * m_size, size(dn) * size(dm)],
+        };
+        let doubt = self.doubt + other.doubt;
+        let polynomial = if !parallel.is_nothing(ONE_DIRECTION) {
+            parallel
+        } else if cross(n, dn).abs() > ONE_DIRECTION * size(n) * size(dn) {
+            // Both turn alike: one normal is a constant times the other.
+            let ratio = dot(n, m) / dot(n, n);
+            let form: [f64; 3] = std::array::from_fn(|i| ratio * self.form[i] - other.form[i]);
+            let large: f64 = (0..3).map(|i| (ratio * self.form[i]).abs() + other.form[i].abs()).sum();
+            let (w, dw) = (quarter_turn(n), quarter_turn(dn));
+            Polynomial {
+                terms: [polar(form, w, w), 2.0 * polar(form, w, dw), polar(form, dw, dw)],
+                sizes: [size(w) * size(w), 2.0 * size(w) * size(dw), size(dw) * size(dw)].map(|x| x * large),
+            }
+        } else {
+            // Neither turns: the curvatures are as one over the lengths of the normals.
+            let w = quarter_turn(n);
+            let (a, b) = (polar(self.form, w, w), polar(other.form, w, w));
+            Polynomial {
+                terms: [a * dot(m, n) - b * dot(n, n), a * dot(dm, n) - b * dot(dn, n), 0.0],
+                sizes: [
+                    a.abs() * m_size * size(n) + b.abs() * dot(n, n),
+                    (a.abs() * size(dm) + b.abs() * size(dn)) * size(n),
+                    0.0,
+                ],
+            }
+        };
+        for [u, err] in polynomial.roots(doubt).into_iter().flatten() {
+            let t = self.at + u;
+            out.push(Crossing::new(t, err + HALF_ULP * (t.abs() + self.at.abs()), true, 0));
+        }
+    }
+}
+
+/// A polynomial of the second degree with the sizes of what its terms were added up from.
+struct Polynomial {
+    terms: [f64; 3],
+    sizes: [f64; 3],
+}
+
+impl Polynomial {
+    /// Whether all terms are zero up to errors of their sizes.
+    fn is_nothing(&self, doubt: f64) -> bool {
+        self.terms.iter().zip(self.sizes).all(|(term, size)| term.abs() <= doubt * size)
+    }
+
+    /// The real roots with bounds on their errors, given the relative error of the sizes.
+    fn roots(&self, doubt: f64) -> [Option<[f64; 2]>; 2] {
+        let doubt = doubt + 8.0 * HALF_ULP;
+        let [c, b, a] = std::array::from_fn(|i| {
+            if self.terms[i].abs() <= doubt * self.sizes[i] { 0.0 } else { self.terms[i] }
+        });
+        let discriminant = b * b - 4.0 * a * c;
+        if discriminant < 0.0 || (a, b) == (0.0, 0.0) {
+            return [None; 2];
+        }
+        let q = -0.5 * (b + discriminant.sqrt().copysign(b));
+        let root = |x: f64| {
+            let value = doubt * (self.sizes[0] + x.abs() * (self.sizes[1] + x.abs() * self.sizes[2]));
+            let err = (value / (2.0 * a * x + b).abs()).min((value / a.abs()).sqrt());
+            (x.is_finite() && err.is_finite()).then_some([x, err])
+        };
+        match (a == 0.0, q == 0.0) {
+            (true, _) => [root(-c / b), None],
+            (_, true) => [root(0.0), None],
+            _ => [root(q / a), root(c / q)],
+        }
+    }
+}
+
+fn add(a: Flat, b: Flat, times: f64) -> Flat {
+    [a[0] + b[0] * times, a[1] + b[1] * times]
+}
+
+fn dot(a: Flat, b: Flat) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+fn cross(a: Flat, b: Flat) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+fn size(a: Flat) -> f64 {
+    libm::hypot(a[0], a[1])
+}
+
+/// Turned counter-clockwise.
+fn quarter_turn([x, y]: Flat) -> Flat {
+    [-y, x]
+}
+
+/// The symmetric bilinear form.
+fn polar([xx, xy, yy]: [f64; 3], a: Flat, b: Flat) -> f64 {
+    xx * a[0] * b[0] + xy * (a[0] * b[1] + a[1] * b[0]) + yy * a[1] * b[1]
+}
