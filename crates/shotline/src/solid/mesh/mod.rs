@@ -7,6 +7,7 @@
 
 mod contacts;
 mod doubt;
+mod edges;
 mod exact;
 mod found;
 mod intersections;

@@ -2,14 +2,17 @@
 //!
 //! A *patch* is a set of faces that hang together by edges and meet no others: between two faces of a patch one goes from
 //! the front of one to the front of the other, around the edge, without passing any face. So a line through one face gives
-//! the winding numbers of all. Faces that pass through others or touch others are patches of their own.
+//! the winding numbers of all. Faces that pass through others or touch others are patches of their own. Where patches meet
+//! at an edge of more than two faces, those that follow each other around it have one winding number between them.
+
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 use rayon::prelude::*;
 
-use super::separation::wings_are_apart;
+use super::edges::Link;
 use super::shells::Shells;
 use super::stop::{Cancelled, Stop};
-use super::welded::places;
 use super::winding::sides_of;
 use super::{Found, MeshSolid, probe::Triangle};
 use crate::accel::Scratch;
@@ -82,29 +85,67 @@ impl MeshSolid {
     /// [`Cancelled`].
     pub(super) fn patches(&self, stop: Stop) -> Result<Vec<Patch>, Cancelled> {
         self.find_meetings(stop)?;
-        let mut forest = self.joined_by_edges(&self.edges());
-        let mut number_of_root = vec![usize::MAX; self.triangles.len()];
-        let mut patches: Vec<Vec<u32>> = Vec::new();
-        for item in 0..self.triangles.len() as u32 {
-            let number = &mut number_of_root[forest.root(item) as usize];
-            if *number == usize::MAX {
-                *number = patches.len();
-                patches.push(Vec::new());
-            }
-            patches[*number].push(item);
-        }
-        let sides = |items: &Vec<u32>| {
-            if stop.is_set() {
-                return None;
-            }
-            let widest = |i: &&u32, j: &&u32| self.width(**i).total_cmp(&self.width(**j)).then(j.cmp(i));
-            let item = items.iter().max_by(widest)?;
-            self.sides(*item, centroid(&self.triangles[*item as usize]))
-        };
-        let sides: Vec<_> = patches.par_iter().map(sides).collect();
+        let edges = self.edges();
+        let alone = self.alone(&edges);
+        let (patches, patch_of) = grouped(self.joined_by_edges(&edges, &alone), self.triangles.len());
+        let links: Vec<Link> = self.links(&edges, &alone);
+        let links =
+            links.into_iter().map(|link| Link { items: link.items.map(|i| patch_of[i as usize]), ..link });
+        let sides = self.sides_of_patches(&patches, &links.collect::<Vec<_>>(), stop);
         stop.check()?;
         let inside = self.inside();
         Ok(patches.into_iter().zip(sides).map(|(items, sides)| Patch { items, sides, inside }).collect())
+    }
+
+    /// The winding numbers on both sides of patches, given their links. A line is cast for one of those that are linked, and
+    /// for another where that says nothing; the others follow.
+    fn sides_of_patches(&self, patches: &[Vec<u32>], links: &[Link], stop: Stop) -> Vec<Option<[i32; 2]>> {
+        let mut forest = Shells::apart(patches.len());
+        let mut links_of: Vec<Vec<(u32, [usize; 2])>> = vec![Vec::new(); patches.len()];
+        for &Link { items: [a, b], sides: [of_a, of_b] } in links {
+            forest.join(a, b);
+            links_of[a as usize].push((b, [of_a, of_b]));
+            links_of[b as usize].push((a, [of_b, of_a]));
+        }
+        let (groups, _) = grouped(forest, patches.len());
+        let of_group = |group: &Vec<u32>| {
+            let mut found: HashMap<u32, [i32; 2]> = HashMap::new();
+            for &first in group {
+                if stop.is_set() {
+                    break;
+                }
+                if found.contains_key(&first) {
+                    continue;
+                }
+                let Some(sides) = self.sides_by_line(&patches[first as usize]) else { continue };
+                found.insert(first, sides);
+                let mut open = vec![first];
+                while let Some(patch) = open.pop() {
+                    let known = found[&patch];
+                    for &(other, [side, of_other]) in &links_of[patch as usize] {
+                        // Into a face the winding number grows by one.
+                        let front = known[side] - i32::from(of_other == 1);
+                        if let Entry::Vacant(place) = found.entry(other) {
+                            place.insert([front, front + 1]);
+                            open.push(other);
+                        }
+                    }
+                }
+            }
+            group.iter().map(|patch| (*patch, found.get(patch).copied())).collect::<Vec<_>>()
+        };
+        let mut out = vec![None; patches.len()];
+        for (patch, sides) in groups.par_iter().map(of_group).collect::<Vec<_>>().into_iter().flatten() {
+            out[patch as usize] = sides;
+        }
+        out
+    }
+
+    /// The winding numbers on the front and the back of a patch, by a line through its widest item.
+    fn sides_by_line(&self, items: &[u32]) -> Option<[i32; 2]> {
+        let widest = |i: &&u32, j: &&u32| self.width(**i).total_cmp(&self.width(**j)).then(j.cmp(i));
+        let item = items.iter().max_by(widest)?;
+        self.sides(*item, centroid(&self.triangles[*item as usize]))
     }
 
     /// The winding numbers on the front and the back of an item at a point of it.
@@ -130,90 +171,24 @@ impl MeshSolid {
         let width = normal(triangle).length() / longest;
         if width.is_nan() { 0.0 } else { width }
     }
-
-    /// The edges of items: their ends, the item, and its corner opposite; sorted.
-    fn edges(&self) -> Vec<Use> {
-        let places = places(&self.mesh.vertices);
-        let mut edges: Vec<Use> = Vec::with_capacity(3 * self.triangles.len());
-        for (item, triangle) in (0..).zip(&self.triangles) {
-            let corners = self.mesh.faces[triangle.face as usize].map(|v| places[v as usize]);
-            for k in 0..3 {
-                let (u, v) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
-                edges.push(([u.min(v), u.max(v)], item, k as u32));
-            }
-        }
-        edges.par_sort_unstable();
-        edges
-    }
-
-    /// Pairs of items with an edge in common of which one may be folded onto the other; of several that lie on each other,
-    /// each with the next.
-    pub(super) fn folds(&self) -> Vec<[u32; 2]> {
-        self.folds_at(&self.edges())
-    }
-
-    fn folds_at(&self, edges: &[Use]) -> Vec<[u32; 2]> {
-        let mut folds = Vec::new();
-        for uses in edges.chunk_by(|a, b| a.0 == b.0) {
-            if let [one, other] = uses {
-                folds.extend((!self.lies_open(one, other)).then_some([one.1, other.1]));
-            } else if uses.len() > 2 {
-                let around = self.around(uses);
-                // Those that lie on each other are next to each other, as are the last and the first.
-                let pairs = around.iter().zip(around.iter().cycle().skip(1));
-                let closed = pairs.filter(|(one, other)| !self.lies_open(one, other));
-                folds.extend(closed.map(|(one, other)| [one.1, other.1]));
-            }
-        }
-        folds
-    }
-
-    /// The faces at an edge in the order of their angles around it.
-    ///
-    /// Rounding may put a face out of place, but by no more than the doubt about its own angle; so it is still found to lie
-    /// on one of its neighbours.
-    fn around(&self, uses: &[Use]) -> Vec<Use> {
-        let Some(&(_, item, k)) = uses.first() else { return Vec::new() };
-        let corners = self.triangles[item as usize].corners;
-        let (u, v) = (corners[(k as usize + 1) % 3], corners[(k as usize + 2) % 3]);
-        let (ahead, across) = (v - u).normalize().any_orthonormal_pair();
-        let angle = |(_, item, k): &Use| {
-            let out = self.triangles[*item as usize].corners[*k as usize] - u;
-            across.dot(out).atan2(ahead.dot(out))
-        };
-        let mut around: Vec<(f64, Use)> = uses.iter().map(|face| (angle(face), *face)).collect();
-        around.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        around.into_iter().map(|(_, face)| face).collect()
-    }
-
-    /// Items joined across edges of two faces, where neither meets other faces.
-    fn joined_by_edges(&self, edges: &[Use]) -> Shells {
-        let mut alone: Vec<bool> = self.meetings().marks.iter().map(|marks| *marks != 0).collect();
-        for item in self.folds_at(edges).into_iter().flatten() {
-            alone[item as usize] = true;
-        }
-        let mut forest = Shells::apart(self.triangles.len());
-        for uses in edges.chunk_by(|a, b| a.0 == b.0) {
-            if let [(_, i, _), (_, j, _)] = *uses
-                && !alone[i as usize]
-                && !alone[j as usize]
-            {
-                forest.join(i, j);
-            }
-        }
-        forest
-    }
-
-    /// Whether of two faces at an edge neither is folded onto the other.
-    fn lies_open(&self, &(_, i, k): &Use, &(_, j, l): &Use) -> bool {
-        let (of_i, k) = (self.triangles[i as usize].corners, k as usize);
-        let opposite = self.triangles[j as usize].corners[l as usize];
-        wings_are_apart(of_i[(k + 1) % 3], of_i[(k + 2) % 3], [of_i[k], opposite])
-    }
 }
 
-/// An edge of an item: its ends, the lower first, the item, and which of its corners lies opposite.
-type Use = ([u32; 2], u32, u32);
+/// The sets of a forest in the order of their first members, each ascending, and the number of the set of each member.
+fn grouped(mut forest: Shells, members: usize) -> (Vec<Vec<u32>>, Vec<u32>) {
+    let mut number_of_root = vec![u32::MAX; members];
+    let mut groups: Vec<Vec<u32>> = Vec::new();
+    let number_of = (0..members as u32).map(|member| {
+        let number = &mut number_of_root[forest.root(member) as usize];
+        if *number == u32::MAX {
+            *number = groups.len() as u32;
+            groups.push(Vec::new());
+        }
+        groups[*number as usize].push(member);
+        *number
+    });
+    let number_of = number_of.collect();
+    (groups, number_of)
+}
 
 /// The middle of a triangle.
 pub(super) fn centroid(triangle: &Triangle) -> Vec3 {
@@ -305,6 +280,32 @@ mod tests {
         assert!(!solid(sheet().with(&back)).is_closed() || !winding(sheet().with(&back)).can_be_hit);
         assert_eq!(winding(ball(2)), Winding { once: true, cancelling: Found::default(), can_be_hit: true });
         assert!(!winding(ball(2).with(&ball(2))).once);
+    }
+
+    #[test]
+    fn patches_around_edges_follow_from_their_neighbours() {
+        // Random blocks of cubes, some of them twice in one another: edges of four and more faces.
+        let mut random = crate::testkit::random::Random::new(7);
+        let mut linked = 0;
+        for round in 0..40 {
+            let mut places = || -> Vec<[i32; 3]> {
+                (0..27).filter(|_| random.below(3) == 0).map(|i| [i % 3, i / 3 % 3, i / 9]).collect()
+            };
+            let mut mesh = cubes(&places());
+            if round % 2 == 1 {
+                mesh = mesh
+                    .inside_out()
+                    .with(&ball(1).moved(&Affine::scaling(Vec3::splat(0.1 * f64::from(round)))));
+            }
+            let turn = Affine::rotation_xyz(Vec3::new(f64::from(round), 20.0, 5.0));
+            let solid = solid(mesh.moved(&turn));
+            let edges = solid.edges();
+            linked += solid.links(&edges, &solid.alone(&edges)).len();
+            for patch in solid.patches(Stop::NEVER).unwrap() {
+                assert_eq!(patch.sides, solid.sides_by_line(&patch.items), "{round}");
+            }
+        }
+        assert!(linked > 400, "{linked}");
     }
 
     #[test]

@@ -1,0 +1,124 @@
+//! The edges of the triangles of a mesh, and what lies around those of more than two.
+
+use rayon::prelude::*;
+
+use super::MeshSolid;
+use super::separation::wings_are_apart;
+use super::shells::Shells;
+use super::welded::places;
+
+/// An edge of an item: its ends, the lower first, the item, and which of its corners lies opposite.
+pub(super) type Use = ([u32; 2], u32, u32);
+
+/// Two sides of items between which no other face lies: they have one winding number.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Link {
+    pub(super) items: [u32; 2],
+    /// Of each item, 0 for the front and 1 for the back.
+    pub(super) sides: [usize; 2],
+}
+
+impl MeshSolid {
+    /// The edges of items: their ends, the item, and its corner opposite; sorted.
+    pub(super) fn edges(&self) -> Vec<Use> {
+        let places = places(&self.mesh.vertices);
+        let mut edges: Vec<Use> = Vec::with_capacity(3 * self.triangles.len());
+        for (item, triangle) in (0..).zip(&self.triangles) {
+            let corners = self.mesh.faces[triangle.face as usize].map(|v| places[v as usize]);
+            for k in 0..3 {
+                let (u, v) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
+                edges.push(([u.min(v), u.max(v)], item, k as u32));
+            }
+        }
+        edges.par_sort_unstable();
+        edges
+    }
+
+    /// Pairs of items with an edge in common of which one may be folded onto the other; of several that lie on each other,
+    /// each with the next.
+    pub(super) fn folds(&self) -> Vec<[u32; 2]> {
+        self.folds_at(&self.edges())
+    }
+
+    fn folds_at(&self, edges: &[Use]) -> Vec<[u32; 2]> {
+        let mut folds = Vec::new();
+        for uses in edges.chunk_by(|a, b| a.0 == b.0) {
+            if let [one, other] = uses {
+                folds.extend((!self.lies_open(one, other)).then_some([one.1, other.1]));
+            } else if uses.len() > 2 {
+                let around = self.around(uses);
+                // Those that lie on each other are next to each other, as are the last and the first.
+                let pairs = around.iter().zip(around.iter().cycle().skip(1));
+                let closed = pairs.filter(|(one, other)| !self.lies_open(one, other));
+                folds.extend(closed.map(|(one, other)| [one.1, other.1]));
+            }
+        }
+        folds
+    }
+
+    /// The faces at an edge in the order of their angles around it.
+    ///
+    /// Rounding may put a face out of place, but by no more than the doubt about its own angle; so it is still found to lie
+    /// on one of its neighbours.
+    fn around(&self, uses: &[Use]) -> Vec<Use> {
+        let Some(&(_, item, k)) = uses.first() else { return Vec::new() };
+        let corners = self.triangles[item as usize].corners;
+        let (u, v) = (corners[(k as usize + 1) % 3], corners[(k as usize + 2) % 3]);
+        let (ahead, across) = (v - u).normalize().any_orthonormal_pair();
+        let angle = |(_, item, k): &Use| {
+            let out = self.triangles[*item as usize].corners[*k as usize] - u;
+            across.dot(out).atan2(ahead.dot(out))
+        };
+        let mut around: Vec<(f64, Use)> = uses.iter().map(|face| (angle(face), *face)).collect();
+        around.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        around.into_iter().map(|(_, face)| face).collect()
+    }
+
+    /// Which items meet other faces than at their edges and corners, or are folded onto them.
+    pub(super) fn alone(&self, edges: &[Use]) -> Vec<bool> {
+        let mut alone: Vec<bool> = self.meetings().marks.iter().map(|marks| *marks != 0).collect();
+        for item in self.folds_at(edges).into_iter().flatten() {
+            alone[item as usize] = true;
+        }
+        alone
+    }
+
+    /// Items joined across edges of two faces, where neither meets other faces.
+    pub(super) fn joined_by_edges(&self, edges: &[Use], alone: &[bool]) -> Shells {
+        let mut forest = Shells::apart(self.triangles.len());
+        for uses in edges.chunk_by(|a, b| a.0 == b.0) {
+            if let [(_, i, _), (_, j, _)] = *uses
+                && !alone[i as usize]
+                && !alone[j as usize]
+            {
+                forest.join(i, j);
+            }
+        }
+        forest
+    }
+
+    /// The sides that face each other around edges of more than two faces, where neither meets other faces.
+    pub(super) fn links(&self, edges: &[Use], alone: &[bool]) -> Vec<Link> {
+        let mut links = Vec::new();
+        for uses in edges.chunk_by(|a, b| a.0 == b.0).filter(|uses| uses.len() > 2) {
+            let corner = |(_, item, k): &Use| self.triangles[*item as usize].corners[(*k as usize + 1) % 3];
+            let (around, begin) = (self.around(uses), corner(&uses[0]));
+            // Seen along the first, the front of a face that runs the same way is on its counter-clockwise side.
+            let ahead = |face: &Use| usize::from(corner(face) != begin);
+            for (one, next) in around.iter().zip(around.iter().cycle().skip(1)) {
+                let items = [one.1, next.1];
+                if items.iter().all(|item| !alone[*item as usize]) && self.lies_open(one, next) {
+                    links.push(Link { items, sides: [ahead(one), 1 - ahead(next)] });
+                }
+            }
+        }
+        links
+    }
+
+    /// Whether of two faces at an edge neither is folded onto the other.
+    fn lies_open(&self, &(_, i, k): &Use, &(_, j, l): &Use) -> bool {
+        let (of_i, k) = (self.triangles[i as usize].corners, k as usize);
+        let opposite = self.triangles[j as usize].corners[l as usize];
+        wings_are_apart(of_i[(k + 1) % 3], of_i[(k + 2) % 3], [of_i[k], opposite])
+    }
+}
