@@ -31,7 +31,8 @@ class Mesh(Node):
 
     `weld` merges vertices up to this distance apart, in the units of the vertices, or with "auto" those within rounding of
     each other (64 units in the last place of float64) and a thousand times farther from all others; each goes to the nearest
-    of the vertices that stay, so none is moved farther than the distance. `weld_note` says what was merged. Faces that collapse are dropped, and the others are renumbered.
+    of the vertices that stay, so none is moved farther than the distance. `weld_note` says what was merged. Faces that
+    collapse are dropped, and the others are renumbered.
 
     A closed mesh is a solid. One that is not has hits, but no inside: combinations, segments and `contains` refuse it.
     Warns of polygons that cross themselves and of what is left out. Raises ValueError
@@ -44,7 +45,7 @@ class Mesh(Node):
     <Mesh: 4 vertices, 4 faces, closed>
     """
 
-    __slots__ = ("_accel", "_native")
+    __slots__ = ("_accel", "_native", "_weld_note")
 
     def __init__(
         self,
@@ -61,6 +62,7 @@ class Mesh(Node):
         points = _points(vertices)
         corners, sizes = _faces(faces, len(points))
         self._native = _native.Mesh(points, corners, sizes, None, weld_text(weld))
+        self._weld_note = self._native.weld_note()
         for change in self._native.changes():
             warnings.warn(change, stacklevel=2)
         self._accel = accelerator(accel)
@@ -68,7 +70,7 @@ class Mesh(Node):
     @classmethod
     def _of_native(cls, native: _native.Mesh, accel: str | None = None) -> Mesh:
         mesh = cls.__new__(cls)
-        mesh._native, mesh._accel = native, accel
+        mesh._native, mesh._accel, mesh._weld_note = native, accel, native.weld_note()
         return mesh
 
     @property
@@ -100,7 +102,7 @@ class Mesh(Node):
     @property
     def weld_note(self) -> str | None:
         """What welding merged and dropped, in words; None if it was not asked for."""
-        return self._native.weld_note()
+        return self._weld_note
 
     def _keys(self) -> dict[str, Any]:
         return {"kind": "mesh"} | ({"accel": self._accel} if self._accel else {})
@@ -111,7 +113,7 @@ class Mesh(Node):
         return self._accel, len(vertices), *(blake2b(array.data).hexdigest() for array in arrays)
 
     def __reduce__(self) -> Any:
-        return _again, (self.vertices, self.faces, self._native.polygons(), self._accel)
+        return _again, (self.vertices, self.faces, self._native.polygons(), self._accel, self._weld_note)
 
     def __repr__(self) -> str:
         state = "closed" if self.is_closed else "open"
@@ -119,8 +121,16 @@ class Mesh(Node):
         return f"<Mesh: {vertices} vertices, {faces} faces, {state}>"
 
 
-def _again(vertices: np.ndarray, faces: np.ndarray, polygons: np.ndarray | None, accel: str | None) -> Mesh:
-    return Mesh._of_native(_native.Mesh(vertices, faces.reshape(-1), None, polygons, None), accel)
+def _again(
+    vertices: np.ndarray,
+    faces: np.ndarray,
+    polygons: np.ndarray | None,
+    accel: str | None,
+    weld_note: str | None,
+) -> Mesh:
+    mesh = Mesh._of_native(_native.Mesh(vertices, faces.reshape(-1), None, polygons, None), accel)
+    mesh._weld_note = weld_note
+    return mesh
 
 
 def weld_text(weld: float | str | None) -> str | None:
