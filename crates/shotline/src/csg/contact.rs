@@ -81,8 +81,9 @@ pub(super) struct Contacts {
     across: Option<(Vec3, Vec3)>,
     /// The parts beside which the ray runs just now.
     open: Vec<u32>,
-    /// Those at one place: memory only.
+    /// Those at one place, and their borders: memory only.
     slices: Vec<Slice>,
+    borders: Vec<Curve>,
 }
 
 impl Contacts {
@@ -147,9 +148,16 @@ impl Contacts {
         slices.extend(self.open.iter().map(|&part| self.parts[part as usize].slice(t)));
         // No sector is wider than half a turn: what seems so is one without width.
         slices.retain(|slice| (ONE_DIRECTION..PI + ONE_DIRECTION).contains(&slice.width()));
-        let mut borders = slices.iter().flat_map(|slice| [slice.from, slice.to]);
-        let value = borders.all(|border| value_along(&slices, &behind(&slices, border), program, state));
-        self.slices = slices;
+        let mut borders = std::mem::take(&mut self.borders);
+        borders.clear();
+        for border in slices.iter().flat_map(|slice| [slice.from, slice.to]) {
+            if !borders.iter().any(|other| border.is_one_with(other)) {
+                borders.push(border);
+            }
+        }
+        let mut curves = borders.iter().map(|border| behind(&borders, border));
+        let value = curves.all(|curve| value_along(&slices, &curve, program, state));
+        (self.slices, self.borders) = (slices, borders);
         value
     }
 
@@ -194,11 +202,10 @@ impl Part {
 }
 
 /// A curve between a border and the next one counter-clockwise.
-fn behind(slices: &[Slice], border: Curve) -> Curve {
-    let others = slices.iter().flat_map(|slice| [slice.from, slice.to]);
-    let next = others.filter(|other| other.is_along(&border) && other.is_behind(&border));
+fn behind(borders: &[Curve], border: &Curve) -> Curve {
+    let next = borders.iter().filter(|other| other.is_along(border) && other.is_behind(border));
     let next = next.map(|other| other.curvature).fold(f64::INFINITY, f64::min);
-    Curve { curvature: 0.5 * border.curvature + 0.5 * next, ..border }
+    Curve { curvature: 0.5 * border.curvature + 0.5 * next, ..*border }
 }
 
 fn value_along(slices: &[Slice], curve: &Curve, program: &Program, state: &mut ProgramState) -> bool {
@@ -246,6 +253,21 @@ mod tests {
         assert!(!holds(Op::Union, &[&[Vec3::X], &[Vec3::Y]]));
         assert!(!holds(Op::Intersection, &[&[Vec3::X], &[Vec3::NEG_X]]));
         assert!(!holds(Op::Difference, &[&[Vec3::X], &[Vec3::NEG_X]]));
+    }
+
+    #[test]
+    fn each_direction_is_judged_once_however_many_operands_share_a_face() {
+        let program = program(Op::Union, 100);
+        let (mut contacts, mut state) = (Contacts::default(), ProgramState::default());
+        state.reset(&program);
+        for leaf in 0..100 {
+            let normal = Vec3::new(if leaf % 2 == 0 { 1.0 } else { -1.0 }, f64::from(leaf) * 1e-15, 0.0);
+            let sector = Sector::behind(&[Sheet::plane(normal)], Vec3::Z).unwrap();
+            let part = contacts.add(leaf, sector, Vec3::Z, 0.0, &mut Vec::new());
+            contacts.toggle(part);
+        }
+        assert!(contacts.value(&program, &mut state, Place::After(0.0)));
+        assert_eq!(contacts.borders.len(), 2);
     }
 
     #[test]

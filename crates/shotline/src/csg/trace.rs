@@ -30,6 +30,11 @@ impl Curve {
         libm::remainder(self.angle - other.angle, TAU).abs() < ONE_DIRECTION
     }
 
+    /// Whether it differs from another by rounding only.
+    pub fn is_one_with(&self, other: &Curve) -> bool {
+        self.is_along(other) && !self.is_behind(other) && !other.is_behind(self)
+    }
+
     /// Whether it bends more than another in the same direction.
     pub fn is_behind(&self, other: &Curve) -> bool {
         self.curvature == f64::INFINITY || self.curvature - other.curvature > self.doubt.max(other.doubt)
