@@ -119,6 +119,40 @@ pub fn object_bounds(world: &World) -> Result<Vec<Aabb>, MeasureError> {
     Ok(extents.into_iter().map(|(_, extent)| extent.bounds).collect())
 }
 
+/// What keeps a volume from being a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Range {
+    /// Above about 1.8e308.
+    TooLarge,
+    /// Below about 2.2e-308.
+    TooSmall,
+}
+
+impl Range {
+    /// Why the volume of something in a box is not a number that f64 holds; `None` if it is, or if the box is empty or has
+    /// no end.
+    pub fn of_volume(volume: f64, bounds: &Aabb) -> Option<Range> {
+        if bounds.is_empty() || !bounds.is_finite() {
+            return None;
+        }
+        if !volume.is_finite() {
+            return Some(Range::TooLarge);
+        }
+        // Not by a side that is nothing but the padding of a box.
+        let vanishes = bounds.volume_vanishes() && volume < f64::MIN_POSITIVE;
+        vanishes.then_some(Range::TooSmall)
+    }
+}
+
+impl std::fmt::Display for Range {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(match self {
+            Range::TooLarge => "large",
+            Range::TooSmall => "small",
+        })
+    }
+}
+
 /// Why objects could not be measured.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeasureError {
@@ -141,6 +175,16 @@ pub enum MeasureError {
     TooMany {
         /// The object.
         object: String,
+    },
+    /// The volume of an object overflows or underflows.
+    #[error(
+        "object '{object}': its volume is too {range} for a 64-bit number; give the model in other units of length"
+    )]
+    OutOfRange {
+        /// The object.
+        object: String,
+        /// Whether it is too large or too small.
+        range: Range,
     },
     /// Objects in shared groups in shared groups, so that telling them apart takes too much memory.
     #[error("the shared groups hold more than {most} objects, every group counted")]

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::estimate::{COUNT, Estimate, SHIFTS, estimates, numbers};
 use super::extent::Extent;
 use super::known::{Known, Sampled};
-use super::{Measure, MeasureError, Settings};
+use super::{Measure, MeasureError, Range, Settings};
 use crate::aabb::Aabb;
 use crate::compile::{Body, World};
 use crate::math::{Affine, Dd, Vec3};
@@ -86,6 +86,9 @@ impl Rays<'_> {
         extent: &Extent,
     ) -> Result<Measure, MeasureError> {
         let (numbers, rays) = self.numbers(object, extent)?;
+        if let Some(range) = Range::of_volume(numbers[0].value, &extent.bounds) {
+            return Err(MeasureError::OutOfRange { object: self.name(object), range });
+        }
         let material = self.world.object_material(object).and_then(|m| scene.materials.get(m as usize));
         let density = material.and_then(|(_, material)| material.density);
         let mass_of_one = scene.units.map_or(1.0, Units::cubic_centimetres);

@@ -349,3 +349,23 @@ fn ellipsoids_given_as_quadrics_are_exact_and_cylinders_between_planes_have_a_vo
     assert!((found.volume.value - 2.0 * PI).abs() < 5.0 * found.volume.std_error, "{found:?}");
     assert!(found.volume.std_error < 0.01);
 }
+
+#[test]
+fn a_volume_that_overflows_or_underflows_is_an_error() {
+    for (size, range) in [(1e120, Range::TooLarge), (1e-110, Range::TooSmall)] {
+        let whole = one(|s| solid(s, "sphere", &[&[size]]));
+        let bitten = one(|s| {
+            let ball = solid(s, "sphere", &[&[size]]);
+            let bite = solid(s, "box", &[&[0.0; 3], &[size; 3]]);
+            s.add_csg(Op::Difference, vec![ball, bite])
+        });
+        let map = Affine::scaling(Vec3::splat(size));
+        let mesh = Arc::new(ball(1).moved(&map));
+        let mesh = one(|s| s.add(Node::Mesh { mesh, file: None }));
+        for scene in [whole, bitten, mesh] {
+            let error = all(&scene, &Settings::default()).unwrap_err();
+            let is_so = matches!(error, MeasureError::OutOfRange { range: found, .. } if found == range);
+            assert!(is_so && error.to_string().contains("other units of length"), "{error}");
+        }
+    }
+}
