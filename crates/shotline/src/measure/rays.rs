@@ -208,9 +208,9 @@ impl Rays<'_> {
     fn cells(&self, object: u32, bounds: &Aabb, rays: usize) -> [Cells; 3] {
         // Where others may own a part, their edges count too.
         let alone = self.settings.overlaps == Overlaps::All;
-        let counts = |other: usize| other == object as usize || !alone;
-        let leaves = self.leaves.iter().enumerate().filter(|(other, _)| counts(*other));
-        let met = leaves.flat_map(|(_, leaves)| leaves).filter(|leaf| !leaf.intersection(bounds).is_empty());
+        let others = if alone { &[] } else { &self.leaves[..] };
+        let leaves = self.leaves.get(object as usize).into_iter().chain(others).flatten();
+        let met = leaves.filter(|leaf| !leaf.intersection(bounds).is_empty());
         let leaves: Vec<Aabb> = met.take(MOST_LEAVES).copied().collect();
         [0, 1, 2].map(|axis| Cells::new(bounds, &leaves, axis, rays))
     }

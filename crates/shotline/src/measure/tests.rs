@@ -276,8 +276,8 @@ fn an_object_without_an_end_does_not_stop_the_others() {
 fn polytope(planes: &[([f64; 3], f64)], boxes: &[[[f64; 3]; 2]], map: Affine) -> Measure {
     let scene = one(|scene| {
         let mut args: Vec<NodeId> =
-            planes.iter().map(|(n, offset)| solid(scene, "halfspace", &[&*n, &[*offset]])).collect();
-        args.extend(boxes.iter().map(|[min, max]| solid(scene, "box", &[&*min, &*max])));
+            planes.iter().map(|(n, offset)| solid(scene, "halfspace", &[n, &[*offset]])).collect();
+        args.extend(boxes.iter().map(|[min, max]| solid(scene, "box", &[min, max])));
         let node = scene.add_csg(Op::Intersection, args);
         scene.add_transform(map, node)
     });
