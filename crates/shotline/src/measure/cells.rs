@@ -12,6 +12,12 @@ use crate::math::HALF_ULP;
 /// Cells of a square at most.
 const MOST: usize = 256;
 
+/// Rays of a sample for each cell, where there are more cells than few.
+const RAYS: usize = 16;
+
+/// So many cells are few: of these, two rays each are enough.
+const FEW: usize = 32;
+
 /// Edges that are tried as splits of a cell along one side at most.
 const TRIES: usize = 16;
 
@@ -96,7 +102,8 @@ impl Cells {
         };
         let square = Region { low: [-1.0; 2], high: [1.0; 2], shadows: Vec::new(), split: None };
         let shadows = leaves.iter().map(shadow).filter(|shadow| shadow.depth > 0.0).collect();
-        let most = (rays / 2).clamp(1, MOST);
+        // Many short sequences are less even than few long ones.
+        let most = (rays / RAYS).max(FEW).min(rays / 2).clamp(1, MOST);
         let guide = Guide { rays: rays as f64, blur };
         Cells::shared(&square.holding(shadows, guide).cut(most, guide), rays)
     }
