@@ -109,8 +109,9 @@ class Scene(Queries):
 
         Exact where there are closed forms: solids given by parameters and closed meshes, by themselves or several whose
         boxes do not overlap, under any transforms. Else by rays: their stretches inside are integrated in closed form
-        and the rays are spread evenly, sixteen times over; how much these differ tells the standard error. It is an
-        estimate, not a bound, and a part too small for the rays may not be seen at all.
+        and the rays are spread over strata by the boxes of solids, sixteen times over; how much these, or the three
+        axes, differ tells the standard error. It is an estimate, not a bound, and a part too small for the rays may
+        not be seen at all.
 
         Args:
             rays: rays for each object without a closed form.
@@ -121,7 +122,8 @@ class Scene(Queries):
             threads, progress: as of `closest`.
 
         Raises:
-            ValueError: for a mesh that is not closed, and for a name or a number that no object has.
+            ValueError: for a mesh that is not closed, a volume that overflows or underflows, and a name or a number
+                that no object has.
 
         >>> scene = Scene(Box(min=(0, 0, 0), max=(1, 2, 3)).named("box"))
         >>> scene.measure().volume, scene.measure().centroid.round(12)

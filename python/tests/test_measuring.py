@@ -57,6 +57,12 @@ def test_by_rays():
     assert not rough.exact[0] and abs(rough.volume[0] - 4 / 3 * np.pi) < 6 * rough.volume_err[0]
 
 
+def test_a_volume_out_of_range_is_refused():
+    for radius, word in ((1e120, "large"), (1e-110, "small")):
+        with pytest.raises(ValueError, match=f"its volume is too {word} for a 64-bit number"):
+            Scene(Sphere(radius=radius)).measure()
+
+
 def test_chosen_objects_and_the_command(tmp_path):
     scene = Scene(Sphere(radius=1).named("a"), Sphere(radius=2).named("b"))
     assert scene.measure(objects=["b"]).object.tolist() == [1] == scene.measure(objects=[1]).object.tolist()

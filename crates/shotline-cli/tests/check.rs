@@ -25,6 +25,25 @@ fn a_hole_is_counted_and_placed() {
 }
 
 #[test]
+fn a_volume_that_is_no_number_is_a_fault() {
+    for (side, range) in [("1e120", "large"), ("1e-110", "small")] {
+        let mut cube = cube_ply(12);
+        for i in 0..8 {
+            let corner = [i & 1, i >> 1 & 1, i >> 2];
+            let scaled = corner.map(|x| if x == 0 { "0" } else { side }).join(" ");
+            cube = cube.replace(
+                &format!("\n{}\n", corner.map(|x| x.to_string()).join(" ")),
+                &format!("\n{scaled}\n"),
+            );
+        }
+        let answer = Place::new().with("cube.ply", cube).run(&["check", "cube.ply"]);
+        assert_eq!(answer.code, Some(1), "{}{}", answer.stdout, answer.stderr);
+        let words = format!("the volume is too {range} for a 64-bit number");
+        assert!(answer.stdout.contains(&words) && answer.stdout.contains("not sound"), "{}", answer.stdout);
+    }
+}
+
+#[test]
 fn a_flipped_face_is_found() {
     let flipped = cube_ply(12).replace("3 5 7 6\n", "3 7 5 6\n");
     let place = Place::new().with("flipped.ply", flipped);

@@ -125,5 +125,10 @@ fn what_cannot_be_measured_is_refused_by_name() {
     place.run(&["measure", "ground.json", "--object", "moon"]).refused(&["'moon'", "info"]);
     place.run(&["measure", "open.ply"]).refused(&["open.ply", "not closed", "open edges", "check"]);
     assert_eq!(json(&place, &["cube.ply"])["objects"][0]["volume"]["value"], 1.0);
+    let huge =
+        r#"{"shotline": 1, "objects": [{"name": "sun", "node": {"kind": "sphere", "radius": 1e120}}]}"#;
+    let place = place.with("huge.json", huge);
+    let words = ["huge.json", "'sun'", "too large", "other units of length", "scale the model"];
+    place.run(&["measure", "huge.json"]).refused(&words);
     place.run(&["measure", "cube.ply", "--rays", "many"]).refused(&["--rays", "many"]);
 }

@@ -70,6 +70,13 @@ impl Aabb {
         (self.max - self.min).max(Vec3::ZERO)
     }
 
+    /// Whether the volume is too small for a normal number, though no side is.
+    pub fn volume_vanishes(&self) -> bool {
+        let size = self.size();
+        // Sides near the least number are the padding of what is flat.
+        size.min_element() > 16.0 * f64::MIN_POSITIVE && size.element_product() < f64::MIN_POSITIVE
+    }
+
     /// Half of the surface area, the measure of the surface area heuristic; zero for an empty box.
     pub fn half_area(&self) -> f64 {
         let s = self.size();

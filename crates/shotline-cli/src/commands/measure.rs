@@ -158,6 +158,7 @@ impl Command {
             MeasureError::Cancelled => return Failure::Interrupted,
             MeasureError::Query(error) => help(error),
             MeasureError::TooMany { .. } => "choose fewer --rays, or measure what is placed by itself",
+            MeasureError::OutOfRange { .. } => "scale the model, or choose other objects with --object",
             MeasureError::TooNested { .. } | MeasureError::NoObject { .. } => "choose fewer with --object",
         };
         Failure::of_file(&self.model.path, format!("{error}\nhelp: {help}"))

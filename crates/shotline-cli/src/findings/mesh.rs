@@ -3,6 +3,8 @@
 use std::sync::Arc;
 
 use shotline::math::Vec3;
+use shotline::measure::Range;
+use shotline::solid::Solid;
 use shotline::solid::mesh::{Edge, Found, MeshSolid, Topology, TriangleMesh, Weld, Winding};
 
 use super::{Finding, Findings, Place, Severity};
@@ -23,8 +25,12 @@ impl Findings {
             return self.line(format!("{name}: not a mesh"));
         };
         let winding = solid.winding();
-        self.line(summary(name, solid.topology(), winding.as_ref()));
+        let range = winding.as_ref().and_then(|_| out_of_range(&solid));
+        self.line(summary(name, solid.topology(), winding.as_ref(), range));
         let mut examination = Examination { name, mesh, report: self };
+        if let Some(range) = range {
+            examination.volume(range);
+        }
         examination.edges(solid.topology());
         examination.faces(solid.topology());
         examination.shells(&solid);
@@ -36,12 +42,18 @@ impl Findings {
     }
 }
 
-fn summary(name: &str, topology: &Topology, winding: Option<&Winding>) -> String {
+/// Why the volume of a mesh is not a number that f64 holds; `None` if it is.
+fn out_of_range(solid: &MeshSolid) -> Option<Range> {
+    Range::of_volume(solid.topology().signed_volume.abs(), &solid.bounds())
+}
+
+fn summary(name: &str, topology: &Topology, winding: Option<&Winding>, range: Option<Range>) -> String {
     let faces = counted(topology.faces as u64, "triangle", "triangles");
     let vertices = counted(topology.vertices as u64, "vertex", "vertices");
     let shells = counted(topology.shells.count as u64, "shell", "shells");
     let volume = short(topology.signed_volume.abs());
     let volume = match winding {
+        Some(_) if range.is_some() => "closed".into(),
         None => "not closed: a surface without an inside".into(),
         Some(winding) if winding.once => format!("closed, volume {volume}"),
         // `measure` gives that of the inside, so this must not be called the volume.
@@ -53,6 +65,12 @@ fn summary(name: &str, topology: &Topology, winding: Option<&Winding>) -> String
 }
 
 impl Examination<'_> {
+    fn volume(&mut self, range: Range) {
+        let text =
+            format!("the volume is too {range} for a 64-bit number; give the model in other units of length");
+        self.add(Severity::Fault, "volume_out_of_range", 1, text, Place::default());
+    }
+
     fn edges(&mut self, topology: &Topology) {
         use Severity::{Fault, Remark};
         self.edge(Fault, "open_edges", topology.open_edges, "open edge", "open edges");

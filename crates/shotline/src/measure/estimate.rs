@@ -37,25 +37,50 @@ pub(super) fn numbers(m: &Moments) -> [f64; COUNT] {
     out
 }
 
-/// Volume, centroid and inertia of a body from its integrals by each of the randomised samples, in coordinates that
+/// So many times as far as the shifts do, the axes must be apart to be believed: with two and fifteen degrees of freedom
+/// one object in twenty-five has that by chance (the F distribution).
+const APART: f64 = 2.0;
+
+/// Volume, centroid and inertia of a body from its integrals by each of some independent samples, in coordinates that
 /// `world_from_box` takes to the world.
 ///
 /// The values are those of all samples together; the errors are the spread of what they are without each one (the
 /// jackknife), which for the volume is the standard error of a mean.
-pub(super) fn estimates(samples: &[[f64; 10]; SHIFTS], world_from_box: &Affine) -> [Estimate; COUNT] {
+fn estimates<const SAMPLES: usize>(
+    samples: &[[f64; 10]; SAMPLES],
+    world_from_box: &Affine,
+) -> [Estimate; COUNT] {
     let mean_of = |but: Option<usize>| {
-        let kept = || (0..SHIFTS).filter(|i| Some(*i) != but);
+        let kept = || (0..SAMPLES).filter(|i| Some(*i) != but);
         let mean = |term: usize| kept().map(|i| samples[i][term]).sum::<f64>() / kept().count() as f64;
         numbers(&Moments::from_integrals(std::array::from_fn(mean)).placed(world_from_box))
     };
     let values = mean_of(None);
-    let without: [[f64; COUNT]; SHIFTS] = std::array::from_fn(|i| mean_of(Some(i)));
+    let without: [[f64; COUNT]; SAMPLES] = std::array::from_fn(|i| mean_of(Some(i)));
     std::array::from_fn(|k| {
-        let n = SHIFTS as f64;
+        let n = SAMPLES as f64;
         // From one of them, so that nothing is lost where they are alike; NaN where without one nothing is left.
         let away = without.map(|numbers| numbers[k] - values[k]);
         let mean = away.iter().sum::<f64>() / n;
         let squares = away.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>();
         Estimate { value: values[k], std_error: (squares * (n - 1.0) / n).sqrt() }
     })
+}
+
+/// The values of the shifts with their errors, or those of the axes where these are apart by more.
+///
+/// The rays along each axis alone estimate the same integrals. Where those along one do not see a part, all shifts agree
+/// about it, and only the axes differ.
+pub(super) fn by_shifts_and_axes(
+    shifts: &[[f64; 10]; SHIFTS],
+    axes: &[[f64; 10]; 3],
+    world_from_box: &Affine,
+) -> [Estimate; COUNT] {
+    let mut found = estimates(shifts, world_from_box);
+    for (estimate, other) in found.iter_mut().zip(estimates(axes, world_from_box)) {
+        if other.std_error > APART * estimate.std_error {
+            estimate.std_error = other.std_error;
+        }
+    }
+    found
 }

@@ -19,6 +19,8 @@ pub(super) enum Known {
 #[derive(Clone, Debug)]
 pub(super) struct Sampled {
     pub(super) moments: [Moments; SHIFTS],
+    /// As the rays along each axis have them.
+    pub(super) axes: [Moments; 3],
     /// A volume that may have been overlooked, where few rays met anything.
     pub(super) unseen: f64,
     /// The solids sampled, in ascending order.
@@ -32,6 +34,7 @@ impl Known {
             Known::Exactly(moments) => Known::Exactly(moments.placed(map)),
             Known::Sampled(sampled) => Known::Sampled(Arc::new(Sampled {
                 moments: sampled.moments.map(|moments| moments.placed(map)),
+                axes: sampled.axes.map(|moments| moments.placed(map)),
                 unseen: sampled.unseen * map.determinant().abs(),
                 solids: sampled.solids.clone(),
             })),
@@ -43,15 +46,17 @@ impl Known {
     pub(super) fn total(parts: &[Known]) -> Known {
         let sampled = || parts.iter().filter_map(Known::sampled);
         if sampled().next().is_none() {
-            let exact: Vec<Moments> = parts.iter().map(|part| part.sample(0)).collect();
-            return Known::Exactly(Moments::total(&exact));
+            return Known::Exactly(total_of(parts, |sampled| sampled.moments[0]));
         }
         let mut solids: Vec<u32> = sampled().flat_map(|s| s.solids.iter().copied()).collect();
         solids.sort_unstable();
         solids.dedup();
-        let total = |i: usize| Moments::total(&parts.iter().map(|part| part.sample(i)).collect::<Vec<_>>());
-        let unseen = sampled().map(|s| s.unseen).sum();
-        Known::Sampled(Arc::new(Sampled { moments: std::array::from_fn(total), unseen, solids }))
+        Known::Sampled(Arc::new(Sampled {
+            moments: std::array::from_fn(|i| total_of(parts, |sampled| sampled.moments[i])),
+            axes: std::array::from_fn(|i| total_of(parts, |sampled| sampled.axes[i])),
+            unseen: sampled().map(|s| s.unseen).sum(),
+            solids,
+        }))
     }
 
     fn sampled(&self) -> Option<&Sampled> {
@@ -60,11 +65,13 @@ impl Known {
             Known::Sampled(sampled) => Some(sampled),
         }
     }
+}
 
-    fn sample(&self, i: usize) -> Moments {
-        match self {
-            Known::Exactly(moments) => *moments,
-            Known::Sampled(sampled) => sampled.moments[i],
-        }
-    }
+/// The moments of all parts, of a part that was sampled those of one sample.
+fn total_of(parts: &[Known], sample: impl Fn(&Sampled) -> Moments) -> Moments {
+    let own = |part: &Known| match part {
+        Known::Exactly(moments) => *moments,
+        Known::Sampled(sampled) => sample(sampled),
+    };
+    Moments::total(&parts.iter().map(own).collect::<Vec<_>>())
 }

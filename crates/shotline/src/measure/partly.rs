@@ -31,18 +31,19 @@ impl Sampling<'_> {
     pub(super) fn of(&self, doubt: &Doubt, number: u32) -> Result<Known, MeasureError> {
         let rays = self.settings.rays.div_ceil(STRATA).max(1);
         let one = |stratum: usize| self.stratum(doubt, number, stratum, rays);
-        let strata: Vec<_> = (0..STRATA).into_par_iter().map(one).collect::<Result<_, _>>()?;
-        let mut met = 0;
-        let moments = std::array::from_fn(|shift| {
-            let mut sums = [Dd::ZERO; 10];
-            for (terms, meetings) in &strata[3 * shift..3 * shift + 3] {
-                sums = std::array::from_fn(|i| sums[i] + terms[i]);
-                met += meetings;
-            }
-            doubt.moments(&sums.map(|sum| sum.hi / (3 * rays) as f64))
-        });
+        let strata: Vec<([Dd; 10], u64)> = (0..STRATA).into_par_iter().map(one).collect::<Result<_, _>>()?;
+        let met: u64 = strata.iter().map(|(_, met)| met).sum();
+        let mean = |of: &dyn Fn(usize) -> bool| {
+            let own = (0..STRATA).filter(|stratum| of(*stratum));
+            let (sums, count) = own.fold(([Dd::ZERO; 10], 0), |(sums, count), stratum| {
+                (std::array::from_fn(|i| sums[i] + strata[stratum].0[i]), count + 1)
+            });
+            doubt.moments(&sums.map(|sum| sum.hi / (count * rays) as f64))
+        };
+        let moments = std::array::from_fn(|shift| mean(&|stratum| stratum / 3 == shift));
+        let axes = std::array::from_fn(|axis| mean(&|stratum| stratum % 3 == axis));
         let unseen = if met < FEW { doubt.volume() / (STRATA * rays) as f64 } else { 0.0 };
-        Ok(Known::Sampled(Arc::new(Sampled { moments, unseen, solids: vec![number] })))
+        Ok(Known::Sampled(Arc::new(Sampled { moments, axes, unseen, solids: vec![number] })))
     }
 
     /// The sums over the rays of an axis and a shift, and how many of them found anything to add.

@@ -4,13 +4,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
-use super::estimate::{COUNT, Estimate, SHIFTS, estimates, numbers};
+use super::cells::Cells;
+use super::estimate::{COUNT, Estimate, SHIFTS, by_shifts_and_axes, numbers};
 use super::extent::Extent;
 use super::known::{Known, Sampled};
-use super::{Measure, MeasureError, Settings};
+use super::{Measure, MeasureError, Range, Settings};
 use crate::aabb::Aabb;
 use crate::compile::{Body, World};
-use crate::math::{Affine, Dd, Vec3};
+use crate::math::{Affine, Dd, HALF_ULP, Vec3};
 use crate::query::batch::Run;
 use crate::query::{Caster, Limits, Overlaps, QueryError};
 use crate::ray::{Ray, Span};
@@ -26,11 +27,20 @@ const STEPS_OF_A_RAY: u64 = 1000;
 /// Where fewer stretches are met than this, the samples are too few to tell how much they overlook.
 pub(super) const FEW: u64 = 16 * SHIFTS as u64;
 
+/// Half-ulps of its coordinates by which an end of a stretch may be off, for the edges of cells too.
+const ROUNDING: f64 = 32.0;
+
 /// Rays summed by one thread between looks at the cancel flag.
 const CHUNK: usize = 1024;
 
 /// Steps that a thread takes before it counts them with those of the others.
 const MANY: u64 = 1 << 16;
+
+/// Errors of centroid and inertia grow by so much at most.
+const MOST_GROWTH: f64 = 4.0;
+
+/// Leaves by which cells are chosen.
+const MOST_LEAVES: usize = 2048;
 
 /// Chunks that are shared out before their sums are gathered.
 const ROUND: usize = 256;
@@ -41,11 +51,40 @@ const STEPS: [u64; 2] = [0xc13f_a9a9_02a6_328f, 0x91e1_0da5_c79e_7b1d];
 /// Integrals as [`Moments::from_integrals`] takes them, as they are gathered.
 type Sums = [Dd; 10];
 
+/// What rays tell.
+struct Samples {
+    /// Integrals by each shift, of all axes.
+    shifts: [[f64; 10]; SHIFTS],
+    /// Integrals by each axis, of all shifts.
+    axes: [[f64; 10]; 3],
+    /// How far apart two rays of one cell are at most, in what they count of the length of the box.
+    spread: f64,
+}
+
+/// The rays of a cell that count least and most.
+#[derive(Default)]
+struct Spread {
+    cell: Option<usize>,
+    low: f64,
+    high: f64,
+    most: f64,
+}
+
+impl Spread {
+    fn add(&mut self, cell: usize, ray: f64) {
+        let is_new = self.cell.replace(cell) != Some(cell);
+        (self.low, self.high) = if is_new { (ray, ray) } else { (self.low.min(ray), self.high.max(ray)) };
+        self.most = self.most.max(self.high - self.low);
+    }
+}
+
 /// What all objects are measured with.
 pub(super) struct Rays<'a> {
     pub world: &'a World,
     pub settings: &'a Settings,
     pub run: Run<'a>,
+    /// The boxes of the leaves of objects that may need rays, by their numbers.
+    pub leaves: Vec<Vec<Aabb>>,
 }
 
 /// An object to be sampled, and what has been met so far.
@@ -55,6 +94,8 @@ struct Task {
     half: Vec3,
     /// Rays of each shift along each axis.
     rays: usize,
+    /// How these are shared out over the square across each axis.
+    cells: [Cells; 3],
     /// Stretches met.
     stretches: AtomicU64,
     /// Boxes and bodies opened to find them.
@@ -86,6 +127,9 @@ impl Rays<'_> {
         extent: &Extent,
     ) -> Result<Measure, MeasureError> {
         let (numbers, rays) = self.numbers(object, extent)?;
+        if let Some(range) = Range::of_volume(numbers[0].value, &extent.bounds) {
+            return Err(MeasureError::OutOfRange { object: self.name(object), range });
+        }
         let material = self.world.object_material(object).and_then(|m| scene.materials.get(m as usize));
         let density = material.and_then(|(_, material)| material.density);
         let mass_of_one = scene.units.map_or(1.0, Units::cubic_centimetres);
@@ -129,8 +173,9 @@ impl Rays<'_> {
     /// The estimates where a part has been sampled.
     fn partly(&self, sampled: &Sampled, bounds: &Aabb) -> ([Estimate; COUNT], usize) {
         let centre = bounds.centre();
-        let samples = sampled.moments.map(|moments| moments.integrals_from(centre));
-        let mut numbers = estimates(&samples, &Affine::translation(centre));
+        let shifts = sampled.moments.map(|moments| moments.integrals_from(centre));
+        let axes = sampled.axes.map(|moments| moments.integrals_from(centre));
+        let mut numbers = by_shifts_and_axes(&shifts, &axes, &Affine::translation(centre));
         add_unseen(&mut numbers, sampled.unseen, bounds);
         let rays = self.settings.rays.div_ceil(STRATA).max(1).saturating_mul(STRATA);
         (numbers, rays.saturating_mul(sampled.solids.len()))
@@ -141,21 +186,39 @@ impl Rays<'_> {
         let all_rays = rays.saturating_mul(STRATA);
         let (centre, half) = (bounds.centre(), bounds.size() * 0.5);
         let most_steps = self.run.most_rows.max((all_rays as u64).saturating_mul(STEPS_OF_A_RAY));
+        let cells = self.cells(object, bounds, rays);
         let (stretches, steps) = (AtomicU64::new(0), AtomicU64::new(0));
-        let task = Task { object, centre, half, rays, stretches, steps, most_steps };
-        let samples = self.samples(&task)?;
+        let task = Task { object, centre, half, rays, cells, stretches, steps, most_steps };
+        let Samples { shifts, axes, spread } = self.samples(&task)?;
         let world_from_box = Affine::translation(centre).then_after(&Affine::scaling(half));
-        let mut numbers = estimates(&samples, &world_from_box);
-        if task.stretches.into_inner() < FEW {
-            let volume = bounds.size().element_product();
-            add_unseen(&mut numbers, volume / all_rays as f64, bounds);
+        let mut numbers = by_shifts_and_axes(&shifts, &axes, &world_from_box);
+        let (met, share) = (task.stretches.into_inner(), bounds.size().element_product() / all_rays as f64);
+        add_rare(&mut numbers, spread * share);
+        if met < FEW {
+            let weight = task.cells.iter().map(Cells::most_weight).fold(0.0, f64::max);
+            add_unseen(&mut numbers, weight * share, bounds);
         }
+        // Of the length of the box, at both ends of a stretch.
+        let off = ROUNDING * HALF_ULP * (Vec3::ONE + (centre / half).abs()).max_element();
+        add_unseen(&mut numbers, off * share * met as f64, bounds);
         Ok((numbers, all_rays))
     }
 
-    /// The integrals over the object by each randomised sample, in coordinates in which its box reaches from -1 to 1.
-    fn samples(&self, task: &Task) -> Result<[[f64; 10]; SHIFTS], MeasureError> {
-        let mut sums = [[Dd::ZERO; 10]; SHIFTS];
+    /// The cells across each axis, by the leaves in the box of an object.
+    fn cells(&self, object: u32, bounds: &Aabb, rays: usize) -> [Cells; 3] {
+        // Where others may own a part, their edges count too.
+        let alone = self.settings.overlaps == Overlaps::All;
+        let others = if alone { &[] } else { &self.leaves[..] };
+        let leaves = self.leaves.get(object as usize).into_iter().chain(others).flatten();
+        let met = leaves.filter(|leaf| !leaf.intersection(bounds).is_empty());
+        let leaves: Vec<Aabb> = met.take(MOST_LEAVES).copied().collect();
+        [0, 1, 2].map(|axis| Cells::new(bounds, &leaves, axis, rays))
+    }
+
+    /// The integrals over the object by each randomised sample, and by the rays of each axis, in coordinates in which its
+    /// box reaches from -1 to 1.
+    fn samples(&self, task: &Task) -> Result<Samples, MeasureError> {
+        let (mut shifts, mut axes, mut spread) = ([[Dd::ZERO; 10]; SHIFTS], [[Dd::ZERO; 10]; 3], 0.0f64);
         let chunks = task.rays.div_ceil(CHUNK);
         let mut round = 0..0;
         while round.end < chunks * STRATA {
@@ -169,46 +232,56 @@ impl Rays<'_> {
             let parts: Vec<_> = round.clone().into_par_iter().map_init(caster, one).collect();
             // In order, so that sums have the same bits on any number of threads.
             for (job, part) in round.clone().zip(parts) {
-                let (sum, part) = (&mut sums[job / chunks / 3], part?);
-                *sum = std::array::from_fn(|i| sum[i] + part[i]);
+                let (stratum, (part, own)) = (job / chunks, part?);
+                spread = spread.max(own);
+                for sum in [&mut shifts[stratum / 3], &mut axes[stratum % 3]] {
+                    *sum = std::array::from_fn(|i| sum[i] + part[i]);
+                }
             }
         }
         // Each axis by itself would give the whole: a ray stands for a part of the square [-1, 1] x [-1, 1].
-        let weight = 4.0 / (3.0 * task.rays as f64);
-        Ok(sums.map(|sums| sums.map(|sum| sum.hi * weight)))
+        let mean =
+            |sums: Sums, strata: usize| sums.map(|sum| sum.hi * (4.0 / (strata as f64 * task.rays as f64)));
+        let (shifts, axes) = (shifts.map(|sums| mean(sums, 3)), axes.map(|sums| mean(sums, SHIFTS)));
+        Ok(Samples { shifts, axes, spread })
     }
 
-    /// What the rays of one chunk of a stratum, an axis and a shift, add to the integrals.
+    /// What the rays of one chunk of a stratum, an axis and a shift, add to the integrals, and how far two are apart.
     fn chunk(
         &self,
         caster: &mut Caster,
         task: &Task,
         stratum: usize,
         chunk: usize,
-    ) -> Result<Sums, MeasureError> {
+    ) -> Result<(Sums, f64), MeasureError> {
         if self.run.cancel.is_some_and(|c| c.load(Ordering::Relaxed)) {
             return Err(MeasureError::Cancelled);
         }
         let axis = stratum % 3;
         let across = [(axis + 1) % 3, (axis + 2) % 3];
         let key = mixed(mixed(self.settings.seed) ^ u64::from(task.object)) ^ stratum as u64;
-        let shift = [mixed(key), mixed(key ^ (1 << 63))];
-        let mut sums = [Dd::ZERO; 10];
+        let (mut sums, mut spread) = ([Dd::ZERO; 10], Spread::default());
         let (mut stretches, mut met, mut taken) = (Vec::new(), 0, 0);
         let rays = chunk * CHUNK..((chunk + 1) * CHUNK).min(task.rays);
         let cast = rays.len() as u64;
         for i in rays {
+            let (number, cell) = task.cells[axis].of(i);
+            // Each cell has a sequence of its own.
+            let key = key ^ (number as u64) << 32;
+            let point = place(i - cell.first, [mixed(key), mixed(key ^ (1 << 63))]);
             let mut place = Vec3::ZERO;
-            [place[across[0]], place[across[1]]] = self::place(i, shift);
+            [place[across[0]], place[across[1]]] = cell.place(point);
             stretches.clear();
             let steps = self.stretches(caster, task, place, axis, &mut stretches)?;
             (met, taken) = (met + stretches.len() as u64, taken + steps);
             if taken > MANY {
                 self.count(task, std::mem::take(&mut taken))?;
             }
+            let length: f64 = stretches.iter().map(|[from, to]| to - from).sum();
+            spread.add(number, 0.5 * length * cell.weight);
             for &stretch in &stretches {
                 let terms = integrals(place, axis, stretch);
-                sums = std::array::from_fn(|k| sums[k] + Dd::from(terms[k]));
+                sums = std::array::from_fn(|k| sums[k] + Dd::from(terms[k] * cell.weight));
             }
         }
         task.stretches.fetch_add(met, Ordering::Relaxed);
@@ -220,7 +293,7 @@ impl Rays<'_> {
         if let Some(progress) = self.run.progress {
             progress(cast);
         }
-        Ok(sums)
+        Ok((sums, spread.most))
     }
 
     /// The stretches inside the object of the ray through a place of its box along an axis, from -1 to 1, and how much
@@ -270,6 +343,16 @@ impl Rays<'_> {
     fn name(&self, object: u32) -> String {
         self.world.object_names()[object as usize].clone()
     }
+}
+
+/// Makes room in the errors for one ray more or less of those that count most, which matters where few count most of all:
+/// at the rim of a thin shell. The other errors grow as that of the volume does.
+fn add_rare(numbers: &mut [Estimate; COUNT], volume: f64) {
+    let before = numbers[0].std_error;
+    let after = before.hypot(volume);
+    let growth = if before > 0.0 { (after / before).min(MOST_GROWTH) } else { 1.0 };
+    numbers.iter_mut().for_each(|number| number.std_error *= growth);
+    numbers[0].std_error = after;
 }
 
 /// Adds to the errors what it would mean if such a volume had been overlooked in a corner of the box.

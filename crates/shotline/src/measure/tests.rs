@@ -11,28 +11,28 @@ use crate::math::{Affine, Vec3};
 use crate::scene::{Material, Node, NodeId, Op};
 use crate::solid::mesh::shapes::{ball, sheet};
 
-fn world(scene: &Scene) -> World {
+pub(super) fn world(scene: &Scene) -> World {
     compile(scene, Options::default()).unwrap_or_else(|e| panic!("{e:?}"))
 }
 
-fn all(scene: &Scene, settings: &Settings) -> Result<Vec<Measure>, MeasureError> {
+pub(super) fn all(scene: &Scene, settings: &Settings) -> Result<Vec<Measure>, MeasureError> {
     measure(&world(scene), scene, settings, Run::default())
 }
 
-fn rays(rays: usize, seed: u64) -> Settings {
+pub(super) fn rays(rays: usize, seed: u64) -> Settings {
     Settings { rays, seed, method: Method::Rays, ..Settings::default() }
 }
 
-fn solid(scene: &mut Scene, kind: &str, values: &[&[f64]]) -> NodeId {
+pub(super) fn solid(scene: &mut Scene, kind: &str, values: &[&[f64]]) -> NodeId {
     scene.add_solid(kind, values).unwrap()
 }
 
-fn at(scene: &mut Scene, node: NodeId, place: [f64; 3]) -> NodeId {
+pub(super) fn at(scene: &mut Scene, node: NodeId, place: [f64; 3]) -> NodeId {
     scene.add_transform(Affine::translation(Vec3::from(place)), node)
 }
 
 /// A scene of one object.
-fn one(build: impl FnOnce(&mut Scene) -> NodeId) -> Scene {
+pub(super) fn one(build: impl FnOnce(&mut Scene) -> NodeId) -> Scene {
     let mut scene = Scene::default();
     let node = build(&mut scene);
     scene.add_object("it", None, node);
@@ -111,12 +111,12 @@ fn more_rays_see_more_than_by_the_root_of_their_number() {
 
 #[test]
 fn what_rays_hardly_meet_is_not_told_as_certain() {
-    let needle = one(|scene| {
-        let far = solid(scene, "sphere", &[&[1e-5]]);
-        let members = [[-1.0; 3], [1.0; 3]].map(|place| at(scene, far, place)).to_vec();
-        scene.add_csg(Op::Union, members)
+    // A wire that fills its box from corner to corner: no edge tells where it is.
+    let wire = one(|scene| {
+        let ring = solid(scene, "torus", &[&[1.0], &[1e-9]]);
+        scene.add_transform(Affine::rotation_xyz(Vec3::new(20.0, 50.0, -10.0)), ring)
     });
-    let found = all(&needle, &rays(4800, 0)).unwrap()[0];
+    let found = all(&wire, &rays(4800, 0)).unwrap()[0];
     assert!(found.volume.value == 0.0 && found.volume.std_error > 1e-4, "{found:?}");
     assert!(found.centroid[0].value.is_nan() && found.inertia[0][1].value.is_nan());
     // A small part, of which few rays tell.
@@ -276,8 +276,8 @@ fn an_object_without_an_end_does_not_stop_the_others() {
 fn polytope(planes: &[([f64; 3], f64)], boxes: &[[[f64; 3]; 2]], map: Affine) -> Measure {
     let scene = one(|scene| {
         let mut args: Vec<NodeId> =
-            planes.iter().map(|(n, offset)| solid(scene, "halfspace", &[&*n, &[*offset]])).collect();
-        args.extend(boxes.iter().map(|[min, max]| solid(scene, "box", &[&*min, &*max])));
+            planes.iter().map(|(n, offset)| solid(scene, "halfspace", &[n, &[*offset]])).collect();
+        args.extend(boxes.iter().map(|[min, max]| solid(scene, "box", &[min, max])));
         let node = scene.add_csg(Op::Intersection, args);
         scene.add_transform(map, node)
     });
@@ -348,4 +348,24 @@ fn ellipsoids_given_as_quadrics_are_exact_and_cylinders_between_planes_have_a_vo
     let found = all(&pin, &rays(48_000, 1)).unwrap()[0];
     assert!((found.volume.value - 2.0 * PI).abs() < 5.0 * found.volume.std_error, "{found:?}");
     assert!(found.volume.std_error < 0.01);
+}
+
+#[test]
+fn a_volume_that_overflows_or_underflows_is_an_error() {
+    for (size, range) in [(1e120, Range::TooLarge), (1e-110, Range::TooSmall)] {
+        let whole = one(|s| solid(s, "sphere", &[&[size]]));
+        let bitten = one(|s| {
+            let ball = solid(s, "sphere", &[&[size]]);
+            let bite = solid(s, "box", &[&[0.0; 3], &[size; 3]]);
+            s.add_csg(Op::Difference, vec![ball, bite])
+        });
+        let map = Affine::scaling(Vec3::splat(size));
+        let mesh = Arc::new(ball(1).moved(&map));
+        let mesh = one(|s| s.add(Node::Mesh { mesh, file: None }));
+        for scene in [whole, bitten, mesh] {
+            let error = all(&scene, &Settings::default()).unwrap_err();
+            let is_so = matches!(error, MeasureError::OutOfRange { range: found, .. } if found == range);
+            assert!(is_so && error.to_string().contains("other units of length"), "{error}");
+        }
+    }
 }

@@ -10,6 +10,7 @@ use super::shells::Shells;
 use super::stop::{Cancelled, Stop};
 use super::tetrahedra::{determinant, exact_determinant, is_sure};
 use super::welded::places;
+use crate::aabb::Aabb;
 use crate::math::{Affine, Dd, Vec3};
 use crate::solid::Moments;
 
@@ -77,6 +78,12 @@ impl MeshSolid {
             })
             .collect();
         Moments::total(&shells)
+    }
+
+    /// A box around each shell, in the frame of the mesh.
+    pub(crate) fn shell_boxes(&self) -> Vec<Aabb> {
+        let corners = |item: &u32| self.mesh.corners(self.triangles[*item as usize].face);
+        self.items_of_shells().iter().map(|items| Aabb::around(items.iter().flat_map(corners))).collect()
     }
 
     /// The items of each shell: parts that have no vertex in common.

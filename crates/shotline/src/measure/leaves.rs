@@ -1,0 +1,99 @@
+//! The boxes of the leaves of each object, in world coordinates: where its thin parts are.
+
+use std::collections::BTreeMap;
+
+use crate::aabb::Aabb;
+use crate::compile::{Body, Leaf, Placed, SolidBody, Target, World};
+use crate::math::Affine;
+
+/// Boxes of one object at most.
+const MOST: usize = 1024;
+
+/// Boxes kept of all levels together; once there are more, a level has one of each object.
+const BUDGET: usize = 1 << 20;
+
+/// The boxes of a level by objects; `None` stands for the object that is named above it.
+type Boxes = BTreeMap<Option<u32>, Vec<Aabb>>;
+
+/// The boxes of the leaves of wanted objects, by their numbers; none of the others. Where there are too many they are those
+/// of groups, or some of them.
+pub(super) fn leaf_boxes(world: &World, wanted: &[bool]) -> Vec<Vec<Aabb>> {
+    // Levels come after what they place, and the root is the last.
+    let (mut levels, mut kept): (Vec<Boxes>, usize) = (Vec::new(), 0);
+    for level in world.levels() {
+        let each = (MOST / level.placements.len().max(1)).max(1);
+        let mut boxes = Boxes::new();
+        for placed in &level.placements {
+            for (object, own) in of(world, &levels, placed) {
+                if object.is_none_or(|object| wanted[object as usize]) {
+                    boxes.entry(object).or_default().extend(moved(own, placed, each));
+                }
+            }
+        }
+        let most = if kept < BUDGET { MOST } else { 1 };
+        boxes.values_mut().for_each(|boxes| *boxes = some(std::mem::take(boxes), most));
+        kept += boxes.values().map(Vec::len).sum::<usize>();
+        levels.push(boxes);
+    }
+    let mut root = levels.pop().unwrap_or_default();
+    (0..).take(wanted.len()).map(|object| root.remove(&Some(object)).unwrap_or_default()).collect()
+}
+
+/// The boxes of what is placed, in its own frame.
+fn of(world: &World, levels: &[Boxes], placed: &Placed) -> Vec<(Option<u32>, Vec<Aabb>)> {
+    match placed.target {
+        Target::Level(level) => {
+            let named = levels[level as usize].iter();
+            named.map(|(object, boxes)| (object.or(placed.object), boxes.clone())).collect()
+        }
+        Target::Body(body) => match world.body(body) {
+            Body::Surface(surface) => vec![(placed.object, vec![surface.bounds])],
+            Body::Solid(body) => vec![(placed.object, of_body(body))],
+        },
+    }
+}
+
+/// Boxes in the frame of the level that places them: one around all where there are more than so many.
+fn moved(boxes: Vec<Aabb>, placed: &Placed, most: usize) -> Vec<Aabb> {
+    // It was inverted once, so it can be again, but for rounding.
+    let Ok(map) = inverse(&placed.local_from_parent) else { return vec![placed.bounds] };
+    let boxes = if boxes.len() > most { vec![around(&boxes)] } else { boxes };
+    let moved = boxes.iter().map(|own| own.transformed(&map).intersection(&placed.bounds));
+    moved.filter(|own| !own.is_empty()).collect()
+}
+
+fn inverse(map: &Affine) -> Result<Affine, crate::math::SingularTransform> {
+    if map.is_identity() { Ok(Affine::IDENTITY) } else { map.inverse() }
+}
+
+/// The boxes of the leaves of a body.
+fn of_body(body: &SolidBody) -> Vec<Aabb> {
+    let boxes: Vec<Aabb> = body.leaves.iter().flat_map(of_leaf).collect();
+    let within = boxes.iter().map(|own| own.intersection(&body.bounds));
+    some(within.filter(|own| !own.is_empty()).collect(), MOST)
+}
+
+/// The box of a leaf, or those of the shells of a mesh.
+fn of_leaf(leaf: &Leaf) -> Vec<Aabb> {
+    let shells = leaf.solid.as_mesh().filter(|mesh| mesh.topology().shells.count > 1);
+    match (shells, inverse(&leaf.local_from_body)) {
+        (Some(mesh), Ok(map)) => {
+            let shells = some(mesh.shell_boxes(), MOST);
+            shells.iter().map(|own| own.transformed(&map).intersection(&leaf.bounds)).collect()
+        }
+        _ => vec![leaf.bounds],
+    }
+}
+
+/// So many of the boxes at most, evenly from the list; one around all if one is wanted.
+fn some(boxes: Vec<Aabb>, most: usize) -> Vec<Aabb> {
+    match boxes.len() {
+        count if count <= most => boxes,
+        _ if most == 1 => vec![around(&boxes)],
+        count => boxes.into_iter().step_by(count.div_ceil(most)).collect(),
+    }
+}
+
+fn around(boxes: &[Aabb]) -> Aabb {
+    boxes.iter().fold(Aabb::EMPTY, |all, own| all.union(own))
+}
