@@ -20,7 +20,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("ray", &["math"]),
     ("aabb", &["math", "ray"]),
     ("region", &["math", "aabb"]),
-    ("crossing", &["math"]),
+    ("crossing", &[]),
     ("contact", &["math", "crossing"]),
     ("trace", &["crossing"]),
     ("budget", &[]),
