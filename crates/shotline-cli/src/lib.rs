@@ -2,8 +2,10 @@
 //! handed an argument list.
 
 mod args;
+mod close;
 mod columns;
 mod commands;
+mod empty;
 mod failure;
 mod findings;
 mod input;

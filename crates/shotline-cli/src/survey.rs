@@ -10,7 +10,7 @@ use shotline::measure::object_bounds;
 use shotline::query::{Caster, Hit, HitKind};
 use shotline::ray::{Ray, Span};
 
-use crate::overlap;
+use crate::{close, overlap};
 
 /// What the rays have seen; each pair of objects once, in the order of their names.
 #[derive(Debug, Default)]
@@ -23,6 +23,8 @@ pub struct Survey {
     pub unexamined: Vec<String>,
     /// How many rays were cast, if they were fewer than usual.
     pub few_rays: Option<usize>,
+    /// Of each object, by its number, whether a ray met it.
+    pub met: Vec<bool>,
 }
 
 /// Two objects that were seen to be in one place.
@@ -38,16 +40,16 @@ pub struct Pair {
 
 /// Pairs by name. Which object is met first depends on the ray; a pair is one pair.
 #[derive(Default)]
-struct Pairs(BTreeMap<(String, String), Pair>);
+pub struct Pairs(BTreeMap<(String, String), Pair>);
 
 impl Pairs {
-    fn add(&mut self, a: &str, b: &str, point: Vec3) {
+    pub fn add(&mut self, a: &str, b: &str, point: Vec3) {
         let (first, second) = (a.min(b).to_string(), a.max(b).to_string());
         let key = (first.clone(), second.clone());
         self.0.entry(key).or_insert(Pair { first, second, point, rays: 0 }).rays += 1;
     }
 
-    fn has(&self, a: &str, b: &str) -> bool {
+    pub fn has(&self, a: &str, b: &str) -> bool {
         self.0.contains_key(&(a.min(b).to_string(), a.max(b).to_string()))
     }
 
@@ -66,18 +68,25 @@ const LEAST_RAYS: usize = 300;
 /// Pairs of objects without an end that are named, at most.
 const NAMED: usize = 5;
 
-/// Casts rays along the axes, spread over the box of all objects that have an end; what is small may slip through.
+/// Casts rays along the axes, spread over the box of all objects that have an end, and then through the common boxes of
+/// parts whose boxes meet; what is small may slip through.
 ///
 /// An object without an end is cut by that box. So it is seen where it overlaps one that has an end; where it overlaps
 /// another without an end is seen if that is near by, and reported as unexamined otherwise.
 pub fn survey(world: &World) -> Survey {
+    let mut met_objects = vec![false; world.object_names().len()];
     let objects = match object_bounds(world) {
         Ok(objects) => objects,
-        Err(error) => return Survey { unexamined: vec![error.to_string()], ..Survey::default() },
+        // What was not looked for is not missed.
+        Err(error) => {
+            met_objects.fill(true);
+            return Survey { unexamined: vec![error.to_string()], met: met_objects, ..Survey::default() };
+        }
     };
     if world.path_count() <= 1 {
         // A single part cannot overlap another, and rays through a mesh of long thin triangles are slow.
-        return Survey { unexamined: unexamined(world, &objects, &Pairs::default()), ..Survey::default() };
+        let unexamined = unexamined(world, &objects, &Pairs::default());
+        return Survey { unexamined, met: met_objects, ..Survey::default() };
     }
     let (mut caster, mut hits) = (Caster::new(world), Vec::new());
     let (mut overlaps, mut coincidences) = (Pairs::default(), Pairs::default());
@@ -102,6 +111,7 @@ pub fn survey(world: &World) -> Survey {
             }
         };
         met += hits.len();
+        hits.iter().for_each(|hit| met_objects[hit.object as usize] = true);
         for overlap in seen {
             let point = ray.at(overlap.t_in.midpoint(overlap.t_out.min(f64::MAX)));
             let point = if point.is_finite() { point } else { ray.at(overlap.t_in) };
@@ -112,9 +122,11 @@ pub fn survey(world: &World) -> Survey {
             coincidences.add(&names[a as usize], &names[b as usize], ray.at(t));
         }
     }
+    let close = if given_up.is_none() { close::look(world, &bounds, &mut overlaps) } else { Vec::new() };
     let mut unexamined = unexamined(world, &objects, &overlaps);
-    unexamined.extend(given_up);
-    Survey { overlaps: overlaps.into_list(), coincidences: coincidences.into_list(), unexamined, few_rays }
+    unexamined.extend(given_up.into_iter().chain(close));
+    let (overlaps, coincidences) = (overlaps.into_list(), coincidences.into_list());
+    Survey { overlaps, coincidences, unexamined, few_rays, met: met_objects }
 }
 
 fn is_endless(bounds: &Aabb) -> bool {
@@ -190,7 +202,7 @@ fn coincidences_on_ray(hits: &[Hit]) -> BTreeMap<(u32, u32), f64> {
 
 /// The i-th ray along an axis through a box. The points are spread by the additive sequence of the plastic
 /// number (M. Roberts, 2018), which has no rows that could run along a model's own.
-fn spread(bounds: &Aabb, axis: usize, i: u32) -> Option<Ray> {
+pub fn spread(bounds: &Aabb, axis: usize, i: u32) -> Option<Ray> {
     const STEPS: [f64; 2] = [0.7548776662466927, 0.5698402909980532];
     let size = bounds.size();
     let mut origin = bounds.min;

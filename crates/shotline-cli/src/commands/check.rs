@@ -15,11 +15,12 @@ use crate::{input, output};
 /// make a model not sound: open edges and flipped faces, which leave a mesh without an inside, errors of the
 /// scene, and objects of equal priority that overlap. Remarks do not: edges of more than two faces, faces
 /// without area, doubled or inward faces, faces that pass through each other, faces of different objects in
-/// one place. Faces that only touch, or overlap in one plane, do not pass through each other. Notes name what
+/// one place, and objects of which there is nothing. A scene without objects is a fault. Faces that only touch, or overlap in one plane, do not pass through each other. Notes name what
 /// the readers of the files passed over, dropped or repaired, how often, and the first line or byte.
 ///
 /// Overlaps and coincidences of objects are looked for with rays along the axes, spread over the box of all objects that
-/// have an end; small ones may slip through. Objects without an end, such as a ground, are cut by that box. Two of them that
+/// have an end. Overlaps are also looked for in the common box of each two parts whose boxes meet; small ones may slip
+/// through. Where the pairs of parts are too many, some are not examined: then the model is not called sound. Objects without an end, such as a ground, are cut by that box. Two of them that
 /// might overlap far away are not examined there: then the model is not called sound.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
@@ -56,7 +57,7 @@ impl Command {
             }
         }
         match compile::compile(&document.scene, self.build.options()) {
-            Ok(world) => findings.examine_world(&world),
+            Ok(world) => findings.examine_world(&world, &document.scene),
             Err(errors) => findings.add_errors(&document, &errors),
         }
         let model = self.model.path.display().to_string();

@@ -14,13 +14,14 @@ use crate::failure::Failure;
 use crate::findings::note_to_json;
 use crate::number::{bytes, counted, grouped, json as number, json_vector, short, short_vector};
 use crate::table::{Align, Table};
-use crate::{input, output};
+use crate::{empty, input, output};
 
 /// Tell how large a model is
 ///
 /// Nodes, objects, leaves, bounds, memory and the time to load and build it. Leaves are counted once however
 /// often they are placed; virtual leaves count every placement, as a ray sees them. Notes name what the readers
-/// of the files passed over, dropped or repaired, how often, and the first line or byte.
+/// of the files passed over, dropped or repaired, how often, and the first line or byte, and objects of which there is
+/// nothing.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Command {
@@ -51,6 +52,8 @@ struct Report {
     load_s: f64,
     build_s: f64,
     objects: Vec<ObjectLine>,
+    /// The names of objects that are empty by construction.
+    empty: Vec<String>,
     notes: Vec<Note>,
 }
 
@@ -75,6 +78,10 @@ impl Command {
             load_s: (loaded - begin).as_secs_f64(),
             build_s: loaded.elapsed().as_secs_f64(),
             objects: objects(&document.scene),
+            empty: empty::by_construction(&world, &document.scene)
+                .into_iter()
+                .map(|object| world.object_names()[object as usize].clone())
+                .collect(),
             notes: document.notes,
         };
         output::print(&if self.json { format!("{:#}\n", report.to_json()) } else { report.to_text() })?;
@@ -102,6 +109,7 @@ impl Report {
                 "material": o.material,
                 "body": o.body,
             })).collect::<Vec<_>>(),
+            "empty_objects": self.empty,
             "notes": self.notes.iter().map(note_to_json).collect::<Vec<_>>(),
         })
     }
@@ -136,6 +144,12 @@ impl Report {
         );
         out += "\n";
         out += &self.object_table();
+        if self.objects.is_empty() {
+            out += "note: the scene has no objects\n";
+        }
+        for name in &self.empty {
+            out += &format!("note: object '{name}' is empty\n");
+        }
         for note in &self.notes {
             out += &format!("note: {note}\n");
         }

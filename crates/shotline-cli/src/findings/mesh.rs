@@ -34,6 +34,9 @@ impl Findings {
         examination.edges(solid.topology());
         examination.faces(solid.topology());
         examination.shells(&solid);
+        if let Some(winding) = &winding {
+            examination.orientation(solid.topology(), winding);
+        }
         examination.intersections(&solid);
         if let Some(winding) = winding {
             examination.cancelling(&winding);
@@ -51,14 +54,16 @@ fn summary(name: &str, topology: &Topology, winding: Option<&Winding>, range: Op
     let faces = counted(topology.faces as u64, "triangle", "triangles");
     let vertices = counted(topology.vertices as u64, "vertex", "vertices");
     let shells = counted(topology.shells.count as u64, "shell", "shells");
-    let volume = short(topology.signed_volume.abs());
+    let signed = topology.signed_volume;
+    let volume = short(signed.abs());
     let volume = match winding {
         Some(_) if range.is_some() => "closed".into(),
         None => "not closed: a surface without an inside".into(),
         Some(winding) if winding.once => format!("closed, volume {volume}"),
         // `measure` gives that of the inside, so this must not be called the volume.
         Some(_) => format!(
-            "closed, signed volume {volume}: the sum over the faces, not the volume of the inside, which `measure` gives"
+            "closed, signed volume {}: the sum over the faces, not the volume of the inside, which `measure` gives",
+            short(signed)
         ),
     };
     format!("{name}: {faces}, {vertices}, {shells}, {volume}")
@@ -155,15 +160,28 @@ impl Examination<'_> {
                 Place { faces: vec![face], point: Some(point), ..Place::default() },
             );
         }
-        if solid.is_closed() && topology.signed_volume < 0.0 {
-            let text = "the faces are wound inward; the inside is found all the same".to_string();
-            self.remark("inward_faces", topology.faces, text, Place::default());
-        }
         let turned = (
             "shell outside of all others, solid all the same, is wound the other way",
             "shells outside of all others, solid all the same, are wound the other way",
         );
         self.face("turned_shells", solid.turned_shells(), turned.0, turned.1);
+    }
+
+    /// Says where the winding number is negative: in the whole inside, or in a part of it.
+    fn orientation(&mut self, topology: &Topology, winding: &Winding) {
+        let Some(face) = winding.negative.first else { return };
+        if topology.signed_volume < 0.0 && winding.consistent {
+            let text = "the faces are wound inward; the inside is found all the same".to_string();
+            return self.remark("inward_faces", topology.faces, text, Place::default());
+        }
+        let (count, point) = (winding.negative.count, self.corner(face));
+        let faces = counted(count as u64, "face bounds", "faces bound");
+        let text = format!(
+            "{faces} a region of negative winding number, the first face {face}, at {}: it is inside, as the others are",
+            short_vector(point)
+        );
+        let first = Place { faces: vec![face], point: Some(point), ..Place::default() };
+        self.remark("negative_winding", count, text, first);
     }
 
     fn intersections(&mut self, solid: &MeshSolid) {

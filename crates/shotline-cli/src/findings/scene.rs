@@ -1,10 +1,12 @@
 //! What is found in a scene as a whole.
 
 use shotline::compile::{SceneError, World};
+use shotline::scene::Scene;
 use shotline_io::Document;
 
 use super::{Finding, Findings, Place, Severity};
-use crate::number::{counted, short_vector};
+use crate::empty;
+use crate::number::{counted, grouped, short_vector};
 use crate::survey::{Pair, survey};
 
 impl Findings {
@@ -16,9 +18,23 @@ impl Findings {
         self.add(Finding { severity, subject, kind: "scene_errors", count: errors.len(), text, first });
     }
 
-    /// Looks for objects that overlap and for faces that lie in each other.
-    pub fn examine_world(&mut self, world: &World) {
+    /// Looks for objects that overlap, for faces that lie in each other, and for objects of which there is nothing.
+    pub fn examine_world(&mut self, world: &World, scene: &Scene) {
+        if world.object_names().is_empty() {
+            let (severity, subject) = (Severity::Fault, "scene".into());
+            let (text, first) = ("the scene has no objects".into(), Place::default());
+            return self.add(Finding { severity, subject, kind: "no_objects", count: 1, text, first });
+        }
         let survey = survey(world);
+        for object in empty::by_construction(world, scene) {
+            self.add_empty(world, object, "is empty: its parts have no point in common, or there are none");
+        }
+        for (object, rays) in empty::unmet(world, &survey.met) {
+            let rays = grouped(rays as u64);
+            let text =
+                format!("seems to be empty: none of {rays} rays through the boxes of its parts meets it");
+            self.add_empty(world, object, &text);
+        }
         self.add_pairs(
             Severity::Fault,
             "overlap",
@@ -37,6 +53,13 @@ impl Findings {
         for what in survey.unexamined {
             self.unexamined(what);
         }
+    }
+
+    fn add_empty(&mut self, world: &World, object: u32, text: &str) {
+        let name = &world.object_names()[object as usize];
+        let first = Place { objects: vec![name.clone()], ..Place::default() };
+        let (severity, subject, text) = (Severity::Remark, "scene".into(), format!("'{name}' {text}"));
+        self.add(Finding { severity, subject, kind: "empty_object", count: 1, text, first });
     }
 
     fn add_pairs(&mut self, severity: Severity, kind: &'static str, pairs: Vec<Pair>, title: &str) {

@@ -9,8 +9,10 @@ mod choice;
 mod error;
 mod find;
 mod graph;
+mod join;
 mod level;
 mod live;
+mod meetings;
 mod names;
 mod parts;
 #[cfg(any(test, feature = "testkit"))]
@@ -20,6 +22,7 @@ mod world;
 
 pub use error::SceneError;
 pub use live::Live;
+pub use meetings::{Meeting, Meetings};
 pub use world::{Stats, World};
 
 pub(crate) use world::{Body, Leaf, Level, Placed, SolidBody, Target};

@@ -78,6 +78,8 @@ pub struct Overlap {
     pub t_in: f64,
     /// Where it ends.
     pub t_out: f64,
+    /// The sum of the bounds on the errors of both ends.
+    pub t_err: f64,
 }
 
 /// What to do where objects of equal priority overlap.

@@ -85,7 +85,7 @@ pub(super) fn resolve(
         {
             met += 1;
             if overlaps == Overlaps::Error {
-                return Err(sweep.overlap(owner, rival, event[0].crossing.t).error(world));
+                return Err(sweep.overlap(owner, rival, event[0].crossing.t, 0.0).error(world));
             }
         }
         if let (Some(owned), Some(after)) = (&mut owned, after)
@@ -142,7 +142,8 @@ pub(super) fn overlaps(
         if let Some(owner) = sweep.owner()
             && let Some(rival) = sweep.rival(owner)
         {
-            let overlap = sweep.overlap(owner, rival, event[0].crossing.t.max(told));
+            let t_err = event.iter().map(|end| end.crossing.t_err).fold(0.0, f64::max);
+            let overlap = sweep.overlap(owner, rival, event[0].crossing.t.max(told), t_err);
             told = overlap.t_out;
             out.push(overlap);
         }
@@ -224,17 +225,20 @@ impl<'a> Ownership<'a> {
         (*p == priority).then_some(*rival)
     }
 
-    fn overlap(&self, a: usize, b: usize, t: f64) -> Overlap {
+    /// An overlap of two intervals that begins at `t`, with its bound.
+    fn overlap(&self, a: usize, b: usize, t: f64, t_err: f64) -> Overlap {
         let (a, b) = (&self.intervals[a], &self.intervals[b]);
         let (first, second) = if (a.start.t, a.object) <= (b.start.t, b.object) { (a, b) } else { (b, a) };
-        Overlap { first: first.object, second: second.object, t_in: t, t_out: a.end.t.min(b.end.t) }
+        let end = if a.end.t <= b.end.t { &a.end } else { &b.end };
+        let t_err = t_err + end.t_err;
+        Overlap { first: first.object, second: second.object, t_in: t, t_out: end.t, t_err }
     }
 }
 
 impl Overlap {
     fn error(self, world: &World) -> QueryError {
         let name = |object: u32| world.object_names()[object as usize].clone();
-        let Overlap { first, second, t_in, t_out } = self;
+        let Overlap { first, second, t_in, t_out, .. } = self;
         QueryError::Overlap { first: name(first), second: name(second), t_in, t_out }
     }
 }

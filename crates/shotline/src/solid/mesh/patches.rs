@@ -48,6 +48,11 @@ pub struct Winding {
     pub cancelling: Found<u32>,
     /// Whether any face is known, or may be, where the inside ends. If not, no ray ever has a crossing.
     pub can_be_hit: bool,
+    /// Faces with a negative winding number on a side. It is inside there all the same.
+    pub negative: Found<u32>,
+    /// Whether no faces pass through each other, and the winding number is nowhere known to be negative here and positive
+    /// there.
+    pub consistent: bool,
 }
 
 impl MeshSolid {
@@ -61,16 +66,23 @@ impl MeshSolid {
             return None;
         }
         let Ok(patches) = self.patches(Stop::NEVER) else { return None };
-        let mut cancelling: Vec<u32> = Vec::new();
-        for patch in patches.iter().filter(|p| p.sides.is_some_and(|[front, back]| front == back)) {
-            cancelling.extend(patch.items.iter().map(|item| self.triangles[*item as usize].face));
-        }
-        cancelling.sort_unstable();
+        let faces = |is_meant: fn([i32; 2]) -> bool| {
+            let meant = patches.iter().filter(|patch| patch.sides.is_some_and(is_meant));
+            let items = meant.flat_map(|patch| &patch.items);
+            let mut faces: Vec<u32> = items.map(|item| self.triangles[*item as usize].face).collect();
+            faces.sort_unstable();
+            faces.into_iter().collect::<Found<u32>>()
+        };
+        let negative = faces(|sides| sides.iter().any(|w| *w < 0));
+        let is_positive = |patch: &Patch| patch.sides.is_some_and(|sides| sides.iter().any(|w| *w > 0));
+        let crosses = self.meetings().crossings.count > 0;
         let ends = |patch: &Patch| patch.sides.is_none_or(|[front, back]| (front == 0) != (back == 0));
         Some(Winding {
-            once: self.meetings().crossings.count == 0 && patches.iter().all(Patch::is_sound),
-            cancelling: cancelling.into_iter().collect(),
-            can_be_hit: self.meetings().crossings.count > 0 || patches.iter().any(ends),
+            once: !crosses && patches.iter().all(Patch::is_sound),
+            cancelling: faces(|[front, back]| front == back),
+            can_be_hit: crosses || patches.iter().any(ends),
+            negative,
+            consistent: !crosses && (negative.count == 0 || !patches.iter().any(is_positive)),
         })
     }
 
@@ -278,7 +290,14 @@ mod tests {
             assert!(found.can_be_hit && found.cancelling.count == mesh.faces.len(), "{found:?}");
         }
         assert!(!solid(sheet().with(&back)).is_closed() || !winding(sheet().with(&back)).can_be_hit);
-        assert_eq!(winding(ball(2)), Winding { once: true, cancelling: Found::default(), can_be_hit: true });
+        let (cancelling, negative) = (Found::default(), Found::default());
+        let plain = Winding { once: true, cancelling, can_be_hit: true, negative, consistent: true };
+        assert_eq!(winding(ball(2)), plain);
+        let inward = winding(ball(2).inside_out());
+        assert!(inward.once && inward.consistent && inward.negative.count == ball(2).faces.len());
+        let apart = ball(1).moved(&Affine::translation(Vec3::splat(9.0)));
+        let both = winding(ball(2).inside_out().with(&apart));
+        assert!(!both.consistent && both.negative == inward.negative, "{both:?}");
         assert!(!winding(ball(2).with(&ball(2))).once);
     }
 
