@@ -13,6 +13,10 @@ use crate::math::Affine;
 /// Half-ulps of its coordinates by which a box may be larger than what it holds: boxes that abut do not meet.
 const PADDING: f64 = 32.0;
 
+/// Pairs of parts that wait to be refined, at most: in a level, and below two parts that meet.
+const WAITING: usize = 1 << 22;
+const WAITING_BELOW: usize = 1 << 17;
+
 /// Parts of two objects of equal priority whose boxes meet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Meeting {
@@ -225,12 +229,16 @@ impl Search<'_> {
         let boxes: Vec<Aabb> = parts.iter().map(|part| part.bounds).collect();
         let mut pairs = Vec::new();
         let mut complete = spend(&mut self.budget, parts.len());
-        let (may, most) = (may_overlap(self.parts.world), self.budget as usize);
+        let (may, mut all) = (may_overlap(self.parts.world), true);
         complete &= join(&boxes, &mut self.budget, |i, j| {
-            if pairs.len() < most && may(&parts[i], &parts[j]) {
-                pairs.push((i, j));
+            if may(&parts[i], &parts[j]) {
+                all &= pairs.len() < WAITING;
+                if all {
+                    pairs.push((i, j));
+                }
             }
         });
+        complete &= all;
         for (i, j) in pairs {
             complete &= self.between(parts[i], parts[j]);
         }
@@ -241,23 +249,28 @@ impl Search<'_> {
     fn between(&mut self, a: Part, b: Part) -> bool {
         let mut waiting = vec![(a, b)];
         while let Some((a, b)) = waiting.pop() {
-            if let (What::Leaf, What::Leaf) = (a.what, b.what) {
-                self.add(&a, &b);
-                continue;
-            }
             let (of_a, of_b) = (self.open(&a, &b), self.open(&b, &a));
             if !spend(&mut self.budget, of_a.len() + of_b.len()) {
                 return false;
             }
             let parts = [&of_a[..], &of_b[..]].concat();
             let boxes: Vec<Aabb> = parts.iter().map(|part| part.bounds).collect();
-            let (may, apart) = (may_overlap(self.parts.world), of_a.len());
+            let (may, apart, mut all) = (may_overlap(self.parts.world), of_a.len(), true);
+            let (found, most) = (&mut self.found, self.most);
             let complete = join(&boxes, &mut self.budget, |i, j| {
-                if i < apart && j >= apart && may(&parts[i], &parts[j]) {
-                    waiting.push((parts[i], parts[j]));
+                if i >= apart || j < apart || !may(&parts[i], &parts[j]) {
+                    return;
+                }
+                if let (What::Leaf, What::Leaf) = (parts[i].what, parts[j].what) {
+                    found.add(&parts[i], &parts[j], most);
+                } else {
+                    all &= waiting.len() < WAITING_BELOW;
+                    if all {
+                        waiting.push((parts[i], parts[j]));
+                    }
                 }
             });
-            if !complete {
+            if !(complete && all) {
                 return false;
             }
         }
@@ -275,13 +288,16 @@ impl Search<'_> {
         inner.retain(|inner| meet(&inner.bounds, &other.bounds));
         inner
     }
+}
 
-    fn add(&mut self, a: &Part, b: &Part) {
+impl Meetings {
+    /// Adds a pair of leaves; it is kept if there are not so many yet.
+    fn add(&mut self, a: &Part, b: &Part, most: usize) {
         let (Some(one), Some(other)) = (a.sole, b.sole) else { return };
-        self.found.count += 1;
-        if self.found.pairs.len() < self.most {
+        self.count += 1;
+        if self.pairs.len() < most {
             let common = a.bounds.intersection(&b.bounds);
-            self.found.pairs.push(Meeting { objects: [one.min(other), one.max(other)], common });
+            self.pairs.push(Meeting { objects: [one.min(other), one.max(other)], common });
         }
     }
 }
