@@ -12,7 +12,7 @@ use std::f64::consts::{PI, TAU};
 
 use super::trace::{Curve, ONE_DIRECTION, Trace};
 use super::{Program, ProgramState};
-use crate::contact::Sector;
+use crate::contact::Contact;
 use crate::crossing::Crossing;
 use crate::math::{Vec3, unit};
 
@@ -22,6 +22,8 @@ struct Part {
     leaf: u32,
     from: Trace,
     to: Trace,
+    /// Where the contact begins and ends.
+    stretch: [f64; 2],
     /// Where the ray enters the bounds of the leaf.
     enter: f64,
 }
@@ -105,14 +107,18 @@ impl Contacts {
     pub fn add(
         &mut self,
         leaf: u32,
-        sector: Sector,
+        contact: &Contact,
         direction: Vec3,
         enter: f64,
         turns: &mut Vec<Turn>,
     ) -> u32 {
         let across = *self.across.get_or_insert_with(|| unit(direction).any_orthonormal_pair());
+        let Contact { sector, .. } = contact;
         let [from, to] = [sector.from, sector.to].map(|border| Trace::new(&border, across));
-        let (number, part) = (self.parts.len() as u32, Part { leaf, from, to, enter });
+        let (number, part) = (
+            self.parts.len() as u32,
+            Part { leaf, from, to, stretch: [contact.enter.t, contact.exit.t], enter },
+        );
         self.turning |= part.turns();
         let others = if self.turning { &self.parts[..] } else { &[] };
         for (other_number, other) in (0..).zip(others).filter(|(_, other)| other.leaf != leaf) {
@@ -161,8 +167,8 @@ impl Contacts {
         value
     }
 
-    /// A `t` at which borders have the order that they have at a place: half the way to where the next exchange it at most,
-    /// and not so far that a border turns much.
+    /// A `t` at which borders have the order that they have at a place: half the way to where the next exchange it or end
+    /// at most, and as far from here as borders need to turn by an angle that is not small.
     fn sample(&self, place: Place) -> f64 {
         let (t, way) = match place {
             Place::Before(t) => (t, -1.0),
@@ -170,10 +176,11 @@ impl Contacts {
         };
         let is_open = |part: &u32| self.open.contains(part);
         let turns = self.turns.iter().filter(|(parts, _)| parts.iter().all(is_open));
-        let next =
-            turns.map(|(_, turn)| way * (turn - t)).filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
-        let parts = self.open.iter().map(|&part| &self.parts[part as usize]);
-        let traces = parts.flat_map(|part| [&part.from, &part.to]);
+        let parts = || self.open.iter().map(|&part| &self.parts[part as usize]);
+        let changes = turns.map(|(_, turn)| *turn).chain(parts().flat_map(|part| part.stretch));
+        let steps = changes.map(|change| way * (change - t)).filter(|step| *step > 0.0);
+        let next = steps.fold(f64::INFINITY, f64::min);
+        let traces = parts().flat_map(|part| [&part.from, &part.to]);
         let step = traces.map(|trace| trace.step(t)).fold(0.5 * next, f64::min);
         if step.is_finite() { t + way * step } else { t }
     }
@@ -220,7 +227,8 @@ fn value_along(slices: &[Slice], curve: &Curve, program: &Program, state: &mut P
 mod tests {
     use super::super::{Op, Tree, TreeNode};
     use super::*;
-    use crate::contact::Sheet;
+    use crate::contact::{Sector, Sheet};
+    use crate::crossing::Crossing;
 
     fn program(op: Op, leaf_count: u32) -> Program {
         let mut nodes: Vec<TreeNode> = (0..leaf_count).map(TreeNode::Leaf).collect();
@@ -235,11 +243,22 @@ mod tests {
         state.reset(&program);
         for (leaf, normals) in (0..).zip(leaves) {
             let sheets: Vec<Sheet> = normals.iter().copied().map(Sheet::plane).collect();
-            let part =
-                contacts.add(leaf, Sector::behind(&sheets, Vec3::Z).unwrap(), Vec3::Z, 0.0, &mut Vec::new());
+            let part = contacts.add(
+                leaf,
+                &contact(Sector::behind(&sheets, Vec3::Z).unwrap()),
+                Vec3::Z,
+                0.0,
+                &mut Vec::new(),
+            );
             contacts.toggle(part);
         }
         contacts.value(&program, &mut state, Place::After(0.0))
+    }
+
+    /// A contact along the whole ray.
+    fn contact(sector: Sector) -> Contact {
+        let at = |t: f64, entering: bool| Crossing::new(t, 0.0, entering, 0);
+        Contact { enter: at(f64::NEG_INFINITY, true), exit: at(f64::INFINITY, false), sector }
     }
 
     #[test]
@@ -263,7 +282,7 @@ mod tests {
         for leaf in 0..100 {
             let normal = Vec3::new(if leaf % 2 == 0 { 1.0 } else { -1.0 }, f64::from(leaf) * 1e-15, 0.0);
             let sector = Sector::behind(&[Sheet::plane(normal)], Vec3::Z).unwrap();
-            let part = contacts.add(leaf, sector, Vec3::Z, 0.0, &mut Vec::new());
+            let part = contacts.add(leaf, &contact(sector), Vec3::Z, 0.0, &mut Vec::new());
             contacts.toggle(part);
         }
         assert!(contacts.value(&program, &mut state, Place::After(0.0)));

@@ -10,7 +10,7 @@ use super::chain;
 use super::contact::{Contacts, Place, Turn};
 use super::event::{Boundary, Change, Event, HitKind};
 use super::{Program, ProgramState};
-use crate::contact::Sector;
+use crate::contact::Contact;
 use crate::math::Vec3;
 use crate::ray::Span;
 
@@ -66,18 +66,17 @@ impl Sweep {
         self.contacts.clear();
     }
 
-    /// Adds a sector around the ray in which a leaf has its interior, before the events of the contact; it and the
-    /// ray's direction are in the frame of the body. The ray enters the leaf's bounds at `enter`. Appends where the borders
-    /// of the sector exchange their order with those of others.
+    /// Adds a contact of a leaf, before its events; it and the ray's direction are in the frame of the body. The ray enters
+    /// the leaf's bounds at `enter`. Appends where the borders of its sector exchange their order with those of others.
     pub fn touch(
         &mut self,
         leaf: u32,
-        sector: Sector,
+        contact: &Contact,
         direction: Vec3,
         enter: f64,
         turns: &mut Vec<Turn>,
     ) -> Change {
-        Change::Contact(self.contacts.add(leaf, sector, direction, enter, turns))
+        Change::Contact(self.contacts.add(leaf, contact, direction, enter, turns))
     }
 
     /// A crossing that happened before anything that matters.

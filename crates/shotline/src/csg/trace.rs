@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::contact::Border;
-use crate::crossing::{Crossing, GROUPING};
+use crate::crossing::Crossing;
 use crate::math::{HALF_ULP, Vec3};
 
 /// Borders at a smaller angle, in radians, have one direction.
@@ -99,11 +99,9 @@ impl Trace {
         Curve { angle: libm::atan2(y, x), curvature, doubt }
     }
 
-    /// A step of `t` on which the normal keeps at least half its length, so that the border turns by a twelfth at most;
-    /// at an apex, where it has none, half the step from there to the place of the sheet.
+    /// A step of `t` on which the border turns by an angle that is not small, if it turns at all.
     pub fn step(&self, t: f64) -> f64 {
-        let (step, to_apex) = ((t - self.at).abs(), size(self.normal_at(t)) / size(self.turn));
-        0.5 * if to_apex > GROUPING * self.doubt * step { to_apex } else { step }
+        size(self.normal_at(t)).max(size(self.normal)) / size(self.turn)
     }
 
     /// Appends where the borders of two sheets may exchange their order: where the sheets become parallel, or where two that

@@ -7,8 +7,10 @@ const RADIANS: Dd = Dd { hi: 0.017453292519943295, lo: 2.9486522708701687e-19 };
 
 /// The sine and the cosine of an angle in degrees, to 1e-31; exact at multiples of 90.
 pub fn sin_cos_degrees_wide(degrees: f64) -> (Dd, Dd) {
-    let rest = libm::remainder(degrees, 90.0);
-    let quarter = libm::remainder((degrees - rest) / 90.0, 4.0).rem_euclid(4.0) as u8;
+    // Remainders are exact, however many turns there are.
+    let turn = libm::remainder(degrees, 360.0);
+    let rest = libm::remainder(turn, 90.0);
+    let quarter = ((turn - rest) / 90.0).rem_euclid(4.0) as u8;
     let (s, c) = sin_cos(RADIANS * Dd::from(rest));
     match quarter {
         0 => (s, c),
@@ -49,6 +51,10 @@ mod tests {
             assert!(off.hi.abs() < 1e-30, "{degrees}: {off:?}");
             assert!((s.hi - degrees.to_radians().sin()).abs() < 1e-12);
             assert!((c.hi - degrees.to_radians().cos()).abs() < 1e-12);
+        }
+        // However many turns: 1e17 is 280 more than a multiple of 360, and 1e20 too.
+        for degrees in [1e17, 1e20] {
+            assert_eq!(sin_cos_degrees_wide(degrees), sin_cos_degrees_wide(280.0));
         }
         let (s, _) = sin_cos_degrees_wide(30.0);
         assert!((s - Dd::from(0.5)).hi.abs() < 1e-31, "{s:?}");

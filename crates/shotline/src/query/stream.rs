@@ -265,11 +265,11 @@ impl<'a, 'c> Stream<'a, 'c> {
         contacts.clear();
         solid.contacts(line, &mut contacts, self.below);
         let mut turns = Vec::new();
-        for Contact { enter: begin, exit: end, sector } in &contacts {
-            let sector = sector.in_frame(local_from_body);
-            let change = self.scratch.sweep.touch(leaf, sector, self.line.d, enter, &mut turns);
-            self.take(leaf, change, *begin, enter);
-            self.take(leaf, change, *end, enter);
+        for contact in &contacts {
+            let contact = Contact { sector: contact.sector.in_frame(local_from_body), ..*contact };
+            let change = self.scratch.sweep.touch(leaf, &contact, self.line.d, enter, &mut turns);
+            self.take(leaf, change, contact.enter, enter);
+            self.take(leaf, change, contact.exit, enter);
         }
         for Turn { leaf, crossing, enter } in turns {
             self.take(leaf, Change::Turn, crossing, enter);

@@ -225,8 +225,11 @@ impl Form {
         let quick = Expansion::new(self, &at);
         // A parallel of a plane has a sign and no root that would show how far to trust it.
         let is_parallel = quick.poly.a == 0.0 && quick.poly.b == 0.0;
-        let is_certain =
-            quick.poly.is_certain() && (!is_parallel || Doubt::new(self, &quick, &at, line).certain(0.0));
+        let doubt = || Doubt::new(self, &quick, &at, line);
+        // What is certain of a rounded line may not be so of the line itself, although the roots are: beside an apex.
+        let is_certain = quick.poly.is_certain()
+            && (!is_parallel || doubt().certain(0.0))
+            && (line.o_err == Vec3::ZERO && line.d_err == Vec3::ZERO || !doubt().vanishes());
         if is_certain {
             let (stretches, sensible) = self.stretches(&quick, &at, line);
             if sensible {

@@ -73,7 +73,8 @@ impl Tube {
         }
         let (_, rmax) = p.ascending("rmin", "rmax")?;
         let (low, high) = p.ascending("z0", "z1")?;
-        let (phi0, dphi) = (p.number("phi0")?, p.number("dphi")?);
+        // Exact, so that the middle of the part is not lost where there are many turns.
+        let (phi0, dphi) = (p.number("phi0")? % 360.0, p.number("dphi")?);
         if !(dphi > 0.0 && dphi <= 360.0) {
             return Err(ParamError {
                 param: "dphi",

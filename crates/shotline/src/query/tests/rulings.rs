@@ -166,3 +166,78 @@ fn curvatures_are_compared_where_the_ray_is() {
     let cut = csg(&mut scene, Op::Intersection, vec![slab, both]);
     assert_eq!(seen(scene, cut, [0.0, 0.0, -9.0], [0.0, 0.0, 1.0]), [12.0, 15.0]);
 }
+
+/// Where a gradient vanishes the order of the surfaces changes at once, and one of two sheets may turn past the other there
+/// without passing it.
+#[test]
+fn surfaces_are_told_apart_behind_an_apex() {
+    type Case<'a> = (&'a [[f64; 10]], [f64; 3], [f64; 3], &'a [f64]);
+    let cases: [Case; 5] = [
+        (
+            &[[0., 0., 0., 0., 1., 0., 0., 0., -1., 0.], [0., 0., 0., 1., 0., 0., 0., -1., -1., 0.]],
+            [-6., 0., 0.],
+            [1., 0., 0.],
+            &[],
+        ),
+        (
+            &[
+                [0., 0., 0., 0., 1., 0., 0., 0., -6., 0.],
+                [0., 1., 0., 2., 0., 0., 0., -12., -1., 0.],
+                [0., 0., 0., 0., 0., 0., 0., -1., 0., 0.],
+            ],
+            [0., 0., 0.],
+            [1., 0., 0.],
+            &[6., f64::INFINITY],
+        ),
+        (
+            &[
+                [0., 0., 0., 0., 0., -1., 0., 0., 2., 0.],
+                [2., 6., -1., -7., -1., 1., 6., -10., -1., 4.],
+                [3., 10., 0., -11., -2., 2., 11., -20., -3., 10.],
+            ],
+            [14., 8., 0.],
+            [-2., -1., 0.],
+            &[6., 7.],
+        ),
+        (
+            &[
+                [1., 4., 2., -4., 3., -4., -8., 16., -6., 16.],
+                [0., 0., -1., 0., -1., 3., -1., 2., 5., 4.],
+                [0., 2., 1., -1., -1., 1., -2., 8., 2., 8.],
+            ],
+            [1., -1.5, 0.],
+            [-2., -1., 0.],
+            &[0.5, 1.5],
+        ),
+        // Alone: a ray in a surface is in nothing.
+        (&[[0., 2., 0., 0., -2., 1., 0., 0., 2., 0.]], [7., 0., 0.], [1., 0., 0.], &[]),
+    ];
+    for (quadrics, o, d, expected) in cases {
+        let mut scene = Scene::default();
+        let leaves = quadrics.iter().map(|q| scene.add_solid("quadric", &[q]).expect("a quadric")).collect();
+        let node = csg(&mut scene, Op::Union, leaves);
+        let list = seen(scene, node, o, d);
+        let near = |(a, b): (&f64, &f64)| a == b || (a - b).abs() < 1e-6;
+        assert!(
+            list.len() == expected.len() && list.iter().zip(expected).all(near),
+            "{list:?}, not {expected:?}"
+        );
+    }
+}
+
+/// The same in a frame of which the inverse is not exact.
+#[test]
+fn a_ray_in_a_surface_of_a_placed_quadric_is_in_nothing() {
+    let mut scene = Scene::default();
+    let quadric =
+        scene.add_solid("quadric", &[&[0., 2., 0., 0., -2., 1., 0., 0., 2., 0.]]).expect("a quadric");
+    let map = Affine::from_row_major([3., 3., 0., -1., 3., 0., 3., 0., 0., 3., 3., 0.]);
+    let placed = scene.add_transform(map, quadric);
+    for t in [-4.0, 0.0, 0.5, 1.0, 2.0, 7.0, 40.0] {
+        for d in [1.0, -1.0] {
+            let o = map.point(Vec3::new(t, 0.0, 0.0)).to_array();
+            let list = seen(scene.clone(), placed, o, [3.0 * d, 3.0 * d, 0.0]);
+            assert!(list.is_empty(), "from {t} along {d}: {list:?}");
+        }
+    }
+}
