@@ -46,8 +46,8 @@ impl Side {
 #[derive(Clone, Copy, Debug)]
 enum Across {
     Nowhere,
-    /// In two sectors, opposite to each other.
-    Between([Sector; 2]),
+    /// In two sectors, opposite to each other: the directions of their borders.
+    Between([[Vec3; 2]; 2]),
     /// On both sides of a plane with this normal.
     Everywhere(Vec3),
 }
@@ -74,7 +74,11 @@ impl Form {
         if doubt.has_no_gradient(self, &expansion) {
             return Some(match self.across(line.d) {
                 Across::Nowhere => Vec::new(),
-                Across::Between(sectors) => sectors.map(|sector| side(Inward::Between(sector))).to_vec(),
+                Across::Between(sectors) => {
+                    let border = |direction: Vec3| Border::straight(direction, line.d);
+                    let sector = |[from, to]: [Vec3; 2]| Sector { from: border(from), to: border(to) };
+                    sectors.map(|directions| side(Inward::Between(sector(directions)))).to_vec()
+                }
                 Across::Everywhere(normal) => {
                     [normal, -normal].map(|normal| side(Inward::Behind(Sheet::plane(normal)))).to_vec()
                 }
@@ -122,11 +126,7 @@ impl Form {
             let begin = 0.5 * libm::acos(-mean / swing);
             let (from, to) = (towards(axis + begin), towards(axis - begin));
             // The first from `begin` to half a turn less, the other opposite to it.
-            let between = |from: Vec3, to: Vec3| Sector {
-                from: Border::straight(from, d),
-                to: Border::straight(to, d),
-            };
-            Across::Between([between(from, -to), between(-from, to)])
+            Across::Between([[from, -to], [-from, to]])
         }
     }
 }
