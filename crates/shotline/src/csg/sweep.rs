@@ -88,12 +88,12 @@ impl Sweep {
         }
     }
 
-    /// Whether the ray is in the result on one side of a `t` where no event is left to come.
-    fn value(&mut self, program: &Program, place: Place) -> bool {
+    /// Whether the ray is in the result at a place, given the events of the group, where no other event is left to come.
+    fn value(&mut self, program: &Program, place: impl FnOnce(&[Event]) -> Place) -> bool {
         if self.contacts.is_empty() {
             self.state.value(program)
         } else {
-            self.contacts.value(program, &mut self.state, place)
+            self.contacts.value(program, &mut self.state, place(&self.group))
         }
     }
 
@@ -118,9 +118,8 @@ impl Sweep {
 
     /// Whether the ray is outside of the result after everything so far, with no event left to be judged.
     pub fn is_out(&mut self, program: &Program) -> bool {
-        self.group.is_empty()
-            && !self.inside
-            && (self.begun || !self.value(program, Place::After(self.span.t_min())))
+        let t_min = self.span.t_min();
+        self.group.is_empty() && !self.inside && (self.begun || !self.value(program, |_| Place::After(t_min)))
     }
 
     /// Promises that no event will come.
@@ -148,8 +147,10 @@ impl Sweep {
         }
         self.begun = true;
         let t_min = self.span.t_min();
-        let first = self.group.iter().map(|e| e.crossing.t).fold(t_min, f64::min);
-        let inside = self.value(program, if alone { Place::After(t_min) } else { Place::Before(first) });
+        let inside = self.value(program, |group| {
+            let first = || group.iter().map(|e| e.crossing.t).fold(t_min, f64::min);
+            if alone { Place::After(t_min) } else { Place::Before(first()) }
+        });
         if inside && alone {
             self.inside = true;
             self.emit_span_end(HitKind::Start, self.span.t_min());
@@ -176,8 +177,9 @@ impl Sweep {
             let Event { leaf, change, .. } = self.group[i];
             self.preset(program, leaf, change);
         }
-        let last = self.group.iter().map(|e| e.crossing.t).fold(f64::NEG_INFINITY, f64::max);
-        let inside = self.value(program, Place::After(last));
+        let inside = self.value(program, |group| {
+            Place::After(group.iter().map(|e| e.crossing.t).fold(f64::NEG_INFINITY, f64::max))
+        });
         if inside != self.inside {
             let witness = witness(&self.group, program, inside);
             let t = witness.crossing.t;
@@ -205,7 +207,7 @@ impl Sweep {
         group.sort_by(|a, b| a.crossing.t.total_cmp(&b.crossing.t));
         for same in group.chunk_by(|a, b| a.crossing.t == b.crossing.t) {
             same.iter().for_each(|e| self.preset(program, e.leaf, e.change));
-            let now = self.value(program, Place::After(same[0].crossing.t));
+            let now = self.value(program, |_| Place::After(same[0].crossing.t));
             if now != inside {
                 chain.push(witness(same, program, now));
                 inside = now;
