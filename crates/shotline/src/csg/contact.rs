@@ -10,7 +10,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::trace::{Curve, ONE_DIRECTION, Trace};
+use super::border::{Curve, FlatBorder, ONE_DIRECTION};
 use super::{Program, ProgramState};
 use crate::contact::Contact;
 use crate::crossing::Crossing;
@@ -20,8 +20,8 @@ use crate::math::{Vec3, unit};
 #[derive(Clone, Copy, Debug)]
 struct Part {
     leaf: u32,
-    from: Trace,
-    to: Trace,
+    from: FlatBorder,
+    to: FlatBorder,
     /// Where the contact begins and ends.
     stretch: [f64; 2],
     /// Where the ray enters the bounds of the leaf.
@@ -114,7 +114,7 @@ impl Contacts {
     ) -> u32 {
         let across = *self.across.get_or_insert_with(|| unit(direction).any_orthonormal_pair());
         let Contact { sector, .. } = contact;
-        let [from, to] = [sector.from, sector.to].map(|border| Trace::new(&border, across));
+        let [from, to] = [sector.from, sector.to].map(|border| FlatBorder::new(&border, across));
         let (number, part) = (
             self.parts.len() as u32,
             Part { leaf, from, to, stretch: [contact.enter.t, contact.exit.t], enter },
@@ -167,8 +167,8 @@ impl Contacts {
         value
     }
 
-    /// A `t` at which borders have the order that they have at a place: half the way to where the next exchange it or end
-    /// at most, and as far from here as borders need to turn by an angle that is not small.
+    /// Returns a `t` at which the borders have the same order as at a place. It lies at most half way to the next `t` where
+    /// borders exchange their order or end. Within that it is far enough for borders that turn to be clearly apart.
     fn sample(&self, place: Place) -> f64 {
         let (t, way) = match place {
             Place::Before(t) => (t, -1.0),
@@ -180,8 +180,8 @@ impl Contacts {
         let changes = turns.map(|(_, turn)| *turn).chain(parts().flat_map(|part| part.stretch));
         let steps = changes.map(|change| way * (change - t)).filter(|step| *step > 0.0);
         let next = steps.fold(f64::INFINITY, f64::min);
-        let traces = parts().flat_map(|part| [&part.from, &part.to]);
-        let step = traces.map(|trace| trace.step(t)).fold(0.5 * next, f64::min);
+        let borders = parts().flat_map(|part| [&part.from, &part.to]);
+        let step = borders.map(|border| border.step(t)).fold(0.5 * next, f64::min);
         if step.is_finite() { t + way * step } else { t }
     }
 }

@@ -1,6 +1,7 @@
 //! Boolean combination: Roth's table, programs over many operands, and the sweep that turns crossings of
 //! leaves into boundaries of the result.
 
+mod border;
 mod bounds;
 mod chain;
 mod contact;
@@ -10,7 +11,6 @@ mod program;
 mod single;
 mod sweep;
 mod table;
-mod trace;
 
 pub use bounds::LeafBounds;
 pub use contact::Turn;

@@ -12,7 +12,7 @@ pub(super) const ONE_DIRECTION: f64 = 1e-6;
 /// Curvatures that differ by less than this part of them are one.
 const ONE_CURVATURE: f64 = 1e-6;
 
-/// Less than this part of the largest curvature that the form of a surface has in any direction is none.
+/// A curvature below this part of the largest that the form of a surface has in any direction counts as zero.
 const NO_CURVATURE: f64 = 1e-10;
 
 /// A curve that leaves the ray at an angle, with a curvature, positive if it bends counter-clockwise.
@@ -46,7 +46,7 @@ type Flat = [f64; 2];
 
 /// A [`Border`] in coordinates of the plane across the ray.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Trace {
+pub(super) struct FlatBorder {
     normal: Flat,
     turn: Flat,
     at: f64,
@@ -58,13 +58,13 @@ pub(super) struct Trace {
     side: f64,
 }
 
-impl Trace {
+impl FlatBorder {
     /// The border as seen by two directions that span the plane.
-    pub fn new(border: &Border, (x, y): (Vec3, Vec3)) -> Trace {
+    pub fn new(border: &Border, (x, y): (Vec3, Vec3)) -> FlatBorder {
         let sheet = &border.sheet;
         let flat = |v: Vec3| [v.dot(x), v.dot(y)];
         let times = |v: Vec3| Vec3::from(sheet.form.map(|row| row.dot(v)));
-        Trace {
+        FlatBorder {
             normal: flat(sheet.normal),
             turn: flat(sheet.turn),
             at: sheet.at,
@@ -76,7 +76,7 @@ impl Trace {
     }
 
     /// Whether this is the other half of another border's sheet.
-    pub fn is_opposite(&self, other: &Trace) -> bool {
+    pub fn is_opposite(&self, other: &FlatBorder) -> bool {
         self.side == -other.side && (self.normal, self.turn, self.at) == (other.normal, other.turn, other.at)
     }
 
@@ -106,7 +106,7 @@ impl Trace {
 
     /// Appends where the borders of two sheets may exchange their order: where the sheets become parallel, or where two that
     /// are parallel everywhere have one curvature.
-    pub fn exchanges(&self, other: &Trace, out: &mut Vec<Crossing>) {
+    pub fn exchanges(&self, other: &FlatBorder, out: &mut Vec<Crossing>) {
         if !self.turns() && !other.turns() {
             return;
         }
