@@ -23,20 +23,19 @@ const MOST_RAYS: usize = 1536;
 const USUAL_RAYS: usize = 1 << 17;
 const ALL_RAYS: usize = 1 << 20;
 
-/// Work of rays on boxes and solids: beyond it each pair has the least rays, and beyond that many times it none.
+/// Work of rays on boxes and solids. Beyond it each pair gets the fewest rays; beyond `TIMES` as much, no ray.
 const WORK: u64 = 1 << 22;
 const TIMES: u64 = 16;
 
-/// Casts rays through the common boxes of parts of different objects, the largest box first, and adds the overlaps; pairs of
-/// objects that are known to overlap are passed over. What has no end is cut by `bounds`. Answers what could not be looked
-/// at.
+/// Casts rays through the common boxes of parts of different objects, the largest box first, and adds the overlaps. It skips
+/// pairs of objects that are known to overlap, and clips unbounded boxes to `bounds`. Returns what could not be examined.
 pub fn look(world: &World, bounds: &Aabb, overlaps: &mut Pairs) -> Vec<String> {
     let mut meetings = world.meetings(ALL_RAYS / LEAST_RAYS, COMPARISONS);
     let kept = meetings.pairs.len() as u64;
     meetings.pairs.iter_mut().filter(|m| !m.common.is_finite()).for_each(|m| {
         m.common = m.common.intersection(bounds);
     });
-    // Of two that have no end it is told elsewhere what is far away.
+    // The survey reports that two unbounded objects are not examined far away.
     meetings.pairs.retain(|m| m.common.min.cmplt(m.common.max).all() && m.common.is_finite());
     in_turns(&mut meetings.pairs);
     let mut look = Look { caster: Caster::new(world), rays: 0, work: 0, least: false };
@@ -83,7 +82,7 @@ struct Look<'w> {
 }
 
 impl Look<'_> {
-    /// Answers how many pairs were looked at, and why it ended early.
+    /// Returns how many pairs were examined, and why it ended early.
     fn through_all(&mut self, pairs: &[Meeting], overlaps: &mut Pairs) -> (usize, Option<QueryError>) {
         let each = (USUAL_RAYS / pairs.len().max(1)).clamp(LEAST_RAYS, MOST_RAYS);
         for (number, pair) in pairs.iter().enumerate() {
@@ -115,8 +114,8 @@ impl Look<'_> {
         let share = WORK / (USUAL_RAYS / rays).max(1) as u64;
         let before = self.work;
         for i in 0..rays {
-            let dear = self.least || self.work - before > share;
-            if overlaps.has(a, b) || (dear && i >= LEAST_RAYS) {
+            let expensive = self.least || self.work - before > share;
+            if overlaps.has(a, b) || (expensive && i >= LEAST_RAYS) {
                 break;
             }
             let axis = i % 3;

@@ -15,13 +15,14 @@ use crate::{input, output};
 /// make a model not sound: open edges and flipped faces, which leave a mesh without an inside, errors of the
 /// scene, and objects of equal priority that overlap. Remarks do not: edges of more than two faces, faces
 /// without area, doubled or inward faces, faces that pass through each other, faces of different objects in
-/// one place, and objects of which there is nothing. A scene without objects is a fault. Faces that only touch, or overlap in one plane, do not pass through each other. Notes name what
-/// the readers of the files passed over, dropped or repaired, how often, and the first line or byte.
+/// one place, and empty objects. A scene without objects is a fault. Faces that only touch, or overlap in one
+/// plane, do not pass through each other. Notes name what the readers of the files passed over, dropped or
+/// repaired, how often, and the first line or byte.
 ///
-/// Overlaps and coincidences of objects are looked for with rays along the axes, spread over the box of all objects that
-/// have an end. Overlaps are also looked for in the common box of each two parts whose boxes meet; small ones may slip
-/// through. Where the pairs of parts are too many, some are not examined: then the model is not called sound. Objects without an end, such as a ground, are cut by that box. Two of them that
-/// might overlap far away are not examined there: then the model is not called sound.
+/// Rays along the axes look for overlaps and coincidences of objects in the box of all bounded objects. Unbounded
+/// objects, such as a ground, are clipped to that box. More rays look for overlaps in the common box of each two
+/// parts whose boxes meet. Small overlaps may be missed. The model is not called sound if there are too many pairs
+/// of parts to examine, or if two unbounded objects might overlap outside the box.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Command {

@@ -37,8 +37,8 @@ pub(super) fn numbers(m: &Moments) -> [f64; COUNT] {
     out
 }
 
-/// So many times as far as the shifts do, the axes must be apart to be believed: with two and fifteen degrees of freedom
-/// one object in twenty-five has that by chance (the F distribution).
+/// The spread of the axes replaces that of the shifts where it is more than this many times as large. With two and fifteen
+/// degrees of freedom that happens by chance for one object in twenty-five (the F distribution).
 const APART: f64 = 2.0;
 
 /// Volume, centroid and inertia of a body from its integrals by each of some independent samples, in coordinates that

@@ -10,7 +10,7 @@ use crate::scene::{Node, NodeId, Op};
 use crate::solid::mesh::TriangleMesh;
 use crate::solid::mesh::shapes::ball;
 
-/// What is told of thin things.
+/// A thin object, its volume, and the error that is allowed.
 struct Case {
     name: &'static str,
     scene: Scene,
