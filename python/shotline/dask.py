@@ -19,6 +19,7 @@ from __future__ import annotations
 import functools
 import math
 import operator
+import threading
 import uuid
 import weakref
 from collections import deque
@@ -244,14 +245,38 @@ class _Job(NamedTuple):
     reduce: Callable[[Any, Block], Any] | None
 
 
-@functools.lru_cache(maxsize=2)
-def _keep(scene: Scene, accel: str | None) -> None:
-    """Hold on to the scenes asked last: Dask drops copies that no task is waiting for, and they would be built again."""
+class _Unpicklable(RuntimeError):
+    """What the workers cannot unpickle."""
 
 
-def _answer(scene: Scene, job: _Job, number: int, start: int, stop: int, sent: tuple[Any, Any] | None) -> Any:
+_unpickling = threading.Lock()
+
+
+# For two scenes and two jobs: Dask drops copies that no task is waiting for, and scenes would be built again.
+@functools.lru_cache(maxsize=4)
+def _unpickled(pickled: bytes, what: str) -> Any:
+    try:
+        return cloudpickle.loads(pickled)
+    except Exception as error:
+        raise _Unpicklable(f"the workers could not unpickle {what}: {_words(error)}") from error
+
+
+def _unpack(scene: bytes, job: bytes) -> tuple[Scene, _Job]:
+    """The scene and the job, built by one of the threads.
+
+    They travel as bytes, so that what cannot be unpickled is an error of the block: where Dask unpickles what one
+    worker sends to another, it tries again for ever.
+    """
+    with _unpickling:
+        wanted = _unpickled(job, "the beam or reduce")
+        if wanted.version != __version__:
+            raise RuntimeError(f"the worker has shotline {__version__}, but the client {wanted.version}")
+        return _unpickled(scene, "the scene"), wanted
+
+
+def _answer(packed: bytes, task: bytes, number: int, start: int, stop: int, sent: tuple[Any, Any] | None) -> Any:
     """What is sent back for a block: what `reduce` returns, or the columns of the answer, a row a ray."""
-    _prepare(scene, job)
+    scene, job = _unpack(packed, task)
     o, d = job.beam.rays(start, stop) if sent is None else sent
     shape = checked(o, d).shape
     if math.prod(shape) != stop - start:
@@ -278,16 +303,10 @@ def _of_all_rays(error: ValueError, start: int) -> ValueError:
     return told
 
 
-def _expose(scene: Scene, job: _Job, number: int, start: int, stop: int, sent: None) -> np.ndarray:
+def _expose(packed: bytes, task: bytes, number: int, start: int, stop: int, sent: None) -> np.ndarray:
     """Rows of a picture."""
-    _prepare(scene, job)
+    scene, job = _unpack(packed, task)
     return _native.expose(scene._native, job.options["style"], job.options["sight"], (start, stop), 1)
-
-
-def _prepare(scene: Scene, job: _Job) -> None:
-    if job.version != __version__:
-        raise RuntimeError(f"the worker has shotline {__version__}, but the client {job.version}")
-    _keep(scene, scene._accel)
 
 
 # --- on the client
@@ -317,14 +336,14 @@ _shipped: weakref.WeakKeyDictionary[Scene, dict[tuple[str, str | None], Future[A
 
 
 def _ship(client: Client, scene: Scene) -> Future[Any]:
-    """The scene on the cluster. It is a task, not data of a worker, so that losing that worker does not lose it."""
+    """The scene on the cluster, pickled. It is a task, not data of a worker, so that losing that worker does not lose it."""
     futures = _shipped.setdefault(scene, {})
     name = client.id, scene._accel
     if name not in futures or futures[name].status in ("cancelled", "error", "lost"):
         for stale in [key for key, future in futures.items() if future.client.status == "closed"]:
             del futures[stale]
         key = f"shotline-scene-{scene.content_hash}-{scene._accel}-{uuid.uuid4().hex}"
-        futures[name] = _submit(client, key, cloudpickle.loads, cloudpickle.dumps(scene))
+        futures[name] = _submit(client, key, bytes, cloudpickle.dumps(scene))
     return futures[name]
 
 
@@ -349,7 +368,7 @@ class _Run:
         self.client, self.sent, self.spans, self.task = client, sent, spans, task
         self.id = uuid.uuid4().hex
         self.scene = _ship(client, scene)
-        self.job = _submit(client, f"shotline-job-{self.id}", cloudpickle.loads, cloudpickle.dumps(job))
+        self.job = _submit(client, f"shotline-job-{self.id}", bytes, cloudpickle.dumps(job))
         self.running: dict[Future[Any], int] = {}
         self.arriving = as_completed(loop=client.loop)
 
@@ -403,9 +422,8 @@ class _Run:
         self.arriving.add(future)
 
     def _raise(self, number: int, error: BaseException) -> NoReturn:
-        for shared, what in ((self.scene, "the scene"), (self.job, "the beam or reduce")):
-            if shared.status == "error":
-                raise RuntimeError(f"the workers could not unpickle {what}: {_words(error)}") from error
+        if isinstance(error, _Unpicklable):
+            raise RuntimeError(str(error)) from error
         raise BlockError(number, *self.spans[number], _words(error)) from error
 
 

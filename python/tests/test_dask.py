@@ -368,6 +368,39 @@ def test_what_cannot_be_unpickled(client, scene):
         cast(scene, BEAM, client, reduce=Bad())
 
 
+def test_what_one_worker_alone_can_unpickle(client, scene, tmp_path):
+    """Where workers sent it to each other unpickled, Dask would try again for ever."""
+    first = tmp_path / "first"
+
+    class Chosen:
+        def __init__(self):
+            self.only = first
+
+        def __setstate__(self, state):
+            try:
+                state["only"].open("x").write(str(os.getpid()))
+            except FileExistsError:
+                raise LookupError("another worker has it") from None
+
+        def __call__(self, answer, block):
+            time.sleep(0.1)
+            return 0
+
+    with pytest.raises(
+        RuntimeError, match="could not unpickle the beam or reduce: LookupError: another worker has"
+    ):
+        cast(scene, BEAM, client, query="any", block=1000, reduce=Chosen())
+
+
+def test_an_answer_that_cannot_be_unpickled(client, scene):
+    class Torn:
+        def __reduce__(self):
+            return operator.truediv, (1, 0)
+
+    with pytest.raises(BlockError, match=r"^block \d .*: ZeroDivisionError"):
+        cast(scene, BEAM, client, query="any", block=5000, reduce=lambda answer, block: Torn())
+
+
 @pytest.mark.parametrize(
     "error, says, changes",
     [
