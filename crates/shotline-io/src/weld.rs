@@ -33,6 +33,16 @@ impl MeshFile {
     }
 }
 
+/// A length in four digits.
+fn short(length: f64) -> String {
+    plain(format!("{length:.3e}").parse().unwrap_or(length))
+}
+
+/// A length with all its digits, and an exponent where it is very small or large.
+fn plain(length: f64) -> String {
+    format!("{length:?}").trim_end_matches(".0").to_string()
+}
+
 /// What welding did, in words.
 pub fn weld_note(weld: Weld, welded: &Welded) -> Note {
     let many =
@@ -56,15 +66,15 @@ pub fn weld_note(weld: Weld, welded: &Welded) -> Note {
     };
     let within = match (weld, welded.apart) {
         (Weld::Auto, Some(apart)) => {
-            format!("within {distance:.3e}, all others being {apart:.3e} or more apart")
+            format!("within {}, all others being {} or more apart", short(distance), short(apart))
         }
-        _ => format!("within {distance:e}"),
+        _ => format!("within {}", plain(distance)),
     };
     let mut text = match welded.merged {
         0 => format!("no vertices were merged, as none are near each other but not in one place {within}"),
         count => {
             let vertices = many(count, "vertex was merged with another", "vertices were merged with others");
-            format!("{vertices} {within}, moved by {:.3e} at most", welded.farthest)
+            format!("{vertices} {within}, moved by {} at most", short(welded.farthest))
         }
     };
     if welded.repeated > 0 {
