@@ -33,6 +33,7 @@ test: $(VENV)/ready ## format, lints, documentation, tests of the libraries and 
 	$(VENV)/bin/ruff format --check
 	$(VENV)/bin/ruff check
 	$(VENV)/bin/mypy
+	$(VENV)/bin/codespell
 	$(VENV)/bin/python -m pytest -q -p no:cacheprovider tests python/tests
 	$(MAKE) docs
 

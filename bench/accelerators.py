@@ -8,6 +8,7 @@ level. For each accelerator: build seconds, memory, and nanoseconds a ray for cl
 rays, on one thread. `brute`, and `hierarchy`, to which most of these scenes are one flat group, are asked fewer rays,
 so that they take seconds; their answers are held to those of the same rays.
 """
+
 import argparse
 import hashlib
 import json
@@ -35,9 +36,9 @@ def field(count):
     lattice = np.stack(np.meshgrid(*[np.arange(side)] * 3), -1).reshape(-1, 3)
     places = (lattice + random.uniform(0.2, 0.8, lattice.shape)) / side * 2 - 1
     radius = 0.2 / side
-    members = ",".join('{"ref":"s","translate":[%r,%r,%r]}' % tuple(p) for p in places.round(7).tolist())
-    return ('{"shotline":1,"defs":{"s":{"kind":"sphere","radius":%r}},"objects":[{"name":"field",'
-            '"node":{"op":"group","args":[%s]}}]}' % (radius, members))
+    members = [{"ref": "s", "translate": place} for place in places.round(7).tolist()]
+    field = {"name": "field", "node": {"op": "group", "args": members}}
+    return json.dumps({"shotline": 1, "defs": {"s": {"kind": "sphere", "radius": radius}}, "objects": [field]})
 
 
 def scenes(folder):
@@ -52,16 +53,18 @@ def scenes(folder):
             path = os.path.join(folder, f"{name}.json")
             with open(path, "w") as out:
                 json.dump(neutral.scene(neutral.scenes().make(name, f"n={n}")), out)
-            yield name, path, n ** 3 if name == "lattice" else n
+            yield name, path, n**3 if name == "lattice" else n
     path = os.path.join(folder, "field.json")
     with open(path, "w") as out:
-        out.write(field(10 ** 6))
-    yield "a million instances", path, 10 ** 6
+        out.write(field(10**6))
+    yield "a million instances", path, 10**6
 
 
 def random_rays(binary, path, count, out):
     """From a sphere around the scene to points within its box."""
-    info = json.loads(subprocess.run([binary, "info", path, "--json"], capture_output=True, text=True, check=True).stdout)
+    info = json.loads(
+        subprocess.run([binary, "info", path, "--json"], capture_output=True, text=True, check=True).stdout
+    )
     low, high = (np.array(info["bounds"][side]) for side in ("min", "max"))
     random = np.random.default_rng(2)
     origin = random.normal(size=(count, 3))
@@ -71,8 +74,23 @@ def random_rays(binary, path, count, out):
 
 
 def cast(binary, path, accel, query, rays, out):
-    command = [binary, "cast", path, "--rays", rays, "--query", query, "-o", out, "--accel", accel,
-               "--threads", "1", "--stats", "--quiet"]
+    command = [
+        binary,
+        "cast",
+        path,
+        "--rays",
+        rays,
+        "--query",
+        query,
+        "-o",
+        out,
+        "--accel",
+        accel,
+        "--threads",
+        "1",
+        "--stats",
+        "--quiet",
+    ]
     stats = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
     with np.load(out) as answer:
         bits = hashlib.sha256(b"".join(answer[key].tobytes() for key in sorted(answer.files))).hexdigest()
@@ -92,9 +110,11 @@ def main():
             if arguments.only and name not in arguments.only.split(","):
                 continue
             random_rays(arguments.bin, path, arguments.rays, rays)
-            np.save(few, np.load(rays)[:max(20, min(arguments.rays, int(LOOKS / items)))])
+            np.save(few, np.load(rays)[: max(20, min(arguments.rays, int(LOOKS / items)))])
             expected, whole = cast(arguments.bin, path, "bvh", "crossings", few, out)[1], None
-            print(f"\n{name}\n| | build, s | memory, MB | closest, ns | crossings, ns | same bits |\n|---|---|---|---|---|---|")
+            print(
+                f"\n{name}\n| | build, s | memory, MB | closest, ns | crossings, ns | same bits |\n|---|---|---|---|---|---|"
+            )
             for accel in NAMES:
                 asked = few if accel in FLAT else rays
                 closest, _ = cast(arguments.bin, path, accel, "closest", asked, out)
@@ -104,8 +124,11 @@ def main():
                 same = bits == (expected if accel in FLAT else whole)
                 different += not same
                 ns = [f"{1e9 / stats['rays_per_s']:,.0f}" for stats in (closest, every)]
-                print(f"| {accel} | {every['build_s']:.2f} | {every['memory_bytes'] / 1e6:,.1f} | {ns[0]} | {ns[1]} | "
-                      f"{'yes' if same else 'NO'} |", flush=True)
+                print(
+                    f"| {accel} | {every['build_s']:.2f} | {every['memory_bytes'] / 1e6:,.1f} | {ns[0]} | {ns[1]} | "
+                    f"{'yes' if same else 'NO'} |",
+                    flush=True,
+                )
     sys.exit(f"{different} answers differ" if different else 0)
 
 

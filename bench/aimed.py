@@ -4,6 +4,7 @@ Vertices, origins and directions are integers below 2^24, so that float32 and fl
 rays, and no engine can say that it was asked another question. Integers of 64 bits decide exactly which triangles,
 borders included, a line meets. A crossing is where the winding number between two meetings changes.
 """
+
 from fractions import Fraction
 
 import numpy as np
@@ -21,11 +22,42 @@ def on_grid(points):
 def sphere(levels=3):
     """An icosahedron whose faces are cut in four a few times, on the unit sphere."""
     g = (1 + 5**0.5) / 2
-    v = [(-1, g, 0), (1, g, 0), (-1, -g, 0), (1, -g, 0), (0, -1, g), (0, 1, g), (0, -1, -g), (0, 1, -g),
-         (g, 0, -1), (g, 0, 1), (-g, 0, -1), (-g, 0, 1)]
-    f = [(0, 11, 5), (0, 5, 1), (0, 1, 7), (0, 7, 10), (0, 10, 11), (1, 5, 9), (5, 11, 4), (11, 10, 2), (10, 7, 6),
-         (7, 1, 8), (3, 9, 4), (3, 4, 2), (3, 2, 6), (3, 6, 8), (3, 8, 9), (4, 9, 5), (2, 4, 11), (6, 2, 10),
-         (8, 6, 7), (9, 8, 1)]
+    v = [
+        (-1, g, 0),
+        (1, g, 0),
+        (-1, -g, 0),
+        (1, -g, 0),
+        (0, -1, g),
+        (0, 1, g),
+        (0, -1, -g),
+        (0, 1, -g),
+        (g, 0, -1),
+        (g, 0, 1),
+        (-g, 0, -1),
+        (-g, 0, 1),
+    ]
+    f = [
+        (0, 11, 5),
+        (0, 5, 1),
+        (0, 1, 7),
+        (0, 7, 10),
+        (0, 10, 11),
+        (1, 5, 9),
+        (5, 11, 4),
+        (11, 10, 2),
+        (10, 7, 6),
+        (7, 1, 8),
+        (3, 9, 4),
+        (3, 4, 2),
+        (3, 2, 6),
+        (3, 6, 8),
+        (3, 8, 9),
+        (4, 9, 5),
+        (2, 4, 11),
+        (6, 2, 10),
+        (8, 6, 7),
+        (9, 8, 1),
+    ]
     v = [tuple(np.array(p) / np.linalg.norm(p)) for p in v]
     for _ in range(levels):
         middle = {}
@@ -55,7 +87,9 @@ def quads(rows, columns, number):
 
 
 def torus(around=48, across=24):
-    u, w = np.meshgrid(np.arange(around) * 2 * np.pi / around, np.arange(across) * 2 * np.pi / across, indexing="ij")
+    u, w = np.meshgrid(
+        np.arange(around) * 2 * np.pi / around, np.arange(across) * 2 * np.pi / across, indexing="ij"
+    )
     r = 0.7 + 0.3 * np.cos(w)
     v = np.stack([r * np.cos(u), r * np.sin(u), 0.3 * np.sin(w)], -1).reshape(-1, 3)
     return on_grid(v), np.array(list(quads(around, across, lambda i, j: i % around * across + j % across)))
@@ -66,6 +100,7 @@ def cube(cuts=8):
     numbers, faces = {}, []
     for axis in range(3):
         for end in (0, cuts):
+
             def number(i, j):
                 p = [0, 0, 0]
                 p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3] = end, i, j
@@ -102,17 +137,17 @@ def truth(v, f, rays):
     """For each ray its exact crossings, a list of Fractions, and whether it also touches the mesh without crossing it,
     where engines may differ by convention; None for a ray within the plane of a triangle."""
     met = meetings(v, f, rays)
-    middles = [(i, (a + b) / 2) for i, ts in enumerate(met) if ts for a, b in zip(ts, ts[1:])]
+    middles = [(i, (a + b) / 2) for i, ts in enumerate(met) if ts for a, b in zip(ts, ts[1:], strict=False)]
     rows = np.array([i for i, _ in middles], dtype=np.int64)
     at = rays[rows, :3] + np.array([float(t) for _, t in middles])[:, None] * rays[rows, 3:]
     inside = iter(winding(v, f, at))
-    lists = []
+    lists: list[tuple[list[Fraction], bool] | None] = []
     for ts in met:
         if ts is None:
             lists.append(None)
             continue
         states = [0, *(next(inside) for _ in ts[1:]), 0]
-        crossed = [t for t, a, b in zip(ts, states, states[1:]) if a != b]
+        crossed = [t for t, a, b in zip(ts, states, states[1:], strict=False) if a != b]
         lists.append((crossed, len(crossed) < len(ts)))
     return lists
 
@@ -123,7 +158,7 @@ def meetings(v, f, rays):
     # Edge functions are sums of six products.
     assert 6 * int(np.abs(rays[:, 3:]).max()) * (int(np.abs(rays[:, :3]).max()) + int(np.abs(v).max())) ** 2 < 2**63
     for begin in range(0, len(rays), 64):
-        o, d = rays[begin:begin + 64, None, :3], rays[begin:begin + 64, None, 3:]
+        o, d = rays[begin : begin + 64, None, :3], rays[begin : begin + 64, None, 3:]
         a, b, c = (corners[None, :, k] - o for k in range(3))
         w = np.stack([(d * np.cross(p, q)).sum(-1) for p, q in ((a, b), (b, c), (c, a))])
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -141,7 +176,7 @@ def winding(v, f, points):
     """Winding numbers by solid angles (van Oosterom and Strackee 1983), which share nothing with rays."""
     out = []
     for begin in range(0, len(points), 64):
-        a, b, c = (v[f][None, :, k] - points[begin:begin + 64, None] for k in range(3))
+        a, b, c = (v[f][None, :, k] - points[begin : begin + 64, None] for k in range(3))
         la, lb, lc = (np.linalg.norm(x, axis=-1) for x in (a, b, c))
         det = (a * np.cross(b, c)).sum(-1)
         below = la * lb * lc + (a * b).sum(-1) * lc + (b * c).sum(-1) * la + (c * a).sum(-1) * lb

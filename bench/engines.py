@@ -4,13 +4,13 @@ An engine is made of a mesh, or of a solid. `ready` turns rays, (n, 6) float64, 
 starts. `QUERIES` names what it can be asked; each takes ready rays and a number of threads (0 for all). `first` and
 `every` answer in arrays, for tests: the t of the first hit (inf for none), and the sorted ts of all hits of each ray.
 """
+
 import json
 import os
 import tempfile
 
-import numpy as np
-
 import neutral
+import numpy as np
 
 
 class Missing(Exception):
@@ -198,7 +198,9 @@ def raysect_loop():
         pyximport.install(build_dir=folder, language_level=3, setup_args={"include_dirs": [np.get_include()]})
         import raysect_loop
     except ImportError as error:
-        raise Missing(f"Raysect without Python's calls, for which Cython and a C compiler are needed: {error}") from None
+        raise Missing(
+            f"Raysect without Python's calls, for which Cython and a C compiler are needed: {error}"
+        ) from None
     return raysect_loop
 
 
@@ -213,7 +215,7 @@ def raysect_solid(node, balanced):
 
     def centre(node):
         ends = (node.get(a, node.get(b)) for a, b in (("a", "min"), ("b", "max")))
-        return node.get("center") or [(p + q) / 2 for p, q in zip(*ends)]
+        return node.get("center") or [(p + q) / 2 for p, q in zip(*ends, strict=False)]
 
     def union(nodes):
         if len(nodes) == 1:

@@ -3,6 +3,7 @@
 
 usage: neutral.py NAME [key=value ...] > scene.json        (the names: python3 ../shared/peers/scenes.py list)
 """
+
 import importlib.util
 import json
 import math
@@ -14,7 +15,7 @@ SHARED = os.path.join(os.path.dirname(os.path.dirname(os.path.dirname(os.path.ab
 
 def along(a, b):
     """The matrix of a frame at `a` whose z axis has the direction of `b`, and the distance."""
-    axis = [q - p for p, q in zip(a, b)]
+    axis = [q - p for p, q in zip(a, b, strict=False)]
     length = math.hypot(*axis)
     z = [v / length for v in axis]
     least = min(range(3), key=lambda i: abs(z[i]))
@@ -23,7 +24,7 @@ def along(a, b):
     norm = math.hypot(*x)
     x = [v / norm for v in x]
     y = [z[1] * x[2] - z[2] * x[1], z[2] * x[0] - z[0] * x[2], z[0] * x[1] - z[1] * x[0]]
-    return [v for row in zip(x, y, z, a) for v in row], length
+    return [v for row in zip(x, y, z, a, strict=False) for v in row], length
 
 
 def solid(node):
@@ -36,7 +37,7 @@ def solid(node):
         return {"kind": "mesh", "file": node["file"]}
     if kind == "torus":
         c = node["center"]
-        matrix, _ = along(c, [p + v for p, v in zip(c, node["axis"])])
+        matrix, _ = along(c, [p + v for p, v in zip(c, node["axis"], strict=False)])
         return {"kind": "torus", "R": node["major"], "r": node["minor"], "transform": matrix}
     matrix, length = along(node["a"], node["b"])
     sizes = {"radius": node["radius"]} if kind == "cylinder" else {"r0": node["ra"], "r1": node["rb"]}
@@ -76,6 +77,7 @@ def scene(neutral):
 def scenes():
     """The module that makes the scenes."""
     spec = importlib.util.spec_from_file_location("scenes", os.path.join(SHARED, "peers", "scenes.py"))
+    assert spec and spec.loader
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

@@ -7,6 +7,7 @@ Both answer the same rays in turn, on one thread (`shotline bench`). Prints the 
 where NEW is faster. With --instructions it counts the instructions of a ray (valgrind), which do not depend on what else the
 machine does, and prints both counts and the ratio NEW to OLD, below 1 where NEW takes fewer.
 """
+
 import argparse
 import json
 import os
@@ -16,13 +17,17 @@ import subprocess
 import tempfile
 
 import numpy as np
-
 import run
 
 ROOT = run.ROOT
-PIN = {"op": "intersection", "args": [
-    {"kind": "quadric", "coeffs": [1, 1, 0, 0, 0, 0, 0, 0, 0, -0.16]},
-    {"kind": "halfspace", "normal": [0, 0, 1], "offset": 1}, {"kind": "halfspace", "normal": [0, 0, -1], "offset": 1}]}
+PIN = {
+    "op": "intersection",
+    "args": [
+        {"kind": "quadric", "coeffs": [1, 1, 0, 0, 0, 0, 0, 0, 0, -0.16]},
+        {"kind": "halfspace", "normal": [0, 0, 1], "offset": 1},
+        {"kind": "halfspace", "normal": [0, 0, -1], "offset": 1},
+    ],
+}
 ROD = {"kind": "cylinder", "radius": 0.4, "z0": -1, "z1": 1}
 SIDE = 30
 
@@ -64,8 +69,21 @@ def cases():
 
 
 def bench(binary, scene, rays, query, repeats=3, before=()):
-    command = [*before, binary, "bench", scene, "--rays", rays, "--query", query, "--threads", "1",
-               "--repeats", str(repeats), "--json"]
+    command = [
+        *before,
+        binary,
+        "bench",
+        scene,
+        "--rays",
+        rays,
+        "--query",
+        query,
+        "--threads",
+        "1",
+        "--repeats",
+        str(repeats),
+        "--json",
+    ]
     return subprocess.run(command, capture_output=True, text=True, check=True)
 
 
@@ -77,8 +95,8 @@ def rate(*args):
 def instructions(binary, scene, rays, query, n):
     """Of a ray: what four casts take more than one."""
     valgrind = ("valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null")
-    one, four = (int(re.search(r"Collected : (\d+)", bench(binary, scene, rays, query, k, valgrind).stderr).group(1))
-                 for k in (1, 4))
+    told = (bench(binary, scene, rays, query, k, valgrind).stderr for k in (1, 4))
+    one, four = (int(re.findall(r"Collected : (\d+)", text)[0]) for text in told)
     return (four - one) / 3 / n
 
 
@@ -111,9 +129,12 @@ def main():
                 continue
             pairs = [[rate(b, scene, file, query) for b in (a.old, a.new)] for _ in range(a.pairs)]
             ratios = sorted(new / old for old, new in pairs)
-            best = [max(rates) / 1e6 for rates in zip(*pairs)]
-            print(f"{name:10} {query:10} {statistics.median(ratios):6.3f}  from {ratios[0]:.2f} to {ratios[-1]:.2f}"
-                  f"  best {best[0]:.3f} and {best[1]:.3f} Mrays/s", flush=True)
+            best = [max(rates) / 1e6 for rates in zip(*pairs, strict=False)]
+            print(
+                f"{name:10} {query:10} {statistics.median(ratios):6.3f}  from {ratios[0]:.2f} to {ratios[-1]:.2f}"
+                f"  best {best[0]:.3f} and {best[1]:.3f} Mrays/s",
+                flush=True,
+            )
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ pip install -r bench/peers.txt brings the others; those that are not there are l
 Markdown on stdout and, with --json, all times. Ratios are of rays a second, shotline's to the other's: the median of
 the rounds (least to greatest). In each round the engines take turns. docs/peers.md says what is fair and what is not.
 """
+
 import argparse
 import json
 import os
@@ -63,12 +64,13 @@ def present(makers, left_out):
 
 # --- rays
 
+
 def camera_rays(low, high, count):
     """About `count` rays of a square pinhole picture, row by row, that frames a box; float32 can hold them."""
     middle, radius = (low + high) / 2, np.linalg.norm(high - low) / 2
     back = np.array([0.45, 0.35, 1.0]) / np.linalg.norm([0.45, 0.35, 1.0])
     right = np.cross([0, 1, 0], back) / np.linalg.norm(np.cross([0, 1, 0], back))
-    side = round(count ** 0.5)
+    side = round(count**0.5)
     s = ((np.arange(side) + 0.5) / side * 2 - 1) * np.tan(np.radians(20))
     d = s[None, :, None] * right - s[:, None, None] * np.cross(back, right) - back
     return rays_of(middle + back * radius * 2.6, d.reshape(-1, 3))
@@ -115,6 +117,7 @@ def meshes(data, names):
 
 # --- time
 
+
 def race(contestants, repeats):
     """Seconds of each contestant, a callable each, in each round; they take turns, after a round that does not count."""
     seconds = {name: [] for name in contestants}
@@ -136,12 +139,15 @@ def compared(ours, others, rays, threads, repeats, report, step=lambda engine: 1
     """Rows of query and ratios to each other engine that can have as many threads; it may be asked only one in `step`
     of the rays."""
     able = [e for e in others if e.THREADS or threads == 1]
-    ready = {e.name: e.ready(rays[::step(e)]) for e in [ours, *able]}
+    ready = {e.name: e.ready(rays[:: step(e)]) for e in [ours, *able]}
     for query in dict.fromkeys(query for e in able for query in e.QUERIES):
         asked = [(ours, query.split()[0]), *((e, query) for e in able if query in e.QUERIES)]
         run = {e.name: (lambda e=e, q=q: e.QUERIES[q](ready[e.name], threads)) for e, q in asked}
         seconds = race(run, repeats)
-        rates = {name: len(rays[::step(e)]) / np.array(seconds[name]) for (e, _), name in zip(asked, seconds)}
+        rates = {
+            name: len(rays[:: step(e)]) / np.array(seconds[name])
+            for (e, _), name in zip(asked, seconds, strict=False)
+        }
         report.append({"query": query, "threads": threads, "rays_per_s": {n: r.tolist() for n, r in rates.items()}})
         yield query, [spread(rates[ours.name] / rates[e.name]) if e.name in rates else "" for e in others]
 
@@ -171,6 +177,7 @@ def measured_meshes(options, report, left_out):
 
 # --- combinations
 
+
 def block(count):
     """A cube of side 2 minus `count` spheres that take away about a third of it."""
     rng = random.Random(count)
@@ -183,6 +190,7 @@ def block(count):
 
 def nested():
     """A machine part: a drilled union, and a drilled intersection, put together and cut again."""
+
     def cylinder(a, b, radius):
         return {"prim": "cylinder", "a": a, "b": b, "radius": radius}
 
@@ -192,12 +200,24 @@ def nested():
     def op(name, *args):
         return {"op": name, "args": list(args)}
 
-    body = op("difference", op("union", box([-2, -1, 0], [2, 1, 1]), cylinder([0, 0, 0], [0, 0, 2], 0.9)),
-              cylinder([0, 0, -1], [0, 0, 3], 0.5), cylinder([-1.4, 0, -1], [-1.4, 0, 2], 0.35),
-              cylinder([1.4, 0, -1], [1.4, 0, 2], 0.35), cylinder([-3, 0, 0.5], [3, 0, 0.5], 0.2))
-    knob = op("difference", op("intersection", box([-0.5, -2.3, 0], [0.5, -1.3, 1]),
-                               {"prim": "sphere", "center": [0, -1.8, 0.5], "radius": 0.65}),
-              cylinder([0, -1.8, -1], [0, -1.8, 2], 0.3), cylinder([-1, -1.8, 0.5], [1, -1.8, 0.5], 0.3))
+    body = op(
+        "difference",
+        op("union", box([-2, -1, 0], [2, 1, 1]), cylinder([0, 0, 0], [0, 0, 2], 0.9)),
+        cylinder([0, 0, -1], [0, 0, 3], 0.5),
+        cylinder([-1.4, 0, -1], [-1.4, 0, 2], 0.35),
+        cylinder([1.4, 0, -1], [1.4, 0, 2], 0.35),
+        cylinder([-3, 0, 0.5], [3, 0, 0.5], 0.2),
+    )
+    knob = op(
+        "difference",
+        op(
+            "intersection",
+            box([-0.5, -2.3, 0], [0.5, -1.3, 1]),
+            {"prim": "sphere", "center": [0, -1.8, 0.5], "radius": 0.65},
+        ),
+        cylinder([0, -1.8, -1], [0, -1.8, 2], 0.3),
+        cylinder([-1, -1.8, 0.5], [1, -1.8, 0.5], 0.3),
+    )
     return op("difference", op("union", body, knob), {"prim": "sphere", "center": [0, 0, 2.2], "radius": 0.7})
 
 
@@ -212,8 +232,14 @@ def measured_csg(options, report, left_out):
             loop = loop and engines.raysect_loop()
             return engines.Raysect(solid=engines.raysect_solid(node, balanced), loop=loop, what=what)
 
-        others = present([lambda: raysect(False, False, ""), lambda: raysect(False, True, ", no Python"),
-                          lambda: raysect(True, True, ", no Python, balanced")], left_out)
+        others = present(
+            [
+                lambda: raysect(False, False, ""),
+                lambda: raysect(False, True, ", no Python"),
+                lambda: raysect(True, True, ", no Python, balanced"),
+            ],
+            left_out,
+        )
         if not others:
             return
         rows = rows or [["scene", "rays", "query", "threads", *(e.name for e in others)]]
@@ -224,7 +250,9 @@ def measured_csg(options, report, left_out):
             rays = make(low, high, options.rays)
             for threads in options.threads:
                 part = []
-                asked = compared(ours, others, rays, threads, options.repeats, part, lambda e: 1 if e is ours else step)
+                asked = compared(
+                    ours, others, rays, threads, options.repeats, part, lambda e: 1 if e is ours else step
+                )
                 for query, ratios in asked:
                     rows.append([name, kind, query, threads or "all", *ratios])
                 report += [{"scene": name, "rays": kind, **row} for row in part]
@@ -249,7 +277,7 @@ def faults(engine, rays, lists):
     tolerance = TOLERANCE.get(engine.name, COARSE)
     out = dict.fromkeys(FAULTS, 0)
     wrong = np.zeros(len(rays), bool)
-    for i, (exact, found) in enumerate(zip(lists, engine.every(rays))):
+    for i, (exact, found) in enumerate(zip(lists, engine.every(rays), strict=False)):
         out["odd"] += len(found) % 2
         if len(found) != len(exact):
             out["missed" if len(found) < len(exact) else "doubled"] += 1
@@ -301,8 +329,10 @@ def measured_aimed(options, report, left_out):
                     sums[key] += value
             rows.append(row)
     say("## Rays aimed at edges and vertices: wrong answers\n")
-    say(f"{scored} rays are scored. {touching} more touch the mesh somewhere without crossing it; only shotline, which says "
-        f"what that means, is held to them. {in_plane} lie in the plane of a triangle and are left out.\n")
+    say(
+        f"{scored} rays are scored. {touching} more touch the mesh somewhere without crossing it; only shotline, which says "
+        f"what that means, is held to them. {in_plane} lie in the plane of a triangle and are left out.\n"
+    )
     sums = [[name, *("" if n is None else n for n in sums.values())] for name, sums in total.items()]
     table([["engine", *FAULTS], *sums])
     say("Rays whose list of hits is wrong:\n")
@@ -315,7 +345,11 @@ def odd_counts(options, report, left_out):
     for name, v, f in meshes(options.data, ["armadillo"]):
         made = present([lambda c=c: c(v, f) for c in OF_MESHES], left_out)
         free = random_rays(v.min(0), v.max(0), 4 * options.rays)
-        at = np.hstack([free[:, :3], v[np.arange(len(free)) % len(v)] - free[:, :3]]).astype(np.float32).astype(float)
+        at = (
+            np.hstack([free[:, :3], v[np.arange(len(free)) % len(v)] - free[:, :3]])
+            .astype(np.float32)
+            .astype(float)
+        )
         rows = []
         for kind, rays in (("random", free), ("at vertices", at)):
             odd = {e.name: int((e.count(rays) % 2).sum()) for e in made}
@@ -326,6 +360,7 @@ def odd_counts(options, report, left_out):
 
 
 # --- what Python costs
+
 
 def measured_overhead(options, report, _left_out):
     import shotline
@@ -370,8 +405,21 @@ def measured_overhead(options, report, _left_out):
 
 def in_rust(binary, scene, rays, query, folder):
     """Seconds of the cast itself in the program: neither reading, building nor writing."""
-    command = [binary, "cast", scene, "--rays", rays, "--query", query, "-o", os.path.join(folder, "out.npz"),
-               "--threads", "1", "--stats", "--quiet"]
+    command = [
+        binary,
+        "cast",
+        scene,
+        "--rays",
+        rays,
+        "--query",
+        query,
+        "-o",
+        os.path.join(folder, "out.npz"),
+        "--threads",
+        "1",
+        "--stats",
+        "--quiet",
+    ]
     return json.loads(subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout)["cast_s"]
 
 
@@ -386,12 +434,21 @@ def child(path, kind, number, threads):
     rays = np.empty((len(pattern) * (number // min(number, 10 * piece)), 6))
     for begin in range(0, len(rays), piece):
         part = (begin + np.arange(min(piece, len(rays) - begin))) % len(pattern)
-        rays[begin:begin + piece] = pattern[part]
+        rays[begin : begin + piece] = pattern[part]
     before = memory("VmRSS")
     answer = scene.crossings(rays, threads=int(threads))
     peak = memory("VmHWM") - before
-    print(json.dumps({"rays": kind, "number": len(rays), "threads": int(threads), "peak": peak,
-                      "answer": sum(column.nbytes for column in answer)}))
+    print(
+        json.dumps(
+            {
+                "rays": kind,
+                "number": len(rays),
+                "threads": int(threads),
+                "peak": peak,
+                "answer": sum(column.nbytes for column in answer),
+            }
+        )
+    )
 
 
 def memory(field):
@@ -413,7 +470,9 @@ def main():
     parser.add_argument("--threads", default="1,0", help="numbers of threads; 0 for all")
     parser.add_argument("--rays", type=int, default=250_000)
     parser.add_argument("--json")
-    parser.add_argument("--bin", default=os.environ.get("SHOTLINE", os.path.join(ROOT, "target", "release", "shotline")))
+    parser.add_argument(
+        "--bin", default=os.environ.get("SHOTLINE", os.path.join(ROOT, "target", "release", "shotline"))
+    )
     parser.add_argument("--quick", action="store_true", help="few rays and one round, to see that it runs")
     options = parser.parse_args()
     options.threads = [int(number) for number in options.threads.split(",")]

@@ -13,6 +13,7 @@ solid one solid alone, random rays of which most meet it: nanoseconds a ray, fro
 
 Rates are rays per second of the cast itself (`cast --stats`), the median of the repeats.
 """
+
 import argparse
 import json
 import os
@@ -20,6 +21,7 @@ import random
 import subprocess
 import sys
 import tempfile
+from typing import Any
 
 import numpy as np
 
@@ -31,8 +33,21 @@ def cast(binary, scene, rays, query, threads, repeats, out):
     """The statistics of the run with the median rate."""
     runs = []
     for _ in range(repeats):
-        command = [binary, "cast", scene, "--rays", rays, "--query", query, "-o", out,
-                   "--threads", str(threads), "--stats", "--quiet"]
+        command = [
+            binary,
+            "cast",
+            scene,
+            "--rays",
+            rays,
+            "--query",
+            query,
+            "-o",
+            out,
+            "--threads",
+            str(threads),
+            "--stats",
+            "--quiet",
+        ]
         done = subprocess.run(command, capture_output=True, text=True, check=True)
         runs.append(json.loads(done.stdout))
     return sorted(runs, key=lambda r: r["rays_per_s"])[len(runs) // 2]
@@ -45,7 +60,19 @@ def embree(mesh, work, repeats):
     if os.path.exists(report):
         os.remove(report)
     options = f"repeats={repeats} threads=1,2 scene=default,robust query=closest,any,all"
-    command = [sys.executable, harness, mesh, "--work", work, "--sets", "camera,random", "--opts", options, "--json", report]
+    command = [
+        sys.executable,
+        harness,
+        mesh,
+        "--work",
+        work,
+        "--sets",
+        "camera,random",
+        "--opts",
+        options,
+        "--json",
+        report,
+    ]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     rates = {}
     with open(report) as lines:
@@ -59,7 +86,9 @@ def meshes(binary, work, repeats):
     if not os.path.isdir(os.path.join(SHARED, "peers", "embree")):
         print("mesh: left out, ../shared/peers is not here")
         return
-    print(f"{'mesh':8} {'rays':8} {'query':10} {'threads':>7} {'shotline':>9} {'Embree':>8} {'robust':>8} {'ratio':>7} {'to robust':>9}   [million rays/s]")
+    print(
+        f"{'mesh':8} {'rays':8} {'query':10} {'threads':>7} {'shotline':>9} {'Embree':>8} {'robust':>8} {'ratio':>7} {'to robust':>9}   [million rays/s]"
+    )
     for name in ("bunny", "dragon"):
         mesh = os.path.join(SHARED, "data", name + ".ply")
         peers = embree(mesh, work, repeats)
@@ -70,7 +99,10 @@ def meshes(binary, work, repeats):
                     ours = cast(binary, mesh, path, query, threads, repeats, os.path.join(work, "out.npz"))
                     rate = ours["rays_per_s"] / 1e6
                     default, robust = (peers[rays, theirs, threads, mode] for mode in ("default", "robust"))
-                    print(f"{name:8} {rays:8} {query:10} {threads:7} {rate:9.3f} {default:8.2f} {robust:8.2f} {rate / default:7.3f} {rate / robust:9.3f}", flush=True)
+                    print(
+                        f"{name:8} {rays:8} {query:10} {threads:7} {rate:9.3f} {default:8.2f} {robust:8.2f} {rate / default:7.3f} {rate / robust:9.3f}",
+                        flush=True,
+                    )
 
 
 def block(count):
@@ -90,7 +122,9 @@ def combinations(binary, work, repeats):
     origins *= 4 / np.linalg.norm(origins, axis=1, keepdims=True)
     rays = os.path.join(work, "block-rays.npy")
     np.save(rays, np.hstack([origins, rng.uniform(-1, 1, (n, 3)) - origins]))
-    print(f"{'spheres':>8} {'closest/s':>11} {'crossings/s':>12} {'us closest':>11} {'us crossings':>13} {'crossings a ray':>16} {'build s':>8} {'MB':>7}")
+    print(
+        f"{'spheres':>8} {'closest/s':>11} {'crossings/s':>12} {'us closest':>11} {'us crossings':>13} {'crossings a ray':>16} {'build s':>8} {'MB':>7}"
+    )
     for count in (10, 1_000, 10_000, 100_000):
         scene = os.path.join(work, f"block-{count}.json")
         with open(scene, "w") as f:
@@ -100,11 +134,14 @@ def combinations(binary, work, repeats):
         every = cast(binary, scene, rays, "crossings", 1, repeats, out)
         with np.load(out) as z:
             met = len(z["t"]) / n
-        print(f"{count:8} {closest['rays_per_s']:11.0f} {every['rays_per_s']:12.0f} {1e6 / closest['rays_per_s']:11.2f} {1e6 / every['rays_per_s']:13.2f} "
-              f"{met:16.2f} {every['build_s']:8.3f} {every['memory_bytes'] / 1e6:7.1f}", flush=True)
+        print(
+            f"{count:8} {closest['rays_per_s']:11.0f} {every['rays_per_s']:12.0f} {1e6 / closest['rays_per_s']:11.2f} {1e6 / every['rays_per_s']:13.2f} "
+            f"{met:16.2f} {every['build_s']:8.3f} {every['memory_bytes'] / 1e6:7.1f}",
+            flush=True,
+        )
 
 
-SOLIDS = [
+SOLIDS: list[dict[str, Any]] = [
     {"kind": "box", "min": [-1, -1, -1], "max": [1, 1, 1]},
     {"kind": "sphere", "radius": 1},
     {"kind": "cylinder", "radius": 1, "z0": -1, "z1": 1},
@@ -133,7 +170,10 @@ def solids(binary, work, repeats):
         with np.load(out) as z:
             met = len(z["t"]) / n
         name = f"torus {node['R']} {node['r']}" if node["kind"] == "torus" else node["kind"]
-        print(f"{name:28} {1e9 / closest['rays_per_s']:11.0f} {1e9 / every['rays_per_s']:13.0f} {met:16.2f}", flush=True)
+        print(
+            f"{name:28} {1e9 / closest['rays_per_s']:11.0f} {1e9 / every['rays_per_s']:13.0f} {met:16.2f}",
+            flush=True,
+        )
 
 
 def main():

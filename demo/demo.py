@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Pictures of every example scene and of large meshes, and how many rays a second are answered.
 
-    demo.py [--program target/release/shotline] [--data FOLDER] [--out out/demo]
+demo.py [--program target/release/shotline] [--data FOLDER] [--out out/demo]
 """
 
 import argparse
@@ -74,15 +74,15 @@ def write_rays(path, bounds):
     """Rays from a ball around a box to places in it, as .npy."""
     chance = random.Random(1)
     low, high = bounds["min"], bounds["max"]
-    middle = [(a + b) / 2 for a, b in zip(low, high)]
-    far = sum((b - a) ** 2 for a, b in zip(low, high)) ** 0.5
+    middle = [(a + b) / 2 for a, b in zip(low, high, strict=False)]
+    far = sum((b - a) ** 2 for a, b in zip(low, high, strict=False)) ** 0.5
     rows = bytearray()
     for _ in range(RAYS):
         way = [chance.gauss(0, 1) for _ in range(3)]
         length = sum(x * x for x in way) ** 0.5
-        origin = [m + far * x / length for m, x in zip(middle, way)]
-        target = [chance.uniform(a, b) for a, b in zip(low, high)]
-        rows += struct.pack("<6d", *origin, *(t - o for t, o in zip(target, origin)))
+        origin = [m + far * x / length for m, x in zip(middle, way, strict=False)]
+        target = [chance.uniform(a, b) for a, b in zip(low, high, strict=False)]
+        rows += struct.pack("<6d", *origin, *(t - o for t, o in zip(target, origin, strict=False)))
     header = f"{{'descr': '<f8', 'fortran_order': False, 'shape': ({RAYS}, 6), }}"
     header = header.ljust(117) + "\n"  # with the ten bytes before it a multiple of 64
     path.write_bytes(b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header)) + header.encode() + rows)
@@ -92,7 +92,9 @@ def print_table(head, rows):
     """Words to the left, numbers to the right."""
     widths = [max(len(row[i]) for row in [head, *rows]) for i in range(len(head))]
     for row in [head, *rows]:
-        cells = [c.rjust(w) if r[0].isdigit() else c.ljust(w) for c, w, r in zip(row, widths, rows[0])]
+        cells = [
+            c.rjust(w) if r[0].isdigit() else c.ljust(w) for c, w, r in zip(row, widths, rows[0], strict=False)
+        ]
         print("  ".join(cells).rstrip())
 
 

@@ -8,11 +8,11 @@ TUBE = 0.27
 
 
 def add(a, b, factor=1.0):
-    return tuple(x + factor * y for x, y in zip(a, b))
+    return tuple(x + factor * y for x, y in zip(a, b, strict=False))
 
 
 def dot(a, b):
-    return sum(x * y for x, y in zip(a, b))
+    return sum(x * y for x, y in zip(a, b, strict=False))
 
 
 def cross(a, b):

@@ -24,12 +24,20 @@ class Model:
     def write(self, folder):
         """Writes both files and answers their paths."""
         thing = {"name": self.name, "material": "thing", "node": self.node}
-        ground = {"name": "ground", "material": "ground",
-                  "node": {"kind": "halfspace", "normal": [0, 0, 1], "offset": self.floor}}
+        ground = {
+            "name": "ground",
+            "material": "ground",
+            "node": {"kind": "halfspace", "normal": [0, 0, 1], "offset": self.floor},
+        }
         paths = []
         for suffix, objects in [("", [thing, ground]), ("-alone", [thing])]:
-            scene = {"shotline": 1, "objects": objects, "camera": self.camera, "lights": LAMPS,
-                     "materials": {"thing": self.material, "ground": GROUND}}
+            scene = {
+                "shotline": 1,
+                "objects": objects,
+                "camera": self.camera,
+                "lights": LAMPS,
+                "materials": {"thing": self.material, "ground": GROUND},
+            }
             path = folder / f"{self.name}{suffix}.json"
             path.write_text(json.dumps(scene, indent=1))
             paths.append(path)
@@ -55,19 +63,26 @@ def bunny():
 
 def armadillo():
     """Less a torus about its belly, which leaves a groove like a belt. Its y is up."""
-    node = {"op": "difference", "rotate": [90, 0, 0], "args": [
-        {"kind": "mesh", "file": "armadillo.ply"},
-        {"kind": "torus", "R": 0.135, "r": 0.045, "translate": [-0.005, -0.02, -0.075], "rotate": [78, 8, 0]},
-    ]}
+    node = {
+        "op": "difference",
+        "rotate": [90, 0, 0],
+        "args": [
+            {"kind": "mesh", "file": "armadillo.ply"},
+            {"kind": "torus", "R": 0.135, "r": 0.045, "translate": [-0.005, -0.02, -0.075], "rotate": [78, 8, 0]},
+        ],
+    }
     camera = {"eye": [0.62, -2.15, 0.62], "target": [0, 0, -0.085], "up": [0, 0, 1], "fov": 30}
     return Model("armadillo", node, -0.572, camera, CORAL | {"mu": 8}, ["lit", "xray", "thickness"])
 
 
 def knot():
     """Less a torus that lies on it and leaves grooves in its upper turns."""
-    node = {"op": "difference", "args": [
-        {"kind": "mesh", "file": "knot.ply"},
-        {"kind": "torus", "R": 1, "r": 0.2, "translate": [0, 0, 0.6]},
-    ]}
+    node = {
+        "op": "difference",
+        "args": [
+            {"kind": "mesh", "file": "knot.ply"},
+            {"kind": "torus", "R": 1, "r": 0.2, "translate": [0, 0, 0.6]},
+        ],
+    }
     camera = {"eye": [-1.2, -5, 4.6], "target": [0, 0, -0.05], "up": [0, 0, 1], "fov": 32}
     return Model("knot", node, -0.73, camera, CORAL | {"mu": 2.4}, ["lit", "normal", "xray", "thickness"])

@@ -23,7 +23,7 @@ def triangles():
 
 def normal(a, b, c):
     """The unit normal of a triangle."""
-    u, v = [[q - p for p, q in zip(a, corner)] for corner in (b, c)]
+    u, v = [[q - p for p, q in zip(a, corner, strict=False)] for corner in (b, c)]
     n = (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
     length = sum(x * x for x in n) ** 0.5
     return [x / length + 0 for x in n]

@@ -33,7 +33,20 @@ def main():
 
     def heat(scene, accel, counter, name):
         path = args.pictures / f"work-{name}.png"
-        shotline("render", scene, "-o", path, "--size", "400x300", "--look", "cost", "--accel", accel, "--counter", counter)
+        shotline(
+            "render",
+            scene,
+            "-o",
+            path,
+            "--size",
+            "400x300",
+            "--look",
+            "cost",
+            "--accel",
+            accel,
+            "--counter",
+            counter,
+        )
 
     _, mesh = models.models(args.data, args.out)[0].write(args.out)
     shotline("compare", mesh, "-o", args.pictures / "work.png")

@@ -6,6 +6,7 @@
 FULL holds <family>.json, <family>.npz and the meshes of a family in <family>_models.npz. Scenes and rays are taken at even steps, so that every
 group of rays stays; nothing in them is changed.
 """
+
 import argparse
 import json
 import os
@@ -68,7 +69,9 @@ def thin(family, source, target):
         file.write(compact(document) + "\n")
     thin_models(family, document, source, target)
     groups = len(np.unique(kept["group"]))
-    print(f"{family}: {len(document['scenes'])} scenes, {groups} groups, {len(rows)} rays, {len(crossings)} crossings")
+    print(
+        f"{family}: {len(document['scenes'])} scenes, {groups} groups, {len(rows)} rays, {len(crossings)} crossings"
+    )
 
 
 def thin_models(family, document, source, target):

@@ -5,7 +5,6 @@ import subprocess
 import sys
 
 import pytest
-
 from command import ROOT
 
 DATA = os.environ.get("SHOTLINE_DATA", ROOT.parent / "shared/data")

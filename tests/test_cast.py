@@ -4,18 +4,32 @@ import json
 
 import numpy as np
 import pytest
-
 from command import attempt, cast, object_scene
 
-PER_HIT = {"t": "f8", "t_err": "f8", "normal": "f8", "object": "i4", "surface": "i4", "primitive": "i4",
-           "path": "i8", "entering": "?"}
+PER_HIT = {
+    "t": "f8",
+    "t_err": "f8",
+    "normal": "f8",
+    "object": "i4",
+    "surface": "i4",
+    "primitive": "i4",
+    "path": "i8",
+    "entering": "?",
+}
 ARRAYS = {
     "closest": PER_HIT,
     "any": {"any": "?"},
     "count": {"count": "i8"},
     "crossings": PER_HIT | {"ray_splits": "i8", "kind": "i1"},
-    "segments": {"ray_splits": "i8", "t_in": "f8", "t_out": "f8", "length": "f8", "material": "i4",
-                 "object": "i4", "path": "i8"},
+    "segments": {
+        "ray_splits": "i8",
+        "t_in": "f8",
+        "t_out": "f8",
+        "length": "f8",
+        "material": "i4",
+        "object": "i4",
+        "path": "i8",
+    },
     "thickness": {"thickness": "f8"},
 }
 TABLES = {
@@ -37,9 +51,14 @@ SCENE = {
     "materials": {"steel": {}, "air": {}},
     "objects": [
         {"name": "frame", "material": "steel", "node": HOLLOWED},
-        {"name": "ring", "material": "air", "node": {
-            "op": "group",
-            "args": [{"kind": "torus", "R": 2, "r": 0.25}, {"kind": "torus", "R": 3, "r": 0.25}]}},
+        {
+            "name": "ring",
+            "material": "air",
+            "node": {
+                "op": "group",
+                "args": [{"kind": "torus", "R": 2, "r": 0.25}, {"kind": "torus", "R": 3, "r": 0.25}],
+            },
+        },
     ],
 }
 
@@ -89,7 +108,7 @@ def test_names_are_looked_up_in_tables(tmp_path, query):
         hit = arrays["path"] >= 0
         objects = arrays["object_names"][arrays["object"][hit]]
         paths = arrays["path_names"][arrays["path"][hit]]
-        assert all(name in path for name, path in zip(objects, paths))
+        assert all(name in path for name, path in zip(objects, paths, strict=False))
 
 
 @pytest.mark.parametrize("query", ARRAYS)
@@ -165,7 +184,7 @@ def through_cube(rays):
 def test_ball_by_formula(tmp_path):
     rays = random_rays(2000)
     arrays = cast(tmp_path, object_scene(BALL), rays, "crossings")
-    expected = [[] if np.isnan(pair[0]) else list(pair) for pair in zip(*through_ball(rays, 1.25))]
+    expected = [[] if np.isnan(pair[0]) else list(pair) for pair in zip(*through_ball(rays, 1.25), strict=False)]
     assert_crossings(arrays, expected)
     points = rays[ray_of(arrays), :3] + arrays["t"][:, None] * rays[ray_of(arrays), 3:]
     assert np.allclose(arrays["normal"], points / 1.25, atol=1e-12)
@@ -175,7 +194,7 @@ def test_cube_minus_ball_by_formula(tmp_path):
     rays = random_rays(2000)
     arrays = cast(tmp_path, object_scene(HOLLOWED), rays, "crossings")
     expected = []
-    for a, b, c, d in zip(*through_cube(rays), *through_ball(rays, 1.25)):
+    for a, b, c, d in zip(*through_cube(rays), *through_ball(rays, 1.25), strict=False):
         inside = [] if np.isnan(a) else [(a, b)] if np.isnan(c) else [(a, min(b, c)), (max(a, d), b)]
         expected.append([t for pair in inside if pair[0] < pair[1] for t in pair])
     assert_crossings(arrays, expected)

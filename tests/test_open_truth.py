@@ -5,7 +5,6 @@ import json
 
 import numpy as np
 import pytest
-
 from command import cast, object_scene
 from test_truth import GUARDED, TRUTH, load, write_meshes
 
@@ -33,10 +32,14 @@ def test_family(tmp_path, family):
 def window_faults(folder, document, truth, rows, window):
     """What is wrong with the answers of four queries to rays that are asked over one window."""
     rays = np.hstack([truth["origin"][rows], truth["direction"][rows]])
-    flags = ["--t-min", repr(float(window[0])), *(["--t-max", repr(float(window[1]))] if window[1] < np.inf else [])]
+    flags = [
+        "--t-min",
+        repr(float(window[0])),
+        *(["--t-max", repr(float(window[1]))] if window[1] < np.inf else []),
+    ]
     answers = {q: cast(folder, document, rays, q, *flags) for q in ("crossings", "closest", "any", "count")}
     lists = answers["crossings"]
-    for i, (row, begin, end) in enumerate(zip(rows, lists["ray_splits"], lists["ray_splits"][1:])):
+    for i, (row, begin, end) in enumerate(zip(rows, lists["ray_splits"], lists["ray_splits"][1:], strict=False)):
         t, entering, kind = (lists[name][begin:end] for name in ("t", "entering", "kind"))
         first = t[0] if len(t) else np.inf
         alike = (answers["closest"]["t"][i], answers["any"]["any"][i], answers["count"]["count"][i])

@@ -5,7 +5,6 @@ import json
 
 import numpy as np
 import pytest
-
 from command import ROOT, cast, object_scene
 
 TRUTH = ROOT / "testdata/truth"
@@ -34,7 +33,7 @@ def test_family(tmp_path, family):
         write_meshes(tmp_path, family, [scene["root"], *document["defs"].values()])
         rays = np.hstack([truth["origin"][rows], truth["direction"][rows]])
         arrays = cast(tmp_path, document, rays, "crossings")
-        for row, begin, end in zip(rows, arrays["ray_splits"], arrays["ray_splits"][1:]):
+        for row, begin, end in zip(rows, arrays["ray_splits"], arrays["ray_splits"][1:], strict=False):
             t, entering, bound = (arrays[name][begin:end] for name in ("t", "entering", "t_err"))
             found = list(faults(truth, row, t, entering, bound))
             problems += [f"ray {row} of scene {scene['id']} ({scene['name']}): {problem}" for problem in found]
