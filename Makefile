@@ -26,7 +26,7 @@ demo: build ## pictures and speeds, into out/demo
 test: $(VENV)/ready ## format, lints, documentation, tests of the libraries and of the program
 	$(CARGO) fmt --check
 	$(CARGO) clippy --workspace --all-targets --all-features -- -D warnings
-	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --no-deps --all-features
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --no-deps --all-features --document-private-items
 	$(CARGO) test --workspace --exclude shotline-python --all-features
 	$(CARGO) build --release
 	$(MAKE) package

@@ -86,7 +86,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     fill(path, |file| file.write_all(bytes))
 }
 
-/// Writes a file as [`write`] does, piece by piece.
+/// Writes a file as [`write()`] does, piece by piece.
 ///
 /// # Errors
 /// If it cannot be written.
@@ -114,7 +114,7 @@ pub fn written(result: Result<(), WriteError>) -> Result<(), Failure> {
 /// Prints what goes beside an output: to stderr where the output itself goes to stdout.
 ///
 /// # Errors
-/// As [`print`].
+/// As [`print()`].
 pub fn print_beside(output: &Path, text: &str) -> Result<(), Failure> {
     if is_stream(output) {
         eprint!("{text}");

@@ -1,6 +1,6 @@
 //! Files for shotline: scenes, meshes and arrays. The core knows no file; this crate knows no query.
 //!
-//! [`load`] reads a scene or a mesh, [`save`] writes one. A [`Document`] keeps where everything stood, so that
+//! [`load`] reads a scene or a mesh, [`save()`] writes one. A [`Document`] keeps where everything stood, so that
 //! what [`shotline::compile`] finds wrong is shown in the file. Every reader takes any bytes at all: what is
 //! wrong with them is a [`ReadError`] that says where, and memory stays in proportion to the file.
 //!

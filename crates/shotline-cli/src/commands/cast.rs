@@ -46,6 +46,8 @@ use crate::{input, interrupt, output};
 /// object, material and path are indices into the text arrays object_names,
 /// material_names and path_names. The same bits come out for every accelerator
 /// and number of threads.
+// The text is help of the command line, where brackets are brackets.
+#[allow(rustdoc::broken_intra_doc_links)]
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES, verbatim_doc_comment)]
 pub struct Command {

@@ -14,7 +14,7 @@ use crate::error::WriteError;
 /// The text of a scene.
 ///
 /// # Errors
-/// [`WriteError::Unwritable`] for NaN, infinite numbers and meshes without a file (see [`crate::save`]).
+/// [`WriteError::Unwritable`] for NaN, infinite numbers and meshes without a file (see [`crate::save()`]).
 pub fn write_scene(scene: &Scene) -> Result<String, WriteError> {
     let mut writer = Writer { scene, names: Names::of(scene), refused: None };
     let text = writer.document();

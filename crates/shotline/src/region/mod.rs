@@ -3,7 +3,7 @@
 //! A half-space or a cylinder given as a quadric has no end, but an intersection of them may have one. The box of such an
 //! intersection is found in steps, from cheap to expensive, each of which is valid by itself:
 //!
-//! 1. interval contraction ([`contract`]): exact where everything lies along the axes;
+//! 1. interval contraction (`contract`): exact where everything lies along the axes;
 //! 2. a proof that the region has an end (`prune`): the points far away, in homogeneous coordinates, are cut into
 //!    cells until each cell is outside of some constraint;
 //! 3. the box of the polytope of the planes (`linear`), by multipliers of linear programming;
@@ -61,10 +61,17 @@ impl Quadratic {
         let size = t.map(|row| row.map(f64::abs));
         let q = sandwich(&self.q, &t);
         let (error, all) = (sandwich(&self.e, &size), sandwich(&self.q.map(|row| row.map(f64::abs)), &size));
+        // A product that vanishes is not 0: only entries without any product are exact.
+        let is_there = |x: f64| f64::from(u8::from(x != 0.0));
+        let products = sandwich(
+            &each(|i, j| is_there(self.q[i][j]).max(is_there(self.e[i][j]))),
+            &t.map(|row| row.map(is_there)),
+        );
+        let vanished = f64::MIN_POSITIVE * (1.0 + size.iter().flatten().fold(0.0, |m: f64, x| m.max(*x)));
         // Two roundings for each entry of the map, the products and the sums of four, twice.
         let e = each(|i, j| {
             let e = error[i][j] * (1.0 + 32.0 * HALF_ULP) + 32.0 * HALF_ULP * all[i][j];
-            if all[i][j] == 0.0 { 0.0 } else { e + f64::MIN_POSITIVE }
+            if products[i][j] == 0.0 { 0.0 } else { e + vanished }
         });
         Quadratic { q, e }
     }
@@ -82,8 +89,9 @@ impl Quadratic {
         let largest = by(&self.q, 1.0).iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
         let factor = if largest > 0.0 && largest.is_finite() { 1.0 / power_of_two(largest) } else { 1.0 };
         let e = by(&self.e, factor);
-        // What was not 0 and has vanished is within the smallest normal number.
-        let e = each(|i, j| if self.e[i][j] == 0.0 { 0.0 } else { e[i][j] + f64::MIN_POSITIVE });
+        // What was not 0 and has vanished was within the smallest normal number before the factor.
+        let vanished = f64::MIN_POSITIVE * factor.max(1.0);
+        let e = each(|i, j| if self.e[i][j] == 0.0 { 0.0 } else { e[i][j] + vanished });
         Quadratic { q: by(&self.q, factor), e }
     }
 

@@ -1,6 +1,7 @@
 //! Boxes of combinations of solids that have no end: they hold everything, they are finite wherever they can be, and no
 //! answer depends on them.
 
+use super::touching::{boxed, csg};
 use super::*;
 use crate::aabb::Aabb;
 use crate::accel;
@@ -308,5 +309,30 @@ fn a_cell_a_power_of_two_larger_has_a_box_as_much_larger() {
         assert!(one.is_finite());
         let off = (other.min / size - one.min).abs().max((other.max / size - one.max).abs());
         assert!(off.max_element() <= 1e-12, "{one:?} {other:?}");
+    }
+}
+
+/// Coefficients of squares vanish in the frame of a huge body, and those of planes stay.
+#[test]
+fn bounds_of_huge_and_tiny_bodies_cut_nothing_off() {
+    let seen = |power: i32| {
+        let mut scene = Scene::default();
+        let sheet = quadric(&mut scene, [5.1875, 0.0, 0.0, 0.0, 0.0, 2.59375, 0.0, 5.1875, 0.0, 0.0]);
+        let block = boxed(&mut scene, [-0.5, -5.8125, -1.21875], [1.875, 1.40625, 0.03125]);
+        let both = csg(&mut scene, Op::Union, vec![sheet, block]);
+        let size = libm::ldexp(1.0, power);
+        let node = scene.add_transform(Affine::scaling(Vec3::splat(size)), both);
+        scene.add_object("object", None, node);
+        let world = compile(&scene, Options::default()).unwrap();
+        let (o, d) = (Vec3::new(6.8125, 1.125, -1.3125), Vec3::new(0.25, 1.3125, -5.125));
+        let mut hits = Vec::new();
+        let ray = Ray::new(o * size, d * size).unwrap();
+        Caster::new(&world).crossings(&ray, Span::FORWARD, &mut hits).unwrap();
+        hits.iter().map(|hit| (hit.t.to_bits(), hit.entering)).collect::<Vec<_>>()
+    };
+    let expected = seen(1);
+    assert_eq!(expected.len(), 2);
+    for power in [-1000, -700, -300, 300, 535, 600, 1000] {
+        assert_eq!(seen(power), expected, "2^{power}");
     }
 }
