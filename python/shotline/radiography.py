@@ -65,6 +65,8 @@ class Detector:
             right = np.cross(way, [0.0, 1.0, 0.0])
         down = np.cross(way, right)
         pixel = number(pixel, "pixel")
+        if not 0 < pixel < np.inf:
+            raise ValueError(f"pixel is {pixel:g}, but must be a length above 0")
         u, v = (pixel * side / np.linalg.norm(side) for side in (right, down))
         return cls(center=center, u=u, v=v, shape=shape)
 

@@ -211,7 +211,7 @@ class Scene(Queries):
                 all that placed it there.
 
         Raises:
-            ValueError: for an unknown path, and a matrix that is singular.
+            ValueError: for an unknown path, one that begins with the name of several objects, and a matrix that is singular.
 
         >>> scene = Scene(Sphere(radius=1).named("ball"))
         >>> moved = scene.with_moved("ball", [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 5]])

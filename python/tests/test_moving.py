@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+import shotline
 from shotline import Group, Scene, Sphere, Torus
 
 
@@ -36,6 +37,10 @@ def test_what_cannot_be_moved():
     scene = Scene(Sphere(radius=1).named("ball"))
     with pytest.raises(ValueError, match="no path begins with 'bal'"):
         scene.with_moved("bal", at(0, 0, 1))
+    with pytest.warns(shotline.DuplicateNameWarning):
+        twins = Scene(Sphere(radius=1).named("a"), Sphere(radius=1).translate(5, 0, 0).named("a"))
+    with pytest.raises(ValueError, match="'a' stands for several things, as 2 objects have one name"):
+        twins.with_moved("a", at(0, 0, 1))
     with pytest.raises(ValueError, match="singular"):
         scene.with_moved("ball", np.zeros((3, 4)))
     with pytest.raises(ValueError, match="shape"):

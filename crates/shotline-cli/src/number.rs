@@ -1,6 +1,7 @@
 //! Numbers as people read and write them.
 
 use serde_json::Value;
+use shotline::aabb::Aabb;
 use shotline::math::Vec3;
 
 /// Nine significant digits without trailing zeros: enough to tell values apart, short enough for a table.
@@ -46,6 +47,14 @@ pub fn uncertain(x: f64, error: f64) -> String {
 /// A point or vector in parentheses.
 pub fn short_vector(v: Vec3) -> String {
     format!("({}, {}, {})", short(v.x), short(v.y), short(v.z))
+}
+
+/// The corners of a box, without the padding that rounding asks for.
+pub fn short_bounds(bounds: &Aabb) -> String {
+    let ends = bounds.min.to_array().into_iter().chain(bounds.max.to_array());
+    let size = ends.filter(|x| x.is_finite()).fold(0.0, |m: f64, x| m.max(x.abs()));
+    let plain = |v: Vec3| v.to_array().map(|x| if x.abs() < 1e-12 * size { 0.0 } else { x });
+    format!("{} to {}", short_vector(plain(bounds.min).into()), short_vector(plain(bounds.max).into()))
 }
 
 /// A unit vector in parentheses: six digits tell a direction.

@@ -183,18 +183,24 @@ fn unexamined(world: &World, objects: &[Aabb], seen: &Pairs) -> Vec<String> {
     out
 }
 
-/// Pairs of objects whose surfaces the ray passes in one event, with the first such `t`. Where many are in
-/// one place, each makes a pair with the next.
+/// Cosine of the angle between the normals of two faces in one place, at least.
+const PARALLEL: f64 = 1.0 - 1e-6;
+
+/// Pairs of objects of which the ray passes faces along each other in one event, with the first such `t`: not where surfaces
+/// cut each other. Where many are in one place, each makes a pair with the next.
 fn coincidences_on_ray(hits: &[Hit]) -> BTreeMap<(u32, u32), f64> {
     let (low, high) = (|h: &Hit| h.t - GROUPING * h.t_err, |h: &Hit| h.t + GROUPING * h.t_err);
     let mut pairs = BTreeMap::new();
     for event in hits.chunk_by(|a, b| low(b) <= high(a)) {
-        let surfaces = event.iter().filter(|h| h.kind == HitKind::Surface);
-        let mut objects: Vec<u32> = surfaces.map(|h| h.object).collect();
+        let of = |object: u32| event.iter().filter(move |h| h.kind == HitKind::Surface && h.object == object);
+        let mut objects: Vec<u32> = event.iter().map(|h| h.object).collect();
         objects.sort_unstable();
         objects.dedup();
         for pair in objects.windows(2) {
-            pairs.entry((pair[0], pair[1])).or_insert(event[0].t);
+            let along = |a: &Hit| of(pair[1]).any(|b| a.normal.dot(b.normal).abs() >= PARALLEL);
+            if of(pair[0]).any(along) {
+                pairs.entry((pair[0], pair[1])).or_insert(event[0].t);
+            }
         }
     }
     pairs

@@ -37,6 +37,22 @@ fn missing_files() {
 }
 
 #[test]
+fn options_that_would_change_nothing() {
+    let place = Place::new().with("scene.json", DRILLED).with_rays("rays.npy", RAY);
+    let cast = ["cast", "scene.json", "--rays", "rays.npy", "--query", "closest", "-o", "out.npz"];
+    place
+        .run(&[&cast[..], &["--overlaps", "all"]].concat())
+        .refused(&["--overlaps is for", "not for closest"]);
+    let render = ["render", "scene.json", "-o", "out.png"];
+    place.run(&[&render[..], &["--counter", "boxes"]].concat()).refused(&["--counter is for --look cost"]);
+    let depth = [&render[..], &["--look", "depth", "--lighting", "soft"]].concat();
+    place.run(&depth).refused(&["--lighting is for --look lit, not for depth"]);
+    place.run(&["measure", "scene.json", "--rays", "0"]).refused(&["--rays"]);
+    let empty = Place::new().with("empty.json", r#"{"shotline": 1, "objects": []}"#);
+    empty.run(&["measure", "empty.json"]).refused(&["empty.json", "no objects"]);
+}
+
+#[test]
 fn truncated_mesh() {
     let whole = cube_ply(12);
     let half = &whole[..whole.len() - 20];

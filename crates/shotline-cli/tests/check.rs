@@ -250,3 +250,10 @@ fn objects_with_faces_in_one_place_are_remarked_on() {
     assert_eq!(all[0]["point"][2], 1.0);
     assert!(place.run(&["check", "scene.json"]).ok().contains("remark: 'crate' and 'lid', on "));
 }
+
+#[test]
+fn surfaces_that_cut_each_other_are_not_in_one_place() {
+    let ball = |x: f64| format!(r#"{{"kind": "sphere", "radius": 1, "translate": [{x}, 0, 0]}}"#);
+    let place = Place::new().with("scene.json", scene(&[("a", &ball(0.0), 0), ("b", &ball(0.5), 1)]));
+    assert_eq!(findings(&place, "scene.json"), Vec::<serde_json::Value>::new());
+}

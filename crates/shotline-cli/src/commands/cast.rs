@@ -68,9 +68,9 @@ pub struct Command {
     /// What `thickness` has columns for: material, if not given
     #[arg(long, value_enum)]
     by: Option<ThicknessBy>,
-    /// What `segments` and `thickness` do where objects of equal priority overlap
-    #[arg(long, value_name = "POLICY", value_enum, default_value_t = OverlapPolicy::Error)]
-    overlaps: OverlapPolicy,
+    /// What `segments` and `thickness` do where objects of equal priority overlap: error, if not given
+    #[arg(long, value_name = "POLICY", value_enum)]
+    overlaps: Option<OverlapPolicy>,
     /// What to do with a row that is not a ray: NaN, infinite, or without direction
     #[arg(long, value_name = "POLICY", value_enum, default_value_t = OnInvalid::Error)]
     on_invalid: OnInvalid,
@@ -119,6 +119,12 @@ impl Command {
         if self.by.is_some() && self.query != Query::Thickness {
             let why = format!("--by is for --query thickness, not for {}", self.query.name());
             return Err(Failure::new(why));
+        }
+        if self.overlaps.is_some() && !matches!(self.query, Query::Segments | Query::Thickness) {
+            let name = self.query.name();
+            return Err(Failure::new(format!(
+                "--overlaps is for --query segments and thickness, not for {name}"
+            )));
         }
         let inputs: Vec<PathBuf> = self.rays.iter().chain([&self.model.path]).cloned().collect();
         self.rays.iter().try_for_each(|rays| input::expect_one_stream(&self.model, rays))?;
@@ -176,6 +182,7 @@ impl Command {
             ..Run::default()
         };
         let valid = &rays.valid;
+        let policy = self.overlaps.unwrap_or(OverlapPolicy::Error).into();
         let answer = match self.query {
             Query::Closest => {
                 batch::closest(world, valid, scope, run).map(|rows| (Columns::closest(rows, rays), 0))
@@ -187,15 +194,12 @@ impl Command {
             Query::Crossings => {
                 batch::crossings(world, valid, scope, run).map(|rows| (Columns::crossings(rows, rays), 0))
             }
-            Query::Segments => {
-                batch::segments(world, valid, scope.span, self.overlaps.into(), run).map(|rows| {
-                    let overlaps = rows.overlaps;
-                    (Columns::segments(rows, rays), overlaps)
-                })
-            }
+            Query::Segments => batch::segments(world, valid, scope.span, policy, run).map(|rows| {
+                let overlaps = rows.overlaps;
+                (Columns::segments(rows, rays), overlaps)
+            }),
             Query::Thickness => {
                 let by = self.by.unwrap_or(ThicknessBy::Material).into();
-                let policy = self.overlaps.into();
                 batch::thickness(world, valid, scope.span, by, policy, run).map(|found| {
                     let overlaps = found.overlaps;
                     (Columns::thickness(found, rays), overlaps)

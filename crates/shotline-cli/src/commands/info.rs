@@ -12,7 +12,7 @@ use shotline_io::Note;
 use crate::args::{Build, Model};
 use crate::failure::Failure;
 use crate::findings::note_to_json;
-use crate::number::{bytes, counted, grouped, json as number, json_vector, short, short_vector};
+use crate::number::{bytes, counted, grouped, json as number, json_vector, short, short_bounds};
 use crate::table::{Align, Table};
 use crate::{empty, input, output};
 
@@ -119,7 +119,7 @@ impl Report {
         let bounds = if self.bounds.is_empty() {
             "nothing".to_string()
         } else {
-            format!("{} to {}{units}", short_vector(self.bounds.min), short_vector(self.bounds.max))
+            format!("{}{units}", short_bounds(&self.bounds))
         };
         let stats = &self.stats;
         let mut out = format!(

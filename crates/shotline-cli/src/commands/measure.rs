@@ -4,7 +4,6 @@ use std::sync::atomic::AtomicBool;
 
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
-use shotline::aabb::Aabb;
 use shotline::compile::World;
 use shotline::measure::{self, Estimate, Measure, MeasureError, Method, Settings};
 use shotline::query::batch::Run;
@@ -12,7 +11,7 @@ use shotline::scene::{Scene, Units};
 
 use crate::args::{Build, Model, Threads};
 use crate::failure::Failure;
-use crate::number::{counted, grouped, json as number, json_vector, short_vector, uncertain};
+use crate::number::{counted, grouped, json as number, json_vector, short_bounds, uncertain};
 use crate::progress::{self, Quiet};
 use crate::query::{OverlapPolicy, help};
 use crate::table::{Align, Table};
@@ -37,8 +36,8 @@ pub struct Command {
     #[command(flatten)]
     model: Model,
     /// Rays for each object that has no closed form, rounded up to a multiple of 48
-    #[arg(long, value_name = "N", default_value_t = Settings::default().rays)]
-    rays: usize,
+    #[arg(long, value_name = "N", default_value_t = Settings::default().rays as u64, value_parser = clap::value_parser!(u64).range(1..))]
+    rays: u64,
     /// Another seed, other rays
     #[arg(long, value_name = "N", default_value_t = Settings::default().seed)]
     seed: u64,
@@ -84,7 +83,7 @@ impl Command {
         let document = input::load_with_remarks(&self.model, self.quiet)?;
         let world = input::compile(&document, &self.build)?;
         let settings = Settings {
-            rays: self.rays,
+            rays: self.rays as usize,
             seed: self.seed,
             method: match self.method {
                 Way::Best => Method::Best,
@@ -93,6 +92,12 @@ impl Command {
             overlaps: self.overlaps.into(),
             objects: self.chosen(&world)?,
         };
+        if world.object_names().is_empty() {
+            return Err(Failure::of_file(
+                &self.model.path,
+                "the scene has no objects, so there is nothing to measure",
+            ));
+        }
         let measures =
             interrupt::listening(|cancel| self.measure(&world, &document.scene, &settings, cancel))?;
         self.expect_an_end(&world, &measures)?;
@@ -106,13 +111,11 @@ impl Command {
         let Some(first) = measures.first().filter(|_| measures.iter().all(Measure::is_unbounded)) else {
             return Ok(());
         };
-        let Aabb { min, max } = first.bounds;
         let why = format!(
-            "object '{}' has no finite bounds: its box reaches from {} to {}\n\
+            "object '{}' has no finite bounds: its box reaches from {}\n\
              help: intersect it with a box around what is meant, or choose others with --object",
             world.object_names()[first.object as usize],
-            short_vector(min),
-            short_vector(max)
+            short_bounds(&first.bounds)
         );
         Err(Failure::of_file(&self.model.path, why))
     }
@@ -140,7 +143,7 @@ impl Command {
         cancel: &AtomicBool,
     ) -> Result<Vec<Measure>, Failure> {
         let objects = settings.objects.as_ref().map_or(world.object_names().len(), Vec::len);
-        let bar = progress::bar((objects as u64).saturating_mul(self.rays as u64), "measuring", self.quiet);
+        let bar = progress::bar((objects as u64).saturating_mul(self.rays), "measuring", self.quiet);
         let progress = |rays| bar.inc(rays);
         let run = Run {
             threads: self.threads.threads,
@@ -225,12 +228,7 @@ impl Report<'_> {
                 [x, ..] if x.value.is_nan() => "-".into(),
                 centroid => format!("({})", centroid.each_ref().map(told).join(", ")),
             });
-            let Aabb { min, max } = m.bounds;
-            row.push(if m.bounds.is_empty() {
-                "nothing".into()
-            } else {
-                format!("{} to {}", short_vector(min), short_vector(max))
-            });
+            row.push(if m.bounds.is_empty() { "nothing".into() } else { short_bounds(&m.bounds) });
             row.push(if m.is_unbounded() {
                 "-".into()
             } else if m.exact {

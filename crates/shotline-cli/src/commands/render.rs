@@ -45,12 +45,12 @@ pub struct Command {
     /// Samples a pixel; more make smoother edges
     #[arg(long, value_name = "N", default_value_t = Settings::default().samples)]
     samples: u32,
-    /// How light falls in the look `lit`
-    #[arg(long, value_enum, default_value_t = LightingChoice::Sharp)]
-    lighting: LightingChoice,
-    /// What the look `cost` counts
-    #[arg(long, value_name = "NAME", default_value = COUNTERS[0].name, value_parser = counter_names())]
-    counter: &'static Counter,
+    /// How light falls in the look `lit`: sharp, if not given
+    #[arg(long, value_enum)]
+    lighting: Option<LightingChoice>,
+    /// What the look `cost` counts: boxes, if not given
+    #[arg(long, value_name = "NAME", value_parser = counter_names())]
+    counter: Option<&'static Counter>,
     /// What is behind everything: studio, white, black, transparent or a colour #RRGGBB; otherwise the look
     /// decides
     #[arg(long, value_name = "COLOUR", value_parser = Backdrop::from_str)]
@@ -125,9 +125,22 @@ fn counter_names() -> impl TypedValueParser<Value = &'static Counter> {
 }
 
 impl Command {
+    /// Refuses options that would change nothing.
+    fn expect_options_of_the_look(&self) -> Result<(), Failure> {
+        let given =
+            [("--lighting", self.lighting.is_some(), "lit"), ("--counter", self.counter.is_some(), "cost")];
+        match given.iter().find(|(_, is_given, look)| *is_given && self.look.name != *look) {
+            Some((option, _, look)) => {
+                Err(Failure::new(format!("{option} is for --look {look}, not for {}", self.look.name)))
+            }
+            None => Ok(()),
+        }
+    }
+
     /// Runs the command.
     pub fn run(&self) -> Result<u8, Failure> {
         interrupt::catch();
+        self.expect_options_of_the_look()?;
         output::expect_writable(&self.output, output::PICTURE, std::slice::from_ref(&self.model.path))?;
         let document = input::load_with_remarks(&self.model, self.quiet)?;
         input::remark_what_is_never_hit(&document, self.quiet);
@@ -196,8 +209,8 @@ impl Command {
             samples: self.samples,
             look: self.look,
             backdrop: self.background,
-            lighting: self.lighting.into(),
-            counter: self.counter,
+            lighting: self.lighting.unwrap_or(LightingChoice::Sharp).into(),
+            counter: self.counter.unwrap_or(&COUNTERS[0]),
             camera: None,
             coherence: Coherence {
                 shadows: wants(CoherenceChoice::Shadows),

@@ -37,6 +37,15 @@ pub(super) fn find(scene: &Scene, path: &str) -> Option<Member> {
     }
 }
 
+/// How many roots have the name with which a path begins, where `find` finds it.
+pub(super) fn namesakes(scene: &Scene, path: &str) -> usize {
+    let labels = Labels::new(scene);
+    let begins =
+        |name: &str| path.strip_prefix(name).is_some_and(|after| after.is_empty() || after.starts_with('/'));
+    let first = scene.objects.iter().map(|&root| labels.of(root)).find(|name| begins(name));
+    first.map_or(0, |first| scene.objects.iter().filter(|&&root| labels.of(root) == first).count())
+}
+
 /// The group that a member is, below its transforms and its object.
 fn group_below(scene: &Scene, mut node: NodeId) -> Option<(NodeId, &[NodeId])> {
     loop {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::body::BodyBuilder;
 use super::choice::Choice;
-use super::find::{find, place_above, transforms};
+use super::find::{find, namesakes, place_above, transforms};
 use super::graph::Graph;
 use super::parts::Parts;
 use super::sites::{Place, Sites};
@@ -99,12 +99,19 @@ impl Live {
     /// no transform gets one, for which everything is compiled anew.
     ///
     /// # Errors
-    /// [`SceneError`]s: there is no such path, or the matrix cannot be inverted. Nothing is changed then.
+    /// [`SceneError`]s: there is no such path or several, or the matrix cannot be inverted. Nothing is changed then.
     pub fn place(&mut self, path: &str, matrix: Affine) -> Result<(), Vec<SceneError>> {
         let member = find(&self.scene, path).ok_or_else(|| {
             let error = SceneError::general(format!("no path begins with '{path}'"));
             vec![error.with_hint("paths are named as the answers name them, as in robot/arm[2]/bolt[0]")]
         })?;
+        let namesakes = namesakes(&self.scene, path);
+        if namesakes > 1 {
+            let error = SceneError::general(format!(
+                "'{path}' stands for several things, as {namesakes} objects have one name"
+            ));
+            return Err(vec![error.with_hint("give the objects different names")]);
+        }
         let matrix = LocalTransform::Matrix(matrix);
         let still = LocalTransform::Matrix(Affine::IDENTITY);
         let nodes = transforms(&self.scene, member);

@@ -182,11 +182,13 @@ pub enum MeasureError {
     /// A mesh that is not closed, or objects that overlap where that is an error.
     #[error(transparent)]
     Query(QueryError),
-    /// The rays of an object have met too much.
+    /// The rays of an object have met too much, or the first few show that they would.
     #[error("object '{object}': its rays meet too much, as parts are placed in one another over and over")]
     TooMany {
         /// The object.
         object: String,
+        /// About how many rays would be few enough; 0 if that is not known, or less than the fewest.
+        rays: usize,
     },
     /// The volume of an object overflows or underflows.
     #[error(
@@ -210,7 +212,8 @@ pub enum MeasureError {
 /// the densities.
 ///
 /// Of `run`, `most_rows`, or a thousand a ray if that is more, limits the boxes and bodies that the rays of an object
-/// open, and the [`Limits`](crate::query::Limits) of a query each ray: so parts placed 10^12 times over each other end with an error. `progress` counts
+/// open, and the [`Limits`](crate::query::Limits) of a query each ray: so parts placed 10^12 times over each other end with an error,
+/// at once if the first few rays show it. `progress` counts
 /// [`Settings::rays`] also for an object that needs no rays.
 ///
 /// # Errors

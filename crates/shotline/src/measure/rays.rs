@@ -24,6 +24,9 @@ pub(super) const STRATA: usize = 3 * SHIFTS;
 /// So many steps are always granted to a ray on average.
 const STEPS_OF_A_RAY: u64 = 1000;
 
+/// Rays along each axis that tell what all would meet.
+const PILOT: usize = 16;
+
 /// Where fewer stretches are met than this, the samples are too few to tell how much they overlook.
 pub(super) const FEW: u64 = 16 * SHIFTS as u64;
 
@@ -189,6 +192,7 @@ impl Rays<'_> {
         let cells = self.cells(object, bounds, rays);
         let (stretches, steps) = (AtomicU64::new(0), AtomicU64::new(0));
         let task = Task { object, centre, half, rays, cells, stretches, steps, most_steps };
+        self.afford(&task)?;
         let Samples { shifts, axes, spread } = self.samples(&task)?;
         let world_from_box = Affine::translation(centre).then_after(&Affine::scaling(half));
         let mut numbers = by_shifts_and_axes(&shifts, &axes, &world_from_box);
@@ -213,6 +217,29 @@ impl Rays<'_> {
         let met = leaves.filter(|leaf| !leaf.intersection(bounds).is_empty());
         let leaves: Vec<Aabb> = met.take(MOST_LEAVES).copied().collect();
         [0, 1, 2].map(|axis| Cells::new(bounds, &leaves, axis, rays))
+    }
+
+    /// Refuses a task if a few of its rays show that all of them would meet too much.
+    fn afford(&self, task: &Task) -> Result<(), MeasureError> {
+        let mut caster = Caster::new(self.world);
+        caster.watch(self.run.watch());
+        let (mut steps, mut cast, mut stretches) = (0u64, 0u64, Vec::new());
+        for axis in 0..3 {
+            for i in (0..task.rays).step_by(task.rays.div_ceil(PILOT)) {
+                let (_, cell) = task.cells[axis].of(i);
+                let mut at = Vec3::ZERO;
+                [at[(axis + 1) % 3], at[(axis + 2) % 3]] = cell.place(place(i, [0; 2]));
+                stretches.clear();
+                steps += self.stretches(&mut caster, task, at, axis, &mut stretches)?;
+                cast += 1;
+            }
+        }
+        let each = steps.div_ceil(cast.max(1));
+        if each.saturating_mul((task.rays * STRATA) as u64) <= task.most_steps {
+            return Ok(());
+        }
+        let rays = (self.run.most_rows / each) as usize / STRATA * STRATA;
+        Err(MeasureError::TooMany { object: self.name(task.object), rays })
     }
 
     /// The integrals over the object by each randomised sample, and by the rays of each axis, in coordinates in which its
@@ -329,7 +356,7 @@ impl Rays<'_> {
             QueryError::TooMany { .. } | QueryError::TooLong { .. } => {
                 // The other threads need not go on.
                 task.steps.fetch_max(task.most_steps, Ordering::Relaxed);
-                MeasureError::TooMany { object: self.name(task.object) }
+                MeasureError::TooMany { object: self.name(task.object), rays: 0 }
             }
             error => MeasureError::Query(error),
         })
@@ -337,7 +364,10 @@ impl Rays<'_> {
 
     fn count(&self, task: &Task, steps: u64) -> Result<(), MeasureError> {
         let too_many = task.steps.fetch_add(steps, Ordering::Relaxed) + steps > task.most_steps;
-        if too_many { Err(MeasureError::TooMany { object: self.name(task.object) }) } else { Ok(()) }
+        if too_many {
+            return Err(MeasureError::TooMany { object: self.name(task.object), rays: 0 });
+        }
+        Ok(())
     }
 
     fn name(&self, object: u32) -> String {

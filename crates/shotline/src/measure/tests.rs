@@ -200,7 +200,23 @@ fn rays_that_meet_too_much_are_an_error() {
     scene.add_object("swarm", None, node);
     let run = Run { most_rows: 100_000, ..Run::default() };
     let error = measure(&world(&scene), &scene, &rays(48, 0), run).unwrap_err();
-    assert_eq!(error, MeasureError::TooMany { object: "swarm".into() });
+    assert_eq!(error, MeasureError::TooMany { object: "swarm".into(), rays: 0 });
+}
+
+#[test]
+fn the_first_rays_tell_how_many_can_be_afforded() {
+    let mut scene = Scene::default();
+    let mut node = solid(&mut scene, "sphere", &[&[1.0]]);
+    for _ in 0..11 {
+        let other = at(&mut scene, node, [0.0, 0.0, 0.01]);
+        node = scene.add(Node::Group { members: vec![node, other] });
+    }
+    scene.add_object("swarm", None, node);
+    let (world, run) = (world(&scene), Run { most_rows: 3_000_000, ..Run::default() });
+    let error = measure(&world, &scene, &rays(1 << 16, 0), run).unwrap_err();
+    let MeasureError::TooMany { rays: affordable, .. } = error else { panic!("{error}") };
+    assert!((480..5000).contains(&affordable), "{affordable}");
+    assert!(measure(&world, &scene, &rays(affordable, 0), run).is_ok());
 }
 
 #[test]
