@@ -40,19 +40,7 @@ const PASSED_OVER: &[(&str, &[&[u8]])] = &[
     ("points and lines", &[b"p", b"l"]),
     (
         "display settings",
-        &[
-            b"s",
-            b"lod",
-            b"bevel",
-            b"c_interp",
-            b"d_interp",
-            b"shadow_obj",
-            b"trace_obj",
-            b"ctech",
-            b"stech",
-            b"call",
-            b"csh",
-        ],
+        &[b"s", b"lod", b"bevel", b"c_interp", b"d_interp", b"shadow_obj", b"trace_obj", b"ctech", b"stech"],
     ),
 ];
 
@@ -67,6 +55,16 @@ const CURVES: NoteKind = NoteKind {
     effect: Effect::Changed,
     one: "1 line of curves and curved surfaces was not read",
     many: "# lines of curves and curved surfaces were not read",
+};
+
+/// Keywords that run commands, which may add to the model.
+const COMMANDS: &[&[u8]] = &[b"call", b"csh"];
+
+const NOT_RUN: NoteKind = NoteKind {
+    name: "commands",
+    effect: Effect::Changed,
+    one: "1 line that takes in another file or runs a command was not followed",
+    many: "# lines that take in other files or run commands were not followed",
 };
 
 const UNKNOWN: NoteKind = NoteKind {
@@ -137,6 +135,7 @@ fn read(bytes: &[u8]) -> Result<MeshFile, Fault> {
             Some(keyword) => match PASSED_OVER.iter().position(|(_, words)| words.contains(&keyword)) {
                 Some(kind) => passed_over[kind] += 1,
                 None if CURVED.contains(&keyword) => notes.add(&CURVES, At::Text(start..end)),
+                None if COMMANDS.contains(&keyword) => notes.add(&NOT_RUN, At::Text(start..end)),
                 None => notes.quote(&UNKNOWN, At::Text(start..end), || line[0].shown()),
             },
         }

@@ -253,6 +253,14 @@ fn what_an_obj_holds_beyond_its_polygons_is_noted() {
 
 /// In a comment a backslash does not join lines, or it would swallow the vertex after it.
 #[test]
+fn an_obj_that_takes_in_another_file_says_so() {
+    let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\ncall other.obj\ncsh -ls\n";
+    let document = ok("obj", text.as_bytes());
+    assert_eq!(note(&document, "commands").0, 2);
+    assert_eq!(changes(&document), ["commands"]);
+}
+
+#[test]
 fn a_comment_that_ends_in_a_backslash_swallows_no_vertex() {
     let text = "# C:\\parts\\\nv 0 0 0\nv 1 0 0 # \\\nv 0 1 0\nf 1 2 3\n";
     assert_eq!(mesh_of(&ok("a.obj", text.as_bytes())).vertices.len(), 3);

@@ -100,7 +100,7 @@ pub fn expose(
     let done: Vec<_> = match run.pool {
         Some(pool) => pool.install(all),
         None => {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(run.threads).build();
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(run.pool_threads()).build();
             let pool = pool.map_err(|e| RenderError::Threads { threads: run.threads, why: e.to_string() })?;
             pool.install(all)
         }

@@ -113,6 +113,8 @@ pub enum Offer {
     Part(u64),
     /// An item.
     Item(u32),
+    /// An item whose own box the ray enters at the bound, so that nobody has to test it again.
+    Entered(u32),
 }
 
 /// Called with a run of items; answers the `t` beyond which nothing is wanted any more.
@@ -146,7 +148,7 @@ pub trait Accelerator: Duplicate + Send + Sync + Debug {
             }
             match next.what {
                 Offer::Part(part) => self.open(part, next.t, ray, &mut found, work),
-                Offer::Item(item) => limit = visit(&[item], work),
+                Offer::Item(item) | Offer::Entered(item) => limit = visit(&[item], work),
             }
         }
     }

@@ -11,7 +11,7 @@ use crate::solid::Solid;
 use crate::solid::mesh::MeshSolid;
 
 /// A combination of more leaves than this is refused before it is built.
-const MAX_LEAVES: u64 = 10_000_000;
+const MAX_LEAVES: u64 = 4_000_000;
 
 /// Nodes likewise, shared ones counted wherever they stand: a nest of groups can be large without a leaf.
 const MAX_NODES: u64 = 10 * MAX_LEAVES;

@@ -144,6 +144,19 @@ impl Cells {
         (number, &self.0[number])
     }
 
+    /// How many rays meet a rectangle, expected, of as many as the cells were made for.
+    pub(super) fn rays_in(&self, low: [f64; 2], high: [f64; 2], rays: usize) -> f64 {
+        let ends = self.0.iter().skip(1).map(|cell| cell.first).chain([rays]);
+        let part = |(cell, end): (&Cell, usize)| {
+            let side = |k: usize| {
+                let (from, to) = (cell.middle[k] - cell.half[k], cell.middle[k] + cell.half[k]);
+                (high[k].min(to) - low[k].max(from)).max(0.0) / (to - from)
+            };
+            (end - cell.first) as f64 * side(0) * side(1)
+        };
+        self.0.iter().zip(ends).map(part).sum()
+    }
+
     /// The most that a ray counts.
     pub(super) fn most_weight(&self) -> f64 {
         self.0.iter().map(|cell| cell.weight).fold(0.0, f64::max)

@@ -1,10 +1,11 @@
-//! The boxes of the leaves of each object, in world coordinates: where its thin parts are.
+//! The leaves of each object in world coordinates, their boxes and sizes: where its thin parts are.
 
 use std::collections::BTreeMap;
 
 use crate::aabb::Aabb;
 use crate::compile::{Body, Leaf, Placed, SolidBody, Target, World};
 use crate::math::Affine;
+use crate::solid::Moments;
 
 /// Boxes of one object at most.
 const MOST: usize = 1024;
@@ -12,12 +13,32 @@ const MOST: usize = 1024;
 /// Boxes kept of all levels together; once there are more, a level has one of each object.
 const BUDGET: usize = 1 << 20;
 
+/// A leaf, or several together.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LeafBox {
+    pub bounds: Aabb,
+    /// Of the whole leaf, whatever is cut off or taken away; `None` where they have no closed form, and of several.
+    pub moments: Option<Moments>,
+}
+
+impl LeafBox {
+    fn placed(&self, map: &Affine) -> LeafBox {
+        let moments = self.moments.map(|moments| moments.placed(map));
+        LeafBox { bounds: self.bounds.transformed(map), moments }
+    }
+
+    fn within(self, bounds: &Aabb) -> Option<LeafBox> {
+        let bounds = self.bounds.intersection(bounds);
+        (!bounds.is_empty()).then_some(LeafBox { bounds, ..self })
+    }
+}
+
 /// The boxes of a level by objects; `None` stands for the object that is named above it.
-type Boxes = BTreeMap<Option<u32>, Vec<Aabb>>;
+type Boxes = BTreeMap<Option<u32>, Vec<LeafBox>>;
 
 /// The boxes of the leaves of wanted objects, by their numbers; none of the others. Where there are too many they are those
 /// of groups, or some of them.
-pub(super) fn leaf_boxes(world: &World, wanted: &[bool]) -> Vec<Vec<Aabb>> {
+pub(super) fn leaf_boxes(world: &World, wanted: &[bool]) -> Vec<Vec<LeafBox>> {
     // Levels come after what they place, and the root is the last.
     let (mut levels, mut kept): (Vec<Boxes>, usize) = (Vec::new(), 0);
     for level in world.levels() {
@@ -40,26 +61,29 @@ pub(super) fn leaf_boxes(world: &World, wanted: &[bool]) -> Vec<Vec<Aabb>> {
 }
 
 /// The boxes of what is placed, in its own frame.
-fn of(world: &World, levels: &[Boxes], placed: &Placed) -> Vec<(Option<u32>, Vec<Aabb>)> {
+fn of(world: &World, levels: &[Boxes], placed: &Placed) -> Vec<(Option<u32>, Vec<LeafBox>)> {
     match placed.target {
         Target::Level(level) => {
             let named = levels[level as usize].iter();
             named.map(|(object, boxes)| (object.or(placed.object), boxes.clone())).collect()
         }
         Target::Body(body) => match world.body(body) {
-            Body::Surface(surface) => vec![(placed.object, vec![surface.bounds])],
+            Body::Surface(surface) => {
+                vec![(placed.object, vec![LeafBox { bounds: surface.bounds, moments: None }])]
+            }
             Body::Solid(body) => vec![(placed.object, of_body(body))],
         },
     }
 }
 
 /// Boxes in the frame of the level that places them: one around all where there are more than so many.
-fn moved(boxes: Vec<Aabb>, placed: &Placed, most: usize) -> Vec<Aabb> {
+fn moved(boxes: Vec<LeafBox>, placed: &Placed, most: usize) -> Vec<LeafBox> {
     // It was inverted once, so it can be again, but for rounding.
-    let Ok(map) = inverse(&placed.local_from_parent) else { return vec![placed.bounds] };
+    let Ok(map) = inverse(&placed.local_from_parent) else {
+        return vec![LeafBox { bounds: placed.bounds, moments: None }];
+    };
     let boxes = if boxes.len() > most { vec![around(&boxes)] } else { boxes };
-    let moved = boxes.iter().map(|own| own.transformed(&map).intersection(&placed.bounds));
-    moved.filter(|own| !own.is_empty()).collect()
+    boxes.iter().filter_map(|own| own.placed(&map).within(&placed.bounds)).collect()
 }
 
 fn inverse(map: &Affine) -> Result<Affine, crate::math::SingularTransform> {
@@ -67,26 +91,30 @@ fn inverse(map: &Affine) -> Result<Affine, crate::math::SingularTransform> {
 }
 
 /// The boxes of the leaves of a body.
-fn of_body(body: &SolidBody) -> Vec<Aabb> {
-    let boxes: Vec<Aabb> = body.leaves.iter().flat_map(of_leaf).collect();
-    let within = boxes.iter().map(|own| own.intersection(&body.bounds));
-    some(within.filter(|own| !own.is_empty()).collect(), MOST)
+fn of_body(body: &SolidBody) -> Vec<LeafBox> {
+    let boxes = body.leaves.iter().flat_map(of_leaf);
+    some(boxes.filter_map(|own| own.within(&body.bounds)).collect(), MOST)
 }
 
 /// The box of a leaf, or those of the shells of a mesh.
-fn of_leaf(leaf: &Leaf) -> Vec<Aabb> {
-    let shells = leaf.solid.as_mesh().filter(|mesh| mesh.topology().shells.count > 1);
-    match (shells, inverse(&leaf.local_from_body)) {
+fn of_leaf(leaf: &Leaf) -> Vec<LeafBox> {
+    let map = inverse(&leaf.local_from_body);
+    let (bounds, mesh) = (leaf.bounds, leaf.solid.as_mesh());
+    match (mesh.filter(|mesh| mesh.topology().shells.count > 1), map) {
         (Some(mesh), Ok(map)) => {
-            let shells = some(mesh.shell_boxes(), MOST);
-            shells.iter().map(|own| own.transformed(&map).intersection(&leaf.bounds)).collect()
+            let shells =
+                mesh.shell_boxes().into_iter().map(|bounds| LeafBox { bounds, moments: None }.placed(&map));
+            some(shells.filter_map(|own| own.within(&bounds)).collect(), MOST)
         }
-        _ => vec![leaf.bounds],
+        (None, Ok(map)) if mesh.is_none() => {
+            vec![LeafBox { bounds, moments: leaf.solid.moments().map(|moments| moments.placed(&map)) }]
+        }
+        _ => vec![LeafBox { bounds, moments: None }],
     }
 }
 
 /// So many of the boxes at most, evenly from the list; one around all if one is wanted.
-fn some(boxes: Vec<Aabb>, most: usize) -> Vec<Aabb> {
+fn some(boxes: Vec<LeafBox>, most: usize) -> Vec<LeafBox> {
     match boxes.len() {
         count if count <= most => boxes,
         _ if most == 1 => vec![around(&boxes)],
@@ -94,6 +122,7 @@ fn some(boxes: Vec<Aabb>, most: usize) -> Vec<Aabb> {
     }
 }
 
-fn around(boxes: &[Aabb]) -> Aabb {
-    boxes.iter().fold(Aabb::EMPTY, |all, own| all.union(own))
+fn around(boxes: &[LeafBox]) -> LeafBox {
+    let bounds = boxes.iter().fold(Aabb::EMPTY, |all, own| all.union(&own.bounds));
+    LeafBox { bounds, moments: None }
 }

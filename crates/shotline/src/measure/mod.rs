@@ -21,7 +21,8 @@
 //!
 //! **The error** is the spread of the sixteen shifts, by the jackknife (B. Efron 1982) for centroid and inertia. Where the
 //! estimates by the rays of each axis alone spread more than twice as much, that is the error: rays along one of them may
-//! not see a thin part. The error also has room for one of the rays that count most, for rounding, and, where fewer than
+//! not see a thin part. A leaf of known volume that fewer than 64 rays are expected to meet adds that volume over the root of
+//! their number. The error also has room for one of the rays that count most, for rounding, and, where fewer than
 //! 256 stretches are met, for what one ray stands for, anywhere in the box; so it is not 0 for an object that no ray meets,
 //! which has no centroid. It is a standard error of fifteen degrees of freedom, not a bound: about one in a hundred is off
 //! by more than three of them.
@@ -229,7 +230,7 @@ pub fn measure(
         return pool.install(work);
     }
     // A pool of its own for one thread too: the global one is neither of one thread nor there after a fork.
-    match rayon::ThreadPoolBuilder::new().num_threads(run.threads).build() {
+    match rayon::ThreadPoolBuilder::new().num_threads(run.pool_threads()).build() {
         Ok(pool) => pool.install(work),
         Err(_) => work(),
     }

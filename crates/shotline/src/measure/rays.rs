@@ -8,6 +8,7 @@ use super::cells::Cells;
 use super::estimate::{COUNT, Estimate, SHIFTS, by_shifts_and_axes, numbers};
 use super::extent::Extent;
 use super::known::{Known, Sampled};
+use super::leaves::LeafBox;
 use super::{Measure, MeasureError, Range, Settings};
 use crate::aabb::Aabb;
 use crate::compile::{Body, World};
@@ -29,6 +30,9 @@ const PILOT: usize = 16;
 
 /// Where fewer stretches are met than this, the samples are too few to tell how much they overlook.
 pub(super) const FEW: u64 = 16 * SHIFTS as u64;
+
+/// Of a leaf that so many rays meet the spread of these tells how far it may be off.
+const RARE: f64 = 64.0;
 
 /// Half-ulps of its coordinates by which an end of a stretch may be off, for the edges of cells too.
 const ROUNDING: f64 = 32.0;
@@ -62,6 +66,8 @@ struct Samples {
     axes: [[f64; 10]; 3],
     /// How far apart two rays of one cell are at most, in what they count of the length of the box.
     spread: f64,
+    /// What the stretches count together.
+    ends: f64,
 }
 
 /// The rays of a cell that count least and most.
@@ -87,7 +93,7 @@ pub(super) struct Rays<'a> {
     pub settings: &'a Settings,
     pub run: Run<'a>,
     /// The boxes of the leaves of objects that may need rays, by their numbers.
-    pub leaves: Vec<Vec<Aabb>>,
+    pub leaves: Vec<Vec<LeafBox>>,
 }
 
 /// An object to be sampled, and what has been met so far.
@@ -104,6 +110,25 @@ struct Task {
     /// Boxes and bodies opened to find them.
     steps: AtomicU64,
     most_steps: u64,
+}
+
+impl Task {
+    /// How many rays along an axis meet a leaf, about: as if it were the ellipsoid of the same moments.
+    fn rays_through(&self, leaf: &LeafBox, moments: &Moments, axis: usize) -> f64 {
+        let across = [(axis + 1) % 3, (axis + 2) % 3];
+        let place = |v: Vec3| across.map(|k| ((v - self.centre) / self.half)[k]);
+        let (low, high) = (place(leaf.bounds.min), place(leaf.bounds.max));
+        let shadow = (high[0] - low[0]) * (high[1] - low[1]);
+        // In the coordinates of the square; the semi-axes of an ellipsoid are those of its covariance times the root of 5.
+        let [i, j] = across;
+        let entry =
+            |i: usize, j: usize| 5.0 * moments.second[i][j] / moments.volume / self.half[i] / self.half[j];
+        let area =
+            std::f64::consts::PI * (entry(i, i) * entry(j, j) - entry(i, j) * entry(j, i)).max(0.0).sqrt();
+        let rays = self.cells[axis].rays_in(low, high, self.rays) * SHIFTS as f64;
+        // Of a leaf without a volume nothing is missed.
+        if shadow > 0.0 && area >= 0.0 { rays * (area / shadow).min(1.0) } else { f64::INFINITY }
+    }
 }
 
 impl Rays<'_> {
@@ -193,19 +218,38 @@ impl Rays<'_> {
         let (stretches, steps) = (AtomicU64::new(0), AtomicU64::new(0));
         let task = Task { object, centre, half, rays, cells, stretches, steps, most_steps };
         self.afford(&task)?;
-        let Samples { shifts, axes, spread } = self.samples(&task)?;
+        let Samples { shifts, axes, spread, ends } = self.samples(&task)?;
         let world_from_box = Affine::translation(centre).then_after(&Affine::scaling(half));
         let mut numbers = by_shifts_and_axes(&shifts, &axes, &world_from_box);
+        let rare = self.rarely_met(&task);
         let (met, share) = (task.stretches.into_inner(), bounds.size().element_product() / all_rays as f64);
         add_rare(&mut numbers, spread * share);
         if met < FEW {
             let weight = task.cells.iter().map(Cells::most_weight).fold(0.0, f64::max);
             add_unseen(&mut numbers, weight * share, bounds);
         }
+        add_unseen(&mut numbers, rare, bounds);
         // Of the length of the box, at both ends of a stretch.
         let off = ROUNDING * HALF_ULP * (Vec3::ONE + (centre / half).abs()).max_element();
-        add_unseen(&mut numbers, off * share * met as f64, bounds);
+        add_unseen(&mut numbers, off * share * ends, bounds);
         Ok((numbers, all_rays))
+    }
+
+    /// The volume of leaves that too few rays meet for their spread to tell of it. Of those that none may meet all may be
+    /// missing; of the others each is off in its own way.
+    fn rarely_met(&self, task: &Task) -> f64 {
+        let (mut missing, mut squares) = (0.0, 0.0);
+        for leaf in self.leaves.get(task.object as usize).into_iter().flatten() {
+            let Some(moments) = leaf.moments else { continue };
+            let rays: f64 = (0..3).map(|axis| task.rays_through(leaf, &moments, axis)).sum();
+            let volume = moments.volume.abs();
+            match rays {
+                0.0..1.0 => missing += volume,
+                1.0..RARE => squares += volume * volume / rays,
+                _ => {}
+            }
+        }
+        missing + squares.sqrt()
     }
 
     /// The cells across each axis, by the leaves in the box of an object.
@@ -214,8 +258,8 @@ impl Rays<'_> {
         let alone = self.settings.overlaps == Overlaps::All;
         let others = if alone { &[] } else { &self.leaves[..] };
         let leaves = self.leaves.get(object as usize).into_iter().chain(others).flatten();
-        let met = leaves.filter(|leaf| !leaf.intersection(bounds).is_empty());
-        let leaves: Vec<Aabb> = met.take(MOST_LEAVES).copied().collect();
+        let met = leaves.filter(|leaf| !leaf.bounds.intersection(bounds).is_empty());
+        let leaves: Vec<Aabb> = met.take(MOST_LEAVES).map(|leaf| leaf.bounds).collect();
         [0, 1, 2].map(|axis| Cells::new(bounds, &leaves, axis, rays))
     }
 
@@ -245,7 +289,8 @@ impl Rays<'_> {
     /// The integrals over the object by each randomised sample, and by the rays of each axis, in coordinates in which its
     /// box reaches from -1 to 1.
     fn samples(&self, task: &Task) -> Result<Samples, MeasureError> {
-        let (mut shifts, mut axes, mut spread) = ([[Dd::ZERO; 10]; SHIFTS], [[Dd::ZERO; 10]; 3], 0.0f64);
+        let (mut shifts, mut axes) = ([[Dd::ZERO; 10]; SHIFTS], [[Dd::ZERO; 10]; 3]);
+        let (mut spread, mut ends) = (0.0f64, 0.0);
         let chunks = task.rays.div_ceil(CHUNK);
         let mut round = 0..0;
         while round.end < chunks * STRATA {
@@ -259,8 +304,8 @@ impl Rays<'_> {
             let parts: Vec<_> = round.clone().into_par_iter().map_init(caster, one).collect();
             // In order, so that sums have the same bits on any number of threads.
             for (job, part) in round.clone().zip(parts) {
-                let (stratum, (part, own)) = (job / chunks, part?);
-                spread = spread.max(own);
+                let (stratum, (part, own, stretches)) = (job / chunks, part?);
+                (spread, ends) = (spread.max(own), ends + stretches);
                 for sum in [&mut shifts[stratum / 3], &mut axes[stratum % 3]] {
                     *sum = std::array::from_fn(|i| sum[i] + part[i]);
                 }
@@ -270,17 +315,18 @@ impl Rays<'_> {
         let mean =
             |sums: Sums, strata: usize| sums.map(|sum| sum.hi * (4.0 / (strata as f64 * task.rays as f64)));
         let (shifts, axes) = (shifts.map(|sums| mean(sums, 3)), axes.map(|sums| mean(sums, SHIFTS)));
-        Ok(Samples { shifts, axes, spread })
+        Ok(Samples { shifts, axes, spread, ends })
     }
 
-    /// What the rays of one chunk of a stratum, an axis and a shift, add to the integrals, and how far two are apart.
+    /// What the rays of one chunk of a stratum, an axis and a shift, add to the integrals, how far two are apart, and what
+    /// their stretches count.
     fn chunk(
         &self,
         caster: &mut Caster,
         task: &Task,
         stratum: usize,
         chunk: usize,
-    ) -> Result<(Sums, f64), MeasureError> {
+    ) -> Result<(Sums, f64, f64), MeasureError> {
         if self.run.cancel.is_some_and(|c| c.load(Ordering::Relaxed)) {
             return Err(MeasureError::Cancelled);
         }
@@ -288,7 +334,7 @@ impl Rays<'_> {
         let across = [(axis + 1) % 3, (axis + 2) % 3];
         let key = mixed(mixed(self.settings.seed) ^ u64::from(task.object)) ^ stratum as u64;
         let (mut sums, mut spread) = ([Dd::ZERO; 10], Spread::default());
-        let (mut stretches, mut met, mut taken) = (Vec::new(), 0, 0);
+        let (mut stretches, mut met, mut taken, mut ends) = (Vec::new(), 0, 0, 0.0);
         let rays = chunk * CHUNK..((chunk + 1) * CHUNK).min(task.rays);
         let cast = rays.len() as u64;
         for i in rays {
@@ -301,6 +347,7 @@ impl Rays<'_> {
             stretches.clear();
             let steps = self.stretches(caster, task, place, axis, &mut stretches)?;
             (met, taken) = (met + stretches.len() as u64, taken + steps);
+            ends += cell.weight * stretches.len() as f64;
             if taken > MANY {
                 self.count(task, std::mem::take(&mut taken))?;
             }
@@ -320,7 +367,7 @@ impl Rays<'_> {
         if let Some(progress) = self.run.progress {
             progress(cast);
         }
-        Ok((sums, spread.most))
+        Ok((sums, spread.most, ends))
     }
 
     /// The stretches inside the object of the ray through a place of its box along an axis, from -1 to 1, and how much

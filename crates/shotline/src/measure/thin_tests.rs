@@ -186,3 +186,69 @@ fn a_part_that_one_axis_does_not_see_is_in_the_standard_error() {
         }
     }
 }
+
+/// Slanted, so that their boxes are wide, with parts beside them that are met.
+#[test]
+fn slanted_parts_that_no_ray_meets_are_in_the_error() {
+    let turned = |s: &mut Scene, node: NodeId| {
+        let turn = Affine::rotation_xyz(Vec3::new(33.0, 41.0, 0.0));
+        s.add_transform(turn, node)
+    };
+    let rod = |s: &mut Scene, r: f64| {
+        let rod = solid(s, "cylinder", &[&[r], &[-1.0], &[1.0]]);
+        turned(s, rod)
+    };
+    let measured =
+        |scene: &Scene| measure(&world(scene), scene, &rays(1 << 15, 0), Run::default()).unwrap()[0].volume;
+    let beside_a_speck = one(|s| {
+        let (rod, speck) = (rod(s, 1e-6), solid(s, "sphere", &[&[1e-6]]));
+        let speck = at(s, speck, [9.0, 0.0, 0.0]);
+        s.add_csg(Op::Union, vec![rod, speck])
+    });
+    let (found, truth) = (measured(&beside_a_speck), 2.0 * PI * 1e-12 + 4.0 / 3.0 * PI * 1e-18);
+    assert!(
+        (found.value - truth).abs() <= 3.0 * found.std_error && found.std_error < 2.0 * truth,
+        "{found:?}"
+    );
+    for r in [1e-2, 1e-3, 1e-4, 1e-5] {
+        let drilled = one(|s| {
+            let (block, rod) = (brick(s, [-1.5; 3], [1.5; 3]), rod(s, r));
+            minus(s, block, rod)
+        });
+        let (found, hole) = (measured(&drilled), 2.0 * PI * r * r);
+        let off = (found.value - (27.0 - hole)).abs();
+        assert!(off <= 4.0 * found.std_error && found.std_error < 3.0 * hole, "{r}: {found:?} {off}");
+    }
+}
+
+#[test]
+fn errors_are_of_the_size_of_what_is_there() {
+    let hollow = |s: &mut Scene, x: f64| {
+        let [outer, inner] = [1.0, 0.5].map(|r| solid(s, "sphere", &[&[r]]));
+        let ball = minus(s, outer, inner);
+        at(s, ball, [x; 3])
+    };
+    let measured =
+        |scene: &Scene| measure(&world(scene), scene, &rays(1 << 15, 0), Run::default()).unwrap()[0].clone();
+    let far_apart = one(|s| {
+        let balls = vec![hollow(s, 0.0), hollow(s, 1e6)];
+        s.add_csg(Op::Union, balls)
+    });
+    let found = measured(&far_apart).volume;
+    assert!(found.std_error < 1e-2 * found.value, "{found:?}");
+    // The square of an inertia of 10^-300 is no number, nor that of 10^300.
+    let relative = |power: i32| {
+        let scene = one(|s| {
+            let ball = hollow(s, 0.0);
+            s.add_transform(Affine::scaling(Vec3::splat(libm::ldexp(1.0, power))), ball)
+        });
+        let found = measured(&scene);
+        [found.volume, found.inertia[0][0]].map(|estimate| estimate.std_error / estimate.value)
+    };
+    let usual = relative(1);
+    for power in [-195, -60, 60, 195] {
+        for (found, usual) in relative(power).into_iter().zip(usual) {
+            assert!((found / usual - 1.0).abs() < 1e-3, "2^{power}: {found} {usual}");
+        }
+    }
+}

@@ -61,6 +61,7 @@ impl Membership {
                                 self.ask(body, leaf, line.o, below);
                             }
                         }
+                        Offer::Entered(leaf) => self.ask(body, leaf, line.o, below),
                         Offer::Item(_) => below.work.tags_saved += 1,
                     }
                 }

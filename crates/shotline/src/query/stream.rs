@@ -176,6 +176,14 @@ impl<'a, 'c> Stream<'a, 'c> {
                     });
                     (offer.t, Entry::Part(part))
                 }
+                Offer::Entered(leaf) => {
+                    let bounds = &self.body.leaves[leaf as usize].bounds;
+                    debug_assert_eq!(ray.enter_exit(bounds).map(|(t, _)| t), Some(offer.t));
+                    log.add(deeper, Some(offer.t), || Act::OfferItem {
+                        item: self.body.leaf_name(leaf as usize),
+                    });
+                    (offer.t, Entry::Leaf(leaf))
+                }
                 Offer::Item(leaf) => {
                     let name = || self.body.leaf_name(leaf as usize);
                     if !scratch.tags.is_first(leaf as usize) {

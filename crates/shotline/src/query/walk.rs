@@ -203,7 +203,7 @@ impl<'w> Walk<'w> {
                 }
                 self.take_offers(world, entry.visit, below);
             }
-            Offer::Item(item) => {
+            Offer::Item(item) | Offer::Entered(item) => {
                 let passed = self.pass(entry.visit, item, t);
                 match passed.target {
                     Target::Body(number) => {
@@ -367,6 +367,12 @@ impl<'w> Walk<'w> {
                 Offer::Part(part) => {
                     let describe = || level.accel.as_ref().map(|accel| accel.describe(part, ray));
                     log.add(1, Some(offer.t), || Act::OfferPart { part: describe().unwrap_or_default() });
+                    offer.t
+                }
+                Offer::Entered(item) => {
+                    let placed = &level.placements[item as usize];
+                    debug_assert_eq!(ray.enter_exit(&placed.bounds).map(|(t, _)| t), Some(offer.t));
+                    log.add(1, Some(offer.t), || Act::OfferItem { item: world.placed_name(placed) });
                     offer.t
                 }
                 Offer::Item(item) => {

@@ -249,7 +249,7 @@ fn proposes_every_box_met_in_time(a: &dyn Accelerator, ray: &BoxRay, boxes: &[Aa
     a.start(ray, &mut pending, &mut work);
     while let Some(next) = pending.pop() {
         match next.what {
-            Offer::Item(item) => {
+            Offer::Item(item) | Offer::Entered(item) => {
                 let t = first_proposal.entry(item).or_insert(next.t);
                 *t = t.min(next.t);
             }

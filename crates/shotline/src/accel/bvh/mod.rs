@@ -39,6 +39,9 @@ pub(super) trait Volume: Copy + PartialEq + Debug + Send + Sync + 'static {
     /// Where a ray enters it; `None` if it passes by.
     fn enter(&self, ray: &Self::Ray<'_>) -> Option<f64>;
 
+    /// Whether a volume around one box is that box.
+    const IS_BOX: bool;
+
     /// In proportion to the chance of a line to meet it.
     fn area(&self) -> f64;
 
@@ -65,6 +68,8 @@ impl Volume for Aabb {
     fn enter(&self, ray: &&BoxRay) -> Option<f64> {
         ray.enter_exit(self).map(|(enter, _)| enter)
     }
+
+    const IS_BOX: bool = true;
 
     fn area(&self) -> f64 {
         self.half_area()
@@ -132,6 +137,8 @@ impl<V: Volume> Bvh<V> {
         let node = &self.nodes[index as usize];
         if node.count == 0 {
             out.push(Pending { t, what: Offer::Part(u64::from(node.first)) });
+        } else if V::IS_BOX && node.count == 1 && !self.repeats {
+            out.push(Pending { t, what: Offer::Entered(self.items[node.first as usize]) });
         } else {
             out.extend(self.leaf_items(node).iter().map(|&i| Pending { t, what: Offer::Item(i) }));
         }

@@ -74,6 +74,8 @@ impl Volume for Sphere {
         ray.enter(self.centre, self.radius)
     }
 
+    const IS_BOX: bool = false;
+
     fn area(&self) -> f64 {
         self.radius * self.radius
     }

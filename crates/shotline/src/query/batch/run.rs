@@ -21,7 +21,7 @@ use crate::query::{Caster, Hit, QueryError, Segment};
 /// How to run a batch.
 #[derive(Clone, Copy)]
 pub struct Run<'a> {
-    /// Threads; 0 for one a core. With 1, and for batches of a few thousand rows, the caller's own does the work.
+    /// Threads, 256 at most; 0 for one a core. With 1, and for batches of a few thousand rows, the caller's own does the work.
     pub threads: usize,
     /// Threads kept by the caller: where new ones would be started, all of these are used instead.
     pub pool: Option<&'a ThreadPool>,
@@ -46,6 +46,11 @@ impl<'a> Run<'a> {
     /// What follows each ray of the batch.
     pub fn watch(&self) -> Watch<'a> {
         Watch { cancel: self.cancel, progress: self.progress }
+    }
+
+    /// How many threads a new pool gets: beyond so many they take longer to start than they save.
+    pub fn pool_threads(&self) -> usize {
+        self.threads.min(256)
     }
 }
 
@@ -187,7 +192,7 @@ impl<'a, A: Asked> Batch<'a, A> {
         if let Some(pool) = self.run.pool {
             return pool.install(|| work(pool.current_num_threads()));
         }
-        match ThreadPoolBuilder::new().num_threads(self.run.threads).build() {
+        match ThreadPoolBuilder::new().num_threads(self.run.pool_threads()).build() {
             Ok(pool) => pool.install(|| work(pool.current_num_threads())),
             // Without threads to be had, the work is done by this one.
             Err(_) => work(1),
