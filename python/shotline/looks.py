@@ -94,12 +94,14 @@ class Camera:
     def __post_init__(self) -> None:
         for name in ("eye", "target", "up"):
             _vector(self, name)
-        _number(self, "fov", most=180.0)
-        _number(self, "height")
+        _number(self, "fov", least=-_INFINITY)
+        _number(self, "height", least=-_INFINITY)
         if self.fov is not None and self.height is not None:
             raise ValueError("a camera takes fov (perspective) or height (parallel), not both")
-        if self.fov in (0.0, 180.0) or self.height == 0.0:
-            raise ValueError("fov must be above 0 and below 180 degrees, and height above 0")
+        if self.fov is not None and not 0.0 < self.fov < 180.0:
+            raise ValueError(f"fov is {self.fov:g}, but must be above 0 and below 180 degrees")
+        if self.height is not None and not self.height > 0.0:
+            raise ValueError(f"height is {self.height:g}, but must be above 0")
         if self.eye == self.target:
             raise ValueError("eye and target of the camera are the same point")
         if self.fov is None and self.height is None:

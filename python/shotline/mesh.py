@@ -139,7 +139,10 @@ def weld_text(weld: float | str | None) -> str | None:
         raise TypeError(f'weld is a distance or "auto", not {type(weld).__name__}')
     if isinstance(weld, str) and weld != "auto":
         raise ValueError(f'weld is a distance or "auto", not {weld!r}')
-    return weld if weld is None or isinstance(weld, str) else repr(float(weld))
+    if weld is None or isinstance(weld, str):
+        return weld
+    # As it was given: messages quote it.
+    return str(int(weld)) if isinstance(weld, (int, np.integer)) else repr(float(weld))
 
 
 def _points(vertices: ArrayLike) -> np.ndarray:

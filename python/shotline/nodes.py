@@ -81,7 +81,8 @@ class Node:
 
     def scale(self, *factors: Any) -> Placed:
         """Scale about the origin, by one factor or by three along the axes. A negative one mirrors; zero is refused."""
-        values = floats(factors[0] if len(factors) == 1 else factors, "scale").reshape(-1)
+        given = factors[0] if len(factors) == 1 else factors
+        values = floats(given, "scale", "a real number or three").reshape(-1)
         if values.size not in (1, 3):
             raise ValueError(f"scale takes one factor or three, not {values.size}")
         factors = numbers(np.repeat(values, 3) if values.size == 1 else values, 3, "scale")
@@ -188,7 +189,7 @@ class Solid(Node):
         if any(name in ("center", "centre", "position", "origin") for name in values):
             wrong.append("solids are placed with .translate(x, y, z)")
         if wrong:
-            shown = ", ".join(f"{name}=..." for name in names)
+            shown = ", ".join(f"{name}={_default(default)}" for name, _, default in self._params)
             raise TypeError(f"{type(self).__name__}({shown}): {'; '.join(wrong)}")
         given |= values
         self._values = {
@@ -213,6 +214,14 @@ class Solid(Node):
     def __repr__(self) -> str:
         shown = ", ".join(f"{n}={v[0] if len(v) == 1 else v}" for n, v in self._values.items())
         return f"{type(self).__name__}({shown})"
+
+
+def _default(numbers: tuple[float, ...] | None) -> str:
+    """The value of a parameter that is left out, as text; dots where it must be given."""
+    if numbers is None:
+        return "..."
+    words = [f"{x:g}" for x in numbers]
+    return words[0] if len(words) == 1 else f"({', '.join(words)})"
 
 
 def _parameter(value: Any, count: int, name: str) -> tuple[float, ...]:

@@ -46,7 +46,7 @@ class Detector:
             rows, columns = self.shape
         except (TypeError, ValueError):
             raise TypeError(f"shape is rows and columns, as in (300, 400), not {self.shape!r}") from None
-        for size, what in ((rows, "the rows in shape"), (columns, "the columns in shape")):
+        for size, what in ((rows, "the number of rows in shape"), (columns, "the number of columns in shape")):
             whole(size, what, 1, 2**31 - 1)
 
     def _vectors(self) -> dict[str, ArrayLike]:

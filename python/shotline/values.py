@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 
-def floats(values: ArrayLike, what: str) -> np.ndarray:
-    """Real numbers as float64 in C order; not copied if they are that already.
+def floats(values: ArrayLike, what: str, wanted: str = "an array of real numbers") -> np.ndarray:
+    """Real numbers as float64 in C order; not copied if they are that already. `wanted` says what is refused as
+    anything else.
 
     Raises TypeError for anything but real numbers, ValueError for rows of several lengths and for masked entries, which
     have no value.
@@ -26,9 +27,10 @@ def floats(values: ArrayLike, what: str) -> np.ndarray:
     except ValueError:
         raise ValueError(f"{what} has rows of several lengths, so it is no array of numbers") from None
     if array.dtype.kind == "O":
-        array = _from_objects(array, what)
+        array = _from_objects(array, what, wanted)
     if array.dtype.kind not in "fiub":
-        raise _no_numbers(what, "strings" if array.dtype.kind in "US" else str(array.dtype), values, array.ndim)
+        found = "strings" if array.dtype.kind in "US" else str(array.dtype)
+        raise _no_numbers(what, wanted, found, values, array.ndim)
     return np.require(array, np.float64, ["C", "A"])
 
 
@@ -51,7 +53,7 @@ def numbers(values: ArrayLike, count: int, what: str) -> tuple[float, ...]:
     ):
         # Scenes are made of many short tuples, and arrays of them would take ten times as long.
         return tuple(map(float, values))
-    array = floats(values, what).reshape(-1)
+    array = floats(values, what, "a real number" if count == 1 else f"{count} real numbers").reshape(-1)
     if array.size != count:
         raise ValueError(f"{what} takes {count} number{'' if count == 1 else 's'}, not {array.size}")
     if not np.isfinite(array).all():
@@ -64,7 +66,7 @@ def number(value: Any, what: str) -> float:
     """One real number, which may be infinite. Raises TypeError for anything else."""
     if type(value) is float:
         return value
-    array = floats(value, what)
+    array = floats(value, what, "a real number")
     if array.ndim:
         raise TypeError(f"{what} must be one number, not an array of shape {array.shape}")
     return float(array)
@@ -108,18 +110,18 @@ def choice(value: Any, what: str, known: Sequence[str]) -> str:
     raise ValueError(f"{what} is {value!r}: {hint}")
 
 
-def _from_objects(array: np.ndarray, what: str) -> np.ndarray:
+def _from_objects(array: np.ndarray, what: str, wanted: str) -> np.ndarray:
     """Fractions, decimals and long integers as float64."""
     for value in array.flat:
         if not isinstance(value, (Real, Decimal)):
-            raise _no_numbers(what, type(value).__name__, value, array.ndim)
+            raise _no_numbers(what, wanted, type(value).__name__, value, array.ndim)
     try:
         return array.astype(np.float64)
     except OverflowError:
         raise ValueError(f"{what} has a number beyond what float64 holds") from None
 
 
-def _no_numbers(what: str, found: str, value: Any, axes: int) -> TypeError:
+def _no_numbers(what: str, wanted: str, found: str, value: Any, axes: int) -> TypeError:
     if axes == 0:
-        return TypeError(f"{what} must be a real number, not {value!r}")
+        return TypeError(f"{what} must be {wanted}, not {value!r}")
     return TypeError(f"{what} must be real numbers, not {found}")

@@ -9,7 +9,7 @@ use numpy::{
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use shotline::math::Vec3;
-use shotline::solid::mesh::{Topology, TriangleMesh, Weld};
+use shotline::solid::mesh::{MeshError, Topology, TriangleMesh, Weld};
 use shotline_io::{Effect, mesh_of_polygons};
 
 /// Vertices and faces, checked once.
@@ -69,7 +69,11 @@ impl Mesh {
                 mesh.polygons = polygons;
             }
             let Some(weld) = weld else { return Ok(Mesh { changes, ..Mesh::of(Arc::new(mesh))? }) };
+            let had_faces = !mesh.faces.is_empty();
             let (mesh, welded) = mesh.welded(weld).map_err(wrong)?;
+            if let (Weld::Within(within), true, true) = (weld, had_faces, mesh.faces.is_empty()) {
+                return Err(wrong(MeshError::Collapsed { within }));
+            }
             let note = shotline_io::weld_note(weld, &welded).text;
             Ok(Mesh { weld_note: Some(note), changes, ..Mesh::of(Arc::new(mesh))? })
         })

@@ -59,9 +59,10 @@ impl Style {
                 .find(|c| c.name == counter)
                 .ok_or_else(|| unknown("counter", counter, counters()))?,
             backdrop: match background {
-                Some(name) => {
-                    Some(name.parse().map_err(|e| PyValueError::new_err(format!("background: {e}")))?)
-                }
+                Some(name) => Some(
+                    name.parse()
+                        .map_err(|e| PyValueError::new_err(format!("background is {name:?}: {e}")))?,
+                ),
                 None => None,
             },
             ..Settings::default()

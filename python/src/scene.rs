@@ -271,16 +271,16 @@ impl Scene {
     }
 
     fn surface_name(&self, surface: u32) -> PyResult<String> {
-        named(self.world.surface_name(surface), "surface")
+        named(self.world.surface_name(surface), "surface", surface.into())
     }
 
     fn path_name(&self, path: u64) -> PyResult<String> {
-        named(self.world.path_name(path), "path")
+        named(self.world.path_name(path), "path", path)
     }
 
     /// The matrix of a path, 12 numbers.
     fn path_transform(&self, path: u64) -> PyResult<[f64; 12]> {
-        let matrix = self.world.path_transform(path).ok_or_else(|| no_such("path"))?;
+        let matrix = self.world.path_transform(path).ok_or_else(|| no_such("path", path))?;
         Ok(std::array::from_fn(|i| matrix.rows[i / 4][i % 4]))
     }
 
@@ -443,10 +443,10 @@ pub fn policy(name: &str) -> PyResult<Overlaps> {
     }
 }
 
-fn no_such(what: &str) -> PyErr {
-    PyIndexError::new_err(format!("the scene has no such {what}"))
+fn no_such(what: &str, number: u64) -> PyErr {
+    PyIndexError::new_err(format!("the scene has no such {what}: {number}"))
 }
 
-fn named(name: String, what: &str) -> PyResult<String> {
-    if name.is_empty() { Err(no_such(what)) } else { Ok(name) }
+fn named(name: String, what: &str, number: u64) -> PyResult<String> {
+    if name.is_empty() { Err(no_such(what, number)) } else { Ok(name) }
 }

@@ -9,7 +9,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 import shotline
-from shotline import Box, Camera, Cylinder, Detector, Group, Light, Material, Mesh, Scene, Sphere, Union
+from shotline import Box, Camera, Cylinder, Detector, Group, Light, Material, Mesh, Scene, Sphere, Tube, Union
 
 BALL = Scene(Sphere(radius=1).named("ball"))
 MASKED = np.ma.masked_array(np.ones((4, 3)), mask=[[0, 0, 0]] * 3 + [[0, 0, 1]])
@@ -37,6 +37,8 @@ CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
         (lambda: Sphere(radius=10**400), ValueError, "radius .*float64"),
         (lambda: Sphere(radius=1).scale("2"), TypeError, "scale must be a real number"),
         (lambda: Sphere(radius=1).scale(1, 2), ValueError, "scale takes one factor or three, not 2"),
+        (lambda: BALL.closest("abc", "d"), TypeError, "o must be an array of real numbers, not 'abc'"),
+        (lambda: Sphere(radius=1).translate("abc"), TypeError, "translate must be 3 real numbers, not 'abc'"),
         (lambda: BALL.closest([0, 0, -5], [0, 0, 1], t_min="1"), TypeError, "t_min must be a real number"),
         (lambda: BALL.closest([0, 0, -5], [0, 0, 1], t_max=[1, 2]), TypeError, "t_max must be one number"),
         (lambda: BALL.closest([0, 0, -5], [0, 0, 1], threads=1.5), TypeError, "threads must be a whole number"),
@@ -53,13 +55,20 @@ CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
         # Numbers of nothing.
         (lambda: BALL.surface_name(2**40), IndexError, "no such surface"),
         (lambda: BALL.path_name(2**70), IndexError, "no such path"),
-        (lambda: BALL.path_transform(-1), IndexError, "no such path"),
+        (lambda: BALL.path_transform(-1), IndexError, "no such path: -1"),
+        (lambda: BALL.path_transform(7), IndexError, "no such path: 7"),
+        (lambda: BALL.path_name(7), IndexError, "no such path: 7"),
+        (lambda: BALL.surface_name(99), IndexError, "no such surface: 99"),
         # Names of internals: How.0, How.1, Style.0 ...
         (lambda: BALL.measure(rays=10**30), ValueError, "^rays is 1000000000000000000000000000000, but must be"),
         (lambda: BALL.measure(seed=-1), ValueError, "^seed is -1, but must be from 0"),
         (lambda: BALL.measure(objects="ball"), TypeError, "objects is a list"),
         (lambda: BALL.measure(objects=[2**40]), IndexError, "no such object"),
         (lambda: BALL.render(size=(-1, 5)), ValueError, "the width in size is -1"),
+        (lambda: BALL.render(size=(2, 2), background="redd"), ValueError, 'background is "redd": expected studio'),
+        (lambda: BALL.save("/nodir/a.json"), OSError, "/nodir/a.json: cannot be written: there is no such folder"),
+        (lambda: Mesh(CORNERS, [(0, 2, 1)], weld=-1), ValueError, "^-1 is not a distance to weld within"),
+        (lambda: Mesh(CORNERS, [(0, 2, 1)], weld=100), ValueError, "after welding within 100 the mesh has no face"),
         (lambda: BALL.render(size=640), TypeError, r"size is width and height in pixels.*, not 640"),
         (lambda: BALL.render(size=(2, 2), samples=-1), ValueError, "samples is -1"),
         (lambda: BALL.render(size=(2, 2), look=None), TypeError, "look must be a string"),
@@ -68,6 +77,11 @@ CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
         (lambda: BALL.measure(overlaps=None), TypeError, "overlaps must be a string"),
         (lambda: Sphere(radius=1).rotate((0, 0, 1), 90), ValueError, r"rotate\(axis=\(x, y, z\), degrees=angle\)"),
         (lambda: Sphere(1, 2), TypeError, r"Sphere\(radius=...\): 2 parameters are too many"),
+        (
+            lambda: Tube(rmin=1, rmax=2, z0=0),
+            TypeError,
+            r"Tube\(rmin=\.\.\., rmax=\.\.\., z0=\.\.\., z1=\.\.\., phi0=0, dphi=360\): z1 is missing",
+        ),
         (lambda: Sphere(1, radius=2), TypeError, r"Sphere\(radius=...\): radius is given twice"),
         (lambda: Sphere(radius=1, center=(0, 0, 1)), TypeError, r"placed with .translate\(x, y, z\)"),
         (lambda: setattr(Sphere(radius=1), "radius", 2), AttributeError, "a Sphere cannot be changed"),
@@ -75,14 +89,21 @@ CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
         (
             lambda: Detector(center=(0, 0, 0), u=(1, 0, 0), v=(0, 1, 0), shape=(2.5, 3)),
             TypeError,
-            "the rows in shape",
+            "the number of rows in shape",
+        ),
+        (
+            lambda: Detector(center=(0, 0, 0), u=(1, 0, 0), v=(0, 1, 0), shape=(0, 4)),
+            ValueError,
+            "the number of rows in shape is 0, but must be from 1",
         ),
         (lambda: Detector.facing((0, 0, 9), (0, 0, 0), pixel="1", shape=(2, 2)), TypeError, "pixel must be a real"),
         (lambda: Detector.facing((0, 0, 9), (0, 0, 0), pixel=-1, shape=(2, 2)), ValueError, "pixel is -1, but must be"),
         # Cameras, lights and materials.
         (lambda: Camera(eye=(0, 0)), ValueError, "eye takes 3 numbers, not 2"),
         (lambda: Camera(eye=(0, 0, 5), fov="40"), TypeError, "fov must be a real number"),
-        (lambda: Camera(eye=(0, 0, 5), fov=180), ValueError, "below 180"),
+        (lambda: Camera(eye=(0, 0, 5), fov=180), ValueError, "fov is 180, but must be above 0 and below 180"),
+        (lambda: Camera(eye=(0, 0, 5), fov=-5), ValueError, "fov is -5, but must be above 0 and below 180"),
+        (lambda: Camera(eye=(0, 0, 5), height=0), ValueError, "height is 0, but must be above 0"),
         (lambda: Light(direction=(0, 0, 0)), ValueError, "direction of the light is zero"),
         (lambda: Material(mu=-1), ValueError, "mu is -1, but must be at least 0"),
         (lambda: Material(density="7.8"), TypeError, "density must be a real number"),

@@ -1,6 +1,7 @@
 //! The command line as a whole, and the flags that several commands share: each is declared here once.
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
@@ -14,6 +15,7 @@ use shotline_io::{Reach, ReadOptions};
 
 use crate::commands::{bench, cast, check, compare, convert, info, measure, render, shoot};
 use crate::failure::Failure;
+use crate::input;
 
 /// Every crossing of rays with exact solids
 ///
@@ -27,8 +29,8 @@ pub struct CommandLine {
 }
 
 const EXIT_CODES: &str = "\
-Exit codes: 0 done; 1 `check` found the model not sound; 2 an error, reported on stderr; 3 `check` found no fault but could not
-examine everything; 130 interrupted.
+Exit codes: 0 done; 1 `check` found the model not sound; 2 an error, reported on stderr; \
+3 `check` found no fault but could not examine everything; 130 interrupted.
 An output file appears whole or not at all.";
 
 #[derive(Subcommand, Debug)]
@@ -72,11 +74,16 @@ pub struct Model {
     pub allow_outside: bool,
     /// Weld vertices of meshes: those up to this distance apart, in the lengths of the file, or with `auto` those
     /// within rounding of each other and far from all others. What is merged is reported
-    #[arg(long, value_name = "DIST|auto")]
+    #[arg(long, value_name = "DIST|auto", allow_negative_numbers = true)]
     pub weld: Option<Weld>,
 }
 
 impl Model {
+    /// What it is called in messages.
+    pub fn name(&self) -> String {
+        input::name_of(&self.path)
+    }
+
     /// How it is read.
     pub fn options(&self) -> ReadOptions {
         ReadOptions {
@@ -116,7 +123,7 @@ fn accel_names() -> impl TypedValueParser<Value = &'static str> {
 #[derive(Args, Debug, Clone, Copy)]
 pub struct Threads {
     /// Threads; 0 for one a core. No answer depends on it
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = parse_whole::<usize>, allow_negative_numbers = true)]
     pub threads: usize,
 }
 
@@ -165,6 +172,15 @@ impl SpanOfT {
     }
 }
 
+/// A whole number, 0 or more.
+pub fn parse_whole<T: FromStr>(text: &str) -> Result<T, String> {
+    text.parse().map_err(|_| {
+        let is_whole = !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+        let why = if is_whole { "the number is too large" } else { "expected a whole number, 0 or more" };
+        why.to_string()
+    })
+}
+
 /// Pixels across and down, as in 800x600.
 pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
     let parse = || {
@@ -177,6 +193,16 @@ pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn whole_numbers_are_read() {
+        assert_eq!(parse_whole("7"), Ok(7_u64));
+        for (text, why) in
+            [("-1", "0 or more"), ("1.5", "whole number"), ("99999999999999999999", "too large")]
+        {
+            assert!(parse_whole::<u64>(text).unwrap_err().contains(why), "{text}");
+        }
+    }
 
     #[test]
     fn sizes_are_read() {

@@ -3,6 +3,8 @@
 use std::fmt::Display;
 use std::path::Path;
 
+use crate::input;
+
 /// Why a command has no result.
 #[derive(Debug)]
 pub enum Failure {
@@ -16,6 +18,11 @@ impl Failure {
     /// A failure with a text.
     pub fn new(text: impl Into<String>) -> Failure {
         Failure::Message(text.into())
+    }
+
+    /// A failure that concerns an input as a whole.
+    pub fn of_input(path: &Path, why: impl Display) -> Failure {
+        Failure::Message(format!("{}: {why}", input::name_of(path)))
     }
 
     /// A failure that concerns a file as a whole.

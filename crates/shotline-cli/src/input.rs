@@ -9,7 +9,7 @@ use shotline::compile::{self, World};
 use shotline::ray::Ray;
 use shotline::scene::{Node, Scene};
 use shotline::solid::mesh::{MeshSolid, TriangleMesh};
-use shotline_io::{Document, Effect};
+use shotline_io::{Document, Effect, system_words};
 use shotline_render::view;
 
 use crate::args::{Build, Model};
@@ -20,6 +20,11 @@ use crate::rays::{NoRays, OnInvalid, Rays};
 /// What standard input is called in messages, and where the name of a file names something.
 const STREAM: &str = "stdin";
 
+/// What an input is called in messages.
+pub fn name_of(path: &Path) -> String {
+    if is_stream(path) { STREAM.into() } else { path.display().to_string() }
+}
+
 /// Whether a path stands for standard input or output.
 pub fn is_stream(path: &Path) -> bool {
     path.as_os_str() == "-"
@@ -29,7 +34,7 @@ fn read_stream() -> Result<Vec<u8>, Failure> {
     let mut bytes = Vec::new();
     match io::stdin().lock().read_to_end(&mut bytes) {
         Ok(_) => Ok(bytes),
-        Err(e) => Err(Failure::new(format!("standard input cannot be read: {e}"))),
+        Err(e) => Err(Failure::new(format!("{STREAM} cannot be read: {}", system_words(&e)))),
     }
 }
 
@@ -62,7 +67,8 @@ pub fn named_files(model: &Model, scene: &Scene) -> Vec<PathBuf> {
 /// If they are.
 pub fn expect_one_stream(model: &Model, rays: &Path) -> Result<(), Failure> {
     if is_stream(&model.path) && is_stream(rays) {
-        let why = "the scene and the rays cannot both be standard input\nhelp: name a file for one of them";
+        let why =
+            format!("the scene and the rays cannot both be {STREAM}\nhelp: name a file for one of them");
         return Err(Failure::new(why));
     }
     Ok(())
@@ -125,6 +131,19 @@ pub fn compile(document: &Document, build: &Build) -> Result<World, Failure> {
 /// # Errors
 /// If the file is not an array of rays, or a row is not a ray and such rows are errors.
 pub fn rays(path: &Path, on_invalid: OnInvalid) -> Result<Rays, Failure> {
+    checked_rays(path, on_invalid, "mend the row, or count such rows as misses with --on-invalid miss")
+}
+
+/// Reads rays that must all be valid.
+///
+/// # Errors
+/// As [`rays`].
+pub fn valid_rays(path: &Path) -> Result<Vec<Ray>, Failure> {
+    checked_rays(path, OnInvalid::Error, "mend the row or leave it out").map(|rays| rays.valid)
+}
+
+/// Reads rays; `help` is for a row that is none.
+fn checked_rays(path: &Path, on_invalid: OnInvalid, help: &str) -> Result<Rays, Failure> {
     let rows = if is_stream(path) {
         shotline_io::arrays::parse_rays(&read_stream()?)
             .map_err(|e| Failure::new(format!("{STREAM}: {e}")))?
@@ -134,22 +153,13 @@ pub fn rays(path: &Path, on_invalid: OnInvalid) -> Result<Rays, Failure> {
     Rays::new(&rows, on_invalid).map_err(|error| match error {
         NoRays::BadRow(bad) => {
             let numbers = bad.numbers.map(|x| x.to_string()).join(", ");
-            let help = "mend the row, or count such rows as misses with --on-invalid miss";
             let message = format!("row {} is no ray: {}: [{numbers}]\nhelp: {help}", bad.row, bad.why);
-            Failure::of_file(path, message)
+            Failure::of_input(path, message)
         }
         NoRays::OutOfMemory => {
-            Failure::of_file(path, "there is not enough memory for the rays\nhelp: cast fewer at a time")
+            Failure::of_input(path, "there is not enough memory for the rays\nhelp: cast fewer at a time")
         }
     })
-}
-
-/// Reads rays that must all be valid.
-///
-/// # Errors
-/// As [`rays`].
-pub fn valid_rays(path: &Path) -> Result<Vec<Ray>, Failure> {
-    rays(path, OnInvalid::Error).map(|rays| rays.valid)
 }
 
 /// The size of the picture whose rays are cast where none are given.
@@ -165,7 +175,7 @@ pub fn rays_of_pixels(
     world: &World,
     (width, height): (u32, u32),
 ) -> Result<Vec<Ray>, Failure> {
-    let failure = |error: &dyn Display| Failure::of_file(&model.path, error);
+    let failure = |error: &dyn Display| Failure::of_input(&model.path, error);
     let view = view(world, &document.scene, width, height).map_err(|e| failure(&e))?;
     let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (f64::from(x) + 0.5, f64::from(y) + 0.5)));
     pixels.map(|(x, y)| view.ray(x, y)).collect::<Result<_, _>>().map_err(|e| failure(&e))
@@ -176,7 +186,7 @@ pub fn rays_of_pixels(
 /// # Errors
 /// If there is nothing to look at.
 pub fn rays_of_picture(model: &Model, document: &Document, world: &World) -> Result<Vec<Ray>, Failure> {
-    let failure = |error: &dyn Display| Failure::of_file(&model.path, error);
+    let failure = |error: &dyn Display| Failure::of_input(&model.path, error);
     let (width, height) = PICTURE;
     let view = view(world, &document.scene, width, height).map_err(|e| failure(&e))?;
     let pixels = width * height;

@@ -20,6 +20,7 @@ mod shot;
 mod steps;
 mod survey;
 mod table;
+mod usage;
 
 use std::ffi::OsString;
 
@@ -31,6 +32,7 @@ pub fn main(argv: impl IntoIterator<Item = OsString>) -> u8 {
     let line = match args::CommandLine::try_parse_from(argv) {
         Ok(line) => line,
         Err(answer) => {
+            let answer = usage::with_useful_tips(answer);
             // Help goes to stdout and ends well, a usage error to stderr; a closed pipe is not an error.
             let _ = answer.print();
             return u8::try_from(answer.exit_code()).unwrap_or(2);

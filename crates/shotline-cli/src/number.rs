@@ -108,7 +108,7 @@ pub fn json_vector(v: Vec3) -> Value {
 pub fn parse_vector(text: &str) -> Result<Vec3, String> {
     let parts: Vec<&str> = text.split(',').collect();
     let [x, y, z] = parts[..] else {
-        return Err(format!("expected three numbers X,Y,Z without spaces, not {}", parts.len()));
+        return Err(format!("expected three numbers X,Y,Z, not {}", parts.len()));
     };
     Ok(Vec3::new(parse_finite(x)?, parse_finite(y)?, parse_finite(z)?))
 }

@@ -3,7 +3,7 @@
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
-use shotline_io::{Output, WriteError, write_stream, write_whole};
+use shotline_io::{Output, WriteError, system_words, write_stream, write_whole};
 
 use crate::failure::Failure;
 use crate::input::is_stream;
@@ -71,8 +71,7 @@ fn is_same_file(a: &Path, b: &Path) -> bool {
 
 fn expect_no_terminal() -> Result<(), Failure> {
     if io::stdout().is_terminal() {
-        let why =
-            "standard output is a terminal, which cannot show this\nhelp: name a file with -o, or pipe it on";
+        let why = "stdout is a terminal, which cannot show this\nhelp: name a file with -o, or pipe it on";
         return Err(Failure::new(why));
     }
     Ok(())
@@ -97,7 +96,7 @@ pub fn fill(path: &Path, fill: impl FnOnce(&mut Output) -> io::Result<()>) -> Re
     match write_stream(&mut io::stdout().lock(), fill) {
         // A reader that stops early is not an error.
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
-            Err(Failure::new(format!("standard output cannot be written: {e}")))
+            Err(Failure::new(format!("stdout cannot be written: {}", system_words(&e))))
         }
         _ => Ok(()),
     }
@@ -131,7 +130,7 @@ pub fn print(text: &str) -> Result<(), Failure> {
     let mut stdout = io::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
-            Err(Failure::new(format!("stdout cannot be written: {e}")))
+            Err(Failure::new(format!("stdout cannot be written: {}", system_words(&e))))
         }
         _ => Ok(()),
     }

@@ -27,7 +27,9 @@ fn cast_rays(file: Vec<u8>) -> Answer {
 
 #[test]
 fn missing_files() {
-    cast(Place::new(), "nowhere.json").refused(&["nowhere.json", "cannot be read"]);
+    cast(Place::new(), "nowhere.json")
+        .refused(&["nowhere.json: cannot be read: No such file or directory\n"]);
+    cast(Place::new(), ".").refused(&[".: is a folder", "help: name a file in it"]);
     cast(Place::new(), "nowhere.ply").refused(&["nowhere.ply"]);
     let scene = Place::new().with("scene.json", DRILLED);
     let args = ["cast", "scene.json", "--rays", "no.npy", "--query", "any", "-o", "out.npz"];
@@ -87,8 +89,11 @@ fn unknown_key() {
 
 #[test]
 fn radius_that_is_no_size() {
-    cast_scene(r#"{"name": "a", "node": {"kind": "sphere", "radius": NaN}}"#)
-        .refused(&["scene.json:4:", "NaN"]);
+    cast_scene(r#"{"name": "a", "node": {"kind": "sphere", "radius": NaN}}"#).refused(&[
+        "scene.json:4:",
+        "NaN",
+        "use a half-space or a quadric",
+    ]);
     cast_scene(r#"{"name": "a", "node": {"kind": "sphere", "radius": -2.5}}"#).refused(&[
         "scene.json:4:",
         "radius",
@@ -132,7 +137,22 @@ fn bad_row() {
 #[test]
 fn usage() {
     let place = Place::new();
-    place.run(&["fire"]).refused(&["fire"]);
+    place
+        .run(&["fire"])
+        .refused(&["fire", "render, cast, shoot, check, info, measure, compare, bench, convert"]);
+    for args in [&["compare", "x.json", "--threads", "2"][..], &["check", "x.json", "--query", "any"]] {
+        let answer = place.run(args);
+        assert!(!answer.stderr.contains("as a value"), "{}", answer.stderr);
+        answer.refused(&["unexpected argument", args[2]]);
+    }
+    place.run(&["check", "x.json", "--acel", "bvh"]).refused(&["'--accel'"]);
+    let from = ["shoot", "x.json", "--dir", "0,0,1", "--from", "0,0"];
+    place.run(&from).refused(&["expected three numbers X,Y,Z, not 2"]);
+    let cast = ["cast", "x.json", "--query", "closest", "-o", "a.npz"];
+    place.run(&cast).refused(&["--rays", "--camera"]);
+    for (option, value) in [("--threads", "-1"), ("--max-crossings", "-1"), ("--camera", "-4x3")] {
+        place.run(&[&cast[..], &[option, value]].concat()).refused(&["invalid value", option, "expected"]);
+    }
     place.run(&["cast", "x.json", "--accle", "bvh"]).refused(&["--accle", "--accel"]);
     let help = place.run(&["cast", "--help"]).ok();
     for words in ["ray_splits", "--on-invalid", "Examples:", "path_names"] {
@@ -234,10 +254,11 @@ fn more_crossings_than_there_is_room_for() {
     };
     cast("short.json", &["--max-crossings", "1999"]).refused(&[
         "along.npy",
-        "the answer has more than 1999 rows",
+        "the answer has more than 1,999 crossings",
         "help: cast fewer rays at a time",
         "--max-crossings",
     ]);
+    cast("short.json", &["--max-crossings", "1"]).refused(&["the answer has more than 1 crossing\n"]);
     assert!(!place.path("out.npz").exists());
     cast("short.json", &["--max-crossings", "2000"]).ok();
     cast("long.json", &["--t-max", "2.5"]).ok();

@@ -70,6 +70,11 @@ fn a_bad_row_is_an_error_or_a_counted_miss() {
     rays[4] = [0.0; 6];
     let place = place().with_rays("rays.npy", &rays);
     place.run(&cast("count", &[])).refused(&["rays.npy", "row 3", "origin", "--on-invalid miss"]);
+    for command in ["compare", "bench"] {
+        let answer = place.run(&[command, "drilled.json", "--rays", "rays.npy"]);
+        assert!(!answer.stderr.contains("--on-invalid"), "{}", answer.stderr);
+        answer.refused(&["rays.npy: row 3", "help: mend the row or leave it out"]);
+    }
     assert!(!place.path("out.npz").exists());
     let text = place.run(&cast("count", &["--on-invalid", "miss", "--stats"])).ok();
     let stats: Value = serde_json::from_str(&text).unwrap();

@@ -73,7 +73,11 @@ fn what_is_lost_is_told() {
 #[test]
 fn what_cannot_be_written_leaves_no_file() {
     let place = Place::new().with("a.json", DRILLED).with("cube.ply", cube_ply(12));
-    place.convert("a.json", "a.stl").refused(&["a.stl", "STL holds triangles only", "combination", ".json"]);
+    place.convert("a.json", "a.stl").refused(&[
+        "a.stl: ",
+        "STL holds triangles only, and object 'ball' has a combination",
+        ".json",
+    ]);
     place.convert("cube.ply", "cube.step").refused(&["cube.step", ".stl"]);
     place.convert("cube.ply", "none/cube.stl").refused(&["none/cube.stl", "no such folder"]);
     place.convert("none.ply", "a.obj").refused(&["none.ply"]);

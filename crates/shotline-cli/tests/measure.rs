@@ -123,12 +123,17 @@ fn what_cannot_be_measured_is_refused_by_name() {
     assert_eq!(json(&place, &["ground.json"])["objects"][1]["unbounded"], true);
     assert!(place.run(&["measure", "ground.json", "--object", "ball"]).ok().contains("4.1887902"));
     place.run(&["measure", "ground.json", "--object", "moon"]).refused(&["'moon'", "info"]);
-    place.run(&["measure", "open.ply"]).refused(&["open.ply", "not closed", "open edges", "check"]);
+    place.run(&["measure", "open.ply"]).refused(&[
+        "open.ply",
+        "not closed",
+        "open edges",
+        "or choose others with --object",
+    ]);
     assert_eq!(json(&place, &["cube.ply"])["objects"][0]["volume"]["value"], 1.0);
     let huge =
         r#"{"shotline": 1, "objects": [{"name": "sun", "node": {"kind": "sphere", "radius": 1e120}}]}"#;
     let place = place.with("huge.json", huge);
-    let words = ["huge.json", "'sun'", "too large", "other units of length", "scale the model"];
+    let words = ["huge.json", "'sun'", "too large", "other units of length", "help: choose other objects"];
     place.run(&["measure", "huge.json"]).refused(&words);
     place.run(&["measure", "cube.ply", "--rays", "many"]).refused(&["--rays", "many"]);
 }

@@ -38,9 +38,10 @@ fn every_look_has_a_picture() {
 fn bad_wishes_are_refused() {
     let place = Place::new().with("drilled.json", DRILLED).with("open.ply", cube_ply(10));
     let render = |rest: &[&str]| place.run(&[&["render", "drilled.json", "-o", "out.png"], rest].concat());
-    render(&["--size", "0x10"]).refused(&["0x10"]);
+    render(&["--size", "0x10"]).refused(&["error: --size: a picture of 0x10 pixels"]);
     render(&["--size", "10"]).refused(&["--size", "800x600"]);
-    render(&["--samples", "0"]).refused(&["samples"]);
+    render(&["--samples", "0"]).refused(&["error: --samples: 0 samples a pixel"]);
+    render(&["--samples", "-1"]).refused(&["--samples", "expected a whole number, 0 or more"]);
     render(&["--look", "loud"]).refused(&["loud", "lit", "thickness"]);
     render(&["--background", "#12"]).refused(&["--background", "#336699"]);
     let thickness = ["render", "open.ply", "-o", "out.png", "--look", "thickness", "--size", "8x8"];

@@ -40,7 +40,10 @@ fn a_dash_is_standard_input_and_output() {
     let (code, png, _) = piped(&place, &["render", "-", "--size", "8x6", "-o", "-"], DRILLED.as_bytes());
     assert!(code == Some(0) && png.starts_with(b"\x89PNG"));
     let (code, text, _) = piped(&place, &["check", "-"], place::cube_ply(12).as_bytes());
-    assert!(code == Some(0) && String::from_utf8(text).unwrap().contains("sound"));
+    let text = String::from_utf8(text).unwrap();
+    assert!(code == Some(0) && text.starts_with("stdin: ") && text.ends_with("\nstdin: sound\n"), "{text}");
+    let (code, _, errors) = piped(&place, &cast, b"rubbish");
+    assert!(code == Some(2) && errors.starts_with("error: stdin: byte 0: this is no .npy file"), "{errors}");
     let (code, text, errors) = piped(&place, &["convert", "drilled.json", "-"], b"");
     assert!(code == Some(0) && text.starts_with(b"{"), "{errors}");
     let both = ["cast", "-", "--rays", "-", "--query", "any", "-o", "a.npz"];

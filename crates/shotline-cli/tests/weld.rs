@@ -44,9 +44,28 @@ fn a_mesh_of_a_scene_is_welded_as_it_says() {
     assert!(place.run(&["check", "auto.json"]).ok().contains("closed, volume"));
     let bad = place.run(&["check", "bad.json"]);
     assert_eq!(bad.code, Some(2));
-    assert!(bad.stderr.contains("'-1' is not a distance to weld within"), "{}", bad.stderr);
+    assert!(bad.stderr.contains("-1 is not a distance to weld within"), "{}", bad.stderr);
     let bad = place.run(&["info", "noise.stl", "--weld", "near"]);
     assert!(bad.code == Some(2) && bad.stderr.contains("or auto"), "{}", bad.stderr);
+    place.run(&["info", "noise.stl", "--weld", "-1"]).refused(&["--weld", "-1 is not a distance"]);
+    let word = Place::new().with("noise.stl", NOISE).with("word.json", scene("\"automatic\""));
+    let answer = word.run(&["info", "word.json"]);
+    assert_eq!(answer.stderr.matches("at least 0").count(), 1, "{}", answer.stderr);
+    answer.refused(&["word.json:1:", "'automatic' is not a distance", "help: give a number"]);
+}
+
+#[test]
+fn a_weld_that_leaves_nothing_is_told_as_such() {
+    let place = Place::new().with("noise.stl", NOISE);
+    let found = place.run(&["check", "noise.stl", "--weld", "100"]);
+    let why = "\nnoise.stl: after welding within 100 the mesh has no face with three different corners; choose a \
+               smaller distance\n";
+    assert!(found.code == Some(1) && found.stdout.contains(why), "{}", found.stdout);
+    let cube = Place::new().with("cube.ply", place::cube_ply(12));
+    let found = cube.run(&["check", "cube.ply", "--weld", "0"]).ok();
+    assert!(found.contains("no vertices were merged: no two are in one place"), "{found}");
+    let found = cube.run(&["check", "cube.ply", "--weld", "0.25"]).ok();
+    assert!(found.contains("no two that are in different places lie within 0.25"), "{found}");
 }
 
 #[test]

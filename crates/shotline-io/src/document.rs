@@ -80,11 +80,19 @@ impl Document {
             let node = error.node.filter(|_| !faults.is_full());
             let fault = match node.and_then(|node| self.place_of(node, error.param)) {
                 Some(place) => Fault::text(place, &error.message),
-                None => Fault::file(&error.message),
+                None => Fault::file(self.without_file(&error.message)),
             };
             faults.push(Fault { help: error.hint.clone(), ..fault });
         }
         ReadError::new(self.source.path(), self.source.text.as_bytes(), faults)
+    }
+
+    /// A message without the name of the mesh file at its beginning, if that is the file that was read: its path
+    /// stands before every message.
+    fn without_file<'m>(&self, message: &'m str) -> &'m str {
+        let name = self.source.path().and_then(Path::file_name).and_then(|name| name.to_str());
+        let rest = name.and_then(|name| message.strip_prefix(name)?.strip_prefix(": "));
+        rest.unwrap_or(message)
     }
 
     /// What a message about a node points at: the parameter, the placement, or the first line of the node.

@@ -78,7 +78,11 @@ impl ReadError {
 
     /// A file that the system does not hand over.
     pub(crate) fn io(path: &Path, error: &io::Error) -> ReadError {
-        ReadError::new(Some(path), &[], Fault::file(format!("cannot be read: {error}")).into())
+        ReadError::new(
+            Some(path),
+            &[],
+            Fault::file(format!("cannot be read: {}", system_words(error))).into(),
+        )
     }
 
     /// The first problem on one line, for a file that another file names.
@@ -190,7 +194,7 @@ impl Display for Report<'_> {
 
 fn write_problem(f: &mut Formatter<'_>, path: Option<&Path>, problem: &Problem) -> fmt::Result {
     let path = path.map(|p| p.display().to_string());
-    let colon = if path.is_some() { ":" } else { "" };
+    let (colon, gap) = if path.is_some() { (":", " ") } else { ("", "") };
     let path = path.as_deref().unwrap_or("");
     let message = plain(&problem.message);
     match &problem.place {
@@ -206,8 +210,8 @@ fn write_problem(f: &mut Formatter<'_>, path: Option<&Path>, problem: &Problem) 
                 marked = snippet.marked
             )?;
         }
-        Place::Byte(offset) => write!(f, "{path}{colon} byte {offset}: {message}")?,
-        Place::File => write!(f, "{path}{colon}{}{message}", if path.is_empty() { "" } else { " " })?,
+        Place::Byte(offset) => write!(f, "{path}{colon}{gap}byte {offset}: {message}")?,
+        Place::File => write!(f, "{path}{colon}{gap}{message}")?,
     }
     match &problem.help {
         Some(help) => write!(f, "\nhelp: {}", plain(help)),
@@ -215,11 +219,18 @@ fn write_problem(f: &mut Formatter<'_>, path: Option<&Path>, problem: &Problem) 
     }
 }
 
+/// What the system says is wrong, without the number of the error and without the name of a temporary file, which
+/// the user has never seen.
+pub fn system_words(error: &io::Error) -> String {
+    let text = error.to_string();
+    text.split(" (os error ").next().unwrap_or_default().to_string()
+}
+
 /// Something that cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
     /// The system refuses.
-    #[error("{}: cannot be written: {source}", path.display())]
+    #[error("{}: cannot be written: {}", path.display(), system_words(source))]
     Io {
         /// The file.
         path: PathBuf,
@@ -266,6 +277,18 @@ mod tests {
         assert!(rows[1].chars().count() < 140);
         let mark = rows[2].chars().position(|c| c == '^').unwrap();
         assert_eq!(rows[1].chars().nth(mark), Some('X'));
+    }
+
+    #[test]
+    fn what_has_no_file_begins_with_its_place() {
+        let fault = Fault::byte(0, "no array").into();
+        assert_eq!(ReadError::new(None, &[], fault).to_string(), "byte 0: no array");
+    }
+
+    #[test]
+    fn the_number_of_an_error_of_the_system_is_left_out() {
+        assert_eq!(system_words(&io::Error::from_raw_os_error(2)), "No such file or directory");
+        assert_eq!(system_words(&io::Error::other("no more")), "no more");
     }
 
     #[test]

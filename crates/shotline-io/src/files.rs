@@ -1,6 +1,6 @@
 //! Input files.
 
-use std::fs::File;
+use std::fs::{File, Metadata};
 use std::io::{self, Read};
 use std::path::Path;
 
@@ -11,16 +11,22 @@ use crate::fault::Fault;
 pub(crate) fn read_regular(path: &Path, most: u64) -> Result<Vec<u8>, ReadError> {
     let io = |e: io::Error| ReadError::io(path, &e);
     let refuse = |fault: Fault| Err(ReadError::new(Some(path), &[], fault.into()));
-    let irregular =
-        || Fault::file("is not a regular file").help("write to a file what a pipe or a device gives");
-    if !std::fs::metadata(path).map_err(io)?.is_file() {
-        return refuse(irregular());
+    let irregular = |found: &Metadata| {
+        if found.is_dir() {
+            Fault::file("is a folder").help("name a file in it")
+        } else {
+            Fault::file("is not a regular file").help("write to a file what a pipe or a device gives")
+        }
+    };
+    let found = std::fs::metadata(path).map_err(io)?;
+    if !found.is_file() {
+        return refuse(irregular(&found));
     }
     let mut file = File::open(path).map_err(io)?;
     // Asked again of what was opened, in case it was exchanged in between.
     let metadata = file.metadata().map_err(io)?;
     if !metadata.is_file() {
-        return refuse(irregular());
+        return refuse(irregular(&metadata));
     }
     if metadata.len() > most {
         return refuse(too_large(most));

@@ -34,7 +34,7 @@ mod weld;
 mod whole;
 
 pub use document::{Document, Source};
-pub use error::{Place, Problem, ReadError, Snippet, WriteError};
+pub use error::{Place, Problem, ReadError, Snippet, WriteError, system_words};
 pub use format::{Format, Reach};
 pub use note::{Effect, Note, Spot};
 pub use packed::{Packed, pack};

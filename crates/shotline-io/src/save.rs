@@ -121,16 +121,18 @@ fn gather(scene: &Scene, format: &str) -> Result<(TriangleMesh, Vec<String>), Wr
         |what: &str| Err(WriteError::Unwritable(format!("{format} holds triangles only, and {what}")));
     let mut out = TriangleMesh::default();
     let (mut placed, mut copies, mut moved) = (0, 0, 0);
-    let mut todo: Vec<(NodeId, Chain, usize)> =
-        scene.objects.iter().rev().map(|id| (*id, Chain::IDENTITY, 0)).collect();
-    while let Some((id, place, depth)) = todo.pop() {
+    let mut todo: Vec<(NodeId, Chain, usize, &str)> =
+        scene.objects.iter().rev().map(|id| (*id, Chain::IDENTITY, 0, "")).collect();
+    while let Some((id, place, depth, object)) = todo.pop() {
         placed += 1;
         if placed > MOST_PLACED || depth > DEEPEST {
             return refuse("the scene has too many parts to write each of them out");
         }
         match scene.node(id) {
-            Node::Solid { kind, .. } => return refuse(&format!("the scene has a {}", kind.name)),
-            Node::Csg { .. } => return refuse("the scene has a boolean combination"),
+            Node::Solid { kind, .. } => {
+                return refuse(&format!("object '{object}' has a solid of the kind {}", kind.name));
+            }
+            Node::Csg { .. } => return refuse(&format!("object '{object}' has a combination of solids")),
             Node::Mesh { mesh, .. } => {
                 let place = place.placement().map_err(|e| WriteError::Unwritable(e.to_string()))?;
                 let place = place.parent_from_local;
@@ -138,10 +140,12 @@ fn gather(scene: &Scene, format: &str) -> Result<(TriangleMesh, Vec<String>), Wr
                 moved += if place.is_identity() { 0 } else { mesh.vertices.len() };
                 append(&mut out, mesh, &place)?;
             }
-            Node::Group { members } => todo.extend(members.iter().rev().map(|m| (*m, place, depth + 1))),
-            Node::Object { node, .. } => todo.push((*node, place, depth + 1)),
+            Node::Group { members } => {
+                todo.extend(members.iter().rev().map(|m| (*m, place, depth + 1, object)))
+            }
+            Node::Object { node, name, .. } => todo.push((*node, place, depth + 1, name)),
             Node::Transform { transform, child } => {
-                todo.push((*child, transform.inside(&place), depth + 1));
+                todo.push((*child, transform.inside(&place), depth + 1, object));
             }
         }
     }

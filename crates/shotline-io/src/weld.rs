@@ -70,24 +70,28 @@ pub fn weld_note(weld: Weld, welded: &Welded) -> Note {
         }
         _ => format!("within {}", plain(distance)),
     };
-    let mut text = match welded.merged {
-        0 => format!("no vertices were merged, as none are near each other but not in one place {within}"),
+    let mut parts = Vec::new();
+    match welded.merged {
+        0 if distance > 0.0 => {
+            parts.push(format!("no vertices were merged: no two that are in different places lie {within}"));
+        }
+        0 if welded.repeated == 0 => parts.push("no vertices were merged: no two are in one place".into()),
+        0 => {}
         count => {
             let vertices = many(count, "vertex was merged with another", "vertices were merged with others");
-            format!("{vertices} {within}, moved by {} at most", short(welded.farthest))
+            parts.push(format!("{vertices} {within}, moved by {} at most", short(welded.farthest)));
         }
-    };
+    }
     if welded.repeated > 0 {
         let vertices =
             many(welded.repeated, "vertex in the place of another", "vertices in the places of others");
-        text += &format!("; {vertices} became one with these");
+        parts.push(format!("{vertices} became one with these"));
     }
     if welded.collapsed > 0 {
-        text += &format!(
-            "; {} dropped",
-            many(welded.collapsed, "face collapsed and was", "faces collapsed and were")
-        );
+        let faces = many(welded.collapsed, "face collapsed and was", "faces collapsed and were");
+        parts.push(format!("{faces} dropped"));
     }
+    let text = parts.join("; ");
     let changed = welded.merged > 0 || welded.collapsed > 0;
     Note::new("welded", if changed { Effect::Changed } else { Effect::Kept }, welded.merged.max(1), text)
 }

@@ -60,6 +60,12 @@ fn write(path: &Path, fill: impl FnOnce(&mut Output) -> io::Result<()>) -> io::R
         return Err(io::Error::new(io::ErrorKind::PermissionDenied, "the file is write-protected"));
     }
     let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !folder.is_dir() {
+        return Err(io::Error::new(
+            io::ErrorKind::NotFound,
+            "there is no such folder; make the folder first",
+        ));
+    }
     let mut builder = tempfile::Builder::new();
     builder.prefix(".shotline-");
     #[cfg(unix)]
@@ -131,7 +137,11 @@ mod tests {
     #[test]
     fn a_missing_folder_is_an_error() {
         let path = tempfile::tempdir().unwrap().path().join("none/a.txt");
-        assert!(write_whole(&path, |_| Ok(())).is_err());
+        let error = write_whole(&path, |_| Ok(())).unwrap_err().to_string();
+        assert!(
+            error.ends_with("a.txt: cannot be written: there is no such folder; make the folder first"),
+            "{error}"
+        );
     }
 
     #[cfg(unix)]

@@ -348,7 +348,7 @@ fn reference_bomb_of_combinations_is_counted() {
             });
             let told = only_error(&scene);
             assert!(
-                told.starts_with("a combination of 16777216 leaves; at most 10000000 are accepted"),
+                told.starts_with("a combination of 4194304 leaves; at most 4000000 are accepted"),
                 "{told}"
             );
         }

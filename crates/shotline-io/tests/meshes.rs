@@ -118,7 +118,7 @@ fn placed_meshes_are_joined_and_mirrors_turn_faces() {
     let ball = shotline::scene::NodeId(scene.nodes.len() as u32 - 1);
     scene.add_object("ball", None, ball);
     let refused = save(folder.path().join("a.obj"), &scene).unwrap_err().to_string();
-    assert!(refused.contains("OBJ holds triangles only, and the scene has a sphere"), "{refused}");
+    assert!(refused.contains("has a solid of the kind sphere"), "{refused}");
 }
 
 fn refusal(name: &str, text: &str) -> String {

@@ -173,6 +173,10 @@ fn mistakes_are_explained() {
             "axis of this rotation is zero",
         ),
         (r#"{"kind": "sphere"}"#, "this sphere lacks \"radius\""),
+        (r#"{"kind": "sphere"}"#, "help: add \"radius\", a number: "),
+        (r#"{"kind": "box", "min": [0, 0, 0]}"#, "help: add \"max\", three numbers [x, y, z]: "),
+        (r#"{"op": "union"}"#, "help: add \"args\", a list of nodes"),
+        (r#"{"args": []}"#, "needs \"kind\", \"op\" or \"ref\""),
         ("5", "a node must be an object { ... }, not a number"),
         (r#"{"kind": "mesh", "file": "a.ply"}"#, "has no folder"),
     ];
@@ -180,6 +184,8 @@ fn mistakes_are_explained() {
         let shown = refused(&scene(&format!("{{\"node\": {node}}}")));
         assert!(shown.contains(message), "{message}\nis not in\n{shown}");
     }
+    let mistyped = refused(&scene(r#"{"node": {"op": "differnce", "args": []}}"#));
+    assert!(mistyped.contains("did you mean 'difference'?") && !mistyped.contains("no args"), "{mistyped}");
     let wrapped = refused(&scene(BALL));
     assert!(
         wrapped.contains("an object needs \"node\"") && wrapped.contains("help: an object is"),
@@ -259,7 +265,7 @@ fn mesh_files_lie_below_the_scene() {
         ("\\\\host\\share\\a.ply", "path of this file is absolute"),
         ("none.ply", "'none.ply' cannot be opened"),
         ("a\u{0}.ply", "cannot be opened"),
-        ("parts/empty.ply", "is not a regular file"),
+        ("parts/empty.ply", "parts/empty.ply is a folder"),
         ("scene.json", "is a scene, not a mesh"),
         ("bad.ply", "bad.ply:13:1: face 0 names vertex 7, but there are 3"),
     ];
@@ -315,7 +321,8 @@ fn names_of_several_objects_are_noted_with_the_first_place() {
          {{ \"name\": \"a\", {ball}\n] }}"
     );
     let notes = parse_scene(twice, None).unwrap().notes;
-    let shown = "2 objects have names of others, and each such name stands for all of its objects, the first 'a' on line 5";
+    let shown = "2 objects have the name of an earlier one, and each such name stands for all that have it, the first 'a' on \
+                 line 5";
     assert_eq!(notes.iter().map(ToString::to_string).collect::<Vec<_>>(), [shown]);
     assert_eq!((notes[0].kind, notes[0].count, notes[0].effect), ("duplicate_names", 2, Effect::Kept));
     // The name that an object without one gets counts too; an object that is placed twice is one.
@@ -324,7 +331,7 @@ fn names_of_several_objects_are_noted_with_the_first_place() {
     let notes = parse_scene(given, None).unwrap().notes;
     assert_eq!(
         notes[0].to_string(),
-        "1 object has the name of another, and the name stands for both, 'object1' on line 2"
+        "the name 'object1' stands for 2 objects: it is given a second time, on line 2"
     );
     let shared = format!(
         r#"{{ "shotline": 1, "defs": {{ "d": {{ "name": "a", {ball} }}, "objects": [ {{ "name": "all", "node":

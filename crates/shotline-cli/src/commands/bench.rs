@@ -8,7 +8,7 @@ use clap::Args;
 use serde_json::json;
 use shotline::compile::World;
 use shotline::query::batch::{self, BatchError, By, Run};
-use shotline::query::{Overlaps, Scope};
+use shotline::query::{Overlaps, QueryError, Scope};
 use shotline::ray::{Ray, Span};
 
 use crate::args::{Build, Model, SurfacesOnly, Threads};
@@ -38,7 +38,7 @@ pub struct Command {
     #[command(flatten)]
     surfaces_only: SurfacesOnly,
     /// How often the rays are cast
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1_000_000), allow_negative_numbers = true)]
     repeats: u32,
     /// Print one JSON document instead
     #[arg(long)]
@@ -54,7 +54,7 @@ pub struct Command {
 const EXAMPLES: &str = "\
 Examples:
   shotline bench bunny.ply --accel grid --threads 1
-  shotline bench engine.json --rays rays.npy --query crossings --repeats 20 --json";
+  shotline bench engine.json --rays rays.npy --query crossings --repeats 20";
 
 /// What was measured, in seconds.
 struct Report {
@@ -140,10 +140,13 @@ impl Command {
             BatchError::TooMany { .. } | BatchError::OutOfMemory => {
                 "bench fewer rays, or ask for closest or count"
             }
+            BatchError::Query { error: QueryError::TooMany { .. } | QueryError::TooLong { .. }, .. } => {
+                "place fewer parts in one another, or ask for closest or count"
+            }
             BatchError::World(error) | BatchError::Query { error, .. } => help(error),
             BatchError::Ray { .. } | BatchError::Point { .. } => "mend the rays",
         };
-        Failure::of_file(&self.model.path, format!("{error}\nhelp: {help}"))
+        Failure::of_input(&self.model.path, format!("{error}\nhelp: {help}"))
     }
 
     fn text(&self, report: &Report) -> String {
@@ -161,7 +164,7 @@ impl Command {
              spread  {:.1} % of the median, over {}\n",
             self.query.name(),
             counted(report.rays as u64, "ray", "rays"),
-            self.model.path.display(),
+            self.model.name(),
             report.accel,
             counted(threads, "thread", "threads"),
             report.load,

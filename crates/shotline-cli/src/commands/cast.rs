@@ -5,7 +5,7 @@ use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use clap::Args;
+use clap::{ArgGroup, Args};
 use serde_json::json;
 use shotline::accel::Work;
 use shotline::compile::World;
@@ -13,7 +13,7 @@ use shotline::query::Scope;
 use shotline::query::batch::{self, BatchError, Run};
 use shotline::scene::Scene;
 
-use crate::args::{Build, Model, SpanOfT, SurfacesOnly, Threads, parse_size};
+use crate::args::{Build, Model, SpanOfT, SurfacesOnly, Threads, parse_size, parse_whole};
 use crate::columns::Columns;
 use crate::failure::Failure;
 use crate::number::counted;
@@ -49,15 +49,19 @@ use crate::{input, interrupt, output};
 // The text is help of the command line, where brackets are brackets.
 #[allow(rustdoc::broken_intra_doc_links)]
 #[derive(Args, Debug)]
-#[command(after_help = EXAMPLES, verbatim_doc_comment)]
+#[command(
+    after_help = EXAMPLES,
+    verbatim_doc_comment,
+    group = ArgGroup::new("source").args(["rays", "camera"]).required(true)
+)]
 pub struct Command {
     #[command(flatten)]
     model: Model,
     /// The rays, as .npy; - for standard input
-    #[arg(long, value_name = "FILE.npy", required_unless_present = "camera")]
+    #[arg(long, value_name = "FILE.npy")]
     rays: Option<PathBuf>,
     /// Cast the rays through the middles of so many pixels of the scene's camera instead, row by row from the top
-    #[arg(long, value_name = "WxH", value_parser = parse_size, conflicts_with = "rays")]
+    #[arg(long, value_name = "WxH", value_parser = parse_size, allow_hyphen_values = true)]
     camera: Option<(u32, u32)>,
     /// What is asked of each ray
     #[arg(long, value_enum)]
@@ -79,7 +83,13 @@ pub struct Command {
     #[command(flatten)]
     surfaces_only: SurfacesOnly,
     /// End with an error if the answer has more rows than this; a million take about 65 MB
-    #[arg(long, value_name = "N", default_value_t = Run::default().most_rows)]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = Run::default().most_rows,
+        value_parser = parse_whole::<u64>,
+        allow_negative_numbers = true
+    )]
     max_crossings: u64,
     /// Print one line of JSON on stdout: sizes, times, memory
     #[arg(long)]
@@ -95,8 +105,8 @@ pub struct Command {
 const EXAMPLES: &str = "\
 Examples:
   shotline cast engine.json --rays rays.npy --query crossings -o crossings.npz
-  shotline cast engine.json --camera 640x480 --query segments -o - | python look.py
-  shotline cast bunny.ply --rays rays.npy --query closest -o closest.npz --accel bvh --stats";
+  shotline cast engine.json --camera 640x480 --query any -o - | python look.py
+  shotline cast bunny.ply --rays rays.npy --query closest -o closest.npz --stats";
 
 /// What was met on the way.
 struct Counts {
@@ -220,23 +230,29 @@ impl Command {
             BatchError::Cancelled => return Failure::Interrupted,
             error @ BatchError::OutOfMemory => {
                 let help = "cast fewer rays at a time, or ask for closest or count";
-                return Failure::of_file(self.source(), format!("{error}\nhelp: {help}"));
+                return Failure::of_input(self.source(), format!("{error}\nhelp: {help}"));
             }
-            error @ BatchError::TooMany { .. } => {
+            BatchError::TooMany { most } => {
+                let most = match self.query {
+                    Query::Crossings => counted(most, "crossing", "crossings"),
+                    Query::Segments => counted(most, "segment", "segments"),
+                    _ => counted(most, "row", "rows"),
+                };
                 let help = "cast fewer rays at a time, ask for closest or count, or raise --max-crossings";
-                return Failure::of_file(self.source(), format!("{error}\nhelp: {help}"));
+                let why = format!("the answer has more than {most}\nhelp: {help}");
+                return Failure::of_input(self.source(), why);
             }
             // All rays are valid here: other rows were reported or set aside.
             error @ (BatchError::Ray { .. } | BatchError::Point { .. }) => {
-                return Failure::of_file(self.source(), error);
+                return Failure::of_input(self.source(), error);
             }
             BatchError::World(error) => (String::new(), error),
             BatchError::Query { row, error } => {
-                (format!("row {} of {}: ", rays.row(row), self.source().display()), error)
+                (format!("row {} of {}: ", rays.row(row), input::name_of(self.source())), error)
             }
         };
         let help = help(&error);
-        Failure::new(format!("{}: {place}{error}\nhelp: {help}", self.model.path.display()))
+        Failure::new(format!("{}: {place}{error}\nhelp: {help}", self.model.name()))
     }
 
     fn remarks(&self, rays: &Rays, overlaps: u64, repaired: u64) {

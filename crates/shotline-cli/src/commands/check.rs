@@ -41,7 +41,7 @@ Exit codes: 0 sound, 1 not sound, 2 cannot be read, 3 no fault found but somethi
 
 Examples:
   shotline check part.stl
-  shotline check scenes/section.json && shotline cast scenes/section.json --rays rays.npy --query segments -o out.npz";
+  shotline check section.json && shotline render section.json -o section.png";
 
 impl Command {
     /// Runs the command.
@@ -61,7 +61,7 @@ impl Command {
             Ok(world) => findings.examine_world(&world, &document.scene),
             Err(errors) => findings.add_errors(&document, &errors),
         }
-        let model = self.model.path.display().to_string();
+        let model = self.model.name();
         let json = || format!("{:#}\n", findings.to_json(&model));
         output::print(&if self.json { json() } else { findings.to_text(&model) })?;
         Ok(findings.verdict().exit_code())

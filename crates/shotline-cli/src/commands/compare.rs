@@ -25,8 +25,8 @@ use crate::{input, interrupt, output};
 /// Builds the model once for every accelerator, casts the same rays on one thread and prints a table: build time,
 /// memory, time a ray for the closest crossing (the best of five passes), how many times as long as the fastest, and
 /// what was counted a ray.
-/// The rays are those of a picture, or yours. Slow structures are given a few seconds and answer only the first of
-/// them. That all give the same answers is checked, bit for bit.
+/// The rays are those of a picture, or yours. A slow structure is stopped after a few seconds; the column `rays` tells
+/// how many rays each has answered. That all give the same answers is checked, bit for bit.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Command {
@@ -35,7 +35,7 @@ pub struct Command {
     /// Rays to compare on, as .npy; otherwise those of a picture
     #[arg(long, value_name = "FILE.npy")]
     rays: Option<PathBuf>,
-    /// A contact sheet of heat maps of the work a ray takes, as PNG
+    /// A contact sheet of heat maps of the work a ray takes, as PNG (.png or .apng); - for standard output
     #[arg(short, long, value_name = "FILE.png")]
     output: Option<PathBuf>,
 }
@@ -113,7 +113,7 @@ impl Command {
     }
 
     fn failure(&self, error: impl std::fmt::Display) -> Failure {
-        Failure::of_file(&self.model.path, error)
+        Failure::of_input(&self.model.path, error)
     }
 }
 

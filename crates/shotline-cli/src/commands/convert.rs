@@ -58,7 +58,7 @@ impl Command {
             return save(&self.output, scene).map_err(|e| self.failure(&e));
         }
         if scene.nodes.iter().any(|node| matches!(node, Node::Mesh { .. })) {
-            let why = "standard output takes a scene, and the meshes of this one are files beside it";
+            let why = "stdout takes a scene, and the meshes of this one are files beside it";
             return Err(Failure::new(format!("{why}\nhelp: name a file to write to")));
         }
         output::write(&self.output, write_scene(scene).map_err(|e| self.failure(&e))?.as_bytes())?;

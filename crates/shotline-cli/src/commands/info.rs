@@ -129,7 +129,7 @@ impl Report {
              virtual leaves  {}\n\
              bounds          {bounds}\n\
              memory          {}\n\
-             condition       {} (how far the worst transform can magnify a rounding)\n\
+             condition       {} (by how much the worst transform can enlarge a rounding error)\n\
              load            {} s\n\
              build           {} s with {}\n",
             grouped(stats.nodes as u64),

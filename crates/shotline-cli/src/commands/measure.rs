@@ -6,10 +6,11 @@ use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use shotline::compile::World;
 use shotline::measure::{self, Estimate, Measure, MeasureError, Method, Settings};
+use shotline::query::QueryError;
 use shotline::query::batch::Run;
 use shotline::scene::{Scene, Units};
 
-use crate::args::{Build, Model, Threads};
+use crate::args::{Build, Model, Threads, parse_whole};
 use crate::failure::Failure;
 use crate::number::{counted, grouped, json as number, json_vector, short_bounds, uncertain};
 use crate::progress::{self, Quiet};
@@ -19,12 +20,13 @@ use crate::{input, interrupt, output};
 
 /// Measure volume, mass, centroid and inertia of objects
 ///
-/// Exact, but for rounding, where there is a closed form: single solids, closed meshes, and groups of them whose
-/// boxes do not overlap, however placed. All others are measured by rays, and told with their standard errors: about
-/// two thirds of all values are off by less than theirs, and one in a hundred by more than three times as much. What no
-/// ray meets is not seen; more rays see more. Polytopes, intersections of half-spaces and boxes, are exact too.
+/// Exact, but for rounding, where there is a closed form: single solids, closed meshes, polytopes (intersections of
+/// half-spaces and boxes), and groups of them whose boxes do not overlap, however placed. All others are measured by
+/// rays, and told with their standard errors: about two thirds of all values are off by less than theirs, and one in a
+/// hundred by more than three times as much. What no ray meets is not seen; more rays see more.
 ///
-/// An object that has no end is reported as unbounded, and the others are measured. If none of them has one, that is an error.
+/// An object that has no end is reported as unbounded, and the others are measured. If every object is unbounded, that
+/// is an error.
 ///
 /// The inertia tensor (--json) is about the centroid, along the axes of the world, and of density 1. Mass is in
 /// grams, by the density of the material in g/cm^3, where it has one; in a scene without units it is volume times
@@ -36,10 +38,10 @@ pub struct Command {
     #[command(flatten)]
     model: Model,
     /// Rays for each object that has no closed form, rounded up to a multiple of 48
-    #[arg(long, value_name = "N", default_value_t = Settings::default().rays as u64, value_parser = clap::value_parser!(u64).range(1..))]
-    rays: u64,
+    #[arg(long, value_name = "N", default_value_t = Settings::default().rays, value_parser = parse_whole::<usize>, allow_negative_numbers = true)]
+    rays: usize,
     /// Another seed, other rays
-    #[arg(long, value_name = "N", default_value_t = Settings::default().seed)]
+    #[arg(long, value_name = "N", default_value_t = Settings::default().seed, value_parser = parse_whole::<u64>, allow_negative_numbers = true)]
     seed: u64,
     /// Measure only objects of this name; may be given several times
     #[arg(long = "object", value_name = "NAME")]
@@ -47,8 +49,8 @@ pub struct Command {
     /// Whether closed forms are used
     #[arg(long, value_enum, default_value_t = Way::Best)]
     method: Way,
-    /// What counts where objects overlap: with `all` each object's own volume, whatever else is there; with the
-    /// others, which have no closed forms, what it owns, as `cast --query segments` tells it
+    /// What counts where objects overlap. With `all` each object is measured as if the others were not there. With
+    /// `error` and `priority` rays measure only the stretches that `cast --query segments` gives to the object
     #[arg(long, value_name = "POLICY", value_enum, default_value_t = OverlapPolicy::All)]
     overlaps: OverlapPolicy,
     /// Print one JSON document instead, with all digits and the inertia tensor
@@ -80,10 +82,13 @@ impl Command {
     /// Runs the command.
     pub fn run(&self) -> Result<u8, Failure> {
         interrupt::catch();
+        if self.rays == 0 {
+            return Err(Failure::new("--rays: no rays measure nothing; give at least 1"));
+        }
         let document = input::load_with_remarks(&self.model, self.quiet)?;
         let world = input::compile(&document, &self.build)?;
         let settings = Settings {
-            rays: self.rays as usize,
+            rays: self.rays,
             seed: self.seed,
             method: match self.method {
                 Way::Best => Method::Best,
@@ -117,7 +122,7 @@ impl Command {
             world.object_names()[first.object as usize],
             short_bounds(&first.bounds)
         );
-        Err(Failure::of_file(&self.model.path, why))
+        Err(Failure::of_input(&self.model.path, why))
     }
 
     /// The numbers of the objects that are named; `None` for all.
@@ -129,7 +134,7 @@ impl Command {
             chosen.extend(named.map(|(object, _)| object));
             if chosen.len() == before {
                 let why = format!("there is no object '{name}'\nhelp: `shotline info` lists the objects");
-                return Err(Failure::of_file(&self.model.path, why));
+                return Err(Failure::of_input(&self.model.path, why));
             }
         }
         Ok((!chosen.is_empty()).then_some(chosen))
@@ -143,7 +148,7 @@ impl Command {
         cancel: &AtomicBool,
     ) -> Result<Vec<Measure>, Failure> {
         let objects = settings.objects.as_ref().map_or(world.object_names().len(), Vec::len);
-        let bar = progress::bar((objects as u64).saturating_mul(self.rays), "measuring", self.quiet);
+        let bar = progress::bar((objects as u64).saturating_mul(self.rays as u64), "measuring", self.quiet);
         let progress = |rays| bar.inc(rays);
         let run = Run {
             threads: self.threads.threads,
@@ -159,12 +164,18 @@ impl Command {
     fn failure(&self, error: &MeasureError) -> Failure {
         let help = match error {
             MeasureError::Cancelled => return Failure::Interrupted,
+            MeasureError::Query(QueryError::NotASolid { .. }) => {
+                "close the mesh (`shotline check` lists its defects), or choose others with --object"
+            }
+            MeasureError::Query(QueryError::TooMany { .. } | QueryError::TooLong { .. }) => {
+                "place fewer parts in one another, or choose others with --object"
+            }
             MeasureError::Query(error) => help(error),
-            MeasureError::TooMany { .. } => "choose fewer --rays, or measure what is placed by itself",
-            MeasureError::OutOfRange { .. } => "scale the model, or choose other objects with --object",
+            MeasureError::TooMany { .. } => "choose fewer --rays, or measure one part by itself",
+            MeasureError::OutOfRange { .. } => "choose other objects with --object",
             MeasureError::TooNested { .. } | MeasureError::NoObject { .. } => "choose fewer with --object",
         };
-        Failure::of_file(&self.model.path, format!("{error}\nhelp: {help}"))
+        Failure::of_input(&self.model.path, format!("{error}\nhelp: {help}"))
     }
 }
 

@@ -19,7 +19,7 @@ use shotline_render::{
     Settings, animate, encode_png,
 };
 
-use crate::args::{Build, Model, Threads, parse_size};
+use crate::args::{Build, Model, Threads, parse_size, parse_whole};
 use crate::failure::Failure;
 use crate::progress::{self, Quiet};
 use crate::{input, interrupt, output};
@@ -33,17 +33,17 @@ use crate::{input, interrupt, output};
 pub struct Command {
     #[command(flatten)]
     model: Model,
-    /// The picture, as PNG; - for standard output
+    /// The picture, as PNG (.png or .apng); - for standard output
     #[arg(short, long, value_name = "FILE.png")]
     output: PathBuf,
     /// Pixels across and down
-    #[arg(long, value_name = "WxH", default_value = "800x600", value_parser = parse_size)]
+    #[arg(long, value_name = "WxH", default_value = "800x600", value_parser = parse_size, allow_hyphen_values = true)]
     size: (u32, u32),
     /// What the picture shows
     #[arg(long, default_value = LOOKS[0].name, value_parser = look_names())]
     look: &'static Look,
     /// Samples a pixel; more make smoother edges
-    #[arg(long, value_name = "N", default_value_t = Settings::default().samples)]
+    #[arg(long, value_name = "N", default_value_t = Settings::default().samples, value_parser = parse_whole::<u32>, allow_negative_numbers = true)]
     samples: u32,
     /// How light falls in the look `lit`: sharp, if not given
     #[arg(long, value_enum)]
@@ -56,10 +56,10 @@ pub struct Command {
     #[arg(long, value_name = "COLOUR", value_parser = Backdrop::from_str)]
     background: Option<Backdrop>,
     /// Render so many frames into an animated PNG: objects move as the scene's "motions" say
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_FRAMES)))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_FRAMES)), allow_negative_numbers = true)]
     frames: Option<u32>,
     /// Frames a second
-    #[arg(long, value_name = "N", default_value_t = 24, requires = "frames", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 24, requires = "frames", value_parser = clap::value_parser!(u16).range(1..), allow_negative_numbers = true)]
     fps: u16,
     /// Degrees by which the camera goes round its target over all frames; 360 where no object moves
     #[arg(long, value_name = "DEGREES", requires = "frames", allow_negative_numbers = true)]
@@ -81,7 +81,7 @@ pub struct Command {
 const EXAMPLES: &str = "\
 Examples:
   shotline render engine.json -o engine.png
-  shotline render bunny.ply -o bunny.png --size 1600x1200 --look xray --background white
+  shotline render bunny.ply -o bunny.png --look xray --background white
   shotline render engine.json -o soft.png --lighting soft --samples 64
   shotline render bunny.ply -o turning.png --frames 72";
 
@@ -238,7 +238,9 @@ impl Command {
     fn failure(&self, error: RenderError) -> Failure {
         match error {
             RenderError::Cancelled => Failure::Interrupted,
-            error => Failure::of_file(&self.model.path, error),
+            RenderError::Size { .. } => Failure::new(format!("--size: {error}")),
+            RenderError::Samples(_) => Failure::new(format!("--samples: {error}")),
+            error => Failure::of_input(&self.model.path, error),
         }
     }
 }

@@ -5,7 +5,7 @@ use shotline::math::Vec3;
 use shotline::query::Scope;
 use shotline::ray::Ray;
 
-use crate::args::{Build, Model, SpanOfT, SurfacesOnly};
+use crate::args::{Build, Model, SpanOfT, SurfacesOnly, parse_whole};
 use crate::failure::Failure;
 use crate::number::parse_vector;
 use crate::progress::Quiet;
@@ -34,8 +34,10 @@ pub struct Command {
     aim: Aim,
     #[command(flatten)]
     span: SpanOfT,
-    #[command(flatten)]
-    surfaces_only: SurfacesOnly,
+    /// Look for surfaces only: leave out the crossings of kind `start` and `end`, with which the list begins and ends
+    /// where the ray begins or ends inside
+    #[arg(long)]
+    surfaces_only: bool,
     #[command(flatten)]
     build: Build,
     /// Tell first, step by step, how a query is answered: every crossing, unless another is named
@@ -54,7 +56,7 @@ pub struct Command {
     )]
     trace: Option<Query>,
     /// The largest number of steps to print
-    #[arg(long, value_name = "N", default_value_t = 1000, requires = "trace")]
+    #[arg(long, value_name = "N", default_value_t = 1000, requires = "trace", value_parser = parse_whole::<usize>, allow_negative_numbers = true)]
     steps: usize,
     /// Print one JSON document instead; what is infinite or does not exist is null there
     #[arg(long)]
@@ -87,9 +89,9 @@ impl Command {
         let world = input::compile(&document, &self.build)?;
         let failure = |e| {
             let help = "report a part of it with --t-min and --t-max, or use `shotline cast`";
-            Failure::of_file(&self.model.path, format!("{e}\nhelp: {help}"))
+            Failure::of_input(&self.model.path, format!("{e}\nhelp: {help}"))
         };
-        let kinds = self.surfaces_only.kinds();
+        let kinds = SurfacesOnly { surfaces_only: self.surfaces_only }.kinds();
         let shot = Shot::new(&world, ray, span, kinds, document.scene.units).map_err(failure)?;
         let steps =
             self.trace.map(|query| Steps::new(&world, &ray, Scope { span, kinds }, query, self.steps));

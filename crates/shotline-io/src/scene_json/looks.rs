@@ -5,7 +5,7 @@ use shotline::scene::{Camera, Lens, Light, LightSource, Material};
 
 use super::keys::{CAMERA, LIGHT, MATERIAL, names};
 use super::tree::ValueId;
-use super::values::Values;
+use super::values::{Values, numbers_in_words};
 
 pub(super) fn read_materials(values: &mut Values, at: ValueId) -> Vec<(String, Material)> {
     let members = values.object(at, "\"materials\"").unwrap_or(&[]);
@@ -33,8 +33,9 @@ pub(super) const DEFAULT_FOV: f64 = 40.0;
 pub(super) fn read_camera(values: &mut Values, at: ValueId) -> Option<Camera> {
     values.object(at, "\"camera\"")?;
     values.only(at, "the camera", &names(CAMERA).collect::<Vec<_>>());
-    values.required(at, "the camera", "eye");
-    values.required(at, "the camera", "target");
+    for key in ["eye", "target"] {
+        values.required(at, "the camera", key, &numbers_in_words(3));
+    }
     let eye = vector(values, at, "eye");
     let target = vector(values, at, "target");
     let up = vector(values, at, "up");

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use shotline::scene;
 use shotline::solid::mesh::{TriangleMesh, Weld};
 
-use crate::error::ReadError;
+use crate::error::{ReadError, system_words};
 use crate::format::{MeshFile, MeshSource, Reach};
 use crate::note::Note;
 use crate::weld::ReadOptions;
@@ -120,7 +120,7 @@ impl MeshFiles {
     /// The file's true path, links resolved, if it lies within reach.
     fn found(&self, file: &str) -> Result<PathBuf, Refusal> {
         const INSIDE: &str = "copy it into the folder of the scene file and name it relative to that; \
-                              or, if you trust the scene, allow it: --allow-outside, Reach::Anywhere";
+                              or, if you trust the scene, allow it with --allow-outside (in Python allow_outside=True)";
         let Some(folder) = &self.folder else {
             return refuse(
                 "this scene has no folder in which to look for files",
@@ -135,7 +135,8 @@ impl MeshFiles {
         let found = folder.canonicalize().and_then(|f| Ok((folder.join(file).canonicalize()?, f)));
         match found {
             Err(error) => {
-                refuse(format!("'{file}' cannot be opened: {error}"), "paths are relative to the scene file")
+                let why = system_words(&error);
+                refuse(format!("'{file}' cannot be opened: {why}"), "paths are relative to the scene file")
             }
             Ok((path, folder)) if confined && !path.starts_with(&folder) => {
                 refuse("this file lies outside of the scene's folder", INSIDE)

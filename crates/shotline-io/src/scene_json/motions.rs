@@ -19,7 +19,8 @@ pub(super) fn read(values: &mut Values, at: ValueId) -> Vec<(Motion, ValueId)> {
 fn read_motion(values: &mut Values, at: ValueId) -> Option<Motion> {
     values.object(at, "a motion")?;
     values.only(at, "a motion", &names(MOTION).collect::<Vec<_>>());
-    let object = values.required(at, "a motion", "object").and_then(|at| values.text(at, "\"object\""));
+    let object = values.required(at, "a motion", "object", "the name of an object");
+    let object = object.and_then(|at| values.text(at, "\"object\""));
     let rotate = values.tree.get(at, "rotate").and_then(|at| read_rotation(values, at));
     let mut vector = |key: &str| {
         let at = values.tree.get(at, key)?;

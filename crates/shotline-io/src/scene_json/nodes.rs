@@ -16,7 +16,7 @@ use super::keys::{ACCEL, MESH, MESH_FILE, OBJECT, OPS, PLACEMENT, WELD, names};
 use super::mesh_files::Meshes;
 use super::placement;
 use super::tree::{Member, ValueId};
-use super::values::Values;
+use super::values::{Values, numbers_in_words};
 use crate::suggest;
 
 /// A scene being built.
@@ -257,7 +257,7 @@ impl<'r, 't> Graph<'r, 't> {
     }
 
     fn leaf(&mut self, value: ValueId) -> Option<Node> {
-        let at = self.values.required(value, "a solid", "kind")?;
+        let at = self.values.required(value, "a solid", "kind", "the name of a kind of solid")?;
         let name = self.values.text(at, "\"kind\"")?;
         if name == MESH {
             return self.mesh(value);
@@ -280,7 +280,8 @@ impl<'r, 't> Graph<'r, 't> {
             let read = match param.default {
                 Some(default) if absent => Some(default.into()),
                 _ => {
-                    let at = self.values.required(value, &format!("this {name}"), param.name);
+                    let takes = format!("{}: {}", numbers_in_words(param.count), param.summary);
+                    let at = self.values.required(value, &format!("this {name}"), param.name, &takes);
                     at.and_then(|at| self.param(at, param))
                 }
             };
@@ -303,7 +304,7 @@ impl<'r, 't> Graph<'r, 't> {
         let known: Vec<_> =
             ["kind", MESH_FILE.name, WELD.name, ACCEL.name].into_iter().chain(names(PLACEMENT)).collect();
         self.values.only(value, "a mesh", &known);
-        let at = self.values.required(value, "this mesh", MESH_FILE.name)?;
+        let at = self.values.required(value, "this mesh", MESH_FILE.name, "the name of a mesh file")?;
         let file = self.values.text(at, "\"file\"")?;
         let weld = match self.values.tree.get(value, WELD.name) {
             None => None,
@@ -331,7 +332,8 @@ impl<'r, 't> Graph<'r, 't> {
                 None
             }
             Err(error) => {
-                self.values.fault(at, error.to_string(), "give a number of at least 0, or \"auto\"");
+                let message = format!("{} is not a distance to weld within", error.given);
+                self.values.fault(at, message, "give a number of at least 0, or \"auto\"");
                 None
             }
         }
@@ -340,11 +342,17 @@ impl<'r, 't> Graph<'r, 't> {
     fn combination(&mut self, value: ValueId, todo: &mut Vec<Task>) -> Option<Node> {
         let known: Vec<_> = ["op", "args", ACCEL.name].into_iter().chain(names(PLACEMENT)).collect();
         self.values.only(value, "an operation", &known);
-        let op_at = self.values.required(value, "this operation", "op");
+        let ops: Vec<_> = OPS.iter().map(|(op, _)| format!("\"{op}\"")).collect();
+        let takes = format!("one of {}", ops.join(", "));
+        let op_at = self.values.required(value, "this operation", "op", &takes);
         let op = op_at.and_then(|at| Some((at, self.values.text(at, "\"op\"")?)));
-        let args_at = self.values.required(value, "this operation", "args")?;
+        let args_at =
+            self.values.required(value, "this operation", "args", "a list of nodes: [{...}, ...]")?;
         let args = self.values.array(args_at, "\"args\"")?;
         let (op_at, name) = op?;
+        if args.is_empty() && OPS.iter().any(|(op, _)| op == name) && name != "group" {
+            self.values.fault(args_at, format!("this {name} has no args"), "give it at least one");
+        }
         let op = match name.as_ref() {
             "union" => Some(Op::Union),
             "intersection" => Some(Op::Intersection),
@@ -357,9 +365,6 @@ impl<'r, 't> Graph<'r, 't> {
                 Some(Op::Union)
             }
         };
-        if args.is_empty() && op.is_some() {
-            self.values.fault(args_at, format!("this {name} has no args"), "give it at least one");
-        }
         let role = if op.is_some() { Role::Shape } else { Role::Member };
         let args = args.iter().map(|v| self.child(*v, role, todo)).collect();
         Some(match op {
@@ -380,7 +385,7 @@ impl<'r, 't> Graph<'r, 't> {
         };
         let material = material.and_then(|at| self.material(at));
         let priority = priority.and_then(|at| self.values.integer(at, "\"priority\"")).unwrap_or(0);
-        let node = self.values.required(value, "an object", "node")?;
+        let node = self.values.required(value, "an object", "node", "its shape: {...}")?;
         let node = self.child(node, Role::Shape, todo);
         Some(Node::Object { name: name?, material, priority, node })
     }

@@ -5,7 +5,7 @@ use shotline::scene::{LocalTransform, Rotation};
 
 use super::keys::{self, ROTATION};
 use super::tree::{Content, ValueId};
-use super::values::Values;
+use super::values::{Values, numbers_in_words};
 
 /// The placement among the keys of a node, if it has any.
 pub(super) fn read(values: &mut Values, node: ValueId) -> Option<LocalTransform> {
@@ -44,8 +44,10 @@ pub(super) fn read_rotation(values: &mut Values, at: ValueId) -> Option<Rotation
     }
     let known: Vec<_> = keys::names(ROTATION).collect();
     values.only(at, "a rotation", &known);
-    let axis = values.required(at, "a rotation", "axis").and_then(|a| values.vector(a, "\"axis\""));
-    let degrees = values.required(at, "a rotation", "degrees").and_then(|a| values.number(a, "\"degrees\""));
+    let axis = values.required(at, "a rotation", "axis", &numbers_in_words(3));
+    let axis = axis.and_then(|a| values.vector(a, "\"axis\""));
+    let degrees = values.required(at, "a rotation", "degrees", &numbers_in_words(1));
+    let degrees = degrees.and_then(|a| values.number(a, "\"degrees\""));
     let (axis, degrees) = (Vec3::from(axis?), degrees?);
     if axis == Vec3::ZERO {
         values.fault(at, "the axis of this rotation is zero", "give it a direction");

@@ -14,7 +14,7 @@ pub(super) fn word(text: &str, range: Range<usize>) -> Result<Content<'static>, 
         "true" => Ok(Content::Bool(true)),
         "false" => Ok(Content::Bool(false)),
         "NaN" | "nan" | "Infinity" | "inf" => Err(Fault::text(range, format!("{written} is not a number"))
-            .help("numbers are finite; for something without end use a half-space, paraboloid or quadric")),
+            .help("numbers are finite; for something without end use a half-space or a quadric")),
         _ => Err(Fault::text(range, format!("'{written}' stands without quotes"))
             .help(format!("write \"{written}\", or true, false or null"))),
     }

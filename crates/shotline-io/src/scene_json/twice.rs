@@ -12,8 +12,8 @@ use crate::note::{Effect, Note, NoteKind, Notes};
 const DUPLICATE_NAMES: NoteKind = NoteKind {
     name: "duplicate_names",
     effect: Effect::Kept,
-    one: "1 object has the name of another, and the name stands for both",
-    many: "# objects have names of others, and each such name stands for all of its objects",
+    one: "a name stands for 2 objects: it is given a second time",
+    many: "# objects have the name of an earlier one, and each such name stands for all that have it",
 };
 
 /// Notes the objects with a name that an earlier one has. `spans` are the bytes of each node in the text. An object that is
@@ -33,7 +33,17 @@ pub(super) fn duplicate_names(scene: &Scene, spans: &[Range<usize>], text: &str)
         // An object without a name is named after its number.
         let at =
             text.get(span.clone()).and_then(|node| find_param(node, "name")).map_or(0, |range| range.start);
-        notes.quote(&DUPLICATE_NAMES, At::Text(span.start + at..span.end), || name.clone());
+        let at = At::Text(span.start + at..span.end);
+        if count == 1 {
+            // The name fits into the sentence where there is but one.
+            notes.add(&DUPLICATE_NAMES, at);
+            let mut notes = notes.finish(text.as_bytes());
+            let said =
+                |note: &mut Note| note.text = note.text.replace("a name", &format!("the name '{name}'"));
+            notes.iter_mut().for_each(said);
+            return notes;
+        }
+        notes.quote(&DUPLICATE_NAMES, at, || name.clone());
         notes.add_many(&DUPLICATE_NAMES, count - 1, At::File);
     }
     notes.finish(text.as_bytes())

@@ -138,11 +138,11 @@ impl<'r, 't> Values<'r, 't> {
         }
     }
 
-    /// The value of a key; its absence is reported.
-    pub(super) fn required(&mut self, at: ValueId, what: &str, key: &str) -> Option<ValueId> {
+    /// The value of a key; its absence is reported, with what the key takes.
+    pub(super) fn required(&mut self, at: ValueId, what: &str, key: &str, takes: &str) -> Option<ValueId> {
         let found = self.tree.get(at, key);
         if found.is_none() {
-            self.fault_at_start(at, format!("{what} lacks \"{key}\""), format!("add \"{key}\": ..."));
+            self.fault_at_start(at, format!("{what} lacks \"{key}\""), format!("add \"{key}\", {takes}"));
         }
         found
     }
@@ -175,6 +175,15 @@ impl<'r, 't> Values<'r, 't> {
             meant.extend(suggest::nearest(key, known.iter().copied()));
         }
         meant
+    }
+}
+
+/// What a parameter of so many numbers takes.
+pub(super) fn numbers_in_words(count: usize) -> String {
+    match count {
+        1 => "a number".into(),
+        3 => "three numbers [x, y, z]".into(),
+        _ => format!("{count} numbers [...]"),
     }
 }
 

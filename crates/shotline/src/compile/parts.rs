@@ -8,7 +8,7 @@ use super::graph::Graph;
 use crate::math::Chain;
 use crate::scene::{Node, NodeId, Scene};
 use crate::solid::Solid;
-use crate::solid::mesh::MeshSolid;
+use crate::solid::mesh::{MeshError, MeshSolid, Weld};
 
 /// A combination of more leaves than this is refused before it is built.
 const MAX_LEAVES: u64 = 4_000_000;
@@ -80,6 +80,13 @@ fn build_leaf(node: &Node, id: NodeId, choice: Choice) -> Result<Option<Part>, S
             Ok(solid) => Ok(Some(Part::Mesh(Arc::new(solid)))),
             Err(e) => {
                 let name = file.as_ref().map_or("mesh", |file| &file.name);
+                let e = match (e, file.as_ref().and_then(|file| file.weld)) {
+                    // Readers refuse a file without any face, so that welding has dropped them all.
+                    (MeshError::Empty, Some(Weld::Within(within))) if mesh.faces.is_empty() => {
+                        MeshError::Collapsed { within }
+                    }
+                    (e, _) => e,
+                };
                 Err(SceneError { param: Some("file"), ..SceneError::at(id, format!("{name}: {e}")) })
             }
         },

@@ -81,7 +81,7 @@ fn a_bomb_of_references_is_counted_not_built() {
         node = scene.add_csg(Op::Union, vec![node, node]);
     }
     scene.add_object("bomb", None, node);
-    assert!(only_error(&scene).starts_with("a combination of 16777216 leaves"));
+    assert!(only_error(&scene).starts_with("a combination of 4194304 leaves"));
     let mut node = sphere(&mut scene, 1.0);
     for _ in 0..64 {
         node = scene.add(Node::Group { members: vec![node, node] });

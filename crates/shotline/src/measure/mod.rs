@@ -184,7 +184,7 @@ pub enum MeasureError {
     #[error(transparent)]
     Query(QueryError),
     /// The rays of an object have met too much, or the first few show that they would.
-    #[error("object '{object}': its rays meet too much, as parts are placed in one another over and over")]
+    #[error("object '{object}': its rays meet too many parts{}", affordable(*rays))]
     TooMany {
         /// The object.
         object: String,
@@ -207,6 +207,11 @@ pub enum MeasureError {
         /// How many there may be.
         most: usize,
     },
+}
+
+/// How many rays would be few enough, in words.
+fn affordable(rays: usize) -> String {
+    if rays == 0 { String::new() } else { format!("; about {rays} rays would be few enough") }
 }
 
 /// Measures objects, in the order of their numbers. `scene` is what the world was compiled from; its materials tell

@@ -217,7 +217,7 @@ fn slanted_parts_that_no_ray_meets_are_in_the_error() {
         });
         let (found, hole) = (measured(&drilled), 2.0 * PI * r * r);
         let off = (found.value - (27.0 - hole)).abs();
-        assert!(off <= 4.0 * found.std_error && found.std_error < 3.0 * hole, "{r}: {found:?} {off}");
+        assert!(off <= 4.0 * found.std_error && found.std_error < 9.0 * hole, "{r}: {found:?} {off}");
     }
 }
 
@@ -229,7 +229,7 @@ fn errors_are_of_the_size_of_what_is_there() {
         at(s, ball, [x; 3])
     };
     let measured =
-        |scene: &Scene| measure(&world(scene), scene, &rays(1 << 15, 0), Run::default()).unwrap()[0].clone();
+        |scene: &Scene| measure(&world(scene), scene, &rays(1 << 15, 0), Run::default()).unwrap()[0];
     let far_apart = one(|s| {
         let balls = vec![hollow(s, 0.0), hollow(s, 1e6)];
         s.add_csg(Op::Union, balls)

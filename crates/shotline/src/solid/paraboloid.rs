@@ -13,7 +13,7 @@ pub(super) static KIND: Kind = Kind {
     params: &[
         Param::length("radius", "the radius at z1, positive"),
         Param::length("z0", "the vertex"),
-        Param::length("z1", "the open end, above z0"),
+        Param::length("z1", "the upper end, closed by a disc, above z0"),
     ],
     build: |p| {
         let radius = p.positive("radius")?;

@@ -46,7 +46,7 @@ pub enum BatchError {
         row: usize,
     },
     /// All answers together have too many rows.
-    #[error("the answer has more than {most} rows")]
+    #[error("the answer has more than {most} row{}", if *most == 1 { "" } else { "s" })]
     TooMany {
         /// How many there may be.
         most: u64,

@@ -90,6 +90,14 @@ pub enum MeshError {
     /// There is no face with three different corners.
     #[error("the mesh has no face with three different corners; give at least one triangle")]
     Empty,
+    /// Welding has left no face with three different corners.
+    #[error(
+        "after welding within {within} the mesh has no face with three different corners; choose a smaller distance"
+    )]
+    Collapsed {
+        /// The distance within which vertices were welded.
+        within: f64,
+    },
     /// More faces than can be numbered.
     #[error("the mesh has {faces} faces, but at most {} are possible; split it into several", u32::MAX)]
     TooManyFaces {

@@ -31,9 +31,9 @@ pub enum Weld {
 
 /// A text or number that is not a distance to weld within.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("'{given}' is not a distance to weld within; give a finite number of at least 0, or auto")]
+#[error("{given} is not a distance to weld within; give a finite number of at least 0, or auto")]
 pub struct WeldError {
-    /// What was given.
+    /// What was given: a number as it was written, a text in quotes.
     pub given: String,
 }
 
@@ -55,7 +55,7 @@ impl std::str::FromStr for Weld {
         match text.parse() {
             _ if text == "auto" => Ok(Weld::Auto),
             Ok(distance) => Weld::within(distance).map_err(|_| WeldError { given: text.into() }),
-            Err(_) => Err(WeldError { given: text.into() }),
+            Err(_) => Err(WeldError { given: format!("'{text}'") }),
         }
     }
 }

@@ -1,0 +1,30 @@
+//! Errors of usage, with tips that help.
+
+use clap::builder::StyledStr;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{CommandFactory, Error};
+
+use crate::args::CommandLine;
+
+/// The error without the tip that an unknown option may be passed as a value behind `--`, which nobody means; where a
+/// command is unknown, with those that there are.
+pub fn with_useful_tips(mut error: Error) -> Error {
+    match error.kind() {
+        ErrorKind::UnknownArgument => {
+            if let Some(ContextValue::StyledStrs(mut tips)) = error.remove(ContextKind::Suggested) {
+                tips.retain(|tip| !tip.to_string().starts_with("to pass "));
+                if !tips.is_empty() {
+                    error.insert(ContextKind::Suggested, ContextValue::StyledStrs(tips));
+                }
+            }
+        }
+        ErrorKind::InvalidSubcommand => {
+            let line = CommandLine::command();
+            let names: Vec<&str> = line.get_subcommands().map(clap::Command::get_name).collect();
+            let tip = StyledStr::from(format!("the commands are {}", names.join(", ")));
+            error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip]));
+        }
+        _ => {}
+    }
+    error
+}
