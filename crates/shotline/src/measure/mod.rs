@@ -21,7 +21,7 @@
 //!
 //! **The error** is the spread of the sixteen shifts, by the jackknife (B. Efron 1982) for centroid and inertia. Where the
 //! estimates by the rays of each axis alone spread more than twice as much, that is the error: rays along one of them may
-//! not see a thin part. A leaf of known volume that fewer than 64 rays are expected to meet adds that volume over the root of
+//! not see a thin part. A leaf of known volume that fewer than 16 rays are expected to meet adds that volume over the root of
 //! their number. The error also has room for one of the rays that count most, for rounding, and, where fewer than
 //! 256 stretches are met, for what one ray stands for, anywhere in the box; so it is not 0 for an object that no ray meets,
 //! which has no centroid. It is a standard error of fifteen degrees of freedom, not a bound: about one in a hundred is off

@@ -32,7 +32,7 @@ const PILOT: usize = 16;
 pub(super) const FEW: u64 = 16 * SHIFTS as u64;
 
 /// Of a leaf that so many rays meet the spread of these tells how far it may be off.
-const RARE: f64 = 64.0;
+const RARE: f64 = 16.0;
 
 /// Half-ulps of its coordinates by which an end of a stretch may be off, for the edges of cells too.
 const ROUNDING: f64 = 32.0;
