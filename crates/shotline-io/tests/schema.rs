@@ -45,7 +45,7 @@ impl Schema {
         let all_items = |schema: &Value| each(value).all(|item| self.accepts(schema, item));
         let length = value.as_array().map(|a| a.len() as u64);
         match rule {
-            "$schema" | "title" | "description" | "$defs" => true,
+            "$schema" | "title" | "description" | "default" | "$defs" => true,
             "$ref" => self.accepts(self.0.pointer(&operand.as_str().unwrap()[1..]).unwrap(), value),
             "type" => is_of_type(value, operand.as_str().unwrap()),
             "const" => value == operand,
