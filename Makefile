@@ -25,15 +25,15 @@ demo: build ## pictures and speeds, into out/demo
 
 test: $(VENV)/ready ## format, lints, documentation, tests of the libraries and of the program
 	$(CARGO) fmt --check
+	$(VENV)/bin/ruff format --check
+	$(VENV)/bin/ruff check
+	$(VENV)/bin/mypy
+	$(VENV)/bin/codespell
 	$(CARGO) clippy --workspace --all-targets --all-features -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --no-deps --all-features --document-private-items
 	$(CARGO) test --workspace --exclude shotline-python --all-features
 	$(CARGO) build --release
 	$(MAKE) package
-	$(VENV)/bin/ruff format --check
-	$(VENV)/bin/ruff check
-	$(VENV)/bin/mypy
-	$(VENV)/bin/codespell
 	$(VENV)/bin/python -m pytest -q -p no:cacheprovider tests python/tests
 	$(MAKE) docs
 

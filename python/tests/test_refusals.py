@@ -97,7 +97,11 @@ CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
             "the number of rows in shape is 0, but must be from 1",
         ),
         (lambda: Detector.facing((0, 0, 9), (0, 0, 0), pixel="1", shape=(2, 2)), TypeError, "pixel must be a real"),
-        (lambda: Detector.facing((0, 0, 9), (0, 0, 0), pixel=-1, shape=(2, 2)), ValueError, "pixel is -1, but must be"),
+        (
+            lambda: Detector.facing((0, 0, 9), (0, 0, 0), pixel=-1, shape=(2, 2)),
+            ValueError,
+            "pixel is -1, but must be",
+        ),
         # Cameras, lights and materials.
         (lambda: Camera(eye=(0, 0)), ValueError, "eye takes 3 numbers, not 2"),
         (lambda: Camera(eye=(0, 0, 5), fov="40"), TypeError, "fov must be a real number"),
