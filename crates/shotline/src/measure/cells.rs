@@ -144,7 +144,7 @@ impl Cells {
         (number, &self.0[number])
     }
 
-    /// How many rays meet a rectangle, expected, of as many as the cells were made for.
+    /// The expected number of rays in a rectangle, of all `rays` that the cells were made for.
     pub(super) fn rays_in(&self, low: [f64; 2], high: [f64; 2], rays: usize) -> f64 {
         let ends = self.0.iter().skip(1).map(|cell| cell.first).chain([rays]);
         let part = |(cell, end): (&Cell, usize)| {

@@ -62,7 +62,7 @@ fn estimates<const SAMPLES: usize>(
         // From one of them, so that nothing is lost where they are alike; NaN where without one nothing is left.
         let away = without.map(|numbers| numbers[k] - values[k]);
         let mean = away.iter().sum::<f64>() / n;
-        // Over the largest of them, as squares of tiny and huge ones are no numbers.
+        // In units of the largest deviation: squares of tiny and huge numbers underflow and overflow.
         let most = away.iter().fold(0.0, |most: f64, x| most.max((x - mean).abs()));
         let unit = if most > 0.0 && most.is_finite() { most } else { 1.0 };
         let squares = away.iter().map(|x| ((x - mean) / unit).powi(2)).sum::<f64>();

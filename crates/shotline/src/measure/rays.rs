@@ -26,12 +26,12 @@ pub(super) const STRATA: usize = 3 * SHIFTS;
 const STEPS_OF_A_RAY: u64 = 1000;
 
 /// Rays along each axis that tell what all would meet.
-const PILOT: usize = 16;
+const PILOT: usize = 64;
 
 /// Where fewer stretches are met than this, the samples are too few to tell how much they overlook.
 pub(super) const FEW: u64 = 16 * SHIFTS as u64;
 
-/// Of a leaf that so many rays meet the spread of these tells how far it may be off.
+/// If so many rays meet a leaf, their spread shows how far its volume may be off.
 const RARE: f64 = 16.0;
 
 /// Half-ulps of its coordinates by which an end of a stretch may be off, for the edges of cells too.
@@ -113,7 +113,7 @@ struct Task {
 }
 
 impl Task {
-    /// How many rays along an axis meet a leaf, about: as if it were the ellipsoid of the same moments.
+    /// About how many rays along an axis meet a leaf. The leaf counts as the ellipsoid of the same moments.
     fn rays_through(&self, leaf: &LeafBox, moments: &Moments, axis: usize) -> f64 {
         let across = [(axis + 1) % 3, (axis + 2) % 3];
         let place = |v: Vec3| across.map(|k| ((v - self.centre) / self.half)[k]);
@@ -217,7 +217,7 @@ impl Rays<'_> {
         let cells = self.cells(object, bounds, rays);
         let (stretches, steps) = (AtomicU64::new(0), AtomicU64::new(0));
         let task = Task { object, centre, half, rays, cells, stretches, steps, most_steps };
-        self.afford(&task)?;
+        self.expect_affordable(&task)?;
         let Samples { shifts, axes, spread, ends } = self.samples(&task)?;
         let world_from_box = Affine::translation(centre).then_after(&Affine::scaling(half));
         let mut numbers = by_shifts_and_axes(&shifts, &axes, &world_from_box);
@@ -235,8 +235,8 @@ impl Rays<'_> {
         Ok((numbers, all_rays))
     }
 
-    /// The volume of leaves that too few rays meet for their spread to tell of it. Of those that none may meet all may be
-    /// missing; of the others each is off in its own way.
+    /// The error of leaves that too few rays meet for their spread to show it. Leaves that are expected to meet no ray may all
+    /// be missing, so their volumes add up; the others are off independently of each other.
     fn rarely_met(&self, task: &Task) -> f64 {
         let (mut missing, mut squares) = (0.0, 0.0);
         for leaf in self.leaves.get(task.object as usize).into_iter().flatten() {
@@ -264,7 +264,10 @@ impl Rays<'_> {
     }
 
     /// Refuses a task if a few of its rays show that all of them would meet too much.
-    fn afford(&self, task: &Task) -> Result<(), MeasureError> {
+    ///
+    /// # Errors
+    /// [`MeasureError::TooMany`], and those of rays.
+    fn expect_affordable(&self, task: &Task) -> Result<(), MeasureError> {
         let mut caster = Caster::new(self.world);
         caster.watch(self.run.watch());
         let (mut steps, mut cast, mut stretches) = (0u64, 0u64, Vec::new());
@@ -272,7 +275,8 @@ impl Rays<'_> {
             for i in (0..task.rays).step_by(task.rays.div_ceil(PILOT)) {
                 let (_, cell) = task.cells[axis].of(i);
                 let mut at = Vec3::ZERO;
-                [at[(axis + 1) % 3], at[(axis + 2) % 3]] = cell.place(place(i, [0; 2]));
+                // Any number but 0, which is the corner of the cell.
+                [at[(axis + 1) % 3], at[(axis + 2) % 3]] = cell.place(place(i + 1, [0; 2]));
                 stretches.clear();
                 steps += self.stretches(&mut caster, task, at, axis, &mut stretches)?;
                 cast += 1;
