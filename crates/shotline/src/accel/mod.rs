@@ -113,7 +113,8 @@ pub enum Offer {
     Part(u64),
     /// An item.
     Item(u32),
-    /// An item whose own box the ray enters at the bound, so that nobody has to test it again.
+    /// An item whose own box the ray enters exactly at the bound, and that is offered once only: callers need not test its
+    /// box again.
     Entered(u32),
 }
 

@@ -250,6 +250,11 @@ fn proposes_every_box_met_in_time(a: &dyn Accelerator, ray: &BoxRay, boxes: &[Aa
     while let Some(next) = pending.pop() {
         match next.what {
             Offer::Item(item) | Offer::Entered(item) => {
+                if let Offer::Entered(_) = next.what {
+                    let own = ray.enter_exit(&boxes[item as usize]).map(|(t, _)| t);
+                    assert_eq!(own, Some(next.t), "{context}: item {item} is not entered there");
+                    assert!(!first_proposal.contains_key(&item), "{context}: item {item} is offered twice");
+                }
                 let t = first_proposal.entry(item).or_insert(next.t);
                 *t = t.min(next.t);
             }
