@@ -25,9 +25,8 @@ pub(super) fn find(scene: &Scene, path: &str) -> Option<Member> {
         };
         // Names may have slashes in them, so members are tried, not words.
         let (member, after) = members.iter().enumerate().find_map(|(index, &node)| {
-            let after = rest.strip_prefix(&name_of(index, node))?;
-            let ends = after.is_empty() || after.starts_with('/');
-            ends.then_some((Member { group, index, node }, after))
+            let after = after_name(rest, &name_of(index, node))?;
+            Some((Member { group, index, node }, after))
         })?;
         if after.is_empty() {
             return Some(member);
@@ -37,13 +36,17 @@ pub(super) fn find(scene: &Scene, path: &str) -> Option<Member> {
     }
 }
 
-/// How many roots have the name with which a path begins, where `find` finds it.
+/// How many objects of the scene share the name with which a path begins.
 pub(super) fn namesakes(scene: &Scene, path: &str) -> usize {
     let labels = Labels::new(scene);
-    let begins =
-        |name: &str| path.strip_prefix(name).is_some_and(|after| after.is_empty() || after.starts_with('/'));
-    let first = scene.objects.iter().map(|&root| labels.of(root)).find(|name| begins(name));
-    first.map_or(0, |first| scene.objects.iter().filter(|&&root| labels.of(root) == first).count())
+    let names = || scene.objects.iter().map(|&root| labels.of(root));
+    let first = names().find(|name| after_name(path, name).is_some());
+    first.map_or(0, |first| names().filter(|name| *name == first).count())
+}
+
+/// What follows a name at the beginning of a path; `None` if the path begins with another.
+fn after_name<'p>(path: &'p str, name: &str) -> Option<&'p str> {
+    path.strip_prefix(name).filter(|after| after.is_empty() || after.starts_with('/'))
 }
 
 /// The group that a member is, below its transforms and its object.
