@@ -21,6 +21,7 @@ import numpy as np
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import neutral  # noqa: E402
+from run import cast_once  # noqa: E402
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 DATA = os.path.join(neutral.SHARED, "data")
@@ -74,24 +75,7 @@ def random_rays(binary, path, count, out):
 
 
 def cast(binary, path, accel, query, rays, out):
-    command = [
-        binary,
-        "cast",
-        path,
-        "--rays",
-        rays,
-        "--query",
-        query,
-        "-o",
-        out,
-        "--accel",
-        accel,
-        "--threads",
-        "1",
-        "--stats",
-        "--quiet",
-    ]
-    stats = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+    stats = cast_once(binary, path, rays, query, out, options=["--accel", accel])
     with np.load(out) as answer:
         bits = hashlib.sha256(b"".join(answer[key].tobytes() for key in sorted(answer.files))).hexdigest()
     return stats, bits

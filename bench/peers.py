@@ -30,6 +30,7 @@ sys.path.insert(0, os.path.join(ROOT, "bench"))
 import aimed  # noqa: E402
 import engines  # noqa: E402
 from engines import Missing  # noqa: E402
+from run import cast_once  # noqa: E402
 
 OF_MESHES = (engines.Shotline, engines.Trimesh, engines.Open3D)
 # Relative errors of t that are not held against an engine: float64 or float32, with room to spare.
@@ -405,22 +406,7 @@ def measured_overhead(options, report, _left_out):
 
 def in_rust(binary, scene, rays, query, folder):
     """Seconds of the cast itself in the program: neither reading, building nor writing."""
-    command = [
-        binary,
-        "cast",
-        scene,
-        "--rays",
-        rays,
-        "--query",
-        query,
-        "-o",
-        os.path.join(folder, "out.npz"),
-        "--threads",
-        "1",
-        "--stats",
-        "--quiet",
-    ]
-    return json.loads(subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout)["cast_s"]
+    return cast_once(binary, scene, rays, query, os.path.join(folder, "out.npz"))["cast_s"]
 
 
 def child(path, kind, number, threads):

@@ -29,27 +29,16 @@ ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 SHARED = os.path.join(os.path.dirname(ROOT), "shared")
 
 
+def cast_once(binary, scene, rays, query, out, threads=1, options=()):
+    """The statistics of one cast of the program."""
+    command = [binary, "cast", scene, "--rays", rays, "--query", query, "-o", out, *options]
+    command += ["--threads", str(threads), "--stats", "--quiet"]
+    return json.loads(subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout)
+
+
 def cast(binary, scene, rays, query, threads, repeats, out):
     """The statistics of the run with the median rate."""
-    runs = []
-    for _ in range(repeats):
-        command = [
-            binary,
-            "cast",
-            scene,
-            "--rays",
-            rays,
-            "--query",
-            query,
-            "-o",
-            out,
-            "--threads",
-            str(threads),
-            "--stats",
-            "--quiet",
-        ]
-        done = subprocess.run(command, capture_output=True, text=True, check=True)
-        runs.append(json.loads(done.stdout))
+    runs = [cast_once(binary, scene, rays, query, out, threads) for _ in range(repeats)]
     return sorted(runs, key=lambda r: r["rays_per_s"])[len(runs) // 2]
 
 
