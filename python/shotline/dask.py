@@ -261,22 +261,24 @@ def _unpickled(pickled: bytes, what: str) -> Any:
         raise _Unpicklable(f"the workers could not unpickle {what}: {_words(error)}") from error
 
 
-def _unpack(scene: bytes, job: bytes) -> tuple[Scene, _Job]:
+def _unpack(scene_bytes: bytes, job_bytes: bytes) -> tuple[Scene, _Job]:
     """The scene and the job, built by one of the threads.
 
     They travel as bytes, so that what cannot be unpickled is an error of the block: where Dask unpickles what one
     worker sends to another, it tries again for ever.
     """
     with _unpickling:
-        wanted = _unpickled(job, "the beam or reduce")
+        wanted = _unpickled(job_bytes, "the beam or reduce")
         if wanted.version != __version__:
             raise RuntimeError(f"the worker has shotline {__version__}, but the client {wanted.version}")
-        return _unpickled(scene, "the scene"), wanted
+        return _unpickled(scene_bytes, "the scene"), wanted
 
 
-def _answer(packed: bytes, task: bytes, number: int, start: int, stop: int, sent: tuple[Any, Any] | None) -> Any:
+def _answer(
+    scene_bytes: bytes, job_bytes: bytes, number: int, start: int, stop: int, sent: tuple[Any, Any] | None
+) -> Any:
     """What is sent back for a block: what `reduce` returns, or the columns of the answer, a row a ray."""
-    scene, job = _unpack(packed, task)
+    scene, job = _unpack(scene_bytes, job_bytes)
     o, d = job.beam.rays(start, stop) if sent is None else sent
     shape = checked(o, d).shape
     if math.prod(shape) != stop - start:
@@ -303,9 +305,9 @@ def _of_all_rays(error: ValueError, start: int) -> ValueError:
     return told
 
 
-def _expose(packed: bytes, task: bytes, number: int, start: int, stop: int, sent: None) -> np.ndarray:
+def _expose(scene_bytes: bytes, job_bytes: bytes, number: int, start: int, stop: int, sent: None) -> np.ndarray:
     """Rows of a picture."""
-    scene, job = _unpack(packed, task)
+    scene, job = _unpack(scene_bytes, job_bytes)
     return _native.expose(scene._native, job.options["style"], job.options["sight"], (start, stop), 1)
 
 
