@@ -142,7 +142,7 @@ pub fn valid_rays(path: &Path) -> Result<Vec<Ray>, Failure> {
     checked_rays(path, OnInvalid::Error, "mend the row or leave it out").map(|rays| rays.valid)
 }
 
-/// Reads rays; `help` is for a row that is none.
+/// Reads rays; `help` says what to do about a row that is not a ray.
 fn checked_rays(path: &Path, on_invalid: OnInvalid, help: &str) -> Result<Rays, Failure> {
     let rows = if is_stream(path) {
         shotline_io::arrays::parse_rays(&read_stream()?)

@@ -186,8 +186,8 @@ fn unexamined(world: &World, objects: &[Aabb], seen: &Pairs) -> Vec<String> {
 /// Cosine of the angle between the normals of two faces in one place, at least.
 const PARALLEL: f64 = 1.0 - 1e-6;
 
-/// Pairs of objects of which the ray passes faces along each other in one event, with the first such `t`: not where surfaces
-/// cut each other. Where many are in one place, each makes a pair with the next.
+/// Pairs of objects that have faces with parallel normals in one event of the ray, with the first such `t`. Surfaces that
+/// intersect each other do not count. Where many objects are in one place, each makes a pair with the next.
 fn coincidences_on_ray(hits: &[Hit]) -> BTreeMap<(u32, u32), f64> {
     let (low, high) = (|h: &Hit| h.t - GROUPING * h.t_err, |h: &Hit| h.t + GROUPING * h.t_err);
     let mut pairs = BTreeMap::new();

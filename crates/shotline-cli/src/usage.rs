@@ -6,8 +6,8 @@ use clap::{CommandFactory, Error};
 
 use crate::args::CommandLine;
 
-/// The error without the tip that an unknown option may be passed as a value behind `--`, which nobody means; where a
-/// command is unknown, with those that there are.
+/// Improves the tips of an error. It removes the tip to pass an unknown option as a value after `--`, and lists the commands
+/// where a command is unknown.
 pub fn with_useful_tips(mut error: Error) -> Error {
     match error.kind() {
         ErrorKind::UnknownArgument => {

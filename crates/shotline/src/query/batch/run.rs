@@ -48,7 +48,7 @@ impl<'a> Run<'a> {
         Watch { cancel: self.cancel, progress: self.progress }
     }
 
-    /// How many threads a new pool gets: beyond so many they take longer to start than they save.
+    /// The number of threads of a new pool. More than 256 take longer to start than they save.
     pub fn pool_threads(&self) -> usize {
         self.threads.min(256)
     }
