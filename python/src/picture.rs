@@ -7,7 +7,7 @@ use numpy::{IntoPyArray, PyArray3, PyArrayMethods, PyReadonlyArray3, PyUntypedAr
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use shotline::accel::COUNTERS;
+use shotline::counters::COUNTERS;
 use shotline::scene::{Camera, Lens};
 use shotline_io::write_whole;
 use shotline_render::{Exposure, Image, LOOKS, Lighting, Sample, Settings, encode_bytes, look};

@@ -3,7 +3,7 @@
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use shotline::accel;
-use shotline::math::{Affine, Chain};
+use shotline::math::{Affine, ComposedTransform};
 use shotline::scene::Units;
 use shotline::solid::{self, KINDS, Param, ParamError, Params};
 
@@ -44,7 +44,7 @@ pub fn units() -> Vec<&'static str> {
 /// What is counted: names and summaries.
 #[pyfunction]
 pub fn counters() -> Vec<(&'static str, &'static str)> {
-    accel::COUNTERS.iter().map(|counter| (counter.name, counter.summary)).collect()
+    shotline::counters::COUNTERS.iter().map(|counter| (counter.name, counter.summary)).collect()
 }
 
 /// What a step of a placement takes: a rotation about an axis, or numbers.
@@ -63,7 +63,7 @@ pub enum Amount {
 #[pyfunction]
 pub fn compose(steps: Vec<(String, Amount)>) -> PyResult<[f64; 12]> {
     let bad = |name: &str| PyValueError::new_err(format!("{name} takes other numbers"));
-    let mut chain = Chain::IDENTITY;
+    let mut chain = ComposedTransform::IDENTITY;
     for (name, amount) in steps.iter().rev() {
         let matrix = match (name.as_str(), amount) {
             (_, Amount::About { axis, degrees }) => Affine::rotation_about((*axis).into(), *degrees),

@@ -7,8 +7,9 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, P
 use pyo3::exceptions::{PyIndexError, PyMemoryError, PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use shotline::accel::{self, COUNTERS};
-use shotline::compile::{Live, Options, SceneError, World, compile};
+use shotline::accel;
+use shotline::compile::{DynamicWorld, Options, SceneError, World, compile};
+use shotline::counters::COUNTERS;
 use shotline::math::Affine;
 use shotline::query::batch::{
     self, BatchError, By, ClosestRows, CrossingRows, ObjectRows, Points, Run, SegmentRows,
@@ -31,7 +32,7 @@ pub struct Scene {
     pub world: Arc<World>,
     options: Options,
     /// What scenes that differ in a placement are made of; made when first asked for.
-    live: OnceLock<Live>,
+    live: OnceLock<DynamicWorld>,
 }
 
 /// What is asked: how many rays, origins, directions, `t_min`, `t_max`, whether for surfaces only, threads, and the
@@ -189,7 +190,7 @@ impl Scene {
         let mut live = match self.live.get() {
             Some(live) => live.clone(),
             None => {
-                let live = Live::new((*self.scene).clone(), self.options)?;
+                let live = DynamicWorld::new((*self.scene).clone(), self.options)?;
                 self.live.get_or_init(|| live).clone()
             }
         };

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use shotline::query::batch::{FEW, Run};
+use shotline::query::batch::{SEQUENTIAL_MAX, Run};
 
 /// How long Ctrl-C may have to wait, also within a single ray, and how often progress is reported.
 const PULSE: Duration = Duration::from_millis(50);
@@ -44,7 +44,7 @@ pub fn batch_work<T: Send>(
     batch: impl FnOnce(Run) -> T + Send,
 ) -> PyResult<T> {
     // Another thread to wait for takes 0.1 ms: as long as some hundred rays.
-    if threads == 1 || rows <= FEW {
+    if threads == 1 || rows <= SEQUENTIAL_MAX {
         work_here(py, rows, progress, batch)
     } else {
         work(py, rows, threads, progress, batch)

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use shotline::aabb::Aabb;
-use shotline::compile::{Meeting, World};
+use shotline::compile::{OverlapCandidate, World};
 use shotline::math::Vec3;
 use shotline::query::{Caster, QueryError};
 use shotline::ray::{Ray, Span};
@@ -30,25 +30,25 @@ const TIMES: u64 = 16;
 /// Casts rays through the common boxes of parts of different objects, the largest box first, and adds the overlaps. It skips
 /// pairs of objects that are known to overlap, and clips unbounded boxes to `bounds`. Returns what could not be examined.
 pub fn look(world: &World, bounds: &Aabb, overlaps: &mut Pairs) -> Vec<String> {
-    let mut meetings = world.meetings(ALL_RAYS / LEAST_RAYS, COMPARISONS);
-    let kept = meetings.pairs.len() as u64;
-    meetings.pairs.iter_mut().filter(|m| !m.common.is_finite()).for_each(|m| {
+    let mut candidates = world.overlap_candidates(ALL_RAYS / LEAST_RAYS, COMPARISONS);
+    let kept = candidates.pairs.len() as u64;
+    candidates.pairs.iter_mut().filter(|m| !m.common.is_finite()).for_each(|m| {
         m.common = m.common.intersection(bounds);
     });
     // The survey reports that two unbounded objects are not examined far away.
-    meetings.pairs.retain(|m| m.common.min.cmplt(m.common.max).all() && m.common.is_finite());
-    in_turns(&mut meetings.pairs);
+    candidates.pairs.retain(|m| m.common.min.cmplt(m.common.max).all() && m.common.is_finite());
+    in_turns(&mut candidates.pairs);
     let mut look = Look { caster: Caster::new(world), rays: 0, work: 0, least: false };
-    let (examined, error) = look.through_all(&meetings.pairs, overlaps);
-    let beyond = kept - meetings.pairs.len() as u64;
+    let (examined, error) = look.through_all(&candidates.pairs, overlaps);
+    let beyond = kept - candidates.pairs.len() as u64;
     let examined = examined as u64 + beyond;
     let mut unexamined = Vec::new();
     if let Some(error) = error {
         unexamined.push(format!("overlaps where boxes of parts meet: a ray was given up: {error}"));
     }
-    if examined < meetings.count || !meetings.complete {
-        let at_least = if meetings.complete { "" } else { "at least " };
-        let (examined, count) = (grouped(examined), grouped(meetings.count));
+    if examined < candidates.count || !candidates.complete {
+        let at_least = if candidates.complete { "" } else { "at least " };
+        let (examined, count) = (grouped(examined), grouped(candidates.count));
         unexamined.push(format!(
             "overlaps of some parts: of {at_least}{count} pairs of parts whose boxes meet, {examined} were examined"
         ));
@@ -57,17 +57,17 @@ pub fn look(world: &World, bounds: &Aabb, overlaps: &mut Pairs) -> Vec<String> {
 }
 
 /// Orders pairs of parts: the largest box of each pair of objects first, then the second of each.
-fn in_turns(pairs: &mut Vec<Meeting>) {
-    let volume = |m: &Meeting| m.common.size().element_product();
+fn in_turns(pairs: &mut Vec<OverlapCandidate>) {
+    let volume = |m: &OverlapCandidate| m.common.size().element_product();
     pairs.sort_by(|a, b| volume(b).total_cmp(&volume(a)));
     let mut turns: HashMap<[u32; 2], usize> = HashMap::new();
-    let turn = |m: &Meeting| {
+    let turn = |m: &OverlapCandidate| {
         let turn = turns.entry(m.objects).or_insert(0);
         *turn += 1;
         *turn
     };
     let numbers: Vec<usize> = pairs.iter().map(turn).collect();
-    let mut numbered: Vec<(usize, Meeting)> = numbers.into_iter().zip(pairs.drain(..)).collect();
+    let mut numbered: Vec<(usize, OverlapCandidate)> = numbers.into_iter().zip(pairs.drain(..)).collect();
     numbered.sort_by_key(|(turn, _)| *turn);
     pairs.extend(numbered.into_iter().map(|(_, pair)| pair));
 }
@@ -83,7 +83,11 @@ struct Look<'w> {
 
 impl Look<'_> {
     /// Returns how many pairs were examined, and why it ended early.
-    fn through_all(&mut self, pairs: &[Meeting], overlaps: &mut Pairs) -> (usize, Option<QueryError>) {
+    fn through_all(
+        &mut self,
+        pairs: &[OverlapCandidate],
+        overlaps: &mut Pairs,
+    ) -> (usize, Option<QueryError>) {
         let each = (USUAL_RAYS / pairs.len().max(1)).clamp(LEAST_RAYS, MOST_RAYS);
         for (number, pair) in pairs.iter().enumerate() {
             let [a, b] =
@@ -137,8 +141,8 @@ impl Look<'_> {
         let mut found = overlap::on_ray(&mut self.caster, ray, span)?;
         found.retain(Overlap::is_wide);
         self.rays += 1;
-        let work = self.caster.take_work();
-        self.work += work.boxes + work.cells + work.planes + work.solids + work.heap_pushes;
+        let work = self.caster.take_counters();
+        self.work += work.boxes + work.cells + work.planes + work.primitive_tests + work.heap_pushes;
         Ok(found)
     }
 

@@ -102,9 +102,9 @@ fn in_words(act: &Act) -> String {
         Act::EnterBody { path, leaves } => {
             format!("body {path}: {}", counted(*leaves as u64, "leaf", "leaves"))
         }
-        Act::Open { part } => format!("open {part}"),
-        Act::OfferPart { part } => format!("+ {part}"),
-        Act::OfferItem { item } => format!("+ {item}"),
+        Act::Expand { node } => format!("open {node}"),
+        Act::PushNode { node } => format!("+ {node}"),
+        Act::PushItem { item } => format!("+ {item}"),
         Act::Miss { item } => format!("- {item}: its box is missed"),
         Act::Saved { item } => format!("- {item}: met before, says its tag"),
         Act::Test { item } => format!("test {item}"),
@@ -168,9 +168,9 @@ fn step(step: &Step) -> Value {
     let (name, more) = match &step.act {
         Act::EnterLevel { path, placements } => ("level", json!({ "path": path, "placements": placements })),
         Act::EnterBody { path, leaves } => ("body", json!({ "path": path, "leaves": leaves })),
-        Act::Open { part } => ("open", json!({ "part": part })),
-        Act::OfferPart { part } => ("offer", json!({ "part": part })),
-        Act::OfferItem { item } => ("offer", json!({ "item": item })),
+        Act::Expand { node } => ("open", json!({ "part": node })),
+        Act::PushNode { node } => ("offer", json!({ "part": node })),
+        Act::PushItem { item } => ("offer", json!({ "item": item })),
         Act::Miss { item } => ("miss", json!({ "item": item })),
         Act::Saved { item } => ("saved", json!({ "item": item })),
         Act::Test { item } => ("test", json!({ "item": item })),

@@ -181,7 +181,7 @@ fn each_defect_has_a_count_and_a_place() {
     let cases: [Case; 9] = [
         ("open_edges", "fault", 3, [&[4, 4], &[5, 6]], "3 open edges", |_, f| f.truncate(f.len() - 1)),
         ("flipped_faces", "fault", 3, [&[0, 1], &[0, 1]], "3 edges of flipped faces", |_, f| f[0].swap(0, 1)),
-        ("crowded_edges", "remark", 3, [&[0, 9], &[0, 1]], "3 edges of more than two faces", |_, f| {
+        ("non_manifold_edges", "remark", 3, [&[0, 9], &[0, 1]], "3 edges of more than two faces", |_, f| {
             f.extend([[0, 2, 1], [1, 2, 0]]);
         }),
         ("degenerate_faces", "remark", 1, [&[8], &[]], "1 face with two corners in one place", |_, f| {
@@ -194,11 +194,11 @@ fn each_defect_has_a_count_and_a_place() {
         ("duplicate_faces", "remark", 2, [&[8, 0], &[]], "2 duplicate faces", |_, f| {
             f.extend([[0, 2, 1], [1, 2, 0]]);
         }),
-        ("repeated_vertices", "remark", 1, [&[], &[8, 4]], "1 vertex in the place of another", |v, f| {
+        ("duplicate_vertices", "remark", 1, [&[], &[8, 4]], "1 vertex in the place of another", |v, f| {
             v.push(v[4]);
             f[5][0] = 8;
         }),
-        ("turned_shells", "remark", 1, [&[4], &[]], "1 shell outside of all others", |v, f| {
+        ("inverted_shells", "remark", 1, [&[4], &[]], "1 shell outside of all others", |v, f| {
             f[4..].iter_mut().for_each(|f| f.swap(0, 1));
             v[1][0] = 2.0;
         }),

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-use shotline::math::{Affine, Chain};
+use shotline::math::{Affine, ComposedTransform};
 use shotline::scene::{MeshFile, Node, NodeId, Scene};
 use shotline::solid::mesh::TriangleMesh;
 
@@ -121,8 +121,8 @@ fn gather(scene: &Scene, format: &str) -> Result<(TriangleMesh, Vec<String>), Wr
         |what: &str| Err(WriteError::Unwritable(format!("{format} holds triangles only, and {what}")));
     let mut out = TriangleMesh::default();
     let (mut placed, mut copies, mut moved) = (0, 0, 0);
-    let mut todo: Vec<(NodeId, Chain, usize, &str)> =
-        scene.objects.iter().rev().map(|id| (*id, Chain::IDENTITY, 0, "")).collect();
+    let mut todo: Vec<(NodeId, ComposedTransform, usize, &str)> =
+        scene.objects.iter().rev().map(|id| (*id, ComposedTransform::IDENTITY, 0, "")).collect();
     while let Some((id, place, depth, object)) = todo.pop() {
         placed += 1;
         if placed > MOST_PLACED || depth > DEEPEST {

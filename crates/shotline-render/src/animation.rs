@@ -1,10 +1,10 @@
 //! Animations: frames one after the other, each the same as if it were rendered alone.
 //!
-//! What moves is placed anew in a world that is kept ([`Live`]). While the first frame is made it is noted which
+//! What moves is placed anew in a world that is kept ([`DynamicWorld`]). While the first frame is made it is noted which
 //! pixels nothing that moves can touch in any frame, because no ray of theirs comes through a box in which it is.
 //! Only the others are rendered again.
 
-use shotline::compile::{Live, Options, SceneError};
+use shotline::compile::{DynamicWorld, Options, SceneError};
 use shotline::query::batch::Run;
 use shotline::scene::{LocalTransform, NodeId, Scene};
 
@@ -63,7 +63,7 @@ pub fn animate<E>(
         return Err(AnimationError::Frames(frames));
     }
     let moving = Moving { frames, nodes: scene.set_in_motion() };
-    let mut live = Live::new(scene, options).map_err(AnimationError::Scene)?;
+    let mut live = DynamicWorld::new(scene, options).map_err(AnimationError::Scene)?;
     let mut kept = Kept::default();
     if settings.coherence.frames && orbit == 0.0 && settings.look.local {
         kept.swept = Some(moving.swept(&mut live).map_err(|e| AnimationError::Scene(vec![e]))?);
@@ -92,7 +92,7 @@ impl Moving {
         f64::from(number) / f64::from(self.frames)
     }
 
-    fn set(&self, live: &mut Live, number: u32) -> Result<(), SceneError> {
+    fn set(&self, live: &mut DynamicWorld, number: u32) -> Result<(), SceneError> {
         let at = |motion: usize| live.scene().motions[motion].at(self.share(number));
         let all: Vec<(NodeId, LocalTransform)> =
             self.nodes.iter().map(|&(id, motion)| (id, at(motion))).collect();
@@ -100,11 +100,11 @@ impl Moving {
     }
 
     /// Where all of it is, in all frames.
-    fn swept(&self, live: &mut Live) -> Result<Swept, SceneError> {
+    fn swept(&self, live: &mut DynamicWorld) -> Result<Swept, SceneError> {
         let mut boxes = Vec::new();
         for number in 0..self.frames {
             self.set(live, number)?;
-            boxes.extend(self.nodes.iter().map(|&(id, _)| live.reach(id)));
+            boxes.extend(self.nodes.iter().map(|&(id, _)| live.moved_bounds(id)));
         }
         Ok(Swept::new(boxes))
     }

@@ -82,8 +82,8 @@ pub fn expose(
             return Err(RenderError::Cancelled);
         }
         let done = tile.expose(view, shader, settings, &before.pixels, eye, &cancelled);
-        let work = eye.take_work();
-        if let Some(mut all) = run.work.and_then(|all| all.lock().ok()) {
+        let work = eye.take_counters();
+        if let Some(mut all) = run.counters.and_then(|all| all.lock().ok()) {
             *all += work;
         }
         match (&done, run.progress) {

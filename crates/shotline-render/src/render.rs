@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use shotline::accel::{COUNTERS, Counter};
 use shotline::compile::World;
+use shotline::counters::{COUNTERS, Counter};
 use shotline::query::batch::Run;
 use shotline::scene::{Camera, Scene};
 

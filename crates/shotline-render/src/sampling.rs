@@ -1,5 +1,7 @@
 //! Where in a pixel the samples fall, and what else of each is left to chance.
 
+use shotline::math::split_mix64;
+
 /// One sample of a pixel. All numbers are from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chance {
@@ -20,8 +22,9 @@ const STEPS: [f64; 4] =
 /// set in the pixel) and moved by amounts that depend on the pixel alone: neighbours differ, so that no
 /// pattern shows, and runs do not.
 pub fn samples(column: u32, row: u32, count: u32) -> impl Iterator<Item = Chance> {
-    let seed = mix(u64::from(column) << 32 | u64::from(row));
-    let shifts: [f64; 6] = std::array::from_fn(|axis| fraction((mix(seed + axis as u64) >> 32) as u32));
+    let seed = split_mix64(u64::from(column) << 32 | u64::from(row));
+    let shifts: [f64; 6] =
+        std::array::from_fn(|axis| fraction((split_mix64(seed + axis as u64) >> 32) as u32));
     (0..count).map(move |i| {
         if count == 1 {
             return Chance { place: [0.5; 2], lamp: [0.5; 2], sky: [0.5; 2] };
@@ -40,14 +43,6 @@ pub fn samples(column: u32, row: u32, count: u32) -> impl Iterator<Item = Chance
 
 fn fraction(bits: u32) -> f64 {
     f64::from(bits) / 2f64.powi(32)
-}
-
-/// The finalizer of SplitMix64 (Steele, Lea and Flood 2014).
-fn mix(seed: u64) -> u64 {
-    let z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
 }
 
 #[cfg(test)]

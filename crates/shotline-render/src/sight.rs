@@ -1,9 +1,10 @@
 //! What a ray sees: the first surface, and whether anything is between it and a light.
 
-use shotline::accel::Work;
 use shotline::compile::World;
+use shotline::counters::Counters;
+use shotline::crossing::GROUPING;
 use shotline::math::{HALF_ULP, Vec3};
-use shotline::query::{Caster, Hit, Overlaps, QueryError, Scope, Seed, Segment, Watch};
+use shotline::query::{Caster, CoherenceHint, Hit, Overlaps, QueryError, Scope, Segment, Watch};
 use shotline::ray::{Ray, Span};
 
 use crate::still::Swept;
@@ -34,9 +35,9 @@ pub struct Eye<'w> {
     /// Whether a ray of this pixel has come through anything that is swept.
     touched: bool,
     /// What the last ray to each lamp met that was blocked: the shadow cache.
-    blockers: Vec<Seed>,
+    blockers: Vec<CoherenceHint>,
     /// What the last ray of any other kind met.
-    last: Seed,
+    last: CoherenceHint,
     segments: Vec<Segment>,
 }
 
@@ -67,7 +68,7 @@ impl<'w> Eye<'w> {
             swept,
             touched: false,
             blockers: Vec::new(),
-            last: Seed::default(),
+            last: CoherenceHint::default(),
             segments: Vec::new(),
         }
     }
@@ -87,8 +88,8 @@ impl<'w> Eye<'w> {
     }
 
     /// The work done since this was asked last.
-    pub fn take_work(&mut self) -> Work {
-        self.caster.take_work()
+    pub fn take_counters(&mut self) -> Counters {
+        self.caster.take_counters()
     }
 
     /// The first surface a ray meets. What it starts inside of is seen from within.
@@ -98,7 +99,7 @@ impl<'w> Eye<'w> {
     pub fn surface(&mut self, ray: &Ray) -> Result<Option<Place>, QueryError> {
         let surfaces = Scope::surfaces(Span::FORWARD);
         let hit = match self.coherence.neighbours {
-            true => self.caster.closest_from(&mut self.last, ray, surfaces)?,
+            true => self.caster.closest_with_hint(&mut self.last, ray, surfaces)?,
             false => self.caster.closest(ray, surfaces)?,
         };
         self.pass(ray, hit.and_then(|hit| Span::new(0.0, hit.t).ok()).unwrap_or(Span::FORWARD));
@@ -128,9 +129,9 @@ impl<'w> Eye<'w> {
             None => self.caster.any(&ray, Scope::surfaces(span)),
             Some(lamp) => {
                 if self.blockers.len() <= lamp {
-                    self.blockers.resize_with(lamp + 1, Seed::default);
+                    self.blockers.resize_with(lamp + 1, CoherenceHint::default);
                 }
-                self.caster.any_from(&mut self.blockers[lamp], &ray, Scope::surfaces(span))
+                self.caster.any_with_hint(&mut self.blockers[lamp], &ray, Scope::surfaces(span))
             }
         }
     }
@@ -139,10 +140,10 @@ impl<'w> Eye<'w> {
     ///
     /// # Errors
     /// As [`Caster::closest`].
-    pub fn work(&mut self, ray: &Ray) -> Result<Work, QueryError> {
-        self.caster.take_work();
+    pub fn work(&mut self, ray: &Ray) -> Result<Counters, QueryError> {
+        self.caster.take_counters();
         self.caster.closest(ray, Span::FORWARD)?;
-        Ok(self.caster.take_work())
+        Ok(self.caster.take_counters())
     }
 
     /// The stretches of a ray inside objects; where objects overlap, the one of higher priority owns it.
@@ -162,9 +163,7 @@ impl<'w> Eye<'w> {
 /// shadows on lit faces where it is too small, light through thin sheets where it is too large. The step is
 /// along the normal, not along the new ray, which may run so flat that no step along it would leave.
 fn leave(ray: &Ray, hit: &Hit, normal: Vec3) -> Vec3 {
-    // As in the core: what agrees within 8 times its bounds may be one.
-    const MARGIN: f64 = 8.0;
     let step = ray.direction().length();
     let rounding = 4.0 * HALF_ULP * (ray.origin().length() + hit.t.abs() * step);
-    ray.at(hit.t) + normal * (MARGIN * (hit.t_err * step + rounding))
+    ray.at(hit.t) + normal * (GROUPING * (hit.t_err * step + rounding))
 }

@@ -219,10 +219,10 @@ fn what_rays_take_over_leaves_no_trace() {
     let picture = |shadows, neighbours| {
         let coherence = Coherence { shadows, neighbours, ..Coherence::default() };
         let work = Mutex::default();
-        let run = Run { work: Some(&work), ..Run::default() };
+        let run = Run { counters: Some(&work), ..Run::default() };
         let settings = Settings { coherence, samples: 4, ..settings("lit") };
         let image = render(&world, &scene, &settings, run).unwrap();
-        (image, work.into_inner().unwrap().seeded_right)
+        (image, work.into_inner().unwrap().hinted_right)
     };
     let (plain, none) = picture(false, false);
     assert_eq!(none, 0);
@@ -255,7 +255,7 @@ fn frames_are_what_they_would_be_alone() {
     let scene = rolling();
     let movie = |name, frames, orbit| {
         let work = Mutex::default();
-        let run = Run { work: Some(&work), ..Run::default() };
+        let run = Run { counters: Some(&work), ..Run::default() };
         let coherence = Coherence { frames, ..Coherence::default() };
         let settings = Settings { coherence, ..settings(name) };
         let mut images: Vec<Image> = Vec::new();

@@ -5,7 +5,7 @@
 
 use std::time::Instant;
 
-use shotline::compile::{Live, Options, compile};
+use shotline::compile::{DynamicWorld, Options, compile};
 use shotline::math::Affine;
 use shotline::query::Caster;
 use shotline::ray::{Ray, Span};
@@ -80,7 +80,7 @@ fn main() {
 fn motion(moved: usize) {
     let (scene, places) = field(100_000);
     let mut random = Random::new(3);
-    let mut live = Live::new(scene, Options::default()).expect("it compiles");
+    let mut live = DynamicWorld::new(scene, Options::default()).expect("it compiles");
     let (mut refit, mut anew) = (Vec::new(), Vec::new());
     for round in 0..10 {
         let mut change = || {

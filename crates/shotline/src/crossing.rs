@@ -43,7 +43,7 @@ impl Crossing {
 pub const GROUPING: f64 = 8.0;
 
 /// Whether two crossings, the first not after the second, are one event.
-pub fn together(a: &Crossing, b: &Crossing) -> bool {
+pub fn are_coincident(a: &Crossing, b: &Crossing) -> bool {
     b.t == a.t || b.low() <= a.high()
 }
 

@@ -54,7 +54,8 @@
 //! - [`measure`] tells volume, mass, centroid and inertia of objects.
 //! - [`region`] bounds what planes and quadrics enclose together.
 //! - [`trace`] tells what a ray did, step by step.
-//! - [`csg`] has Roth's table and the programs and the sweep that replace it for many operands.
+//! - [`csg`] has the programs and the sweep that combine any number of operands.
+//! - [`lecture`] has the textbook forms that production code replaces: Roth's table, quartics, normals by the adjugate.
 //! - [`math`] and [`roots`] have planes as row vectors, affine maps and polynomial roots.
 //!
 //! # What is not promised
@@ -71,8 +72,10 @@ pub mod accel;
 pub mod budget;
 pub mod compile;
 pub mod contact;
+pub mod counters;
 pub mod crossing;
 pub mod csg;
+pub mod lecture;
 pub mod math;
 pub mod measure;
 pub mod query;
@@ -80,7 +83,9 @@ pub mod ray;
 pub mod region;
 pub mod roots;
 pub mod scene;
+pub mod scratch;
 pub mod solid;
+pub mod tags;
 #[cfg(any(test, feature = "testkit"))]
 pub mod testkit;
 pub mod trace;

@@ -51,17 +51,17 @@ pub enum Act {
         leaves: usize,
     },
     /// The nearest pending part is opened.
-    Open {
+    Expand {
         /// Which.
-        part: String,
+        node: String,
     },
     /// A part waits in the heap from now on.
-    OfferPart {
+    PushNode {
         /// Which.
-        part: String,
+        node: String,
     },
     /// An item waits in the heap from now on.
-    OfferItem {
+    PushItem {
         /// Which.
         item: String,
     },

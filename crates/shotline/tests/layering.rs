@@ -24,22 +24,35 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("contact", &["math", "crossing"]),
     ("trace", &["crossing"]),
     ("budget", &[]),
-    ("accel", &["math", "aabb", "trace", "budget"]),
-    ("solid", &["math", "roots", "ray", "aabb", "region", "crossing", "contact", "trace", "accel"]),
+    ("counters", &[]),
+    ("tags", &[]),
+    ("scratch", &["trace", "budget", "counters", "tags"]),
+    ("accel", &["math", "aabb", "counters"]),
+    (
+        "solid",
+        &[
+            "math", "roots", "ray", "aabb", "region", "crossing", "contact", "trace", "counters", "scratch",
+            "accel",
+        ],
+    ),
     ("csg", &["math", "ray", "aabb", "region", "crossing", "contact"]),
+    ("lecture", &["math", "roots", "crossing", "solid", "csg"]),
     ("scene", &["math", "solid", "csg"]),
     ("compile", &["math", "aabb", "region", "accel", "solid", "csg", "scene"]),
     (
         "query",
         &[
-            "math", "ray", "aabb", "crossing", "contact", "trace", "budget", "accel", "solid", "csg",
-            "compile",
+            "math", "ray", "aabb", "crossing", "contact", "trace", "budget", "counters", "tags", "scratch",
+            "accel", "solid", "csg", "compile",
         ],
     ),
-    ("measure", &["math", "ray", "aabb", "region", "accel", "solid", "scene", "compile", "query"]),
+    ("measure", &["math", "ray", "aabb", "region", "scratch", "solid", "scene", "compile", "query"]),
     (
         "testkit",
-        &["math", "ray", "aabb", "crossing", "accel", "solid", "scene", "compile", "query", "measure"],
+        &[
+            "math", "ray", "aabb", "crossing", "counters", "scratch", "accel", "solid", "scene", "compile",
+            "query", "measure",
+        ],
     ),
 ];
 

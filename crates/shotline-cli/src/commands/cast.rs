@@ -7,8 +7,8 @@ use std::time::Instant;
 
 use clap::{ArgGroup, Args};
 use serde_json::json;
-use shotline::accel::Work;
 use shotline::compile::World;
+use shotline::counters::Counters;
 use shotline::query::Scope;
 use shotline::query::batch::{self, BatchError, Run};
 use shotline::scene::Scene;
@@ -154,7 +154,7 @@ impl Command {
                 Rays::all(input::rays_of_pixels(&self.model, &document, &world, size)?)
             }
         };
-        let work = Mutex::new(Work::default());
+        let work = Mutex::new(Counters::default());
         let (overlaps, cast) = interrupt::listening(|cancel| {
             let begin = Instant::now();
             let (columns, overlaps) = self.cast(&world, &rays, scope, cancel, &work)?;
@@ -179,7 +179,7 @@ impl Command {
         rays: &Rays,
         scope: Scope,
         cancel: &AtomicBool,
-        work: &Mutex<Work>,
+        work: &Mutex<Counters>,
     ) -> Result<(Columns, u64), Failure> {
         let bar = progress::bar(rays.valid.len() as u64, "casting", self.quiet);
         let progress = |rays| bar.inc(rays);
@@ -187,7 +187,7 @@ impl Command {
             threads: self.threads.threads,
             progress: Some(&progress),
             cancel: Some(cancel),
-            work: Some(work),
+            counters: Some(work),
             most_rows: self.max_crossings,
             ..Run::default()
         };

@@ -5,8 +5,9 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use shotline::accel::{COUNTERS, DEFAULT, NAMES, Work};
+use shotline::accel::{DEFAULT, NAMES};
 use shotline::compile::{self, Options, World};
+use shotline::counters::{COUNTERS, Counters};
 use shotline::query::batch::{self, ClosestRows, Run};
 use shotline::ray::{Ray, Span};
 use shotline_io::Document;
@@ -60,7 +61,7 @@ struct Entry {
     world: World,
     build_s: f64,
     ns_a_ray: f64,
-    work: Work,
+    work: Counters,
     answers: ClosestRows,
 }
 
@@ -126,8 +127,8 @@ fn entry(name: &'static str, document: &Document, rays: &[Ray]) -> Result<Entry,
     let begin = Instant::now();
     let world = built(document, name)?;
     let build_s = begin.elapsed().as_secs_f64();
-    let work = Mutex::new(Work::default());
-    let run = Run { threads: 1, work: Some(&work), ..Run::default() };
+    let work = Mutex::new(Counters::default());
+    let run = Run { threads: 1, counters: Some(&work), ..Run::default() };
     let mut answers = ClosestRows::default();
     let begin = Instant::now();
     for chunk in rays.chunks(CHUNK) {
@@ -145,7 +146,7 @@ fn entry(name: &'static str, document: &Document, rays: &[Ray]) -> Result<Entry,
         }
         let pass = Instant::now();
         for chunk in rays.chunks(CHUNK) {
-            batch::closest(&world, chunk, Span::FORWARD, Run { work: None, ..run })
+            batch::closest(&world, chunk, Span::FORWARD, Run { counters: None, ..run })
                 .map_err(|e| Failure::new(e.to_string()))?;
         }
         seconds = seconds.min(pass.elapsed().as_secs_f64());

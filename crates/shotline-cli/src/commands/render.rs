@@ -8,7 +8,7 @@ use std::time::Instant;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use serde_json::json;
-use shotline::accel::{COUNTERS, Counter, Work};
+use shotline::counters::{COUNTERS, Counter, Counters};
 use shotline::query::batch::Run;
 
 use shotline::scene::Scene;
@@ -154,7 +154,7 @@ impl Command {
                 threads: self.threads.threads,
                 progress: Some(&|rays| bar.inc(rays)),
                 cancel: Some(cancel),
-                work: Some(&work),
+                counters: Some(&work),
                 ..Run::default()
             };
             let png = match self.frames {
@@ -220,14 +220,14 @@ impl Command {
         }
     }
 
-    fn report(&self, scene: &Scene, work: Work, seconds: f64) -> String {
+    fn report(&self, scene: &Scene, work: Counters, seconds: f64) -> String {
         let mut line = json!({
             "threads": self.threads.count(),
             "accel": self.build.general(scene),
             "frames": self.frames.unwrap_or(1),
             "render_s": seconds,
-            "seeded": work.seeded,
-            "seeded_right": work.seeded_right,
+            "seeded": work.hinted,
+            "seeded_right": work.hinted_right,
         });
         for counter in COUNTERS {
             line[counter.name] = json!((counter.of)(&work));

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use shotline::math::Vec3;
 use shotline::measure::Range;
 use shotline::solid::Solid;
-use shotline::solid::mesh::{Edge, Found, MeshSolid, Topology, TriangleMesh, Weld, Winding};
+use shotline::solid::mesh::{Edge, MeshSolid, Tally, Topology, TriangleMesh, Weld, Winding};
 
 use super::{Finding, Findings, Place, Severity};
 use crate::number::{counted, short, short_vector};
@@ -85,10 +85,10 @@ impl Examination<'_> {
         );
         self.edge(Fault, "flipped_faces", topology.inconsistent_edges, flipped.0, flipped.1);
         let crowded = ("edge of more than two faces", "edges of more than two faces");
-        self.edge(Remark, "crowded_edges", topology.crowded_edges, crowded.0, crowded.1);
+        self.edge(Remark, "non_manifold_edges", topology.non_manifold_edges, crowded.0, crowded.1);
     }
 
-    fn edge(&mut self, severity: Severity, kind: &'static str, found: Found<Edge>, one: &str, many: &str) {
+    fn edge(&mut self, severity: Severity, kind: &'static str, found: Tally<Edge>, one: &str, many: &str) {
         let Some(edge) = found.first else { return };
         let [a, b] = edge.vertices;
         let faces = match edge.faces {
@@ -122,8 +122,8 @@ impl Examination<'_> {
             let first = Place { faces: vec![face, twin], point: Some(point), ..Place::default() };
             self.remark("duplicate_faces", count, text, first);
         }
-        if let Some([vertex, earlier]) = topology.repeated_vertices.first {
-            let (count, point) = (topology.repeated_vertices.count, self.mesh.vertices[vertex as usize]);
+        if let Some([vertex, earlier]) = topology.duplicate_vertices.first {
+            let (count, point) = (topology.duplicate_vertices.count, self.mesh.vertices[vertex as usize]);
             let vertices =
                 counted(count as u64, "vertex in the place of another", "vertices in the place of others");
             let text = format!(
@@ -131,11 +131,11 @@ impl Examination<'_> {
                 short_vector(point)
             );
             let first = Place { vertices: vec![vertex, earlier], point: Some(point), ..Place::default() };
-            self.remark("repeated_vertices", count, text, first);
+            self.remark("duplicate_vertices", count, text, first);
         }
     }
 
-    fn face(&mut self, kind: &'static str, found: Found<u32>, one: &str, many: &str) {
+    fn face(&mut self, kind: &'static str, found: Tally<u32>, one: &str, many: &str) {
         let Some(face) = found.first else { return };
         let (faces, point) = (counted(found.count as u64, one, many), self.corner(face));
         let text = format!("{faces}, the first face {face}, at {}", short_vector(point));
@@ -164,7 +164,7 @@ impl Examination<'_> {
             "shell outside of all others, solid all the same, is wound the other way",
             "shells outside of all others, solid all the same, are wound the other way",
         );
-        self.face("turned_shells", solid.turned_shells(), turned.0, turned.1);
+        self.face("inverted_shells", solid.inverted_shells(), turned.0, turned.1);
     }
 
     /// Says where the winding number is negative: in the whole inside, or in a part of it.

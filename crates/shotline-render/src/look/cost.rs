@@ -1,6 +1,6 @@
 //! What the closest crossing of each ray costs, as a heat map with a legend.
 
-use shotline::accel::Counter;
+use shotline::counters::Counter;
 use shotline::math::Vec3;
 use shotline::query::QueryError;
 use shotline::ray::Ray;

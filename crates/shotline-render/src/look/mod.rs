@@ -11,8 +11,8 @@ mod xray;
 
 use std::fmt;
 
-use shotline::accel::Counter;
 use shotline::compile::World;
+use shotline::counters::Counter;
 use shotline::query::QueryError;
 use shotline::ray::Ray;
 use shotline::scene::Scene;

@@ -1,7 +1,8 @@
 //! No structure at all: every item is proposed to every ray. The oracle of the others.
 
-use super::{Accelerator, Offer, Pending, Visit, Work};
+use super::{Accelerator, Child, QueueEntry, Visitor};
 use crate::aabb::{Aabb, BoxRay};
+use crate::counters::Counters;
 
 /// Proposes everything at once.
 #[derive(Clone, Debug)]
@@ -17,18 +18,26 @@ impl Brute {
 }
 
 impl Accelerator for Brute {
-    fn start(&self, ray: &BoxRay, out: &mut Vec<Pending>, _work: &mut Work) {
+    fn roots(&self, ray: &BoxRay, out: &mut Vec<QueueEntry>, _counters: &mut Counters) {
         let t = ray.span().t_min();
-        out.extend(self.items.iter().map(|&item| Pending { t, what: Offer::Item(item) }));
+        out.extend(self.items.iter().map(|&item| QueueEntry { t, child: Child::Item(item) }));
     }
 
-    fn open(&self, _part: u64, _t: f64, _ray: &BoxRay, _out: &mut Vec<Pending>, _work: &mut Work) {}
-
-    fn walk(&self, _ray: &BoxRay, work: &mut Work, visit: &mut Visit) {
-        visit(&self.items, work);
+    fn expand(
+        &self,
+        _node: u64,
+        _t: f64,
+        _ray: &BoxRay,
+        _out: &mut Vec<QueueEntry>,
+        _counters: &mut Counters,
+    ) {
     }
 
-    fn repeats(&self) -> bool {
+    fn traverse(&self, _ray: &BoxRay, counters: &mut Counters, visit: &mut Visitor) {
+        visit(&self.items, counters);
+    }
+
+    fn has_duplicate_refs(&self) -> bool {
         false
     }
 

@@ -6,8 +6,9 @@ use std::collections::BinaryHeap;
 use std::ops::Range;
 
 use super::bvh::Bvh;
-use super::{Accelerator, Items, Offer, Pending, Work, words};
+use super::{Accelerator, Child, Items, QueueEntry, display};
 use crate::aabb::{Aabb, BoxRay};
+use crate::counters::Counters;
 
 /// A box around what the user has put together.
 #[derive(Clone, Debug)]
@@ -28,7 +29,7 @@ enum Member {
 
 /// An item's place.
 #[derive(Clone, Copy, Debug, Default)]
-struct Place {
+struct ItemGroup {
     group: u32,
     is_empty: bool,
 }
@@ -39,14 +40,14 @@ struct Hierarchy {
     /// Outer before inner; the first holds everything.
     groups: Vec<Group>,
     members: Vec<Member>,
-    places: Vec<Place>,
+    item_groups: Vec<ItemGroup>,
 }
 
 /// Builds it; where nobody has grouped anything, as in a mesh, a BVH instead.
 pub(super) fn build(items: Items) -> Box<dyn Accelerator> {
     match items.groups {
         Some(groups) => Box::new(Hierarchy::build(items.boxes, groups)),
-        None => Box::new(Bvh::balanced(items.boxes)),
+        None => Box::new(Bvh::binned_sah(items.boxes)),
     }
 }
 
@@ -57,11 +58,11 @@ impl Hierarchy {
         let inner = groups.iter().filter(|r| r.len() > 1 && **r != everything);
         let mut ranges: Vec<Range<u32>> = std::iter::once(&everything).chain(inner).cloned().collect();
         ranges.dedup();
-        let behind = behind(&ranges);
+        let next_siblings = next_siblings(&ranges);
         let mut tree = Hierarchy {
             groups: Vec::new(),
             members: Vec::new(),
-            places: vec![Place::default(); boxes.len()],
+            item_groups: vec![ItemGroup::default(); boxes.len()],
         };
         let mut parents = vec![0; ranges.len()];
         for (index, range) in ranges.iter().enumerate() {
@@ -71,21 +72,21 @@ impl Hierarchy {
                 if ranges.get(child).is_some_and(|r| r.start == item) {
                     parents[child] = index as u32;
                     tree.members.push(Member::Group(child as u32));
-                    (item, child) = (ranges[child].end, behind[child]);
+                    (item, child) = (ranges[child].end, next_siblings[child]);
                 } else {
                     tree.members.push(Member::Item(item));
-                    tree.places[item as usize].group = index as u32;
+                    tree.item_groups[item as usize].group = index as u32;
                     item += 1;
                 }
             }
             let count = tree.members.len() as u32 - first;
             tree.groups.push(Group { bounds: Aabb::EMPTY, first, count, parent: parents[index] });
         }
-        for (place, b) in tree.places.iter_mut().zip(boxes) {
-            place.is_empty = b.is_empty();
+        for (item_group, b) in tree.item_groups.iter_mut().zip(boxes) {
+            item_group.is_empty = b.is_empty();
         }
         for index in (0..tree.groups.len()).rev() {
-            tree.groups[index].bounds = tree.around(index, &|item| boxes[item as usize]);
+            tree.groups[index].bounds = tree.group_bounds(index, &|item| boxes[item as usize]);
         }
         tree
     }
@@ -96,7 +97,7 @@ impl Hierarchy {
     }
 
     /// The box around the members of a group.
-    fn around(&self, group: usize, boxes: &dyn Fn(u32) -> Aabb) -> Aabb {
+    fn group_bounds(&self, group: usize, boxes: &dyn Fn(u32) -> Aabb) -> Aabb {
         let bounds = |member: &Member| match *member {
             Member::Item(item) => Some(boxes(item)).filter(|b| !b.is_empty()),
             Member::Group(group) => Some(self.groups[group as usize].bounds),
@@ -105,39 +106,39 @@ impl Hierarchy {
     }
 
     /// Offers a group, if the ray meets it.
-    fn offer(&self, group: u32, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
-        work.boxes += 1;
+    fn push_group(&self, group: u32, ray: &BoxRay, out: &mut Vec<QueueEntry>, counters: &mut Counters) {
+        counters.boxes += 1;
         if let Some((t, _)) = ray.enter_exit(&self.groups[group as usize].bounds) {
-            out.push(Pending { t, what: Offer::Part(u64::from(group)) });
+            out.push(QueueEntry { t, child: Child::Node(u64::from(group)) });
         }
     }
 }
 
 /// For each range the next that does not lie in it.
-fn behind(ranges: &[Range<u32>]) -> Vec<usize> {
-    let mut behind = vec![ranges.len(); ranges.len()];
+fn next_siblings(ranges: &[Range<u32>]) -> Vec<usize> {
+    let mut next_siblings = vec![ranges.len(); ranges.len()];
     for index in (0..ranges.len()).rev() {
         let mut next = index + 1;
         while ranges.get(next).is_some_and(|r| r.start < ranges[index].end) {
-            next = behind[next];
+            next = next_siblings[next];
         }
-        behind[index] = next;
+        next_siblings[index] = next;
     }
-    behind
+    next_siblings
 }
 
 impl Accelerator for Hierarchy {
-    fn start(&self, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
-        self.offer(0, ray, out, work);
+    fn roots(&self, ray: &BoxRay, out: &mut Vec<QueueEntry>, counters: &mut Counters) {
+        self.push_group(0, ray, out, counters);
     }
 
     /// A part is a group. Its items have the bound of the group: who walks tests their own boxes.
-    fn open(&self, part: u64, t: f64, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
-        for &member in self.members(part as usize) {
+    fn expand(&self, node: u64, t: f64, ray: &BoxRay, out: &mut Vec<QueueEntry>, counters: &mut Counters) {
+        for &member in self.members(node as usize) {
             match member {
-                Member::Group(group) => self.offer(group, ray, out, work),
-                Member::Item(item) if self.places[item as usize].is_empty => {}
-                Member::Item(item) => out.push(Pending { t, what: Offer::Item(item) }),
+                Member::Group(group) => self.push_group(group, ray, out, counters),
+                Member::Item(item) if self.item_groups[item as usize].is_empty => {}
+                Member::Item(item) => out.push(QueueEntry { t, child: Child::Item(item) }),
             }
         }
     }
@@ -146,16 +147,16 @@ impl Accelerator for Hierarchy {
     fn refit(&mut self, items: &[u32], boxes: &dyn Fn(u32) -> Aabb) -> bool {
         let mut changed = BinaryHeap::new();
         for &item in items {
-            let place = &mut self.places[item as usize];
-            place.is_empty = boxes(item).is_empty();
-            changed.push(place.group);
+            let item_group = &mut self.item_groups[item as usize];
+            item_group.is_empty = boxes(item).is_empty();
+            changed.push(item_group.group);
         }
         // Inner groups come behind outer ones: the last first, and each box is worked out once.
         while let Some(index) = changed.pop() {
             while changed.peek() == Some(&index) {
                 changed.pop();
             }
-            let bounds = self.around(index as usize, boxes);
+            let bounds = self.group_bounds(index as usize, boxes);
             let group = &mut self.groups[index as usize];
             if std::mem::replace(&mut group.bounds, bounds) != bounds && index > 0 {
                 changed.push(group.parent);
@@ -164,19 +165,19 @@ impl Accelerator for Hierarchy {
         true
     }
 
-    fn describe(&self, part: u64, _ray: &BoxRay) -> String {
-        let group = &self.groups[part as usize];
-        format!("group of {}, box {}", group.count, words::box_of(&group.bounds))
+    fn describe(&self, node: u64, _ray: &BoxRay) -> String {
+        let group = &self.groups[node as usize];
+        format!("group of {}, box {}", group.count, display::box_of(&group.bounds))
     }
 
-    fn repeats(&self) -> bool {
+    fn has_duplicate_refs(&self) -> bool {
         false
     }
 
     fn memory(&self) -> usize {
         size_of_val(self.groups.as_slice())
             + size_of_val(self.members.as_slice())
-            + size_of_val(self.places.as_slice())
+            + size_of_val(self.item_groups.as_slice())
     }
 }
 
@@ -192,12 +193,12 @@ mod tests {
         let boxes: Vec<Aabb> = (0..8).map(|i| Aabb::new(at(i), at(i) + Vec3::new(1.0, 1.0, 0.5))).collect();
         let tree = Hierarchy::build(&boxes, groups);
         let line = Line::exact(Vec3::new(-1.0, 0.5, height), Vec3::X);
-        let (mut items, mut work) = (Vec::new(), Work::default());
-        tree.walk(&BoxRay::new(&line, Span::FORWARD), &mut work, &mut |found, _| {
+        let (mut items, mut counters) = (Vec::new(), Counters::default());
+        tree.traverse(&BoxRay::new(&line, Span::FORWARD), &mut counters, &mut |found, _| {
             items.extend_from_slice(found);
             f64::INFINITY
         });
-        (items, work.boxes)
+        (items, counters.boxes)
     }
 
     #[test]

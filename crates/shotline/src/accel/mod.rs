@@ -1,116 +1,35 @@
 //! Accelerators: structures over boxes that propose items in ascending `t`. They see boxes and item numbers,
 //! never solids; what an item is, and tagging, is the business of whoever walks them.
 
-mod bounded;
 mod brute;
 mod bsp;
 mod bvh;
+mod display;
 mod grid;
 mod hierarchy;
 mod octree;
-mod tags;
-mod words;
+mod prim_ref;
 
 use std::fmt::Debug;
 use std::ops::Range;
 
 use crate::aabb::{Aabb, BoxRay};
-use crate::budget::Budget;
-use crate::trace::Log;
-pub use tags::{Tags, VisitTags};
-
-/// Counts of work done, added up by a walk.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Work {
-    /// Boxes tested against a ray.
-    pub boxes: u64,
-    /// Cells visited by a grid or an octree.
-    pub cells: u64,
-    /// Splitting planes met.
-    pub planes: u64,
-    /// Solids and triangles intersected.
-    pub solids: u64,
-    /// Intersections that a tag saved.
-    pub tags_saved: u64,
-    /// Entries pushed on a heap.
-    pub heap_pushes: u64,
-    /// Lists that rounding had broken and that were repaired by membership. None should ever be.
-    pub repaired: u64,
-    /// Rays cast from a [`Seed`](crate::query::Seed) that met anything.
-    pub seeded: u64,
-    /// Those among them that met the body of their seed.
-    pub seeded_right: u64,
-}
-
-/// One of the counts of [`Work`].
-#[derive(Clone, Copy, Debug)]
-pub struct Counter {
-    /// Its name on the command line.
-    pub name: &'static str,
-    /// What it counts, in a few words.
-    pub summary: &'static str,
-    /// Reads it.
-    pub of: fn(&Work) -> u64,
-}
-
-/// All counts.
-pub static COUNTERS: &[Counter] = &[
-    Counter { name: "boxes", summary: "boxes tested", of: |w| w.boxes },
-    Counter { name: "cells", summary: "cells visited", of: |w| w.cells },
-    Counter { name: "planes", summary: "splitting planes met", of: |w| w.planes },
-    Counter { name: "solids", summary: "solids and triangles intersected", of: |w| w.solids },
-    Counter { name: "tags", summary: "intersections saved by tags", of: |w| w.tags_saved },
-    Counter { name: "heap", summary: "entries pushed on heaps", of: |w| w.heap_pushes },
-    Counter {
-        name: "all",
-        summary: "boxes, cells, planes and solids",
-        of: |w| w.boxes + w.cells + w.planes + w.solids,
-    },
-];
-
-impl std::ops::AddAssign for Work {
-    fn add_assign(&mut self, other: Work) {
-        self.boxes += other.boxes;
-        self.cells += other.cells;
-        self.planes += other.planes;
-        self.solids += other.solids;
-        self.tags_saved += other.tags_saved;
-        self.heap_pushes += other.heap_pushes;
-        self.repaired += other.repaired;
-        self.seeded += other.seeded;
-        self.seeded_right += other.seeded_right;
-    }
-}
-
-/// The memory of whoever walks; reused from ray to ray.
-#[derive(Clone, Debug, Default)]
-pub struct Scratch<'c> {
-    /// Work counted so far.
-    pub work: Work,
-    /// Tags of the items of one structure at a time.
-    pub tags: Tags,
-    /// Steps, while they are recorded.
-    pub log: Log,
-    /// The triangles of the mesh asked last in whose planes the line runs, up to rounding.
-    pub in_plane: Vec<u32>,
-    /// What the ray may still cost.
-    pub budget: Budget<'c>,
-}
+use crate::counters::Counters;
 
 /// What a structure has still to offer to one ray, beginning not before `t`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pending {
+pub struct QueueEntry {
     /// A true lower bound of every `t` at which the ray meets what is behind this.
     pub t: f64,
     /// What is behind it.
-    pub what: Offer,
+    pub child: Child,
 }
 
 /// What a pending entry stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Offer {
+pub enum Child {
     /// A part of the structure, to be opened by [`Accelerator::open`]. The number is the structure's own.
-    Part(u64),
+    Node(u64),
     /// An item.
     Item(u32),
     /// An item whose own box the ray enters exactly at the bound, and that is offered once only: callers need not test its
@@ -119,44 +38,44 @@ pub enum Offer {
 }
 
 /// Called with a run of items; answers the `t` beyond which nothing is wanted any more.
-pub type Visit<'a> = dyn FnMut(&[u32], &mut Work) -> f64 + 'a;
+pub type Visitor<'a> = dyn FnMut(&[u32], &mut Counters) -> f64 + 'a;
 
 /// A structure over the boxes of numbered items.
 ///
-/// The same item may be proposed more than once, see [`Tags`]. Every item whose box the ray meets within its span is
+/// The same item may be proposed more than once, see [`Tags`](crate::tags::Tags). Every item whose box the ray meets within its span is
 /// proposed, with a bound not above the first such `t`.
-pub trait Accelerator: Duplicate + Send + Sync + Debug {
+pub trait Accelerator: CloneBoxed + Send + Sync + Debug {
     /// Appends what a walk begins with.
-    fn start(&self, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work);
+    fn roots(&self, ray: &BoxRay, out: &mut Vec<QueueEntry>, counters: &mut Counters);
 
     /// Opens a part that was offered at `t`: appends what it consists of.
-    fn open(&self, part: u64, t: f64, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work);
+    fn expand(&self, node: u64, t: f64, ray: &BoxRay, out: &mut Vec<QueueEntry>, counters: &mut Counters);
 
     /// Ordered depth-first walk: visits runs of items, nearest first as far as the structure can tell, and
     /// skips what begins after the `t` last answered by `visit` (at first `t_max` of the span).
-    fn walk(&self, ray: &BoxRay, work: &mut Work, visit: &mut Visit) {
+    fn traverse(&self, ray: &BoxRay, counters: &mut Counters, visit: &mut Visitor) {
         let mut limit = ray.span().t_max();
         let (mut stack, mut found) = (Vec::new(), Vec::new());
-        self.start(ray, &mut found, work);
+        self.roots(ray, &mut found, counters);
         loop {
             // Nearest on top; ties in the order proposed.
             found.reverse();
-            found.sort_by(|a: &Pending, b: &Pending| b.t.total_cmp(&a.t));
+            found.sort_by(|a: &QueueEntry, b: &QueueEntry| b.t.total_cmp(&a.t));
             stack.append(&mut found);
             let Some(next) = stack.pop() else { return };
             if next.t > limit {
                 continue;
             }
-            match next.what {
-                Offer::Part(part) => self.open(part, next.t, ray, &mut found, work),
-                Offer::Item(item) | Offer::Entered(item) => limit = visit(&[item], work),
+            match next.child {
+                Child::Node(node) => self.expand(node, next.t, ray, &mut found, counters),
+                Child::Item(item) | Child::Entered(item) => limit = visit(&[item], counters),
             }
         }
     }
 
     /// What a part is, in the structure's own words: for people who follow a ray step by step.
-    fn describe(&self, part: u64, _ray: &BoxRay) -> String {
-        format!("part {part}")
+    fn describe(&self, node: u64, _ray: &BoxRay) -> String {
+        format!("node {node}")
     }
 
     /// Follows items whose boxes have changed, where `boxes` tells the box of any item. `false` if the structure
@@ -166,27 +85,27 @@ pub trait Accelerator: Duplicate + Send + Sync + Debug {
     }
 
     /// Whether an item may be proposed more than once to a ray.
-    fn repeats(&self) -> bool;
+    fn has_duplicate_refs(&self) -> bool;
 
     /// Bytes used.
     fn memory(&self) -> usize;
 }
 
 /// Copies of what is known only as some accelerator. Whatever is [`Clone`] has this.
-pub trait Duplicate {
+pub trait CloneBoxed {
     /// A copy.
-    fn duplicate(&self) -> Box<dyn Accelerator>;
+    fn clone_boxed(&self) -> Box<dyn Accelerator>;
 }
 
-impl<A: Accelerator + Clone + 'static> Duplicate for A {
-    fn duplicate(&self) -> Box<dyn Accelerator> {
+impl<A: Accelerator + Clone + 'static> CloneBoxed for A {
+    fn clone_boxed(&self) -> Box<dyn Accelerator> {
         Box::new(self.clone())
     }
 }
 
 impl Clone for Box<dyn Accelerator> {
     fn clone(&self) -> Box<dyn Accelerator> {
-        (**self).duplicate()
+        (**self).clone_boxed()
     }
 }
 
@@ -245,9 +164,9 @@ macro_rules! registry {
 registry! {
     brute => |items| Box::new(brute::Brute::build(items.boxes)),
     hierarchy => hierarchy::build,
-    bvh_fast => |items| Box::new(bvh::Bvh::fast(items.boxes)),
-    bvh => |items| Box::new(bvh::Bvh::balanced(items.boxes)),
-    bvh_best => |items| Box::new(bvh::Bvh::best(items.boxes)),
+    bvh_fast => |items| Box::new(bvh::Bvh::lbvh(items.boxes)),
+    bvh => |items| Box::new(bvh::Bvh::binned_sah(items.boxes)),
+    bvh_best => |items| Box::new(bvh::Bvh::sbvh(items.boxes)),
     bvh_spheres => |items| Box::new(bvh::Bvh::spheres(items.boxes)),
     grid => |items| Box::new(grid::Grid::build(items.boxes)),
     octree => |items| Box::new(octree::Octree::build(items.boxes)),

@@ -4,9 +4,10 @@
 //! A cell shrinks to what is in it before it is cut: empty space is skipped at once, and a crowd that is small
 //! beside its surroundings is reached in one step.
 
-use super::bounded::{Bounded, around, measure, sort_out};
-use super::{Accelerator, Offer, Pending, Visit, Work, words};
+use super::prim_ref::{PrimRef, bounding_box, measure, partition_unbounded};
+use super::{Accelerator, Child, QueueEntry, Visitor, display};
 use crate::aabb::{Aabb, BoxRay};
+use crate::counters::Counters;
 use crate::math::Vec3;
 
 /// Cells within cells.
@@ -27,7 +28,7 @@ struct Cell {
     /// The first of its parts, which lie beside each other; or the first item in `items`.
     first: u32,
     /// Number of parts, up to eight; 0 for a leaf.
-    parts: u32,
+    children: u32,
     /// Number of items of a leaf.
     count: u32,
 }
@@ -45,39 +46,39 @@ pub(super) struct Octree {
 /// A cell whose contents are not decided. They may be listed `spare` times more than they are.
 struct Task {
     cell: usize,
-    items: Vec<Bounded>,
+    items: Vec<PrimRef>,
     depth: usize,
     spare: usize,
 }
 
 impl Octree {
     pub(super) fn build(boxes: &[Aabb]) -> Octree {
-        let (items, unbounded) = sort_out(boxes);
+        let (items, unbounded) = partition_unbounded(boxes);
         let mut tree = Octree { cells: Vec::new(), items: Vec::new(), unbounded };
         let mut tasks = Vec::new();
         if !items.is_empty() {
-            tree.cells.push(undecided(around(&items)));
+            tree.cells.push(new_leaf(bounding_box(&items)));
             let spare = items.len() * (MAX_SPREAD - 1);
             tasks.push(Task { cell: 0, items, depth: 0, spare });
         }
         while let Some(task) = tasks.pop() {
-            tree.decide(task, &mut tasks);
+            tree.split_or_keep(task, &mut tasks);
         }
         tree
     }
 
-    fn decide(&mut self, Task { cell, items, depth, spare }: Task, tasks: &mut Vec<Task>) {
+    fn split_or_keep(&mut self, Task { cell, items, depth, spare }: Task, tasks: &mut Vec<Task>) {
         let bounds = self.cells[cell].bounds;
         if items.len() > MAX_LEAF && depth + 1 < MAX_DEPTH {
-            let parts = cut(&bounds, &items);
-            let listed: usize = parts.iter().map(Vec::len).sum();
+            let children = cut(&bounds, &items);
+            let listed: usize = children.iter().map(Vec::len).sum();
             let more = listed - items.len();
-            if more <= spare && pays(&bounds, &items, &parts) {
+            if more <= spare && is_worth_splitting(&bounds, &items, &children) {
                 self.cells[cell].first = self.cells.len() as u32;
-                self.cells[cell].parts = parts.len() as u32;
-                for items in parts {
+                self.cells[cell].children = children.len() as u32;
+                for items in children {
                     let cell = self.cells.len();
-                    self.cells.push(undecided(around(&items)));
+                    self.cells.push(new_leaf(bounding_box(&items)));
                     let spare = (spare - more) * items.len() / listed;
                     tasks.push(Task { cell, items, depth: depth + 1, spare });
                 }
@@ -93,8 +94,8 @@ impl Octree {
         &self.items[cell.first as usize..][..cell.count as usize]
     }
 
-    fn parts(&self, cell: &Cell) -> std::ops::Range<u32> {
-        cell.first..cell.first + cell.parts
+    fn children(&self, cell: &Cell) -> std::ops::Range<u32> {
+        cell.first..cell.first + cell.children
     }
 
     fn enter(&self, cell: u32, ray: &BoxRay) -> Option<f64> {
@@ -102,36 +103,36 @@ impl Octree {
     }
 
     /// Offers what a cell that is entered at `t` holds.
-    fn offer(&self, index: u32, t: f64, out: &mut Vec<Pending>) {
+    fn push_children(&self, index: u32, t: f64, out: &mut Vec<QueueEntry>) {
         let cell = &self.cells[index as usize];
-        if cell.parts > 0 {
-            out.push(Pending { t, what: Offer::Part(u64::from(index)) });
+        if cell.children > 0 {
+            out.push(QueueEntry { t, child: Child::Node(u64::from(index)) });
         } else {
-            out.extend(self.leaf_items(cell).iter().map(|&i| Pending { t, what: Offer::Item(i) }));
+            out.extend(self.leaf_items(cell).iter().map(|&i| QueueEntry { t, child: Child::Item(i) }));
         }
     }
 }
 
-fn undecided(bounds: Aabb) -> Cell {
-    Cell { bounds, first: 0, parts: 0, count: 0 }
+fn new_leaf(bounds: Aabb) -> Cell {
+    Cell { bounds, first: 0, children: 0, count: 0 }
 }
 
 /// The contents of the eighths of a box that hold any. A box that ends at the middle does not reach behind it.
-fn cut(bounds: &Aabb, items: &[Bounded]) -> Vec<Vec<Bounded>> {
+fn cut(bounds: &Aabb, items: &[PrimRef]) -> Vec<Vec<PrimRef>> {
     let middle = bounds.centre();
-    let mut parts = vec![Vec::new(); 8];
+    let mut children = vec![Vec::new(); 8];
     for b in items {
         let above = b.bounds.max.cmpgt(middle).bitmask();
         let below = b.bounds.min.cmplt(middle).bitmask() | !above;
-        for (eighth, part) in (0..8).zip(&mut parts) {
+        for (eighth, child) in (0..8).zip(&mut children) {
             if eighth & !above == 0 && !eighth & !below & 7 == 0 {
                 let clipped = b.bounds.intersection(&octant(middle, eighth));
-                part.push(Bounded { bounds: clipped, item: b.item });
+                child.push(PrimRef { bounds: clipped, item: b.item });
             }
         }
     }
-    parts.retain(|part| !part.is_empty());
-    parts
+    children.retain(|child| !child.is_empty());
+    children
 }
 
 /// All of space on one side of the middle along each axis: above it where the axis' bit is set.
@@ -145,45 +146,45 @@ fn octant(middle: Vec3, bits: u32) -> Aabb {
 }
 
 /// Whether visiting the parts is cheaper than testing all items (MacDonald and Booth 1990).
-fn pays(bounds: &Aabb, items: &[Bounded], parts: &[Vec<Bounded>]) -> bool {
+fn is_worth_splitting(bounds: &Aabb, items: &[PrimRef], children: &[Vec<PrimRef>]) -> bool {
     let measure = measure(bounds);
-    let cost: f64 = parts.iter().map(|p| measure(&around(p)) * (p.len() as f64 + CELL_COST)).sum();
+    let cost: f64 = children.iter().map(|p| measure(&bounding_box(p)) * (p.len() as f64 + CELL_COST)).sum();
     cost < measure(bounds) * items.len() as f64
 }
 
 impl Accelerator for Octree {
-    fn start(&self, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
+    fn roots(&self, ray: &BoxRay, out: &mut Vec<QueueEntry>, counters: &mut Counters) {
         let t = ray.span().t_min();
-        out.extend(self.unbounded.iter().map(|&i| Pending { t, what: Offer::Item(i) }));
+        out.extend(self.unbounded.iter().map(|&i| QueueEntry { t, child: Child::Item(i) }));
         if !self.cells.is_empty() {
-            work.boxes += 1;
+            counters.boxes += 1;
             if let Some(t) = self.enter(0, ray) {
-                self.offer(0, t, out);
+                self.push_children(0, t, out);
             }
         }
     }
 
     /// A part is a cell that is cut.
-    fn open(&self, part: u64, _t: f64, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
-        let cell = &self.cells[part as usize];
-        work.cells += 1;
-        work.boxes += u64::from(cell.parts);
-        for part in self.parts(cell) {
-            if let Some(t) = self.enter(part, ray) {
-                self.offer(part, t, out);
+    fn expand(&self, node: u64, _t: f64, ray: &BoxRay, out: &mut Vec<QueueEntry>, counters: &mut Counters) {
+        let cell = &self.cells[node as usize];
+        counters.cells += 1;
+        counters.boxes += u64::from(cell.children);
+        for child in self.children(cell) {
+            if let Some(t) = self.enter(child, ray) {
+                self.push_children(child, t, out);
             }
         }
     }
 
-    fn walk(&self, ray: &BoxRay, work: &mut Work, visit: &mut Visit) {
+    fn traverse(&self, ray: &BoxRay, counters: &mut Counters, visit: &mut Visitor) {
         let mut limit = ray.span().t_max();
         if !self.unbounded.is_empty() {
-            limit = visit(&self.unbounded, work);
+            limit = visit(&self.unbounded, counters);
         }
         if self.cells.is_empty() {
             return;
         }
-        work.boxes += 1;
+        counters.boxes += 1;
         let Some(t) = self.enter(0, ray) else { return };
         let mut stack = [(0.0, 0); MAX_STACK];
         stack[0] = (t, 0);
@@ -195,33 +196,33 @@ impl Accelerator for Octree {
                 continue;
             }
             let cell = &self.cells[index as usize];
-            work.cells += 1;
-            if cell.parts == 0 {
-                limit = visit(self.leaf_items(cell), work);
+            counters.cells += 1;
+            if cell.children == 0 {
+                limit = visit(self.leaf_items(cell), counters);
                 continue;
             }
-            work.boxes += u64::from(cell.parts);
+            counters.boxes += u64::from(cell.children);
             let base = height;
-            for part in self.parts(cell) {
-                let Some(t) = self.enter(part, ray) else { continue };
+            for child in self.children(cell) {
+                let Some(t) = self.enter(child, ray) else { continue };
                 // Sorted as they come: the nearest on top.
-                let mut place = height;
-                while place > base && stack[place - 1].0 < t {
-                    stack[place] = stack[place - 1];
-                    place -= 1;
+                let mut slot = height;
+                while slot > base && stack[slot - 1].0 < t {
+                    stack[slot] = stack[slot - 1];
+                    slot -= 1;
                 }
-                stack[place] = (t, part);
+                stack[slot] = (t, child);
                 height += 1;
             }
         }
     }
 
-    fn describe(&self, part: u64, _ray: &BoxRay) -> String {
-        let cell = &self.cells[part as usize];
-        format!("cell {}, cut into {}", words::box_of(&cell.bounds), cell.parts)
+    fn describe(&self, node: u64, _ray: &BoxRay) -> String {
+        let cell = &self.cells[node as usize];
+        format!("cell {}, cut into {}", display::box_of(&cell.bounds), cell.children)
     }
 
-    fn repeats(&self) -> bool {
+    fn has_duplicate_refs(&self) -> bool {
         true
     }
 

@@ -3,26 +3,26 @@
 use std::cmp::Reverse;
 use std::ops::Range;
 
-use super::choice::Choice;
-use super::parts::{Part, Parts};
+use super::accel_choice::AccelChoice;
+use super::built_leaves::{BuiltLeaf, BuiltLeaves};
 use super::world::{Body, Leaf, SolidBody, SurfaceBody};
 use super::{SceneError, Stats};
 use crate::aabb::Aabb;
 use crate::accel::{self, Items};
 use crate::csg::{LeafBounds, Op, Program, Tree, TreeNode};
-use crate::math::{Affine, Chain, Placement};
+use crate::math::{Affine, ComposedTransform, TransformPair};
 use crate::region::Constraint;
 use crate::scene::{Node, NodeId, Scene};
 use crate::solid::Solid;
 
 /// So many leaves are asked one after the other: that is cheaper than any accelerator.
-const FEW: usize = 8;
+const MAX_LEAVES_WITHOUT_ACCEL: usize = 8;
 
 /// What building bodies draws on and adds to.
 pub(super) struct BodyBuilder<'s> {
     pub scene: &'s Scene,
-    pub parts: &'s Parts,
-    pub choice: Choice<'s>,
+    pub leaves: &'s BuiltLeaves,
+    pub choice: AccelChoice<'s>,
     /// Surfaces numbered so far.
     pub surfaces: u32,
     pub stats: Stats,
@@ -36,19 +36,19 @@ struct PlacedLeaf {
 
 /// What is still to be done for a node of an expression.
 enum Step {
-    Enter(NodeId, Chain),
+    Enter(NodeId, ComposedTransform),
     Combine(Op, usize),
 }
 
 impl BodyBuilder<'_> {
     /// Builds the body of a solid, mesh or combination under a chain of transforms that is baked into it.
-    pub(super) fn build(&mut self, node: NodeId, chain: &Chain) -> Result<Body, SceneError> {
+    pub(super) fn build(&mut self, node: NodeId, composed: &ComposedTransform) -> Result<Body, SceneError> {
         let first_surface = self.surfaces;
-        if let Some(Part::Mesh(mesh)) = self.parts.get(node)
+        if let Some(BuiltLeaf::Mesh(mesh)) = self.leaves.get(node)
             && !mesh.is_closed()
         {
             let mesh = mesh.clone();
-            let placement = self.placed(node, chain)?;
+            let placement = self.placed(node, composed)?;
             self.count_surfaces(&*mesh);
             let bounds = mesh.bounds().transformed(&placement.parent_from_local);
             return Ok(Body::Surface(SurfaceBody {
@@ -58,37 +58,41 @@ impl BodyBuilder<'_> {
                 first_surface,
             }));
         }
-        let (tree, root, leaves) = self.flatten(node, chain)?;
+        let (tree, root, leaves) = self.flatten(node, composed)?;
         Ok(Body::Solid(finish(&tree, root, leaves, first_surface, self.choice.of(node))))
     }
 
     /// The expression over placed leaves. Shared parts are written out: each use is a leaf of its own.
-    fn flatten(&mut self, node: NodeId, chain: &Chain) -> Result<(Tree, u32, Vec<PlacedLeaf>), SceneError> {
+    fn flatten(
+        &mut self,
+        node: NodeId,
+        composed: &ComposedTransform,
+    ) -> Result<(Tree, u32, Vec<PlacedLeaf>), SceneError> {
         let (mut tree, mut leaves) = (Tree::default(), Vec::new());
-        let mut steps = vec![Step::Enter(node, *chain)];
+        let mut steps = vec![Step::Enter(node, *composed)];
         let mut done: Vec<u32> = Vec::new();
         while let Some(step) = steps.pop() {
             let new = match step {
                 Step::Combine(op, count) => TreeNode::Op(op, done.split_off(done.len() - count)),
-                Step::Enter(node, chain) => match self.scene.node(node) {
+                Step::Enter(node, composed) => match self.scene.node(node) {
                     Node::Transform { transform, child } => {
-                        steps.push(Step::Enter(*child, transform.inside(&chain)));
+                        steps.push(Step::Enter(*child, transform.inside(&composed)));
                         continue;
                     }
                     Node::Object { node, .. } => {
-                        steps.push(Step::Enter(*node, chain));
+                        steps.push(Step::Enter(*node, composed));
                         continue;
                     }
                     Node::Csg { op, args } => {
-                        enter_all(&mut steps, *op, args, &chain);
+                        enter_all(&mut steps, *op, args, &composed);
                         continue;
                     }
                     Node::Group { members } => {
-                        enter_all(&mut steps, Op::Union, members, &chain);
+                        enter_all(&mut steps, Op::Union, members, &composed);
                         continue;
                     }
                     Node::Solid { .. } | Node::Mesh { .. } => {
-                        leaves.push(self.leaf(node, &chain)?);
+                        leaves.push(self.leaf(node, &composed)?);
                         TreeNode::Leaf((leaves.len() - 1) as u32)
                     }
                 },
@@ -100,11 +104,11 @@ impl BodyBuilder<'_> {
         Ok((tree, root, leaves))
     }
 
-    fn leaf(&mut self, node: NodeId, chain: &Chain) -> Result<PlacedLeaf, SceneError> {
-        let placement = self.placed(node, chain)?;
-        let (solid, kind): (std::sync::Arc<dyn Solid>, _) = match self.parts.get(node) {
-            Some(Part::Solid { solid, kind }) => (solid.clone(), *kind),
-            Some(Part::Mesh(mesh)) => (mesh.clone(), "mesh"),
+    fn leaf(&mut self, node: NodeId, composed: &ComposedTransform) -> Result<PlacedLeaf, SceneError> {
+        let placement = self.placed(node, composed)?;
+        let (solid, kind): (std::sync::Arc<dyn Solid>, _) = match self.leaves.get(node) {
+            Some(BuiltLeaf::Solid { solid, kind }) => (solid.clone(), *kind),
+            Some(BuiltLeaf::Mesh(mesh)) => (mesh.clone(), "mesh"),
             None => return Err(SceneError::at(node, "this node is not a solid".into())),
         };
         let first_surface = self.surfaces;
@@ -115,8 +119,12 @@ impl BodyBuilder<'_> {
     }
 
     /// The placement of a node under a chain; remembers how badly conditioned any has been.
-    pub fn placed(&mut self, node: NodeId, chain: &Chain) -> Result<Placement, SceneError> {
-        let placement = chain.placement();
+    pub fn placed(
+        &mut self,
+        node: NodeId,
+        composed: &ComposedTransform,
+    ) -> Result<TransformPair, SceneError> {
+        let placement = composed.placement();
         let placement = placement.map_err(|e| {
             let hint = "scale it less, or less unevenly, in the transforms above it";
             SceneError::at(node, format!("all transforms above it together: {e}")).with_hint(hint)
@@ -131,9 +139,9 @@ impl BodyBuilder<'_> {
     }
 }
 
-fn enter_all(steps: &mut Vec<Step>, op: Op, args: &[NodeId], chain: &Chain) {
+fn enter_all(steps: &mut Vec<Step>, op: Op, args: &[NodeId], composed: &ComposedTransform) {
     steps.push(Step::Combine(op, args.len()));
-    steps.extend(args.iter().rev().map(|&arg| Step::Enter(arg, *chain)));
+    steps.extend(args.iter().rev().map(|&arg| Step::Enter(arg, *composed)));
 }
 
 fn finish(tree: &Tree, root: u32, placed: Vec<PlacedLeaf>, first_surface: u32, accel: &str) -> SolidBody {
@@ -146,7 +154,7 @@ fn finish(tree: &Tree, root: u32, placed: Vec<PlacedLeaf>, first_surface: u32, a
     for (leaf, b) in leaves.iter_mut().zip(&effective) {
         leaf.bounds = *b;
     }
-    let accel = if leaves.len() > FEW {
+    let accel = if leaves.len() > MAX_LEAVES_WITHOUT_ACCEL {
         accel::build(accel, Items { boxes: &effective, groups: Some(&operations(tree)) })
     } else {
         None
@@ -166,7 +174,7 @@ fn constraints(program: &Program, placed: &[PlacedLeaf]) -> Vec<Option<Constrain
     }
     let constraint = |(number, placed): (u32, &PlacedLeaf)| {
         let leaf = Some(placed).filter(|placed| has_no_end(placed))?;
-        let q = leaf.leaf.solid.homogeneous(0)?.rows;
+        let q = leaf.leaf.solid.quadric_matrix(0)?.rows;
         Constraint::new(q, &leaf.body_from_local, &leaf.leaf.local_from_body, program.is_taken(number))
     };
     (0..).zip(placed).map(constraint).collect()

@@ -6,35 +6,58 @@ use std::sync::Arc;
 use std::collections::HashMap;
 use std::ops::Range;
 
+use super::accel_choice::AccelChoice;
 use super::body::{BodyBuilder, is_body};
-use super::choice::Choice;
+use super::built_leaves::BuiltLeaves;
 use super::graph::Graph;
 use super::names::{Labels, NameId};
-use super::parts::Parts;
-use super::sites::{SiteId, Sites};
-use super::world::{Level, ObjectInfo, Placed, Target, World};
+use super::world::{Level, ObjectInfo, Placement, Target, World};
 use super::{SceneError, Stats};
 use crate::aabb::Aabb;
 use crate::accel::{self, Items};
-use crate::math::{Chain, Placement};
+use crate::math::{ComposedTransform, TransformPair};
 use crate::scene::{Node, NodeId, Scene};
 
-/// Builds the world of a scene; where each transform counts is written to `sites`, if that is wanted.
+/// Index of one occurrence of a transform on the way from the root of a level to placements.
+pub(super) type OccurrenceId = u32;
+
+/// Is told, in order, which transforms the levels are built from and what is placed below them.
+pub(super) trait Recorder {
+    /// A transform occurs in the level that is being built, below another occurrence.
+    fn add(&mut self, node: NodeId, above: Option<OccurrenceId>) -> Option<OccurrenceId>;
+
+    /// A node is placed in the level that is being built. `baked`: its transforms are part of the body.
+    fn place(&mut self, occurrence: Option<OccurrenceId>, node: NodeId, baked: bool, target: Target);
+
+    /// The level that was being built is complete.
+    fn end_level(&mut self);
+}
+
+/// Records nothing.
+impl Recorder for () {
+    fn add(&mut self, _node: NodeId, _above: Option<OccurrenceId>) -> Option<OccurrenceId> {
+        None
+    }
+    fn place(&mut self, _: Option<OccurrenceId>, _node: NodeId, _baked: bool, _target: Target) {}
+    fn end_level(&mut self) {}
+}
+
+/// Builds the world of a scene. The recorder is told where each transform of the scene has an effect.
 pub(super) fn build(
     scene: &Scene,
     graph: &Graph,
-    parts: &Parts,
-    choice: Choice,
-    sites: Option<&mut Sites>,
+    leaves: &BuiltLeaves,
+    choice: AccelChoice,
+    recorder: &mut dyn Recorder,
 ) -> Result<World, Vec<SceneError>> {
     let mut builder = Builder {
         graph,
         labels: Labels::new(scene),
-        bodies: BodyBuilder { scene, parts, choice, surfaces: 0, stats: Stats::default() },
+        bodies: BodyBuilder { scene, leaves, choice, surfaces: 0, stats: Stats::default() },
         world: World::empty(scene),
         targets: HashMap::new(),
         objects: HashMap::new(),
-        sites,
+        recorder,
     };
     builder.run().map_err(|error| vec![error])?;
     Ok(builder.finish())
@@ -48,17 +71,17 @@ struct Builder<'s> {
     /// Shared bodies and groups that are compiled already.
     targets: HashMap<NodeId, Target>,
     objects: HashMap<NodeId, u32>,
-    sites: Option<&'s mut Sites>,
+    recorder: &'s mut dyn Recorder,
 }
 
 /// A node on the way down from a level's root.
 struct Visit {
     node: NodeId,
-    chain: Chain,
+    composed: ComposedTransform,
     object: Option<u32>,
     name: NameId,
     /// The innermost transform above, if that is kept.
-    site: Option<SiteId>,
+    occurrence: Option<OccurrenceId>,
 }
 
 /// The placements of each group that dissolves into a level: a range, for members are visited depth first.
@@ -94,7 +117,7 @@ impl<'s> Builder<'s> {
                 Node::Group { members } => {
                     Target::Level(self.level(members, true, self.bodies.choice.of(id))?)
                 }
-                _ if is_body(node) => match self.body(id, &Chain::IDENTITY)? {
+                _ if is_body(node) => match self.body(id, &ComposedTransform::IDENTITY)? {
                     Some(target) => target,
                     None => continue,
                 },
@@ -128,8 +151,8 @@ impl<'s> Builder<'s> {
     }
 
     /// Builds a body; `None` for a combination of empty groups, of which there is nothing to place.
-    fn body(&mut self, node: NodeId, chain: &Chain) -> Result<Option<Target>, SceneError> {
-        let body = self.bodies.build(node, chain)?;
+    fn body(&mut self, node: NodeId, composed: &ComposedTransform) -> Result<Option<Target>, SceneError> {
+        let body = self.bodies.build(node, composed)?;
         if body.leaf_count() == 0 {
             return Ok(None);
         }
@@ -149,9 +172,9 @@ impl<'s> Builder<'s> {
             let scene = self.bodies.scene;
             match scene.node(visit.node) {
                 Node::Transform { transform, child } => {
-                    let chain = transform.inside(&visit.chain);
-                    let site = self.sites.as_mut().map(|sites| sites.add(visit.node, visit.site));
-                    stack.push(Visit { node: *child, chain, site, ..visit });
+                    let composed = transform.inside(&visit.composed);
+                    let occurrence = self.recorder.add(visit.node, visit.occurrence);
+                    stack.push(Visit { node: *child, composed, occurrence, ..visit });
                 }
                 Node::Object { node, .. } => {
                     let object = self.objects.get(&visit.node).copied();
@@ -164,9 +187,7 @@ impl<'s> Builder<'s> {
                 _ => self.place(&mut level, visit)?,
             }
         }
-        if let Some(sites) = &mut self.sites {
-            sites.end_level();
-        }
+        self.recorder.end_level();
         let boxes: Vec<Aabb> = level.placements.iter().map(|p| p.bounds).collect();
         level.bounds = boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(b));
         level.accel = accel::build(accel, Items { boxes: &boxes, groups: Some(&groups.ranges) });
@@ -183,14 +204,14 @@ impl<'s> Builder<'s> {
         indexed: bool,
     ) {
         let start = stack.len();
-        let chain = group.map_or(Chain::IDENTITY, |g| g.chain);
+        let composed = group.map_or(ComposedTransform::IDENTITY, |g| g.composed);
         let object = group.and_then(|g| g.object);
-        let site = group.and_then(|g| g.site);
+        let occurrence = group.and_then(|g| g.occurrence);
         for (i, &node) in members.iter().enumerate() {
             let parent = group.map(|g| g.name);
             let name =
                 Arc::make_mut(&mut self.world.names).add(parent, self.labels.of(node), indexed.then_some(i));
-            stack.push(Visit { node, chain, object, name, site });
+            stack.push(Visit { node, composed, object, name, occurrence });
         }
         stack[start..].reverse();
     }
@@ -201,15 +222,13 @@ impl<'s> Builder<'s> {
         let shared = self.targets.get(&visit.node);
         let baked = shared.is_none();
         let (target, placement) = match shared {
-            Some(&target) => (target, self.bodies.placed(visit.node, &visit.chain)?),
-            None => match self.body(visit.node, &visit.chain)? {
-                Some(target) => (target, Placement::IDENTITY),
+            Some(&target) => (target, self.bodies.placed(visit.node, &visit.composed)?),
+            None => match self.body(visit.node, &visit.composed)? {
+                Some(target) => (target, TransformPair::IDENTITY),
                 None => return Ok(()),
             },
         };
-        if let Some(sites) = &mut self.sites {
-            sites.place(visit.site, visit.node, baked, target);
-        }
+        self.recorder.place(visit.occurrence, visit.node, baked, target);
         let first_path = level.path_count;
         level.path_count = level
             .path_count
@@ -219,7 +238,7 @@ impl<'s> Builder<'s> {
                 SceneError::at(visit.node, "more than 2^63 instances cannot be numbered".into())
             })?;
         level.leaf_count = level.leaf_count.saturating_add(self.world.leaves_of(target));
-        level.placements.push(Placed {
+        level.placements.push(Placement {
             local_from_parent: placement.local_from_parent,
             bounds: self.world.bounds_of(target).transformed(&placement.parent_from_local),
             target,

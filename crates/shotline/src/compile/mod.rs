@@ -4,30 +4,28 @@
 //! groups are placed in levels (`level`). A part with several parents is compiled once and placed many
 //! times; nothing here recurses, so depth is limited by memory only.
 
+mod accel_choice;
 mod body;
-mod choice;
+mod box_join;
+mod built_leaves;
+mod dynamic;
 mod error;
-mod find;
 mod graph;
-mod join;
 mod level;
-mod live;
-mod meetings;
 mod names;
-mod parts;
+mod overlap_candidates;
 #[cfg(any(test, feature = "testkit"))]
 mod plain;
-mod sites;
 mod world;
 
+pub use dynamic::DynamicWorld;
 pub use error::SceneError;
-pub use live::Live;
-pub use meetings::{Meeting, Meetings};
+pub use overlap_candidates::{OverlapCandidate, OverlapCandidates};
 pub use world::{Stats, World};
 
-pub(crate) use world::{Body, Leaf, Level, Placed, SolidBody, Target};
+pub(crate) use world::{Body, Leaf, Level, Placement, SolidBody, Target};
 
-use choice::Choice;
+use accel_choice::AccelChoice;
 
 use crate::scene::Scene;
 
@@ -44,10 +42,10 @@ pub struct Options {
 /// # Errors
 /// Everything that is wrong with the scene, not only the first.
 pub fn compile(scene: &Scene, options: Options) -> Result<World, Vec<SceneError>> {
-    let choice = Choice::new(scene, options)?;
+    let choice = AccelChoice::new(scene, options)?;
     let graph = graph::Graph::of(scene)?;
-    let parts = parts::Parts::build(scene, &graph, choice)?;
-    level::build(scene, &graph, &parts, choice, None)
+    let leaves = built_leaves::BuiltLeaves::build(scene, &graph, choice)?;
+    level::build(scene, &graph, &leaves, choice, &mut ())
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::scene::{Node, NodeId, Scene};
 
-/// A name: an index into [`Names`].
+/// A name: an index into [`PathNames`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct NameId(u32);
 
@@ -20,13 +20,13 @@ struct Link {
 
 /// All names of a world.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Names {
+pub(super) struct PathNames {
     links: Vec<Link>,
     labels: Vec<String>,
     by_label: HashMap<String, u32>,
 }
 
-impl Names {
+impl PathNames {
     /// A name below another.
     pub(super) fn add(&mut self, parent: Option<NameId>, label: &str, index: Option<usize>) -> NameId {
         let label = match self.by_label.get(label) {
@@ -46,14 +46,14 @@ impl Names {
     /// The name in full, outermost part first, appended to `out` with a slash before each part but the
     /// very first.
     pub(super) fn write(&self, name: NameId, out: &mut String) {
-        let mut chain = Vec::new();
+        let mut composed = Vec::new();
         let mut next = Some(name);
         while let Some(id) = next {
             let link = &self.links[id.0 as usize];
-            chain.push(link);
+            composed.push(link);
             next = link.parent;
         }
-        for link in chain.iter().rev() {
+        for link in composed.iter().rev() {
             if !out.is_empty() {
                 out.push('/');
             }

@@ -122,7 +122,7 @@ fn combinations_without_leaves_are_not_placed() {
         assert_eq!(world.surface_name(surface), "");
     }
     assert!(world.bounds().contains(Vec3::X) && world.bounds().size().x < 2.1);
-    let mut live = super::Live::new(scene.clone(), Options::default()).expect("it compiles");
+    let mut live = super::DynamicWorld::new(scene.clone(), Options::default()).expect("it compiles");
     assert!(live.place("first", Affine::translation(Vec3::X)).is_err() || live.world().path_count() == 1);
     scene.objects.remove(1);
     let world = compile(&scene, Options::default()).expect("it compiles");

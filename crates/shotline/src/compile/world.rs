@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use super::names::{NameId, Names};
+use super::names::{NameId, PathNames};
 use crate::aabb::Aabb;
 use crate::accel::Accelerator;
 use crate::csg::Program;
-use crate::math::{Affine, Chain};
+use crate::math::{Affine, ComposedTransform};
 use crate::solid::Solid;
 use crate::solid::mesh::MeshSolid;
 
@@ -30,14 +30,14 @@ pub struct Stats {
 /// A scene compiled for casting: immutable and shared by all threads.
 #[derive(Clone, Debug)]
 pub struct World {
-    /// Levels and bodies are shared with worlds that differ in others: see [`super::Live`].
+    /// Levels and bodies are shared with worlds that differ in others: see [`super::DynamicWorld`].
     pub(super) levels: Vec<Arc<Level>>,
     pub(super) root: u32,
     pub(super) bodies: Vec<Arc<Body>>,
     pub(super) objects: Vec<ObjectInfo>,
     pub(super) object_names: Vec<String>,
     pub(super) material_names: Vec<String>,
-    pub(super) names: Arc<Names>,
+    pub(super) names: Arc<PathNames>,
     /// An object with a body that is not a solid, and that body.
     pub(super) surface: Option<(u32, u32)>,
     pub(super) stats: Stats,
@@ -52,7 +52,7 @@ pub(super) struct ObjectInfo {
 /// The placements of a group.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Level {
-    pub placements: Vec<Placed>,
+    pub placements: Vec<Placement>,
     pub accel: Option<Box<dyn Accelerator>>,
     pub(super) accel_name: &'static str,
     pub bounds: Aabb,
@@ -63,7 +63,7 @@ pub(crate) struct Level {
 
 /// A body or a level, placed.
 #[derive(Clone, Debug)]
-pub(crate) struct Placed {
+pub(crate) struct Placement {
     /// The `T^-1` that rays are met with.
     pub local_from_parent: Affine,
     /// In the frame of the level.
@@ -187,7 +187,7 @@ impl World {
     /// placed. Of a solid or a mesh alone these are its own, of a combination those it is written in if it is shared, else
     /// those of the group around it. `None` for a number not in use.
     pub fn path_transform(&self, path: u64) -> Option<Affine> {
-        let way: Vec<&Placed> = self.way(path).collect();
+        let way: Vec<&Placement> = self.way(path).collect();
         let Target::Body(body) = way.last()?.target else { return None };
         let local = match self.body(body) {
             Body::Surface(b) => &b.local_from_body,
@@ -195,12 +195,13 @@ impl World {
             Body::Solid(_) => &Affine::IDENTITY,
         };
         let down = way.iter().rev().map(|placed| &placed.local_from_parent);
-        let local_from_world = down.fold(Chain::IDENTITY.then(local), |chain, step| chain.then(step));
+        let local_from_world =
+            down.fold(ComposedTransform::IDENTITY.then(local), |composed, step| composed.then(step));
         local_from_world.placement().ok().map(|placement| placement.local_from_parent)
     }
 
     /// The placements of an instance path, outermost first; none for a number not in use.
-    fn way(&self, path: u64) -> impl Iterator<Item = &Placed> {
+    fn way(&self, path: u64) -> impl Iterator<Item = &Placement> {
         let (mut level, mut rest) = (Some(self.root()), path);
         std::iter::from_fn(move || {
             let here = level.take().filter(|level| rest < level.path_count)?;
@@ -237,7 +238,7 @@ impl World {
     }
 
     /// The name of a placement: the end of the paths that lead to it.
-    pub(crate) fn placed_name(&self, placed: &Placed) -> String {
+    pub(crate) fn placed_name(&self, placed: &Placement) -> String {
         let mut name = String::new();
         self.names.write(placed.name, &mut name);
         name

@@ -2,11 +2,11 @@
 //!
 //! A thousand abutting layers, each thinner than the bounds of its faces, are one body all the same. So a chain is
 //! not one event. Its boundaries are taken in the order of their `t`; then what is too thin to be resolved goes,
-//! first the gaps between extents, so that extents which hang together become one, then the extents that are
+//! first the gaps between extents, so that extents which hang are_coincident become one, then the extents that are
 //! still too thin. What reaches further than the bounds therefore stays.
 
 use super::event::Boundary;
-use crate::crossing::together;
+use crate::crossing::are_coincident;
 
 /// Leaves of the alternating boundaries of a chain those that bound what is resolved.
 pub(super) fn resolve(chain: &mut Vec<Boundary>) {
@@ -24,7 +24,7 @@ fn join(chain: &mut Vec<Boundary>, side: bool) {
     for i in 0..chain.len() {
         let thin = kept > 0 && chain[kept - 1].entering == side && {
             let (from, to) = (&chain[kept - 1].crossing, &chain[i].crossing);
-            together(from, to)
+            are_coincident(from, to)
         };
         if thin {
             kept -= 1;

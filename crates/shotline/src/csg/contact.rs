@@ -18,25 +18,25 @@ use crate::math::{Vec3, unit};
 
 /// A sector in which a leaf has its interior.
 #[derive(Clone, Copy, Debug)]
-struct Part {
+struct SectorContact {
     leaf: u32,
     from: FlatBorder,
     to: FlatBorder,
     /// Where the contact begins and ends.
-    stretch: [f64; 2],
+    interval: [f64; 2],
     /// Where the ray enters the bounds of the leaf.
     enter: f64,
 }
 
 /// The same at one place of the ray.
 #[derive(Clone, Copy, Debug)]
-struct Slice {
+struct SectorAt {
     leaf: u32,
     from: Curve,
     to: Curve,
 }
 
-impl Slice {
+impl SectorAt {
     fn width(&self) -> f64 {
         (self.to.angle - self.from.angle).rem_euclid(TAU)
     }
@@ -55,7 +55,7 @@ impl Slice {
 
 /// Where two surfaces in which the ray runs exchange their order around it.
 #[derive(Clone, Copy, Debug)]
-pub struct Turn {
+pub struct OrderExchange {
     /// The leaf of one of them.
     pub leaf: u32,
     /// The place.
@@ -66,7 +66,7 @@ pub struct Turn {
 
 /// A place on the ray, on one side of a `t`, before anything else changes there.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Place {
+pub(super) enum OneSided {
     Before(f64),
     After(f64),
 }
@@ -74,25 +74,25 @@ pub(super) enum Place {
 /// The surfaces in which one ray runs.
 #[derive(Debug, Default)]
 pub(super) struct Contacts {
-    parts: Vec<Part>,
+    sectors: Vec<SectorContact>,
     /// Whether a part has borders that turn.
     turning: bool,
     /// Where the borders of two parts exchange their order: the numbers of the parts, and `t`.
-    turns: Vec<([u32; 2], f64)>,
+    order_exchanges: Vec<([u32; 2], f64)>,
     /// Two directions that span the plane across the ray, and with it form a right-handed frame.
     across: Option<(Vec3, Vec3)>,
     /// The parts beside which the ray runs just now.
     open: Vec<u32>,
     /// Those at one place, and their borders: memory only.
-    slices: Vec<Slice>,
+    sectors_at: Vec<SectorAt>,
     borders: Vec<Curve>,
 }
 
 impl Contacts {
     pub fn clear(&mut self) {
-        self.parts.clear();
+        self.sectors.clear();
         self.turning = false;
-        self.turns.clear();
+        self.order_exchanges.clear();
         self.across = None;
         self.open.clear();
     }
@@ -110,36 +110,36 @@ impl Contacts {
         contact: &Contact,
         direction: Vec3,
         enter: f64,
-        turns: &mut Vec<Turn>,
+        order_exchanges: &mut Vec<OrderExchange>,
     ) -> u32 {
         let across = *self.across.get_or_insert_with(|| unit(direction).any_orthonormal_pair());
         let Contact { sector, .. } = contact;
         let [from, to] = [sector.from, sector.to].map(|border| FlatBorder::new(&border, across));
-        let (number, part) = (
-            self.parts.len() as u32,
-            Part { leaf, from, to, stretch: [contact.enter.t, contact.exit.t], enter },
+        let (number, sector) = (
+            self.sectors.len() as u32,
+            SectorContact { leaf, from, to, interval: [contact.enter.t, contact.exit.t], enter },
         );
-        self.turning |= part.turns();
-        let others = if self.turning { &self.parts[..] } else { &[] };
+        self.turning |= sector.turns();
+        let others = if self.turning { &self.sectors[..] } else { &[] };
         for (other_number, other) in (0..).zip(others).filter(|(_, other)| other.leaf != leaf) {
             // In one order, whichever leaf was found first: so the bits are the same with all accelerators.
-            let [a, b] = if other.leaf < leaf { [other, &part] } else { [&part, other] };
+            let [a, b] = if other.leaf < leaf { [other, &sector] } else { [&sector, other] };
             for crossing in a.exchanges(b) {
-                self.turns.push(([other_number, number], crossing.t));
-                turns.push(Turn { leaf: a.leaf, crossing, enter: a.enter.max(b.enter) });
+                self.order_exchanges.push(([other_number, number], crossing.t));
+                order_exchanges.push(OrderExchange { leaf: a.leaf, crossing, enter: a.enter.max(b.enter) });
             }
         }
-        self.parts.push(part);
+        self.sectors.push(sector);
         number
     }
 
     /// Begins or ends the stretch of a sector.
-    pub fn toggle(&mut self, part: u32) {
-        match self.open.iter().position(|&p| p == part) {
-            Some(place) => {
-                self.open.swap_remove(place);
+    pub fn toggle(&mut self, sector: u32) {
+        match self.open.iter().position(|&p| p == sector) {
+            Some(side) => {
+                self.open.swap_remove(side);
             }
-            None => self.open.push(part),
+            None => self.open.push(sector),
         }
     }
 
@@ -147,48 +147,49 @@ impl Contacts {
     ///
     /// What is around the ray changes at borders only, so it is judged behind each of them. Borders that differ
     /// by rounding only count as one.
-    pub fn value(&mut self, program: &Program, state: &mut ProgramState, place: Place) -> bool {
-        let t = self.sample(place);
-        let mut slices = std::mem::take(&mut self.slices);
-        slices.clear();
-        slices.extend(self.open.iter().map(|&part| self.parts[part as usize].slice(t)));
+    pub fn value(&mut self, program: &Program, state: &mut ProgramState, side: OneSided) -> bool {
+        let t = self.sample(side);
+        let mut sectors_at = std::mem::take(&mut self.sectors_at);
+        sectors_at.clear();
+        sectors_at.extend(self.open.iter().map(|&sector| self.sectors[sector as usize].sector_at(t)));
         // No sector is wider than half a turn: what seems so is one without width.
-        slices.retain(|slice| (ONE_DIRECTION..PI + ONE_DIRECTION).contains(&slice.width()));
+        sectors_at.retain(|sector_at| (ONE_DIRECTION..PI + ONE_DIRECTION).contains(&sector_at.width()));
         let mut borders = std::mem::take(&mut self.borders);
         borders.clear();
-        for border in slices.iter().flat_map(|slice| [slice.from, slice.to]) {
+        for border in sectors_at.iter().flat_map(|sector_at| [sector_at.from, sector_at.to]) {
             if !borders.iter().any(|other| border.is_one_with(other)) {
                 borders.push(border);
             }
         }
         let mut curves = borders.iter().map(|border| behind(&borders, border));
-        let value = curves.all(|curve| value_along(&slices, &curve, program, state));
-        (self.slices, self.borders) = (slices, borders);
+        let value = curves.all(|curve| value_along(&sectors_at, &curve, program, state));
+        (self.sectors_at, self.borders) = (sectors_at, borders);
         value
     }
 
     /// Returns a `t` at which the borders have the same order as at a place. It lies at most half way to the next `t` where
     /// borders exchange their order or end. Within that it is far enough for borders that turn to be clearly apart.
-    fn sample(&self, place: Place) -> f64 {
-        let (t, way) = match place {
-            Place::Before(t) => (t, -1.0),
-            Place::After(t) => (t, 1.0),
+    fn sample(&self, side: OneSided) -> f64 {
+        let (t, way) = match side {
+            OneSided::Before(t) => (t, -1.0),
+            OneSided::After(t) => (t, 1.0),
         };
-        let is_open = |part: &u32| self.open.contains(part);
-        let turns = self.turns.iter().filter(|(parts, _)| parts.iter().all(is_open));
-        let parts = || self.open.iter().map(|&part| &self.parts[part as usize]);
-        let changes = turns.map(|(_, turn)| *turn).chain(parts().flat_map(|part| part.stretch));
+        let is_open = |sector: &u32| self.open.contains(sector);
+        let order_exchanges = self.order_exchanges.iter().filter(|(sectors, _)| sectors.iter().all(is_open));
+        let sectors = || self.open.iter().map(|&sector| &self.sectors[sector as usize]);
+        let changes =
+            order_exchanges.map(|(_, turn)| *turn).chain(sectors().flat_map(|sector| sector.interval));
         let steps = changes.map(|change| way * (change - t)).filter(|step| *step > 0.0);
         let next = steps.fold(f64::INFINITY, f64::min);
-        let borders = parts().flat_map(|part| [&part.from, &part.to]);
+        let borders = sectors().flat_map(|sector| [&sector.from, &sector.to]);
         let step = borders.map(|border| border.step(t)).fold(0.5 * next, f64::min);
         if step.is_finite() { t + way * step } else { t }
     }
 }
 
-impl Part {
-    fn slice(&self, t: f64) -> Slice {
-        Slice { leaf: self.leaf, from: self.from.curve(t), to: self.to.curve(t) }
+impl SectorContact {
+    fn sector_at(&self, t: f64) -> SectorAt {
+        SectorAt { leaf: self.leaf, from: self.from.curve(t), to: self.to.curve(t) }
     }
 
     fn turns(&self) -> bool {
@@ -196,9 +197,9 @@ impl Part {
     }
 
     /// Where borders of this part and of another may exchange their order. Those of one sheet have the same places.
-    fn exchanges(&self, other: &Part) -> Vec<Crossing> {
-        let sheets = |part: &Part| {
-            if part.from.is_opposite(&part.to) { vec![part.from] } else { vec![part.from, part.to] }
+    fn exchanges(&self, other: &SectorContact) -> Vec<Crossing> {
+        let sheets = |sector: &SectorContact| {
+            if sector.from.is_opposite(&sector.to) { vec![sector.from] } else { vec![sector.from, sector.to] }
         };
         let mut out = Vec::new();
         for a in sheets(self) {
@@ -215,8 +216,9 @@ fn behind(borders: &[Curve], border: &Curve) -> Curve {
     Curve { curvature: 0.5 * border.curvature + 0.5 * next, ..*border }
 }
 
-fn value_along(slices: &[Slice], curve: &Curve, program: &Program, state: &mut ProgramState) -> bool {
-    let inside = || slices.iter().filter(|slice| slice.contains(curve)).map(|slice| slice.leaf);
+fn value_along(sectors_at: &[SectorAt], curve: &Curve, program: &Program, state: &mut ProgramState) -> bool {
+    let inside =
+        || sectors_at.iter().filter(|sector_at| sector_at.contains(curve)).map(|sector_at| sector_at.leaf);
     inside().for_each(|leaf| state.toggle(program, leaf));
     let value = state.value(program);
     inside().for_each(|leaf| state.toggle(program, leaf));
@@ -243,16 +245,16 @@ mod tests {
         state.reset(&program);
         for (leaf, normals) in (0..).zip(leaves) {
             let sheets: Vec<Sheet> = normals.iter().copied().map(Sheet::plane).collect();
-            let part = contacts.add(
+            let sector = contacts.add(
                 leaf,
                 &contact(Sector::behind(&sheets, Vec3::Z).unwrap()),
                 Vec3::Z,
                 0.0,
                 &mut Vec::new(),
             );
-            contacts.toggle(part);
+            contacts.toggle(sector);
         }
-        contacts.value(&program, &mut state, Place::After(0.0))
+        contacts.value(&program, &mut state, OneSided::After(0.0))
     }
 
     /// A contact along the whole ray.
@@ -282,10 +284,10 @@ mod tests {
         for leaf in 0..100 {
             let normal = Vec3::new(if leaf % 2 == 0 { 1.0 } else { -1.0 }, f64::from(leaf) * 1e-15, 0.0);
             let sector = Sector::behind(&[Sheet::plane(normal)], Vec3::Z).unwrap();
-            let part = contacts.add(leaf, &contact(sector), Vec3::Z, 0.0, &mut Vec::new());
-            contacts.toggle(part);
+            let sector = contacts.add(leaf, &contact(sector), Vec3::Z, 0.0, &mut Vec::new());
+            contacts.toggle(sector);
         }
-        assert!(contacts.value(&program, &mut state, Place::After(0.0)));
+        assert!(contacts.value(&program, &mut state, OneSided::After(0.0)));
         assert_eq!(contacts.borders.len(), 2);
     }
 

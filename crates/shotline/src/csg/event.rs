@@ -16,13 +16,13 @@ pub enum HitKind {
 
 /// What changes for a leaf at an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Change {
+pub enum EventKind {
     /// The ray passes into the leaf's interior or out of it.
     Membership,
     /// The ray begins or ceases to run within the leaf's surface, with the interior in the sector of this number.
     Contact(u32),
     /// Two surfaces within which the ray runs exchange their order around it.
-    Turn,
+    OrderExchange,
 }
 
 /// A crossing of a leaf on its way into the sweep.
@@ -33,7 +33,7 @@ pub struct Event {
     /// The leaf.
     pub leaf: u32,
     /// What changes there.
-    pub change: Change,
+    pub kind: EventKind,
     /// What the leaf's solid answered.
     pub crossing: Crossing,
 }
@@ -41,12 +41,12 @@ pub struct Event {
 impl Event {
     /// The event of a leaf's crossing, given where the ray enters the leaf's effective bounds. Before those
     /// the leaf cannot matter; `None` says that it happened before and only changes the state.
-    pub fn new(leaf: u32, change: Change, crossing: Crossing, enter: f64) -> Option<Event> {
+    pub fn new(leaf: u32, kind: EventKind, crossing: Crossing, enter: f64) -> Option<Event> {
         if crossing.high() < enter {
             return None;
         }
         // Never before the box: so the order of events does not depend on when the box was opened.
-        Some(Event { low: crossing.low().max(enter), leaf, change, crossing })
+        Some(Event { low: crossing.low().max(enter), leaf, kind, crossing })
     }
 
     /// The upper end of that interval.

@@ -4,7 +4,7 @@
 //! So a crossing costs what it changes, not the size of the expression.
 
 use super::Op;
-use super::table::Table;
+use super::truth_table::TruthTable;
 
 /// A boolean expression as an arena; no recursion, so that its depth is no matter.
 #[derive(Clone, Debug, Default)]
@@ -49,7 +49,7 @@ pub struct Program {
     pub(super) nodes: Vec<ProgramNode>,
     pub(super) leaves: Vec<Link>,
     /// Takes the place of the counters where the leaves are few.
-    table: Option<Table>,
+    table: Option<TruthTable>,
     /// The leaves without any of which the result is empty, by the table; none without a table.
     needed: u32,
 }
@@ -90,7 +90,7 @@ impl Program {
         }
         let mut state = ProgramState::default();
         state.reset(&program);
-        program.table = Table::new(leaf_count, state.value(&program), |leaf| {
+        program.table = TruthTable::new(leaf_count, state.value(&program), |leaf| {
             state.toggle(&program, leaf);
             state.value(&program)
         });

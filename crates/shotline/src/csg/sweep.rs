@@ -7,8 +7,8 @@
 use std::collections::VecDeque;
 
 use super::chain;
-use super::contact::{Contacts, Place, Turn};
-use super::event::{Boundary, Change, Event, HitKind};
+use super::contact::{Contacts, OneSided, OrderExchange};
+use super::event::{Boundary, Event, EventKind, HitKind};
 use super::{Program, ProgramState};
 use crate::contact::Contact;
 use crate::math::Vec3;
@@ -68,28 +68,28 @@ impl Sweep {
 
     /// Adds a contact of a leaf, before its events; it and the ray's direction are in the frame of the body. The ray enters
     /// the leaf's bounds at `enter`. Appends where the borders of its sector exchange their order with those of others.
-    pub fn touch(
+    pub fn add_contact(
         &mut self,
         leaf: u32,
         contact: &Contact,
         direction: Vec3,
         enter: f64,
-        turns: &mut Vec<Turn>,
-    ) -> Change {
-        Change::Contact(self.contacts.add(leaf, contact, direction, enter, turns))
+        order_exchanges: &mut Vec<OrderExchange>,
+    ) -> EventKind {
+        EventKind::Contact(self.contacts.add(leaf, contact, direction, enter, order_exchanges))
     }
 
     /// A crossing that happened before anything that matters.
-    pub fn preset(&mut self, program: &Program, leaf: u32, change: Change) {
-        match change {
-            Change::Membership => self.state.toggle(program, leaf),
-            Change::Contact(part) => self.contacts.toggle(part),
-            Change::Turn => {}
+    pub fn apply(&mut self, program: &Program, leaf: u32, kind: EventKind) {
+        match kind {
+            EventKind::Membership => self.state.toggle(program, leaf),
+            EventKind::Contact(part) => self.contacts.toggle(part),
+            EventKind::OrderExchange => {}
         }
     }
 
     /// Whether the ray is in the result at a place, given the events of the group, where no other event is left to come.
-    fn value(&mut self, program: &Program, place: impl FnOnce(&[Event]) -> Place) -> bool {
+    fn value(&mut self, program: &Program, place: impl FnOnce(&[Event]) -> OneSided) -> bool {
         if self.contacts.is_empty() {
             self.state.value(program)
         } else {
@@ -112,22 +112,24 @@ impl Sweep {
     /// Promises that no event below `low` will come.
     pub fn advance(&mut self, program: &Program, low: f64) {
         if !self.group.is_empty() && low > self.group_high {
-            self.judge(program);
+            self.classify_group(program);
         }
     }
 
     /// Whether the ray is outside of the result after everything so far, with no event left to be judged.
     pub fn is_out(&mut self, program: &Program) -> bool {
         let t_min = self.span.t_min();
-        self.group.is_empty() && !self.inside && (self.begun || !self.value(program, |_| Place::After(t_min)))
+        self.group.is_empty()
+            && !self.inside
+            && (self.begun || !self.value(program, |_| OneSided::After(t_min)))
     }
 
     /// Promises that no event will come.
     pub fn finish(&mut self, program: &Program) {
         if !self.group.is_empty() {
-            self.judge(program);
+            self.classify_group(program);
         }
-        self.settle_start(program, true);
+        self.classify_start(program, true);
         if self.inside {
             self.inside = false;
             self.emit_span_end(HitKind::End, self.span.t_max());
@@ -141,7 +143,7 @@ impl Sweep {
 
     /// Judges the state before the first event. If the span begins inside, that is a boundary, unless the
     /// first event lies where the span begins: then what comes after it decides.
-    fn settle_start(&mut self, program: &Program, alone: bool) -> bool {
+    fn classify_start(&mut self, program: &Program, alone: bool) -> bool {
         if self.begun {
             return false;
         }
@@ -149,7 +151,7 @@ impl Sweep {
         let t_min = self.span.t_min();
         let inside = self.value(program, |group| {
             let first = || group.iter().map(|e| e.crossing.t).fold(t_min, f64::min);
-            if alone { Place::After(t_min) } else { Place::Before(first()) }
+            if alone { OneSided::After(t_min) } else { OneSided::Before(first()) }
         });
         if inside && alone {
             self.inside = true;
@@ -158,47 +160,47 @@ impl Sweep {
         inside && !alone
     }
 
-    fn judge(&mut self, program: &Program) {
+    fn classify_group(&mut self, program: &Program) {
         // Events come in the order of their lower ends: in a chain the last begins behind the end of another.
         if self.group.last().is_some_and(|last| last.low > self.first_high) {
-            self.judge_chain(program);
+            self.classify_chain(program);
         } else {
-            self.judge_event(program);
+            self.classify_event(program);
         }
         self.group.clear();
     }
 
     /// Judges a group that is one event.
-    fn judge_event(&mut self, program: &Program) {
+    fn classify_event(&mut self, program: &Program) {
         let t_min = self.span.t_min();
         let at_start = self.group.iter().any(|e| e.low <= t_min);
-        let began_inside = self.settle_start(program, !at_start);
+        let began_inside = self.classify_start(program, !at_start);
         for i in 0..self.group.len() {
-            let Event { leaf, change, .. } = self.group[i];
-            self.preset(program, leaf, change);
+            let Event { leaf, kind, .. } = self.group[i];
+            self.apply(program, leaf, kind);
         }
         let inside = self.value(program, |group| {
-            Place::After(group.iter().map(|e| e.crossing.t).fold(f64::NEG_INFINITY, f64::max))
+            OneSided::After(group.iter().map(|e| e.crossing.t).fold(f64::NEG_INFINITY, f64::max))
         });
         if inside != self.inside {
-            let witness = witness(&self.group, program, inside);
-            let t = witness.crossing.t;
+            let representative = representative(&self.group, program, inside);
+            let t = representative.crossing.t;
             if inside && (began_inside || t < t_min) {
                 self.inside = true;
                 self.emit_span_end(HitKind::Start, t_min);
-            } else if is_within(&witness, self.span) {
+            } else if is_within(&representative, self.span) {
                 self.inside = inside;
-                self.out.push_back(Boundary { kind: HitKind::Surface, entering: inside, ..witness });
+                self.out.push_back(Boundary { kind: HitKind::Surface, entering: inside, ..representative });
             }
         }
     }
 
     /// Judges a chain: its events one by one in the order of their `t`, then what that leaves of extents and gaps
     /// that are resolved.
-    fn judge_chain(&mut self, program: &Program) {
+    fn classify_chain(&mut self, program: &Program) {
         let t_min = self.span.t_min();
         let at_start = !self.begun && self.group.iter().any(|e| e.low <= t_min);
-        let began_inside = self.settle_start(program, !at_start);
+        let began_inside = self.classify_start(program, !at_start);
         let mut inside = if at_start { began_inside } else { self.inside };
         let before = inside;
         let mut chain = std::mem::take(&mut self.chain);
@@ -206,10 +208,10 @@ impl Sweep {
         let mut group = std::mem::take(&mut self.group);
         group.sort_by(|a, b| a.crossing.t.total_cmp(&b.crossing.t));
         for same in group.chunk_by(|a, b| a.crossing.t == b.crossing.t) {
-            same.iter().for_each(|e| self.preset(program, e.leaf, e.change));
-            let now = self.value(program, |_| Place::After(same[0].crossing.t));
+            same.iter().for_each(|e| self.apply(program, e.leaf, e.kind));
+            let now = self.value(program, |_| OneSided::After(same[0].crossing.t));
             if now != inside {
-                chain.push(witness(same, program, now));
+                chain.push(representative(same, program, now));
                 inside = now;
             }
         }
@@ -247,7 +249,7 @@ impl Sweep {
 
 /// The crossing that stands for events that are one: one that goes the way the result goes, the surest, whatever
 /// order they came in.
-fn witness(group: &[Event], program: &Program, entering: bool) -> Boundary {
+fn representative(group: &[Event], program: &Program, entering: bool) -> Boundary {
     let goes_along = |e: &&Event| (e.crossing.entering != program.is_subtracted(e.leaf)) == entering;
     let order = |a: &&Event, b: &&Event| {
         let (x, y) = (&a.crossing, &b.crossing);
@@ -269,10 +271,10 @@ pub(super) fn is_within(boundary: &Boundary, span: Span) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::op::combine;
     use super::super::{Op, Tree, TreeNode};
     use super::*;
     use crate::crossing::Crossing;
+    use crate::lecture::roth::combine;
     use crate::testkit::random::Random;
 
     fn sweep(program: &Program, lists: &[Vec<f64>], span: Span) -> Vec<(f64, bool, HitKind)> {
@@ -282,9 +284,9 @@ mod tests {
         for (leaf, list) in (0..).zip(lists) {
             for (i, &t) in list.iter().enumerate() {
                 let crossing = Crossing::new(t, t.abs() * 1e-16, i % 2 == 0, 0);
-                match Event::new(leaf, Change::Membership, crossing, span.t_min()) {
+                match Event::new(leaf, EventKind::Membership, crossing, span.t_min()) {
                     Some(event) => events.push(event),
-                    None => sweep.preset(program, leaf, Change::Membership),
+                    None => sweep.apply(program, leaf, EventKind::Membership),
                 }
             }
         }

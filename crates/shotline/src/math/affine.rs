@@ -5,7 +5,8 @@
 //! when a scene is compiled, so it is worked out in double-double and rounded once: an entry of a stored
 //! inverse is wrong by at most half an ulp.
 
-use super::length::{power_of_two_near, unit};
+use super::length::unit;
+use super::power_of_two::power_of_two_near;
 use super::{Dd, Vec3};
 
 /// Transforms with a condition number above this are refused. At a condition `c` the bounds of crossings are of the size of
@@ -129,14 +130,6 @@ impl Affine {
         adjugate(&widen(self)).map(|row| row.map(|x| x.hi))
     }
 
-    /// The direction of a moved normal by the adjugate alone, `sign(|S|) adj(S)^T n`: parallel to
-    /// `(T^-1)^T n` and outward also under mirrors, and defined without a division.
-    pub fn normal_by_adjugate(&self, n: Vec3) -> Vec3 {
-        let a = self.adjugate();
-        let c = |j: usize| n.x * a[0][j] + n.y * a[1][j] + n.z * a[2][j];
-        Vec3::new(c(0), c(1), c(2)) * self.determinant().signum()
-    }
-
     /// The condition number of the linear part in the infinity norm, `|S| |S^-1|`; infinite if singular.
     pub fn condition(&self) -> f64 {
         let norm =
@@ -158,13 +151,13 @@ impl Affine {
     /// # Errors
     /// [`SingularTransform`] if the condition number is above [`MAX_CONDITION`] or an entry is not finite.
     pub fn inverse(&self) -> Result<Affine, SingularTransform> {
-        Placement::new(self).map(|p| p.local_from_parent)
+        TransformPair::new(self).map(|p| p.local_from_parent)
     }
 }
 
 /// A transformation node's matrix with its inverse. Nodes meet rays with `local_from_parent`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Placement {
+pub struct TransformPair {
     /// `T`.
     pub parent_from_local: Affine,
     /// `T^-1`.
@@ -173,9 +166,9 @@ pub struct Placement {
     pub condition: f64,
 }
 
-impl Placement {
+impl TransformPair {
     /// The placement that moves nothing.
-    pub const IDENTITY: Placement = Placement {
+    pub const IDENTITY: TransformPair = TransformPair {
         parent_from_local: Affine::IDENTITY,
         local_from_parent: Affine::IDENTITY,
         condition: 1.0,
@@ -185,27 +178,27 @@ impl Placement {
     ///
     /// # Errors
     /// [`SingularTransform`] if the condition number is above [`MAX_CONDITION`] or an entry is not finite.
-    pub fn new(parent_from_local: &Affine) -> Result<Placement, SingularTransform> {
-        Chain::IDENTITY.then(parent_from_local).placement()
+    pub fn new(parent_from_local: &Affine) -> Result<TransformPair, SingularTransform> {
+        ComposedTransform::IDENTITY.then(parent_from_local).placement()
     }
 }
 
 /// A product of transforms under way, in double-double: rounded only when it is placed, so that equal chains
 /// give equal bits and long chains do not gather rounding.
 #[derive(Clone, Copy, Debug)]
-pub struct Chain(Wide);
+pub struct ComposedTransform(Wide);
 
-impl Chain {
+impl ComposedTransform {
     /// The empty product.
-    pub const IDENTITY: Chain = Chain([
+    pub const IDENTITY: ComposedTransform = ComposedTransform([
         [Dd::ONE, Dd::ZERO, Dd::ZERO, Dd::ZERO],
         [Dd::ZERO, Dd::ONE, Dd::ZERO, Dd::ZERO],
         [Dd::ZERO, Dd::ZERO, Dd::ONE, Dd::ZERO],
     ]);
 
     /// The product with a further transform, inside those so far.
-    pub fn then(&self, inner: &Affine) -> Chain {
-        if inner.is_identity() { *self } else { Chain(compose(&self.0, &widen(inner))) }
+    pub fn then(&self, inner: &Affine) -> ComposedTransform {
+        if inner.is_identity() { *self } else { ComposedTransform(compose(&self.0, &widen(inner))) }
     }
 
     /// Rounds the product and its inverse.
@@ -213,7 +206,7 @@ impl Chain {
     /// # Errors
     /// [`SingularTransform`] if the condition number of the product is above [`MAX_CONDITION`] or an entry
     /// is not finite.
-    pub fn placement(&self) -> Result<Placement, SingularTransform> {
+    pub fn placement(&self) -> Result<TransformPair, SingularTransform> {
         let parent_from_local = round(&self.0);
         if !parent_from_local.rows.iter().flatten().all(|x| x.is_finite()) {
             return Err(SingularTransform { condition: f64::NAN });
@@ -226,7 +219,7 @@ impl Chain {
         if !local_from_parent.rows.iter().flatten().all(|x| x.is_finite()) {
             return Err(SingularTransform { condition });
         }
-        Ok(Placement { parent_from_local, local_from_parent, condition })
+        Ok(TransformPair { parent_from_local, local_from_parent, condition })
     }
 }
 
@@ -334,7 +327,7 @@ pub(crate) mod tests {
             let tangent = v - n * (n.dot(v) / n.length_squared());
             let moved = t.inverse().unwrap().covector(n);
             prop_assert!(moved.dot(t.vector(tangent)).abs() <= 1e-13 * t.condition());
-            let by_adjugate = t.normal_by_adjugate(n);
+            let by_adjugate = crate::lecture::normals::normal_by_adjugate(&t, n);
             prop_assert!(moved.normalize().dot(by_adjugate.normalize()) > 1.0 - 1e-12);
         }
     }

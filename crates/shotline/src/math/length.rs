@@ -1,6 +1,7 @@
 //! Lengths and unit vectors of vectors of any size: their squares may overflow or vanish.
 
 use super::Vec3;
+use super::power_of_two::power_of_two_near;
 
 /// The length of a vector.
 pub fn length(v: Vec3) -> f64 {
@@ -21,11 +22,6 @@ fn scale(v: Vec3) -> f64 {
     } else {
         power_of_two_near(size)
     }
-}
-
-/// A power of two within a factor of two of a positive finite number (kept inside the normal range).
-pub fn power_of_two_near(x: f64) -> f64 {
-    libm::ldexp(1.0, (libm::frexp(x).1).clamp(-1000, 1000))
 }
 
 #[cfg(test)]

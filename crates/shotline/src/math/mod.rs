@@ -5,13 +5,17 @@ mod angle;
 mod dd;
 mod length;
 mod plane;
+mod power_of_two;
+mod split_mix;
 
-pub use affine::{Affine, Chain, MAX_CONDITION, Placement, SingularTransform};
+pub use affine::{Affine, ComposedTransform, MAX_CONDITION, SingularTransform, TransformPair};
 pub use angle::sin_cos_degrees_wide;
 pub use dd::{Dd, difference_of_products, sum, two_prod, two_sum};
 pub use glam::DVec3 as Vec3;
-pub use length::{length, power_of_two_near, unit};
+pub use length::{length, unit};
 pub use plane::Plane;
+pub use power_of_two::{PowerOfTwo, binary_exponent, power_of_two, power_of_two_below, power_of_two_near};
+pub use split_mix::{SPLIT_MIX64_STEP, split_mix64};
 
 /// Half a unit in the last place of 1: the largest relative error of one rounded operation.
 pub const HALF_ULP: f64 = f64::EPSILON / 2.0;

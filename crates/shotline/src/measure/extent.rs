@@ -1,6 +1,6 @@
 //! What is known of an object before rays are cast: its box, and its moments where they have a closed form.
 
-use super::known::Known;
+use super::known::KnownMoments;
 use crate::aabb::Aabb;
 
 /// All there is of an object in some frame.
@@ -8,7 +8,7 @@ use crate::aabb::Aabb;
 pub(super) struct Extent {
     pub bounds: Aabb,
     /// Its moments, where bodies and boxes allow.
-    pub moments: Option<Known>,
+    pub moments: Option<KnownMoments>,
     /// A body of it that has no inside.
     pub open: Option<u32>,
 }

@@ -8,7 +8,7 @@ use crate::solid::Moments;
 
 /// The moments of a part of an object.
 #[derive(Clone, Debug)]
-pub(super) enum Known {
+pub(super) enum KnownMoments {
     /// Exact but for rounding.
     Exactly(Moments),
     /// As each of the randomised samples has them.
@@ -27,12 +27,12 @@ pub(super) struct Sampled {
     pub(super) solids: Vec<u32>,
 }
 
-impl Known {
+impl KnownMoments {
     /// Those under an affine map.
-    pub(super) fn placed(&self, map: &Affine) -> Known {
+    pub(super) fn placed(&self, map: &Affine) -> KnownMoments {
         match self {
-            Known::Exactly(moments) => Known::Exactly(moments.placed(map)),
-            Known::Sampled(sampled) => Known::Sampled(Arc::new(Sampled {
+            KnownMoments::Exactly(moments) => KnownMoments::Exactly(moments.placed(map)),
+            KnownMoments::Sampled(sampled) => KnownMoments::Sampled(Arc::new(Sampled {
                 moments: sampled.moments.map(|moments| moments.placed(map)),
                 axes: sampled.axes.map(|moments| moments.placed(map)),
                 unseen: sampled.unseen * map.determinant().abs(),
@@ -43,15 +43,15 @@ impl Known {
 
     /// Those of parts apart from each other taken together. Where one solid is placed several times its errors add up as
     /// they are: each sample is taken of all parts.
-    pub(super) fn total(parts: &[Known]) -> Known {
-        let sampled = || parts.iter().filter_map(Known::sampled);
+    pub(super) fn total(parts: &[KnownMoments]) -> KnownMoments {
+        let sampled = || parts.iter().filter_map(KnownMoments::sampled);
         if sampled().next().is_none() {
-            return Known::Exactly(total_of(parts, |sampled| sampled.moments[0]));
+            return KnownMoments::Exactly(total_of(parts, |sampled| sampled.moments[0]));
         }
         let mut solids: Vec<u32> = sampled().flat_map(|s| s.solids.iter().copied()).collect();
         solids.sort_unstable();
         solids.dedup();
-        Known::Sampled(Arc::new(Sampled {
+        KnownMoments::Sampled(Arc::new(Sampled {
             moments: std::array::from_fn(|i| total_of(parts, |sampled| sampled.moments[i])),
             axes: std::array::from_fn(|i| total_of(parts, |sampled| sampled.axes[i])),
             unseen: sampled().map(|s| s.unseen).sum(),
@@ -61,17 +61,17 @@ impl Known {
 
     fn sampled(&self) -> Option<&Sampled> {
         match self {
-            Known::Exactly(_) => None,
-            Known::Sampled(sampled) => Some(sampled),
+            KnownMoments::Exactly(_) => None,
+            KnownMoments::Sampled(sampled) => Some(sampled),
         }
     }
 }
 
 /// The moments of all parts, of a part that was sampled those of one sample.
-fn total_of(parts: &[Known], sample: impl Fn(&Sampled) -> Moments) -> Moments {
-    let own = |part: &Known| match part {
-        Known::Exactly(moments) => *moments,
-        Known::Sampled(sampled) => sample(sampled),
+fn total_of(parts: &[KnownMoments], sample: impl Fn(&Sampled) -> Moments) -> Moments {
+    let own = |part: &KnownMoments| match part {
+        KnownMoments::Exactly(moments) => *moments,
+        KnownMoments::Sampled(sampled) => sample(sampled),
     };
     Moments::total(&parts.iter().map(own).collect::<Vec<_>>())
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::aabb::Aabb;
-use crate::compile::{Body, Leaf, Placed, SolidBody, Target, World};
+use crate::compile::{Body, Leaf, Placement, SolidBody, Target, World};
 use crate::math::Affine;
 use crate::solid::Moments;
 
@@ -61,7 +61,7 @@ pub(super) fn leaf_boxes(world: &World, wanted: &[bool]) -> Vec<Vec<LeafBox>> {
 }
 
 /// The boxes of what is placed, in its own frame.
-fn of(world: &World, levels: &[Boxes], placed: &Placed) -> Vec<(Option<u32>, Vec<LeafBox>)> {
+fn of(world: &World, levels: &[Boxes], placed: &Placement) -> Vec<(Option<u32>, Vec<LeafBox>)> {
     match placed.target {
         Target::Level(level) => {
             let named = levels[level as usize].iter();
@@ -77,7 +77,7 @@ fn of(world: &World, levels: &[Boxes], placed: &Placed) -> Vec<(Option<u32>, Vec
 }
 
 /// Boxes in the frame of the level that places them: one around all where there are more than so many.
-fn moved(boxes: Vec<LeafBox>, placed: &Placed, most: usize) -> Vec<LeafBox> {
+fn moved(boxes: Vec<LeafBox>, placed: &Placement, most: usize) -> Vec<LeafBox> {
     // It was inverted once, so it can be again, but for rounding.
     let Ok(map) = inverse(&placed.local_from_parent) else {
         return vec![LeafBox { bounds: placed.bounds, moments: None }];

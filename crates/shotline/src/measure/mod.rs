@@ -32,8 +32,8 @@
 //! turned are larger than it is: for a thin shell that no axis follows about three in a hundred volumes are off by more than
 //! three errors, as few rays graze it and these count most.
 
-mod apart;
 mod cells;
+mod disjoint;
 mod estimate;
 mod extent;
 mod known;

@@ -6,13 +6,13 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
-use super::apart::are_apart;
+use super::disjoint::are_disjoint;
 use super::extent::Extent;
-use super::known::Known;
+use super::known::KnownMoments;
 use super::partly::Sampling;
 use super::{MeasureError, polytope};
 use crate::aabb::Aabb;
-use crate::compile::{Body, Placed, Target, World};
+use crate::compile::{Body, Placement, Target, World};
 use crate::math::Affine;
 use crate::solid::Solid;
 use crate::solid::mesh::{Cancelled, Enclosed};
@@ -33,7 +33,7 @@ pub(super) fn extents(
     wanted: &[bool],
     closed_forms: Option<Sampling>,
 ) -> Result<Vec<(u32, Extent)>, MeasureError> {
-    let mut survey = Survey { world, wanted, closed_forms, solids: HashMap::new(), levels: Vec::new() };
+    let mut survey = ObjectSurvey { world, wanted, closed_forms, solids: HashMap::new(), levels: Vec::new() };
     let mut entries = 0;
     for level in world.levels() {
         let mut parts: Holdings<Vec<Extent>> = BTreeMap::new();
@@ -55,18 +55,18 @@ pub(super) fn extents(
 }
 
 /// What is gathered on the way up.
-struct Survey<'w> {
+struct ObjectSurvey<'w> {
     world: &'w World,
     wanted: &'w [bool],
     closed_forms: Option<Sampling<'w>>,
     /// The moments of solids, each worked out once, by their addresses.
-    solids: HashMap<*const (), Option<Known>>,
+    solids: HashMap<*const (), Option<KnownMoments>>,
     levels: Vec<Holdings<Extent>>,
 }
 
-impl Survey<'_> {
+impl ObjectSurvey<'_> {
     /// What is placed, in the frame of the level.
-    fn of(&mut self, placed: &Placed) -> Result<Vec<(Option<u32>, Extent)>, MeasureError> {
+    fn of(&mut self, placed: &Placement) -> Result<Vec<(Option<u32>, Extent)>, MeasureError> {
         let wanted = self.wanted;
         let is_wanted = |object: Option<u32>| object.is_none_or(|object| wanted[object as usize]);
         let parts: Vec<(Option<u32>, Extent)> = match placed.target {
@@ -100,7 +100,7 @@ impl Survey<'_> {
                         let own = self.solid(&leaf.solid)?;
                         own.and_then(|m| Some(m.placed(&leaf.local_from_body.inverse().ok()?)))
                     }
-                    _ => polytope::moments(b).map(Known::Exactly),
+                    _ => polytope::moments(b).map(KnownMoments::Exactly),
                 };
                 Extent { bounds: b.bounds, moments, open: None }
             }
@@ -108,7 +108,7 @@ impl Survey<'_> {
     }
 
     /// The moments of a solid in its own frame.
-    fn solid(&mut self, solid: &Arc<dyn Solid>) -> Result<Option<Known>, MeasureError> {
+    fn solid(&mut self, solid: &Arc<dyn Solid>) -> Result<Option<KnownMoments>, MeasureError> {
         let Some(sampling) = self.closed_forms else { return Ok(None) };
         let key = Arc::as_ptr(solid).cast();
         if let Some(known) = self.solids.get(&key) {
@@ -116,9 +116,9 @@ impl Survey<'_> {
         }
         let enclosed = solid.as_mesh().map(|mesh| mesh.enclosed(sampling.run.cancel)).transpose();
         let known = match enclosed.map_err(|Cancelled| MeasureError::Cancelled)? {
-            None => solid.moments().map(Known::Exactly),
+            None => solid.moments().map(KnownMoments::Exactly),
             Some(None) => None,
-            Some(Some(Enclosed::Exactly(moments))) => Some(Known::Exactly(moments)),
+            Some(Some(Enclosed::Exactly(moments))) => Some(KnownMoments::Exactly(moments)),
             Some(Some(Enclosed::Partly(doubt))) => {
                 Some(sampling.of(&doubt, u32::try_from(self.solids.len()).unwrap_or(u32::MAX))?)
             }
@@ -130,11 +130,11 @@ impl Survey<'_> {
 
 /// Parts of one object as one: with moments if all have them and their boxes are apart.
 fn together(parts: &[Extent]) -> Extent {
-    let moments: Option<Vec<Known>> = parts.iter().map(|part| part.moments.clone()).collect();
-    let apart = |_: &Vec<Known>| are_apart(parts.iter().map(|part| part.bounds).collect());
+    let moments: Option<Vec<KnownMoments>> = parts.iter().map(|part| part.moments.clone()).collect();
+    let apart = |_: &Vec<KnownMoments>| are_disjoint(parts.iter().map(|part| part.bounds).collect());
     Extent {
         bounds: parts.iter().fold(Aabb::EMPTY, |all, part| all.union(&part.bounds)),
-        moments: moments.filter(apart).map(|moments| Known::total(&moments)),
+        moments: moments.filter(apart).map(|moments| KnownMoments::total(&moments)),
         open: parts.iter().find_map(|part| part.open),
     }
 }

@@ -5,12 +5,12 @@ use std::sync::atomic::Ordering;
 
 use rayon::prelude::*;
 
-use super::known::{Known, Sampled};
-use super::rays::{FEW, STRATA, mixed, place};
+use super::known::{KnownMoments, Sampled};
+use super::rays::{FEW, STRATA, place};
 use super::{MeasureError, Settings};
-use crate::accel::Scratch;
-use crate::math::Dd;
+use crate::math::{Dd, split_mix64};
 use crate::query::batch::Run;
+use crate::scratch::Scratch;
 use crate::solid::mesh::Doubt;
 
 /// Rays between looks at the cancel flag.
@@ -28,7 +28,7 @@ impl Sampling<'_> {
     ///
     /// # Errors
     /// [`MeasureError::Cancelled`].
-    pub(super) fn of(&self, doubt: &Doubt, number: u32) -> Result<Known, MeasureError> {
+    pub(super) fn of(&self, doubt: &Doubt, number: u32) -> Result<KnownMoments, MeasureError> {
         let rays = self.settings.rays.div_ceil(STRATA).max(1);
         let one = |stratum: usize| self.stratum(doubt, number, stratum, rays);
         let strata: Vec<([Dd; 10], u64)> = (0..STRATA).into_par_iter().map(one).collect::<Result<_, _>>()?;
@@ -43,7 +43,7 @@ impl Sampling<'_> {
         let moments = std::array::from_fn(|shift| mean(&|stratum| stratum / 3 == shift));
         let axes = std::array::from_fn(|axis| mean(&|stratum| stratum % 3 == axis));
         let unseen = if met < FEW { doubt.volume() / (STRATA * rays) as f64 } else { 0.0 };
-        Ok(Known::Sampled(Arc::new(Sampled { moments, axes, unseen, solids: vec![number] })))
+        Ok(KnownMoments::Sampled(Arc::new(Sampled { moments, axes, unseen, solids: vec![number] })))
     }
 
     /// The sums over the rays of an axis and a shift, and how many of them found anything to add.
@@ -54,8 +54,9 @@ impl Sampling<'_> {
         stratum: usize,
         rays: usize,
     ) -> Result<([Dd; 10], u64), MeasureError> {
-        let key = mixed(mixed(self.settings.seed) ^ mixed(u64::from(number) | 1 << 40)) ^ stratum as u64;
-        let shift = [mixed(key), mixed(key ^ (1 << 63))];
+        let key = split_mix64(split_mix64(self.settings.seed) ^ split_mix64(u64::from(number) | 1 << 40))
+            ^ stratum as u64;
+        let shift = [split_mix64(key), split_mix64(key ^ (1 << 63))];
         let (mut sums, mut met, mut scratch) = ([Dd::ZERO; 10], 0, Scratch::default());
         for i in 0..rays {
             if i % CHUNK == 0 && self.run.cancel.is_some_and(|c| c.load(Ordering::Relaxed)) {

@@ -7,12 +7,12 @@ use rayon::prelude::*;
 use super::cells::Cells;
 use super::estimate::{COUNT, Estimate, SHIFTS, by_shifts_and_axes, numbers};
 use super::extent::Extent;
-use super::known::{Known, Sampled};
+use super::known::{KnownMoments, Sampled};
 use super::leaves::LeafBox;
 use super::{Measure, MeasureError, Range, Settings};
 use crate::aabb::Aabb;
 use crate::compile::{Body, World};
-use crate::math::{Affine, Dd, HALF_ULP, Vec3};
+use crate::math::{Affine, Dd, HALF_ULP, Vec3, split_mix64};
 use crate::query::batch::Run;
 use crate::query::{Caster, Limits, Overlaps, QueryError};
 use crate::ray::{Ray, Span};
@@ -187,13 +187,13 @@ impl Rays<'_> {
         }
         // Boxes are conservative: where one is flat there is no volume.
         let flat = !bounds.min.cmplt(bounds.max).all();
-        let nothing = || flat.then_some(Known::Exactly(Moments::NOTHING));
+        let nothing = || flat.then_some(KnownMoments::Exactly(Moments::NOTHING));
         match extent.moments.clone().or_else(nothing) {
-            Some(Known::Exactly(moments)) => {
+            Some(KnownMoments::Exactly(moments)) => {
                 skipped();
                 Ok((numbers(&moments).map(|value| Estimate { value, std_error: 0.0 }), 0))
             }
-            Some(Known::Sampled(sampled)) => Ok(self.partly(&sampled, &bounds)),
+            Some(KnownMoments::Sampled(sampled)) => Ok(self.partly(&sampled, &bounds)),
             None => self.by_rays(object, &bounds),
         }
     }
@@ -336,7 +336,7 @@ impl Rays<'_> {
         }
         let axis = stratum % 3;
         let across = [(axis + 1) % 3, (axis + 2) % 3];
-        let key = mixed(mixed(self.settings.seed) ^ u64::from(task.object)) ^ stratum as u64;
+        let key = split_mix64(split_mix64(self.settings.seed) ^ u64::from(task.object)) ^ stratum as u64;
         let (mut sums, mut spread) = ([Dd::ZERO; 10], Spread::default());
         let (mut stretches, mut met, mut taken, mut ends) = (Vec::new(), 0, 0, 0.0);
         let rays = chunk * CHUNK..((chunk + 1) * CHUNK).min(task.rays);
@@ -345,7 +345,7 @@ impl Rays<'_> {
             let (number, cell) = task.cells[axis].of(i);
             // Each cell has a sequence of its own.
             let key = key ^ (number as u64) << 32;
-            let point = place(i - cell.first, [mixed(key), mixed(key ^ (1 << 63))]);
+            let point = place(i - cell.first, [split_mix64(key), split_mix64(key ^ (1 << 63))]);
             let mut place = Vec3::ZERO;
             [place[across[0]], place[across[1]]] = cell.place(point);
             stretches.clear();
@@ -364,9 +364,9 @@ impl Rays<'_> {
         }
         task.stretches.fetch_add(met, Ordering::Relaxed);
         self.count(task, taken)?;
-        let done = caster.take_work();
-        if let Some(mut work) = self.run.work.and_then(|work| work.lock().ok()) {
-            *work += done;
+        let done = caster.take_counters();
+        if let Some(mut counters) = self.run.counters.and_then(|counters| counters.lock().ok()) {
+            *counters += done;
         }
         if let Some(progress) = self.run.progress {
             progress(cast);
@@ -392,7 +392,7 @@ impl Rays<'_> {
                 let left = task.most_steps.saturating_sub(task.steps.load(Ordering::Relaxed));
                 let limits = Limits::default();
                 caster.limit(Limits { steps: left.min(limits.steps), ..limits });
-                caster.stretches(task.object, &ray, span, out)
+                caster.object_intervals(task.object, &ray, span, out)
             }
             overlaps => {
                 let mut segments = Vec::new();
@@ -467,12 +467,4 @@ pub(super) fn place(i: usize, shift: [u64; 2]) -> [f64; 2] {
         // The middle of one of 2^53 cells, less one half.
         ((step >> 11) as f64 + 0.5) / (1u64 << 52) as f64 - 1.0
     })
-}
-
-/// Bits that have nothing to do with each other for numbers that have (SplitMix64: Steele, Lea, Flood 2014).
-pub(super) fn mixed(x: u64) -> u64 {
-    let z = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
 }

@@ -3,9 +3,9 @@
 use std::ops::ControlFlow;
 
 use super::caster::Caster;
-use super::quest::{Fold, Go, Quest};
+use super::fold_query::{Fold, FoldControl, FoldQuery};
 use super::stream::Stream;
-use super::walk::Meeting;
+use super::traversal::BodyEntry;
 use super::{QueryError, Scope};
 use crate::budget::Ended;
 use crate::compile::Body;
@@ -23,27 +23,27 @@ impl<'w> Caster<'w> {
     pub(super) fn fold(
         &mut self,
         ray: &Ray,
-        quest: &Quest,
+        query: &FoldQuery,
         fold: &mut Fold<'_, 'w>,
     ) -> Result<(), QueryError> {
-        let _ = self.fold_bodies(ray, quest, fold);
+        let _ = self.fold_bodies(ray, query, fold);
         self.outcome()
     }
 
-    fn fold_bodies(&mut self, ray: &Ray, quest: &Quest, fold: &mut Fold<'_, 'w>) -> ControlFlow<()> {
-        let span = quest.scope.span;
+    fn fold_bodies(&mut self, ray: &Ray, query: &FoldQuery, fold: &mut Fold<'_, 'w>) -> ControlFlow<()> {
+        let span = query.scope.span;
         let mut limit = span.t_max();
         self.scratch.budget.begin(self.limits.steps);
-        self.walk.begin(self.world, Line::of(ray), span);
-        let asked = self.walk.follow(self.world, quest.seed, &mut self.scratch.work);
-        if let Some(meeting) = &asked {
-            self.fold_body(meeting, quest, &mut limit, fold)?;
+        self.traversal.begin(self.world, Line::of(ray), span);
+        let hinted = self.traversal.descend_along(self.world, query.hint, &mut self.scratch.counters);
+        if let Some(body_entry) = &hinted {
+            self.fold_body(body_entry, query, &mut limit, fold)?;
         }
-        self.walk.start(self.world, &mut self.scratch);
-        while let Some(meeting) = self.walk.next(self.world, limit, &mut self.scratch) {
-            let again = asked.is_some_and(|a| a.path == meeting.path);
+        self.traversal.enter_root(self.world, &mut self.scratch);
+        while let Some(body_entry) = self.traversal.next(self.world, limit, &mut self.scratch) {
+            let again = hinted.is_some_and(|a| a.path == body_entry.path);
             if !again {
-                self.fold_body(&meeting, quest, &mut limit, fold)?;
+                self.fold_body(&body_entry, query, &mut limit, fold)?;
             }
         }
         ControlFlow::Continue(())
@@ -52,12 +52,12 @@ impl<'w> Caster<'w> {
     /// Gives the boundaries of one body, up to the limit, which it may lower.
     pub(super) fn fold_body(
         &mut self,
-        meeting: &Meeting,
-        quest: &Quest,
+        body_entry: &BodyEntry,
+        query: &FoldQuery,
         limit: &mut f64,
         fold: &mut Fold<'_, 'w>,
     ) -> ControlFlow<()> {
-        let Scope { span, kinds } = quest.scope;
+        let Scope { span, kinds } = query.scope;
         // With the first wanted, what lies beyond the best so far does not matter. What begins at the same `t` does, and a
         // span does not hold what begins at its end.
         let span = if *limit < span.t_max() {
@@ -65,33 +65,33 @@ impl<'w> Caster<'w> {
         } else {
             span
         };
-        let walk = &mut self.walk;
-        let mut give = |mut boundary: Boundary| {
+        let traversal = &mut self.traversal;
+        let mut emit = |mut boundary: Boundary| {
             // Of the two zeros only the positive one is given out: -0.0 would sort before it.
             boundary.crossing.t += 0.0;
-            match fold(walk, meeting, boundary) {
-                Go::UpTo(t) => {
+            match fold(traversal, body_entry, boundary) {
+                FoldControl::Limit(t) => {
                     *limit = limit.min(t);
                     ControlFlow::Continue(())
                 }
-                Go::Stop => ControlFlow::Break(()),
+                FoldControl::Stop => ControlFlow::Break(()),
             }
         };
-        match self.world.body(meeting.body) {
+        match self.world.body(body_entry.body) {
             Body::Solid(body) => {
                 // Where a span may begin inside, the first boundary is perhaps not the one that is looked for.
-                let within = meeting.enter <= span.t_min();
+                let within = body_entry.enter <= span.t_min();
                 let mut wanted =
-                    if within && !kinds.hold(HitKind::Start) { Wanted::All } else { quest.wanted };
+                    if within && !kinds.hold(HitKind::Start) { Wanted::All } else { query.wanted };
                 'again: loop {
-                    let line = &meeting.line;
+                    let line = &body_entry.line;
                     let mut stream =
                         Stream::new(body, line, span, wanted, &mut self.stream, &mut self.scratch);
                     while let Some(boundary) = stream.next() {
                         stream.log().add(1, Some(boundary.crossing.t), || described(&boundary));
                         if kinds.hold(boundary.kind) {
-                            give(boundary)?;
-                            if quest.wanted == Wanted::First {
+                            emit(boundary)?;
+                            if query.wanted == Wanted::First {
                                 break;
                             }
                         } else if wanted == Wanted::First {
@@ -105,9 +105,9 @@ impl<'w> Caster<'w> {
             }
             Body::Surface(body) => {
                 self.hits.clear();
-                let line = meeting.line.in_frame(&body.local_from_body);
+                let line = body_entry.line.in_frame(&body.local_from_body);
                 self.scratch.log.add(1, None, || Act::Test { item: "mesh".into() });
-                match quest.wanted {
+                match query.wanted {
                     Wanted::All => body.mesh.hits(&line, span, &mut self.hits, &mut self.scratch),
                     Wanted::First => self.hits.extend(body.mesh.nearest(&line, span, &mut self.scratch)),
                 }
@@ -116,7 +116,7 @@ impl<'w> Caster<'w> {
                     let entering = crossing.entering;
                     let boundary = Boundary { kind: HitKind::Surface, entering, leaf: 0, crossing };
                     self.scratch.log.add(1, Some(crossing.t), || described(&boundary));
-                    give(boundary)?;
+                    emit(boundary)?;
                 }
             }
         }

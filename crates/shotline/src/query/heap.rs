@@ -105,12 +105,12 @@ impl<T: Copy> Heap<T> {
     #[inline]
     fn insert(&mut self, slot: Slot<T>) {
         self.near.push(slot);
-        let mut place = self.near.len() - 1;
-        while place > 0 && self.near[place - 1].is_before(&slot) {
-            self.near[place] = self.near[place - 1];
-            place -= 1;
+        let mut index = self.near.len() - 1;
+        while index > 0 && self.near[index - 1].is_before(&slot) {
+            self.near[index] = self.near[index - 1];
+            index -= 1;
         }
-        self.near[place] = slot;
+        self.near[index] = slot;
     }
 
     #[cold]

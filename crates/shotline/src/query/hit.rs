@@ -1,7 +1,7 @@
 //! Boundaries in world terms.
 
 use super::Hit;
-use super::walk::{Meeting, Walk};
+use super::traversal::{BodyEntry, Traversal};
 use crate::compile::{Body, World};
 use crate::crossing::NO_PRIMITIVE;
 use crate::csg::{Boundary, HitKind};
@@ -10,7 +10,13 @@ use crate::ray::Ray;
 use crate::solid::Solid;
 
 /// A boundary of a body that the walk has met, in world terms.
-pub(super) fn hit(world: &World, walk: &Walk, ray: &Ray, meeting: &Meeting, boundary: &Boundary) -> Hit {
+pub(super) fn hit(
+    world: &World,
+    traversal: &Traversal,
+    ray: &Ray,
+    body_entry: &BodyEntry,
+    boundary: &Boundary,
+) -> Hit {
     let Boundary { kind, entering, leaf, crossing } = *boundary;
     let mut hit = Hit {
         t: crossing.t,
@@ -18,26 +24,26 @@ pub(super) fn hit(world: &World, walk: &Walk, ray: &Ray, meeting: &Meeting, boun
         entering,
         kind,
         normal: Vec3::NAN,
-        object: meeting.object,
+        object: body_entry.object,
         surface: None,
         primitive: None,
         polygon: None,
         barycentric: None,
-        path: meeting.path,
+        path: body_entry.path,
     };
     if kind != HitKind::Surface {
         return hit;
     }
-    let (solid, local_from_body, first_surface, subtracted) = match world.body(meeting.body) {
+    let (solid, local_from_body, first_surface, subtracted) = match world.body(body_entry.body) {
         Body::Surface(b) => (&*b.mesh as &dyn Solid, &b.local_from_body, b.first_surface, false),
         Body::Solid(b) => {
             let l = &b.leaves[leaf as usize];
             (&*l.solid, &l.local_from_body, l.first_surface, b.program.is_subtracted(leaf))
         }
     };
-    let p = meeting.line.in_frame(local_from_body).at(crossing.t);
+    let p = body_entry.line.in_frame(local_from_body).at(crossing.t);
     let outward = solid.normal(p, crossing.surface, crossing.primitive);
-    let normal = unit(walk.world_normal(meeting, local_from_body.covector(outward)));
+    let normal = unit(traversal.world_normal(body_entry, local_from_body.covector(outward)));
     hit.normal = if crossing.primitive == NO_PRIMITIVE {
         if subtracted { -normal } else { normal }
     } else if (normal.dot(ray.direction()) < 0.0) == entering {

@@ -1,17 +1,19 @@
 //! Whether a body holds a point: its accelerator proposes the leaves whose boxes hold the point, the others are out.
 
 use crate::aabb::BoxRay;
-use crate::accel::{Offer, Pending, Scratch, Tags};
+use crate::accel::{Child, QueueEntry};
 use crate::compile::SolidBody;
 use crate::csg::ProgramState;
 use crate::math::Vec3;
 use crate::ray::{Line, Span};
+use crate::scratch::Scratch;
+use crate::tags::Tags;
 
 /// The memory of a question; reused from point to point.
 #[derive(Debug, Default)]
 pub(super) struct Membership {
     state: ProgramState,
-    pending: Vec<Pending>,
+    pending: Vec<QueueEntry>,
     tags: Tags,
 }
 
@@ -29,40 +31,40 @@ impl Membership {
     pub(super) fn holds(&mut self, body: &SolidBody, line: &Line, here: Span, below: &mut Scratch) -> bool {
         self.state.reset(&body.program);
         match &body.accel {
-            None if body.leaves.len() == 1 => self.ask(body, 0, line.o, below),
+            None if body.leaves.len() == 1 => self.toggle_if_inside(body, 0, line.o, below),
             None => {
                 let ray = BoxRay::new(line, here);
                 for (number, leaf) in (0..).zip(&body.leaves) {
-                    below.work.boxes += 1;
+                    below.counters.boxes += 1;
                     if !leaf.bounds.is_empty() && ray.enter_exit(&leaf.bounds).is_some() {
-                        self.ask(body, number, line.o, below);
+                        self.toggle_if_inside(body, number, line.o, below);
                     }
                 }
             }
             Some(accel) => {
                 let ray = BoxRay::new(line, here);
                 self.tags.begin();
-                if accel.repeats() {
+                if accel.has_duplicate_refs() {
                     self.tags.reserve(body.leaves.len());
                 }
                 self.pending.clear();
-                accel.start(&ray, &mut self.pending, &mut below.work);
+                accel.roots(&ray, &mut self.pending, &mut below.counters);
                 while let Some(next) = self.pending.pop() {
                     if !below.budget.step() {
                         break;
                     }
-                    match next.what {
-                        Offer::Part(part) => {
-                            accel.open(part, next.t, &ray, &mut self.pending, &mut below.work);
+                    match next.child {
+                        Child::Node(node) => {
+                            accel.expand(node, next.t, &ray, &mut self.pending, &mut below.counters);
                         }
-                        Offer::Item(leaf) if self.tags.is_first(leaf as usize) => {
-                            below.work.boxes += 1;
+                        Child::Item(leaf) if self.tags.is_first(leaf as usize) => {
+                            below.counters.boxes += 1;
                             if ray.enter_exit(&body.leaves[leaf as usize].bounds).is_some() {
-                                self.ask(body, leaf, line.o, below);
+                                self.toggle_if_inside(body, leaf, line.o, below);
                             }
                         }
-                        Offer::Entered(leaf) => self.ask(body, leaf, line.o, below),
-                        Offer::Item(_) => below.work.tags_saved += 1,
+                        Child::Entered(leaf) => self.toggle_if_inside(body, leaf, line.o, below),
+                        Child::Item(_) => below.counters.tags_saved += 1,
                     }
                 }
             }
@@ -72,10 +74,10 @@ impl Membership {
         inside
     }
 
-    fn ask(&mut self, body: &SolidBody, leaf: u32, p: Vec3, below: &mut Scratch) {
-        let asked = &body.leaves[leaf as usize];
-        below.work.solids += 1;
-        if asked.solid.contains(asked.local_from_body.point(p)) {
+    fn toggle_if_inside(&mut self, body: &SolidBody, leaf: u32, p: Vec3, below: &mut Scratch) {
+        let leaf_data = &body.leaves[leaf as usize];
+        below.counters.primitive_tests += 1;
+        if leaf_data.solid.contains(leaf_data.local_from_body.point(p)) {
             self.state.toggle(&body.program, leaf);
         }
     }

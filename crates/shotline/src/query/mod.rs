@@ -1,25 +1,29 @@
 //! Queries: a [`Caster`] holds a world and one thread's scratch memory and answers rays.
 
+mod all;
 pub mod batch;
 mod caster;
-mod few;
+mod coherence_hint;
+mod contains;
 mod fold;
+mod fold_query;
 mod heap;
 mod hit;
+mod intervals;
 mod membership;
-mod quest;
+mod nearest;
 mod repair;
 mod scope;
-mod seed;
 mod segments;
+mod small_body;
 mod stream;
-mod walk;
+mod traversal;
 
 pub use crate::budget::Watch;
 pub use crate::csg::HitKind;
 pub use caster::Caster;
+pub use coherence_hint::CoherenceHint;
 pub use scope::{Kinds, Scope};
-pub use seed::Seed;
 
 use crate::math::Vec3;
 

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use super::{Overlap, Overlaps, QueryError, Segment};
 use crate::budget::Budget;
 use crate::compile::World;
-use crate::crossing::{Crossing, together};
+use crate::crossing::{Crossing, are_coincident};
 use crate::math::length;
 use crate::ray::Ray;
 
@@ -37,7 +37,7 @@ struct Owned {
 
 /// The memory of a sweep over intervals; reused from ray to ray.
 #[derive(Debug, Default)]
-pub(super) struct Kept {
+pub(super) struct SegmentScratch {
     active: BTreeSet<Rank>,
 }
 
@@ -48,7 +48,7 @@ pub(super) fn resolve(
     ray: &Ray,
     intervals: &[Interval],
     overlaps: Overlaps,
-    kept: &mut Kept,
+    scratch: &mut SegmentScratch,
     budget: &mut Budget,
     out: &mut Vec<Segment>,
 ) -> Result<u64, QueryError> {
@@ -70,7 +70,7 @@ pub(super) fn resolve(
         out[first..].sort_by(|a, b| a.t_in.total_cmp(&b.t_in).then(a.path.cmp(&b.path)));
         return Ok(0);
     }
-    let mut sweep = Ownership::new(world, intervals, kept);
+    let mut sweep = Ownership::new(world, intervals, scratch);
     let mut owned: Option<Owned> = None;
     let mut met = 0;
     for event in events(&ends(intervals)) {
@@ -125,26 +125,26 @@ pub(super) fn resolve(
 pub(super) fn overlaps(
     world: &World,
     intervals: &[Interval],
-    kept: &mut Kept,
+    scratch: &mut SegmentScratch,
     budget: &mut Budget,
     out: &mut Vec<Overlap>,
 ) {
-    let mut sweep = Ownership::new(world, intervals, kept);
-    let mut told = f64::NEG_INFINITY;
+    let mut sweep = Ownership::new(world, intervals, scratch);
+    let mut reported_to = f64::NEG_INFINITY;
     for event in events(&ends(intervals)) {
         if !budget.step() {
             return;
         }
         sweep.apply(event);
-        if event.last().is_none_or(|last| last.crossing.t < told) {
+        if event.last().is_none_or(|last| last.crossing.t < reported_to) {
             continue;
         }
         if let Some(owner) = sweep.owner()
             && let Some(rival) = sweep.rival(owner)
         {
             let t_err = event.iter().map(|end| end.crossing.t_err).fold(0.0, f64::max);
-            let overlap = sweep.overlap(owner, rival, event[0].crossing.t.max(told), t_err);
-            told = overlap.t_out;
+            let overlap = sweep.overlap(owner, rival, event[0].crossing.t.max(reported_to), t_err);
+            reported_to = overlap.t_out;
             out.push(overlap);
         }
     }
@@ -166,7 +166,7 @@ fn ends(intervals: &[Interval]) -> Vec<End> {
 /// Groups sorted ends into events. In a chain, of which the first end is not one event with the last, ends of different
 /// intervals that may be a common face are one event, but no interval is swallowed.
 fn events(ends: &[End]) -> impl Iterator<Item = &[End]> {
-    ends.chunk_by(|a, b| together(&a.crossing, &b.crossing)).flat_map(|chain| {
+    ends.chunk_by(|a, b| are_coincident(&a.crossing, &b.crossing)).flat_map(|chain| {
         let low = chain.iter().map(|e| e.crossing.low()).fold(f64::NEG_INFINITY, f64::max);
         let high = chain.iter().map(|e| e.crossing.high()).fold(f64::INFINITY, f64::min);
         chain.chunk_by(move |a, b| {
@@ -189,12 +189,12 @@ struct Ownership<'a> {
 }
 
 impl<'a> Ownership<'a> {
-    fn new(world: &'a World, intervals: &'a [Interval], kept: &'a mut Kept) -> Ownership<'a> {
+    fn new(world: &'a World, intervals: &'a [Interval], scratch: &'a mut SegmentScratch) -> Ownership<'a> {
         // Of a ray that was given up there may be some left.
-        if !kept.active.is_empty() {
-            kept.active.clear();
+        if !scratch.active.is_empty() {
+            scratch.active.clear();
         }
-        Ownership { world, intervals, active: &mut kept.active }
+        Ownership { world, intervals, active: &mut scratch.active }
     }
 
     fn rank(&self, interval: usize) -> Rank {

@@ -7,20 +7,22 @@
 use super::heap::{Heap, Rank};
 use super::repair::repair;
 use crate::aabb::BoxRay;
-use crate::accel::{Offer, Pending, Scratch, Tags};
+use crate::accel::{Child, QueueEntry};
 use crate::compile::{Leaf, SolidBody};
 use crate::contact::Contact;
 use crate::crossing::Crossing;
-use crate::csg::{Boundary, Change, Event, Single, Sweep, Turn};
+use crate::csg::{Boundary, Event, EventKind, OrderExchange, SingleLeaf, Sweep};
 use crate::ray::{Line, Span};
+use crate::scratch::Scratch;
 use crate::solid::Wanted;
+use crate::tags::Tags;
 use crate::trace::{Act, Log};
 
 /// What the heap holds.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Entry {
     /// A part of the accelerator.
-    Part(u64),
+    Node(u64),
     /// A leaf, at the bound of its own box.
     Leaf(u32),
     /// An event, by its place among this ray's: entries are moved often and should be small.
@@ -33,7 +35,7 @@ pub(super) struct StreamScratch {
     pub(super) heap: Heap<Entry>,
     pub(super) events: Vec<Event>,
     pub(super) sweep: Sweep,
-    pub(super) offers: Vec<Pending>,
+    pub(super) children: Vec<QueueEntry>,
     crossings: Vec<Crossing>,
     contacts: Vec<Contact>,
     /// Of leaves; those of triangles are in the scratch that solids are given.
@@ -48,7 +50,7 @@ pub(super) struct Stream<'a, 'c> {
     /// The line for tests of boxes; `None` for a lone leaf, which is asked without any.
     pub(super) ray: Option<BoxRay>,
     /// Where the boundaries are those of a lone leaf that need no sweep.
-    single: Option<Single>,
+    single: Option<SingleLeaf>,
     /// Where the line has left the boxes of all leaves, if that is known.
     pub(super) exit: f64,
     wanted: Wanted,
@@ -86,17 +88,17 @@ impl<'a, 'c> Stream<'a, 'c> {
         };
         match &body.accel {
             Some(accel) => {
-                if accel.repeats() {
+                if accel.has_duplicate_refs() {
                     stream.scratch.tags.reserve(body.leaves.len());
                 }
                 let ray = stream.ray.insert(BoxRay::new(line, span));
-                accel.start(ray, &mut stream.scratch.offers, &mut stream.below.work);
-                stream.take_offers(1);
+                accel.roots(ray, &mut stream.scratch.children, &mut stream.below.counters);
+                stream.push_children(1);
             }
             None if body.leaves.len() == 1 => stream.open_leaf(0, span.t_min()),
             None => {
                 stream.ray = Some(BoxRay::new(line, span));
-                stream.take_leaves();
+                stream.begin_small_body();
             }
         }
         stream
@@ -135,11 +137,11 @@ impl<'a, 'c> Stream<'a, 'c> {
                 return None;
             }
             match self.scratch.heap.pop() {
-                Some((t, Entry::Part(part))) => {
+                Some((t, Entry::Node(node))) => {
                     if let (Some(accel), Some(ray)) = (&self.body.accel, &self.ray) {
-                        self.below.log.add(1, Some(t), || Act::Open { part: accel.describe(part, ray) });
-                        accel.open(part, t, ray, &mut self.scratch.offers, &mut self.below.work);
-                        self.take_offers(2);
+                        self.below.log.add(1, Some(t), || Act::Expand { node: accel.describe(node, ray) });
+                        accel.expand(node, t, ray, &mut self.scratch.children, &mut self.below.counters);
+                        self.push_children(2);
                     }
                 }
                 Some((t, Entry::Leaf(leaf))) => self.open_leaf(leaf, t),
@@ -163,44 +165,42 @@ impl<'a, 'c> Stream<'a, 'c> {
 
     /// Moves what an accelerator offered to the heap; leaves with the bound of their own box. The log shows
     /// offers so much deeper than the body.
-    fn take_offers(&mut self, deeper: usize) {
+    fn push_children(&mut self, deeper: usize) {
         let Some(ray) = &self.ray else { return };
         let scratch = &mut *self.scratch;
-        let Scratch { work, log, .. } = &mut *self.below;
-        for offer in scratch.offers.drain(..) {
-            let (t, entry) = match offer.what {
-                Offer::Part(part) => {
-                    let describe = || self.body.accel.as_ref().map(|accel| accel.describe(part, ray));
-                    log.add(deeper, Some(offer.t), || Act::OfferPart {
-                        part: describe().unwrap_or_default(),
-                    });
-                    (offer.t, Entry::Part(part))
+        let Scratch { counters, log, .. } = &mut *self.below;
+        for child in scratch.children.drain(..) {
+            let (t, entry) = match child.child {
+                Child::Node(node) => {
+                    let describe = || self.body.accel.as_ref().map(|accel| accel.describe(node, ray));
+                    log.add(deeper, Some(child.t), || Act::PushNode { node: describe().unwrap_or_default() });
+                    (child.t, Entry::Node(node))
                 }
-                Offer::Entered(leaf) => {
+                Child::Entered(leaf) => {
                     let bounds = &self.body.leaves[leaf as usize].bounds;
-                    debug_assert_eq!(ray.enter_exit(bounds).map(|(t, _)| t), Some(offer.t));
-                    log.add(deeper, Some(offer.t), || Act::OfferItem {
+                    debug_assert_eq!(ray.enter_exit(bounds).map(|(t, _)| t), Some(child.t));
+                    log.add(deeper, Some(child.t), || Act::PushItem {
                         item: self.body.leaf_name(leaf as usize),
                     });
-                    (offer.t, Entry::Leaf(leaf))
+                    (child.t, Entry::Leaf(leaf))
                 }
-                Offer::Item(leaf) => {
+                Child::Item(leaf) => {
                     let name = || self.body.leaf_name(leaf as usize);
                     if !scratch.tags.is_first(leaf as usize) {
-                        work.tags_saved += 1;
+                        counters.tags_saved += 1;
                         log.add(deeper, None, || Act::Saved { item: name() });
                         continue;
                     }
-                    work.boxes += 1;
+                    counters.boxes += 1;
                     let Some((t, _)) = ray.enter_exit(&self.body.leaves[leaf as usize].bounds) else {
                         log.add(deeper, None, || Act::Miss { item: name() });
                         continue;
                     };
-                    log.add(deeper, Some(t), || Act::OfferItem { item: name() });
+                    log.add(deeper, Some(t), || Act::PushItem { item: name() });
                     (t, Entry::Leaf(leaf))
                 }
             };
-            work.heap_pushes += 1;
+            counters.heap_pushes += 1;
             scratch.heap.push(t, Rank::Box, entry);
         }
     }
@@ -217,24 +217,24 @@ impl<'a, 'c> Stream<'a, 'c> {
         let Leaf { solid, .. } = &self.body.leaves[leaf as usize];
         scratch.crossings.clear();
         self.below.in_plane.clear();
-        self.below.work.solids += 1;
+        self.below.counters.primitive_tests += 1;
         let name = || self.body.leaf_name(leaf as usize);
         let t = (self.body.leaves.len() > 1).then_some(enter);
         self.below.log.add(1, t, || Act::Test { item: name() });
         let wanted = if self.body.leaves.len() == 1 { self.wanted } else { Wanted::All };
         solid.crossings_within(line, self.span, wanted, &mut scratch.crossings, self.below);
-        self.below.work.repaired += u64::from(repair(&**solid, line, &mut scratch.crossings));
+        self.below.counters.repaired += u64::from(repair(&**solid, line, &mut scratch.crossings));
         self.below.log.add(1, None, || Act::Found { crossings: scratch.crossings.clone() });
         let is_lone = self.body.leaves.len() == 1;
         if is_lone && self.body.accel.is_none() && !self.below.log.is_on() {
-            self.single = Single::begin(&self.scratch.crossings, self.span);
+            self.single = SingleLeaf::begin(&self.scratch.crossings, self.span);
             if self.single.is_some() {
                 return;
             }
         }
         let is_missed = self.scratch.crossings.is_empty();
         let perhaps_touched = is_missed || !self.below.in_plane.is_empty();
-        if perhaps_touched && !is_lone && self.touch(leaf, line, enter) {
+        if perhaps_touched && !is_lone && self.add_contact(leaf, line, enter) {
             return;
         }
         if is_missed && !is_lone && self.body.program.needs(leaf) {
@@ -242,45 +242,46 @@ impl<'a, 'c> Stream<'a, 'c> {
             self.finished = true;
         }
         for i in 0..self.scratch.crossings.len() {
-            self.take(leaf, Change::Membership, self.scratch.crossings[i], enter);
+            self.take(leaf, EventKind::Membership, self.scratch.crossings[i], enter);
         }
     }
 
     /// Puts a crossing of a leaf on the heap, or to the state of the sweep if it happened before the leaf matters.
-    fn take(&mut self, leaf: u32, change: Change, crossing: Crossing, enter: f64) {
+    fn take(&mut self, leaf: u32, kind: EventKind, crossing: Crossing, enter: f64) {
         let scratch = &mut *self.scratch;
-        match Event::new(leaf, change, crossing, enter) {
+        match Event::new(leaf, kind, crossing, enter) {
             Some(event) => {
                 if crossing.t < f64::INFINITY {
-                    let place = Entry::Event(scratch.events.len() as u32);
-                    scratch.heap.push(event.low, Rank::Crossing, place);
+                    let entry = Entry::Event(scratch.events.len() as u32);
+                    scratch.heap.push(event.low, Rank::Crossing, entry);
                     scratch.events.push(event);
-                    self.below.work.heap_pushes += 1;
+                    self.below.counters.heap_pushes += 1;
                 }
             }
             None => {
                 let name = || self.body.leaf_name(leaf as usize);
                 self.below.log.add(2, Some(crossing.t), || Act::Before { item: name(), crossing });
-                scratch.sweep.preset(&self.body.program, leaf, change);
+                scratch.sweep.apply(&self.body.program, leaf, kind);
             }
         }
     }
 
     /// Takes the stretches on which the line lies in the surface of a leaf, if there are such.
-    fn touch(&mut self, leaf: u32, line: &Line, enter: f64) -> bool {
+    fn add_contact(&mut self, leaf: u32, line: &Line, enter: f64) -> bool {
         let Leaf { solid, local_from_body, .. } = &self.body.leaves[leaf as usize];
         let mut contacts = std::mem::take(&mut self.scratch.contacts);
         contacts.clear();
         solid.contacts(line, &mut contacts, self.below);
-        let mut turns = Vec::new();
+        let mut order_exchanges = Vec::new();
         for contact in &contacts {
             let contact = Contact { sector: contact.sector.in_frame(local_from_body), ..*contact };
-            let change = self.scratch.sweep.touch(leaf, &contact, self.line.d, enter, &mut turns);
-            self.take(leaf, change, contact.enter, enter);
-            self.take(leaf, change, contact.exit, enter);
+            let kind =
+                self.scratch.sweep.add_contact(leaf, &contact, self.line.d, enter, &mut order_exchanges);
+            self.take(leaf, kind, contact.enter, enter);
+            self.take(leaf, kind, contact.exit, enter);
         }
-        for Turn { leaf, crossing, enter } in turns {
-            self.take(leaf, Change::Turn, crossing, enter);
+        for OrderExchange { leaf, crossing, enter } in order_exchanges {
+            self.take(leaf, EventKind::OrderExchange, crossing, enter);
         }
         let touched = !contacts.is_empty();
         self.scratch.contacts = contacts;

@@ -2,10 +2,10 @@
 
 mod bounds;
 mod contacts;
-mod few;
 mod growth;
 mod limits;
 mod rulings;
+mod small_body;
 mod spans;
 mod structures;
 mod surfaces;
@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::batch::{self, Run};
-use super::{Caster, Hit, HitKind, Overlaps, Seed};
+use super::{Caster, CoherenceHint, Hit, HitKind, Overlaps};
 use crate::compile::{Options, World, compile};
 use crate::math::{Affine, Vec3};
 use crate::ray::{Ray, Span};
@@ -351,8 +351,8 @@ fn a_box_of_many_holes_costs_what_the_ray_meets() {
     for ray in rays(&mut random, 50) {
         caster.closest(&ray, Span::FORWARD).expect("within limits");
     }
-    let work = caster.take_work();
-    assert!(work.solids < 53 * 40, "{work:?}");
+    let counters = caster.take_counters();
+    assert!(counters.primitive_tests < 53 * 40, "{counters:?}");
 }
 
 /// Whatever the ray meets: a world with a surface in it has no segments.

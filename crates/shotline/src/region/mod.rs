@@ -18,7 +18,7 @@ mod polytope;
 mod prune;
 
 use crate::aabb::Aabb;
-use crate::math::{Affine, HALF_ULP, Vec3};
+use crate::math::{Affine, HALF_ULP, Vec3, power_of_two_below};
 
 pub use contract::contract;
 pub use polytope::Polytope;
@@ -87,7 +87,8 @@ impl Quadratic {
         let s = [length, length, length, 1.0];
         let by = |m: &[[f64; 4]; 4], factor: f64| each(|i, j| m[i][j] * s[i] * s[j] * factor);
         let largest = by(&self.q, 1.0).iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
-        let factor = if largest > 0.0 && largest.is_finite() { 1.0 / power_of_two(largest) } else { 1.0 };
+        let factor =
+            if largest > 0.0 && largest.is_finite() { 1.0 / power_of_two_below(largest) } else { 1.0 };
         let e = by(&self.e, factor);
         // What was not 0 and has vanished was within the smallest normal number before the factor.
         let vanished = f64::MIN_POSITIVE * factor.max(1.0);
@@ -164,7 +165,7 @@ pub fn enclose(start: Aabb, constraints: &[&Constraint]) -> Aabb {
         |v: Vec3| v.to_array().into_iter().filter(|x| x.is_finite()).fold(0.0, |m: f64, x| m.max(x.abs()));
     let lengths = constraints.iter().map(|c| c.body.length());
     let length = lengths.fold(size(start.min).max(size(start.max)), f64::max);
-    let unit = if length > 0.0 { power_of_two(length) } else { 1.0 };
+    let unit = if length > 0.0 { power_of_two_below(length) } else { 1.0 };
     let forms: Vec<Quadratic> =
         constraints.iter().map(|c| c.body.scaled(unit)).filter(Quadratic::is_finite).collect();
     let inner = unit_box(Aabb::new(start.min / unit, start.max / unit), &forms);
@@ -219,9 +220,4 @@ fn sandwich(q: &[[f64; 4]; 4], t: &[[f64; 4]; 4]) -> [[f64; 4]; 4] {
 
 fn each(entry: impl Fn(usize, usize) -> f64) -> [[f64; 4]; 4] {
     std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
-}
-
-/// The power of two at or below a positive number.
-fn power_of_two(x: f64) -> f64 {
-    f64::from_bits(x.to_bits() & f64::INFINITY.to_bits()).max(f64::MIN_POSITIVE)
 }

@@ -21,7 +21,7 @@ mod newton;
 
 pub use newton::{Piece, bracketed_newton};
 
-use crate::math::difference_of_products;
+use crate::math::{binary_exponent, difference_of_products};
 use std::ops::Deref;
 
 /// Up to four roots, distinct and ascending; used like a slice.
@@ -89,24 +89,6 @@ pub fn quadratic(c: [f64; 3]) -> Roots {
     out
 }
 
-/// The roots of `c[0] + c[1] x + c[2] x^2 + c[3] x^3`.
-pub fn cubic(c: [f64; 4]) -> Roots {
-    if c[3] == 0.0 {
-        return quadratic([c[0], c[1], c[2]]);
-    }
-    let reach = root_bound(&c);
-    cubic_between(c, -reach, reach, 0.0)
-}
-
-/// The roots of `c[0] + c[1] x + ... + c[4] x^4`.
-pub fn quartic(c: [f64; 5]) -> Roots {
-    if c[4] == 0.0 {
-        return cubic([c[0], c[1], c[2], c[3]]);
-    }
-    let reach = root_bound(&c);
-    quartic_between(c, -reach, reach, 0.0)
-}
-
 /// The roots of a cubic strictly between `lo` and `hi`. Newton stops at a step of `tolerance`, in units of
 /// `x`, or of an ulp: converging quadratically, simple roots come out far better than the tolerance.
 #[inline(always)]
@@ -116,16 +98,15 @@ pub fn cubic_between(c: [f64; 4], lo: f64, hi: f64, tolerance: f64) -> Roots {
     sign_changes(&c, &extrema, lo, hi, tolerance)
 }
 
-/// The roots of a quartic strictly between `lo` and `hi`, with a `tolerance` as in [`cubic_between`].
-pub fn quartic_between(c: [f64; 5], lo: f64, hi: f64, tolerance: f64) -> Roots {
-    let c = unit_sized(c);
-    let extrema = cubic_between([c[1], 2.0 * c[2], 3.0 * c[3], 4.0 * c[4]], lo, hi, tolerance);
-    sign_changes(&c, &extrema, lo, hi, tolerance)
-}
-
 /// The roots of a polynomial that is monotone between neighbours in `lo, knots.., hi`.
 #[inline(always)]
-fn sign_changes<const N: usize>(c: &[f64; N], knots: &[f64], lo: f64, hi: f64, tolerance: f64) -> Roots {
+pub(crate) fn sign_changes<const N: usize>(
+    c: &[f64; N],
+    knots: &[f64],
+    lo: f64,
+    hi: f64,
+    tolerance: f64,
+) -> Roots {
     let mut out = Roots::default();
     let sign = |x: f64| {
         let value = horner(c, x).0;
@@ -159,7 +140,7 @@ pub fn horner<const N: usize>(c: &[f64; N], x: f64) -> (f64, f64) {
 /// The coefficients over a power of two near the largest, so that products neither overflow nor, for
 /// ordinary polynomials, underflow. Left alone if they are of ordinary size; NaN if one of them is not finite.
 #[inline(always)]
-fn unit_sized<const N: usize>(c: [f64; N]) -> [f64; N] {
+pub(crate) fn unit_sized<const N: usize>(c: [f64; N]) -> [f64; N] {
     const ORDINARY: std::ops::Range<f64> = 1e-30..1e30;
     let largest = c.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     if !c.iter().all(|x| x.is_finite()) {
@@ -169,15 +150,15 @@ fn unit_sized<const N: usize>(c: [f64; N]) -> [f64; N] {
         return c;
     }
     // In two factors, each of which is an ordinary number.
-    let exponent = -libm::frexp(largest).1;
+    let exponent = -binary_exponent(largest);
     let (half, rest) = (libm::ldexp(1.0, exponent / 2), libm::ldexp(1.0, exponent - exponent / 2));
     c.map(|x| x * half * rest)
 }
 
 /// A power of two that no root exceeds in magnitude: Fujiwara's bound `2 max |c[n-k] / c[n]|^(1/k)`, taken
 /// on the exponents alone, so that it scales exactly and cannot overflow.
-fn root_bound<const N: usize>(c: &[f64; N]) -> f64 {
-    let exponent = |x: f64| libm::frexp(x).1;
+pub(crate) fn root_bound<const N: usize>(c: &[f64; N]) -> f64 {
+    let exponent = |x: f64| binary_exponent(x);
     let lead = exponent(c[N - 1]);
     let ratio = |(i, &x): (usize, &f64)| {
         let k = (N - 1 - i) as i32;

@@ -1,6 +1,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::lecture::polynomials::{cubic, quartic, quartic_between};
 
 /// The coefficients of the product of `x - root`.
 fn with_roots<const N: usize>(roots: &[f64]) -> [f64; N] {

@@ -1,6 +1,6 @@
 //! The ways in which a node may be placed, kept as they were written.
 
-use crate::math::{Affine, Chain, Vec3};
+use crate::math::{Affine, ComposedTransform, Vec3};
 
 /// A rotation as written, in degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,8 +34,8 @@ pub enum LocalTransform {
 
 impl LocalTransform {
     /// The product of a chain so far with this transform inside it.
-    pub fn inside(&self, chain: &Chain) -> Chain {
-        self.matrices().iter().fold(*chain, |chain, m| chain.then(m))
+    pub fn inside(&self, composed: &ComposedTransform) -> ComposedTransform {
+        self.matrices().iter().fold(*composed, |composed, m| composed.then(m))
     }
 
     /// The matrices, outermost first; at most three.

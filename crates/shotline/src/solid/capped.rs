@@ -3,15 +3,15 @@
 use std::f64::consts::PI;
 
 use super::form::{Form, rounded};
-use super::homogeneous::Homogeneous;
 use super::interval::{Interval, Slab};
+use super::quadric_matrix::QuadricMatrix;
 use super::{Moments, Solid, definite};
 use crate::aabb::Aabb;
-use crate::accel::Scratch;
 use crate::contact::{Contact, Sector, Sheet};
 use crate::crossing::Crossing;
 use crate::math::{Plane, Vec3};
 use crate::ray::Line;
+use crate::scratch::Scratch;
 
 /// The names of the surfaces of a quadric between two planes; without them the first is the only one.
 pub(super) const CAPPED: &[&str] = &["side", "bottom", "top"];
@@ -123,12 +123,12 @@ impl Solid for Capped {
     }
 
     fn half_spaces(&self) -> Option<Vec<Plane>> {
-        let q = self.form.homogeneous().rows;
+        let q = self.form.quadric_matrix().rows;
         let is_plane = self.caps.is_none() && (0..3).all(|i| (0..3).all(|j| q[i][j] == 0.0));
         is_plane.then(|| vec![Plane::new(2.0 * Vec3::new(q[0][3], q[1][3], q[2][3]), q[3][3])])
     }
 
-    fn homogeneous(&self, surface: u32) -> Option<Homogeneous> {
-        (surface == 0).then(|| self.form.homogeneous())
+    fn quadric_matrix(&self, surface: u32) -> Option<QuadricMatrix> {
+        (surface == 0).then(|| self.form.quadric_matrix())
     }
 }

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::capped::Capped;
-use super::form::{Form, power_of_two, squared};
+use super::form::{Form, squared};
 use super::{Kind, Param, ParamError, Params};
-use crate::math::{Dd, Vec3, two_sum};
+use crate::math::{Dd, Vec3, power_of_two_below, two_sum};
 
 pub(super) static KIND: Kind = Kind {
     name: "cone",
@@ -46,7 +46,7 @@ fn radius(p: &Params, name: &'static str) -> Result<f64, ParamError> {
 /// apex everything is as small as the distance to it.
 fn form(r0: f64, r1: f64, z0: f64, z1: f64) -> Form {
     let (narrow, wide, centre, upward) = if r0 <= r1 { (r0, r1, z0, 1.0) } else { (r1, r0, z1, -1.0) };
-    let (unit, unit_z) = (power_of_two(wide), power_of_two(z1 - z0));
+    let (unit, unit_z) = (power_of_two_below(wide), power_of_two_below(z1 - z0));
     let h = two_sum(z1, -z0) * (1.0 / unit_z);
     let widening = two_sum(wide, -narrow) * (1.0 / unit);
     let at_centre = h * (narrow / unit);

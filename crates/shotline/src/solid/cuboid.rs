@@ -5,11 +5,11 @@ use std::sync::Arc;
 use super::interval::{Interval, Slab};
 use super::{Kind, Moments, Param, ParamError, Solid};
 use crate::aabb::Aabb;
-use crate::accel::Scratch;
 use crate::contact::{Contact, Sector, Sheet};
 use crate::crossing::Crossing;
 use crate::math::{Plane, Vec3};
 use crate::ray::Line;
+use crate::scratch::Scratch;
 
 /// `min < p < max`: what lies in three slabs.
 #[derive(Debug)]

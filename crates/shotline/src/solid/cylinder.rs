@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::capped::Capped;
-use super::form::{Form, power_of_two};
+use super::form::Form;
 use super::{Kind, Param};
-use crate::math::{Dd, Vec3, two_prod};
+use crate::math::{Dd, Vec3, power_of_two_below, two_prod};
 
 pub(super) static KIND: Kind = Kind {
     name: "cylinder",
@@ -25,7 +25,7 @@ pub(super) static KIND: Kind = Kind {
 
 /// `x^2 + y^2 - r^2`, in which z has no part.
 pub(super) fn form(radius: f64) -> Form {
-    let unit = power_of_two(radius);
+    let unit = power_of_two_below(radius);
     let r = radius / unit;
     Form {
         shrink: Vec3::new(1.0 / unit, 1.0 / unit, 0.0),

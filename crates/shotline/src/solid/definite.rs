@@ -67,20 +67,20 @@ impl std::ops::Mul for Sized {
 /// The box of where a form is negative: tight for ellipsoids and for all quadrics along the axes, infinite where it has no
 /// end.
 pub(super) fn bounds(form: &Form) -> Aabb {
-    let along_axes = contract(Aabb::EVERYTHING, &[Quadratic::new(form.homogeneous().rows)]);
+    let along_axes = contract(Aabb::EVERYTHING, &[Quadratic::new(form.quadric_matrix().rows)]);
     match ellipsoid(form) {
-        Found::Ellipsoid(ellipsoid) => ellipsoid.bounds().intersection(&along_axes),
-        Found::Nothing => Aabb::EMPTY,
-        Found::Other => along_axes,
+        EllipsoidTest::Ellipsoid(ellipsoid) => ellipsoid.bounds().intersection(&along_axes),
+        EllipsoidTest::Nothing => Aabb::EMPTY,
+        EllipsoidTest::Other => along_axes,
     }
 }
 
 /// Volume and moments of where a form is negative, if that is an ellipsoid or nothing.
 pub(super) fn moments(form: &Form) -> Option<Moments> {
     match ellipsoid(form) {
-        Found::Ellipsoid(Ellipsoid { free: Some(_), .. }) | Found::Other => None,
-        Found::Nothing => Some(Moments::NOTHING),
-        Found::Ellipsoid(Ellipsoid { centre, spread: s, .. }) => {
+        EllipsoidTest::Ellipsoid(Ellipsoid { free: Some(_), .. }) | EllipsoidTest::Other => None,
+        EllipsoidTest::Nothing => Some(Moments::NOTHING),
+        EllipsoidTest::Ellipsoid(Ellipsoid { centre, spread: s, .. }) => {
             let minor = |i: usize, j: usize| s[1][i] * s[2][j] - s[1][j] * s[2][i];
             let squared = s[0][0] * minor(1, 2) - s[0][1] * minor(0, 2) + s[0][2] * minor(0, 1);
             let volume = 4.0 / 3.0 * PI * squared.max(0.0).sqrt();
@@ -89,7 +89,7 @@ pub(super) fn moments(form: &Form) -> Option<Moments> {
     }
 }
 
-enum Found {
+enum EllipsoidTest {
     Ellipsoid(Ellipsoid),
     Nothing,
     Other,
@@ -97,7 +97,7 @@ enum Found {
 
 /// The ellipsoid where a form is negative, by the adjugate of its matrix: with `M = A`, half of the linear part `l` and
 /// the constant `k`, the centre is `-adj l / det` and the spread `adj (l adj l - k det) / det^2`.
-fn ellipsoid(form: &Form) -> Found {
+fn ellipsoid(form: &Form) -> EllipsoidTest {
     let ([xx, yy, zz], [yz, xz, xy]) = (form.square, form.cross.unwrap_or_default());
     let mut m = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
     let is_free = |i: usize| m[i].iter().chain([&form.linear[i]]).all(|x| x.hi == 0.0);
@@ -113,7 +113,7 @@ fn ellipsoid(form: &Form) -> Found {
     let det = m(0, 0) * adjugate[0][0] + m(0, 1) * adjugate[0][1] + m(0, 2) * adjugate[0][2];
     let sure = |x: Sized| x.0.hi > 0.0 && x.error() < DEFINITE * x.0.hi;
     if !(sure(m(0, 0)) && sure(adjugate[2][2]) && sure(det)) {
-        return Found::Other;
+        return EllipsoidTest::Other;
     }
     let l = form.linear.map(Sized::from);
     let moved: [Sized; 3] =
@@ -122,7 +122,7 @@ fn ellipsoid(form: &Form) -> Found {
     // `Form` is exact but for what underflow took.
     let error = within.error() + f64::MIN_POSITIVE;
     if within.0.hi + error < 0.0 {
-        return Found::Nothing;
+        return EllipsoidTest::Nothing;
     }
     let (square, relative) = (within.0.hi + error, 1.0 + 2.0 * det.error() / det.0.hi);
     let shrink = form.shrink;
@@ -144,7 +144,11 @@ fn ellipsoid(form: &Form) -> Found {
         })
     });
     let finite = centre.is_finite() && half.is_finite() && doubt.is_finite();
-    if finite { Found::Ellipsoid(Ellipsoid { centre, spread, half, doubt, free }) } else { Found::Other }
+    if finite {
+        EllipsoidTest::Ellipsoid(Ellipsoid { centre, spread, half, doubt, free })
+    } else {
+        EllipsoidTest::Other
+    }
 }
 
 impl Ellipsoid {

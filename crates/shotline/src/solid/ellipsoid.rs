@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use super::capped::Capped;
-use super::form::{Form, power_of_two, squared};
+use super::form::{Form, squared};
 use super::{Kind, Param, ParamError};
 use crate::aabb::Aabb;
-use crate::math::{Dd, Vec3};
+use crate::math::{Dd, Vec3, power_of_two_below};
 
 pub(super) static KIND: Kind = Kind {
     name: "ellipsoid",
@@ -24,7 +24,7 @@ pub(super) static KIND: Kind = Kind {
 
 /// `(x/a)^2 + (y/b)^2 + (z/c)^2 - 1`.
 fn form(axes: Vec3) -> Form {
-    let shrink = Vec3::from(axes.to_array().map(|a| 1.0 / power_of_two(a)));
+    let shrink = Vec3::from(axes.to_array().map(|a| 1.0 / power_of_two_below(a)));
     let square = (axes * shrink).to_array().map(|a| squared(Dd::from(a).recip()));
     Form { shrink, square, constant: Dd::from(-1.0), ..Form::ZERO }
 }

@@ -1,6 +1,6 @@
 //! Quadrics as this crate computes with them: a symmetric form in coordinates of the solid's own size.
 
-use super::homogeneous::Homogeneous;
+use super::quadric_matrix::QuadricMatrix;
 use crate::math::{Dd, Vec3};
 
 /// The function `x M x + 2 l x + k` of `x = (p - centre) * shrink`: negative in the interior.
@@ -66,7 +66,7 @@ impl Form {
     }
 
     /// The same function of homogeneous points of the solid's frame.
-    pub fn homogeneous(&self) -> Homogeneous {
+    pub fn quadric_matrix(&self) -> QuadricMatrix {
         let ([xx, yy, zz], [yz, xz, xy]) = (self.square, self.cross.unwrap_or_default());
         let (k, c) = (self.shrink, self.centre);
         let m = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
@@ -76,7 +76,7 @@ impl Form {
             std::array::from_fn(|i| (0..3).fold(self.linear[i] * k[i], |sum, j| sum - m(i, j) * c[j]));
         let constant = (0..3).fold(self.constant, |sum, i| sum - (l[i] + self.linear[i] * k[i]) * c[i]);
         let row = |i: usize| [m(i, 0).hi, m(i, 1).hi, m(i, 2).hi, l[i].hi];
-        Homogeneous { rows: [row(0), row(1), row(2), [l[0].hi, l[1].hi, l[2].hi, constant.hi]] }
+        QuadricMatrix { rows: [row(0), row(1), row(2), [l[0].hi, l[1].hi, l[2].hi, constant.hi]] }
     }
 }
 
@@ -93,11 +93,6 @@ fn multiply(square: Vec3, cross: Option<Vec3>, v: Vec3) -> Vec3 {
         cross.z * v.x + square.y * v.y + cross.x * v.z,
         cross.y * v.x + cross.x * v.y + square.z * v.z,
     )
-}
-
-/// The power of two at or below a positive normal number, by which it can be scaled without rounding.
-pub(super) fn power_of_two(x: f64) -> f64 {
-    f64::from_bits(x.to_bits() & f64::INFINITY.to_bits()).max(f64::MIN_POSITIVE)
 }
 
 /// The square of a number without error.

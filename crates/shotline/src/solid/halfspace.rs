@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use super::capped::Capped;
-use super::form::{Form, power_of_two};
+use super::form::Form;
 use super::{Kind, Param, ParamError};
 use crate::aabb::Aabb;
-use crate::math::{Dd, Vec3};
+use crate::math::{Dd, Vec3, power_of_two_below};
 
 pub(super) static KIND: Kind = Kind {
     name: "halfspace",
@@ -48,7 +48,7 @@ fn bounds(normal: Vec3, offset: f64) -> Aabb {
 
 /// `2 l x + k` with `l = normal / 2` and `k = -offset`, both over a power of two.
 fn form(normal: Vec3, offset: f64) -> Form {
-    let unit = power_of_two(normal.abs().max_element());
+    let unit = power_of_two_below(normal.abs().max_element());
     let linear = normal / unit * 0.5;
     Form {
         linear: [linear.x, linear.y, linear.z].map(Dd::from),

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::capped::Capped;
-use super::form::{Form, power_of_two, squared};
+use super::form::{Form, squared};
 use super::{Kind, Param};
-use crate::math::{Dd, Vec3};
+use crate::math::{Dd, Vec3, power_of_two_below};
 
 pub(super) static KIND: Kind = Kind {
     name: "hyperboloid",
@@ -35,7 +35,7 @@ pub(super) static KIND: Kind = Kind {
 /// `side ((x/a)^2 + (y/a)^2 - (z/c)^2) - 1` has one sheet around the axis for `side` 1. For `side` -1 the same
 /// with the opposite sign of the constant, `(x/a)^2 + (y/a)^2 - (z/c)^2 + 1`, has two, up and down the axis.
 pub(super) fn form(a: f64, c: f64, side: f64) -> Form {
-    let (unit, unit_z) = (power_of_two(a), power_of_two(c));
+    let (unit, unit_z) = (power_of_two_below(a), power_of_two_below(c));
     let inverse_square = |x: f64| squared(Dd::from(x).recip());
     let (xx, zz) = (inverse_square(a / unit), -inverse_square(c / unit_z));
     Form {

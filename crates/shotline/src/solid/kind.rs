@@ -169,7 +169,7 @@ impl Params {
     ///
     /// # Errors
     /// [`ParamError`] if it is missing or not finite.
-    pub fn ten(&self, name: &'static str) -> Result<[f64; 10], ParamError> {
+    pub fn coefficients(&self, name: &'static str) -> Result<[f64; 10], ParamError> {
         self.get(name, 10).map(|n| std::array::from_fn(|i| n[i]))
     }
 

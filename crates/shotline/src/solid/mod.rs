@@ -14,17 +14,17 @@ mod definite;
 mod ellipsoid;
 mod form;
 mod halfspace;
-mod homogeneous;
 mod hyperboloid;
 mod hyperboloid2;
 mod interval;
 mod kind;
 pub mod mesh;
 mod moments;
-mod on_line;
 mod paraboloid;
 mod quadratic;
 mod quadric;
+mod quadric_line;
+mod quadric_matrix;
 mod sides;
 mod sphere;
 pub mod torus;
@@ -33,16 +33,16 @@ mod tube;
 use std::fmt::Debug;
 
 use crate::aabb::Aabb;
-use crate::accel::Scratch;
 use crate::contact::Contact;
 use crate::crossing::Crossing;
 use crate::math::{Plane, Vec3};
 use crate::ray::{Line, Span};
+use crate::scratch::Scratch;
 
-pub use homogeneous::Homogeneous;
 pub use kind::{Kind, Param, ParamError, Params, Quantity};
 pub(crate) use mesh::tetrahedron;
 pub use moments::Moments;
+pub use quadric_matrix::QuadricMatrix;
 
 /// How much of a list is wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -117,7 +117,7 @@ pub trait Solid: Send + Sync + Debug {
     }
 
     /// The surface as a quadric over homogeneous points, up to a positive factor; `None` where it is none.
-    fn homogeneous(&self, _surface: u32) -> Option<Homogeneous> {
+    fn quadric_matrix(&self, _surface: u32) -> Option<QuadricMatrix> {
         None
     }
 

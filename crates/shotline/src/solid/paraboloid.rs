@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::capped::Capped;
-use super::form::{Form, power_of_two};
+use super::form::Form;
 use super::{Kind, Param};
-use crate::math::{Dd, Vec3, two_prod, two_sum};
+use crate::math::{Dd, Vec3, power_of_two_below, two_prod, two_sum};
 
 pub(super) static KIND: Kind = Kind {
     name: "paraboloid",
@@ -25,7 +25,7 @@ pub(super) static KIND: Kind = Kind {
 
 /// `h (x^2 + y^2) - r^2 z`, with the vertex at `z = 0` and the radius `r` at height `h`.
 fn form(radius: f64, z0: f64, z1: f64) -> Form {
-    let (unit, unit_z) = (power_of_two(radius), power_of_two(z1 - z0));
+    let (unit, unit_z) = (power_of_two_below(radius), power_of_two_below(z1 - z0));
     let h = two_sum(z1, -z0) * (1.0 / unit_z);
     let r = radius / unit;
     Form {

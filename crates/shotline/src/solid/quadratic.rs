@@ -4,7 +4,7 @@ use crate::math::HALF_ULP;
 
 /// By how much a discriminant must exceed its error. The roots are `2 sqrt(D) / a` apart and wrong by about
 /// `error / (2 a sqrt(D))` each: the gap is then 256 bounds wide, where 16 would still make one event of them.
-const APART: f64 = 64.0;
+const SEPARATION: f64 = 64.0;
 
 /// The polynomial `a x^2 + 2 b x + c` with bounds on what rounding has done to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,7 +22,7 @@ pub(super) struct Quadratic {
 
 /// The set of parameters at which a polynomial is negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Negative {
+pub(super) enum SignIntervals {
     Nowhere,
     Everywhere,
     Between(f64, f64),
@@ -41,38 +41,38 @@ impl Quadratic {
             return self.b.abs() > self.noise * b || b == 0.0;
         }
         let doubt = 2.0 * self.b.abs() * b + self.a.abs() * c + self.c.abs() * a;
-        self.a.abs() > self.noise * a && self.discriminant.abs() > APART * self.noise * doubt
+        self.a.abs() > self.noise * a && self.discriminant.abs() > SEPARATION * self.noise * doubt
     }
 
     /// Where the polynomial is negative. A double root bounds nothing.
     ///
     /// The root of larger magnitude comes from a sum without cancellation, the other from the product of both
     /// (Forsythe 1966; Press et al., Numerical Recipes 5.6).
-    pub fn negative(&self) -> Negative {
+    pub fn negative(&self) -> SignIntervals {
         let Quadratic { a, b, c, .. } = *self;
         if a == 0.0 {
             return Quadratic::negative_half(b, c);
         }
         if self.discriminant <= 0.0 {
-            return if a < 0.0 { Negative::Everywhere } else { Negative::Nowhere };
+            return if a < 0.0 { SignIntervals::Everywhere } else { SignIntervals::Nowhere };
         }
         let q = -(b + self.discriminant.sqrt().copysign(b));
         let (x, y) = (q / a, c / q);
         let (low, high) = if x < y { (x, y) } else { (y, x) };
-        if a > 0.0 { Negative::Between(low, high) } else { Negative::Outside(low, high) }
+        if a > 0.0 { SignIntervals::Between(low, high) } else { SignIntervals::Outside(low, high) }
     }
 
     /// Where `2 b x + c` is negative.
-    fn negative_half(b: f64, c: f64) -> Negative {
+    fn negative_half(b: f64, c: f64) -> SignIntervals {
         let root = -c / (2.0 * b);
         if b > 0.0 {
-            Negative::Before(root)
+            SignIntervals::Before(root)
         } else if b < 0.0 {
-            Negative::After(root)
+            SignIntervals::After(root)
         } else if c < 0.0 {
-            Negative::Everywhere
+            SignIntervals::Everywhere
         } else {
-            Negative::Nowhere
+            SignIntervals::Nowhere
         }
     }
 
@@ -112,26 +112,26 @@ mod tests {
 
     #[test]
     fn every_sign_has_its_set() {
-        assert_eq!(exact(1.0, 0.0, -4.0).negative(), Negative::Between(-2.0, 2.0));
-        assert_eq!(exact(-1.0, 0.0, 4.0).negative(), Negative::Outside(-2.0, 2.0));
-        assert_eq!(exact(1.0, 0.0, 4.0).negative(), Negative::Nowhere);
-        assert_eq!(exact(-1.0, 0.0, -4.0).negative(), Negative::Everywhere);
-        assert_eq!(exact(0.0, 1.0, -4.0).negative(), Negative::Before(2.0));
-        assert_eq!(exact(0.0, -1.0, -4.0).negative(), Negative::After(-2.0));
-        assert_eq!(exact(0.0, 0.0, -4.0).negative(), Negative::Everywhere);
-        assert_eq!(exact(0.0, 0.0, 0.0).negative(), Negative::Nowhere);
+        assert_eq!(exact(1.0, 0.0, -4.0).negative(), SignIntervals::Between(-2.0, 2.0));
+        assert_eq!(exact(-1.0, 0.0, 4.0).negative(), SignIntervals::Outside(-2.0, 2.0));
+        assert_eq!(exact(1.0, 0.0, 4.0).negative(), SignIntervals::Nowhere);
+        assert_eq!(exact(-1.0, 0.0, -4.0).negative(), SignIntervals::Everywhere);
+        assert_eq!(exact(0.0, 1.0, -4.0).negative(), SignIntervals::Before(2.0));
+        assert_eq!(exact(0.0, -1.0, -4.0).negative(), SignIntervals::After(-2.0));
+        assert_eq!(exact(0.0, 0.0, -4.0).negative(), SignIntervals::Everywhere);
+        assert_eq!(exact(0.0, 0.0, 0.0).negative(), SignIntervals::Nowhere);
     }
 
     #[test]
     fn touching_bounds_nothing() {
-        assert_eq!(exact(1.0, 1.0, 1.0).negative(), Negative::Nowhere);
-        assert_eq!(exact(-1.0, 1.0, -1.0).negative(), Negative::Everywhere);
+        assert_eq!(exact(1.0, 1.0, 1.0).negative(), SignIntervals::Nowhere);
+        assert_eq!(exact(-1.0, 1.0, -1.0).negative(), SignIntervals::Everywhere);
         assert!(!exact(1.0, 1.0, 1.0).is_certain());
     }
 
     #[test]
     fn small_roots_keep_their_digits() {
-        let Negative::Between(low, high) = exact(1.0, -1e8, 1.0).negative() else { panic!("two roots") };
+        let SignIntervals::Between(low, high) = exact(1.0, -1e8, 1.0).negative() else { panic!("two roots") };
         assert_eq!(low, 5e-9);
         assert_eq!(high, 2e8);
     }

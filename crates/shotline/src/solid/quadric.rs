@@ -3,16 +3,16 @@
 use std::sync::Arc;
 
 use super::capped::Capped;
-use super::form::{Form, power_of_two};
+use super::form::Form;
 use super::{Kind, Param, ParamError, definite};
-use crate::math::{Dd, Vec3};
+use crate::math::{Dd, Vec3, power_of_two_below};
 
 pub(super) static KIND: Kind = Kind {
     name: "quadric",
     summary: "the quadric A x2 + B y2 + C z2 + D xy + E xz + F yz + G x + H y + I z + J < 0",
     params: &[Param::coefficients("coeffs", &[0, 0, 0, 0, 0, 0, 1, 1, 1, 2], "A to J, not all zero")],
     build: |p| {
-        let coeffs = p.ten("coeffs")?;
+        let coeffs = p.coefficients("coeffs")?;
         if coeffs.iter().all(|x| *x == 0.0) {
             return Err(ParamError { param: "coeffs", why: "are all zero, but one must not be".into() });
         }
@@ -35,7 +35,7 @@ pub(super) static KIND: Kind = Kind {
 /// All coefficients over one power of four, about the origin: wherever the quadric lies, that is where its
 /// coefficients are exact. Of four, so that the same quadric twice as large has the same proportions.
 fn form(coeffs: [f64; 10]) -> Form {
-    let root = power_of_two(coeffs.iter().fold(0.0, |m: f64, x| m.max(x.abs())).sqrt());
+    let root = power_of_two_below(coeffs.iter().fold(0.0, |m: f64, x| m.max(x.abs())).sqrt());
     let [a, b, c, d, e, f, g, h, i, j] = coeffs.map(|x| x / root / root);
     let shrink = proportions(Vec3::new(a, b, c));
     let half = |x: f64, y: f64, z: f64| (Vec3::new(x, y, z) * 0.5).to_array().map(Dd::from);
@@ -58,5 +58,5 @@ fn form(coeffs: [f64; 10]) -> Form {
 /// axes; all 1 where a square is missing and there is nothing to compare.
 fn proportions(square: Vec3) -> Vec3 {
     let root = square.abs().map(f64::sqrt);
-    if root.min_element() > 0.0 { root.map(power_of_two) } else { Vec3::ONE }
+    if root.min_element() > 0.0 { root.map(power_of_two_below) } else { Vec3::ONE }
 }

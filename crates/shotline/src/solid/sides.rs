@@ -7,7 +7,7 @@
 
 use super::form::{Form, rounded};
 use super::interval::{End, Interval};
-use super::on_line::{Doubt, Expansion, Local, NOISE_WIDE};
+use super::quadric_line::{Expansion, LocalLine, SignDoubt, TERM_ERROR_WIDE};
 use crate::contact::{Border, Sector, Sheet};
 use crate::crossing::GROUPING;
 use crate::math::{HALF_ULP, Vec3, unit};
@@ -54,7 +54,7 @@ enum Across {
 
 impl Form {
     /// Whether a line in the surface has the interior all around it, as one in the plane of `-x^2 < 0`.
-    pub(super) fn surrounds(&self, expansion: &Expansion, doubt: &Doubt, line: &Line) -> bool {
+    pub(super) fn surrounds(&self, expansion: &Expansion, doubt: &SignDoubt, line: &Line) -> bool {
         doubt.has_no_gradient(self, expansion) && matches!(self.across(line.d), Across::Everywhere(_))
     }
 
@@ -64,9 +64,9 @@ impl Form {
         if !self.may_touch(line) {
             return None;
         }
-        let at = Local::new(self, line);
+        let at = LocalLine::new(self, line);
         let expansion = Expansion::new(self, &at).widened(self, line, &at);
-        let doubt = Doubt::new(self, &expansion, &at, line);
+        let doubt = SignDoubt::new(self, &expansion, &at, line);
         if !doubt.vanishes() {
             return None;
         }
@@ -87,12 +87,12 @@ impl Form {
         let sheet = |x: f64| Inward::Behind(doubt.sheet(self, &expansion, x));
         Some(match doubt.apex(self, &expansion) {
             Some(apex) => {
-                let end = End::new(at.t(at.s0 + apex.place), at.t(apex.err), 0);
+                let end = End::new(at.t(at.s0 + apex.at_share), at.t(apex.err), 0);
                 let behind = |x: f64, stretch: Interval| Side { stretch, inward: sheet(x) };
-                let far = 1.0 + apex.place.abs() + 2.0 * apex.err;
+                let far = 1.0 + apex.at_share.abs() + 2.0 * apex.err;
                 vec![
-                    behind(apex.place - far, Interval::before(end)),
-                    behind(apex.place + far, Interval::after(end)),
+                    behind(apex.at_share - far, Interval::before(end)),
+                    behind(apex.at_share + far, Interval::after(end)),
                 ]
             }
             None => vec![side(sheet(0.0))],
@@ -133,15 +133,15 @@ impl Form {
 
 /// Where the gradient vanishes on a line, in steps of `s` from the closest approach, and how far it may be off.
 struct Apex {
-    place: f64,
+    at_share: f64,
     err: f64,
 }
 
-impl Doubt<'_> {
+impl SignDoubt<'_> {
     /// Bounds on the error of half the gradient at the closest approach, and of its change for a step of `s`.
     fn gradient_doubt(&self, form: &Form, expansion: &Expansion) -> [Vec3; 2] {
         let (p, d) = (self.at.p, self.at.d);
-        let rounding = |terms: Vec3, value: Vec3| NOISE_WIDE * terms + HALF_ULP * value.abs();
+        let rounding = |terms: Vec3, value: Vec3| TERM_ERROR_WIDE * terms + HALF_ULP * value.abs();
         let slope = rounding(form.apply_abs(p) + rounded(&form.linear).abs(), expansion.slope)
             + form.apply_abs(self.o + self.per_s * self.at.s0.abs());
         [slope, rounding(form.apply_abs(d), expansion.turn) + form.apply_abs(self.per_s)]
@@ -185,12 +185,12 @@ impl Doubt<'_> {
         if is_lost(turn, turn_doubt) {
             return None;
         }
-        let place = -slope.dot(turn) / turn.length_squared();
-        let doubt = slope_doubt + turn_doubt * place.abs();
-        let rest = slope + turn * place;
-        let rounding = 4.0 * HALF_ULP * (slope.abs() + turn.abs() * place.abs());
+        let at_share = -slope.dot(turn) / turn.length_squared();
+        let doubt = slope_doubt + turn_doubt * at_share.abs();
+        let rest = slope + turn * at_share;
+        let rounding = 4.0 * HALF_ULP * (slope.abs() + turn.abs() * at_share.abs());
         is_lost(rest, doubt + rounding)
-            .then(|| Apex { place, err: (doubt + rounding).length() / turn.length() })
+            .then(|| Apex { at_share, err: (doubt + rounding).length() / turn.length() })
     }
 }
 

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use super::capped::Capped;
-use super::form::{Form, power_of_two};
+use super::form::Form;
 use super::{Kind, Param};
 use crate::aabb::Aabb;
-use crate::math::{Dd, Vec3, two_prod};
+use crate::math::{Dd, Vec3, power_of_two_below, two_prod};
 
 pub(super) static KIND: Kind = Kind {
     name: "sphere",
@@ -22,7 +22,7 @@ pub(super) static KIND: Kind = Kind {
 
 /// `x^2 + y^2 + z^2 - r^2`.
 fn form(radius: f64) -> Form {
-    let unit = power_of_two(radius);
+    let unit = power_of_two_below(radius);
     let r = radius / unit;
     Form {
         shrink: Vec3::splat(1.0 / unit),

@@ -7,11 +7,11 @@ use super::form::Form;
 use super::interval::{Interval, Slab};
 use super::{Kind, Moments, Param, ParamError, Params, Solid, Wanted};
 use crate::aabb::Aabb;
-use crate::accel::Scratch;
 use crate::contact::{Border, Contact, Sector, Sheet};
 use crate::crossing::{Crossing, NO_PRIMITIVE};
 use crate::math::{Affine, Dd, Vec3, sin_cos_degrees_wide, unit};
 use crate::ray::{Line, Span};
+use crate::scratch::Scratch;
 
 pub(super) static KIND: Kind = Kind {
     name: "tube",
@@ -109,7 +109,7 @@ impl Tube {
 
     /// The stretches of a line inside. Surfaces in which the line lies may be replaced by the side of them on which it
     /// is taken to be: `true` for the interior's; otherwise it is outside of what such a surface bounds.
-    fn stretches(&self, line: &Line, side: &dyn Fn(u32) -> Option<bool>) -> Vec<Interval> {
+    fn intervals(&self, line: &Line, side: &dyn Fn(u32) -> Option<bool>) -> Vec<Interval> {
         let behind = |form: &Form, surface: u32| match side(surface) {
             Some(is_behind) => is_behind.then_some(Interval::ALL),
             None => form.inside(line)[0].map(|stretch| stretch.on(surface)),
@@ -119,7 +119,7 @@ impl Tube {
             (low, high) => (low != Some(false) && high != Some(false)).then_some(Interval::ALL),
         };
         let outer = behind(&self.outer, OUTER).zip(between).and_then(|(a, b)| a.clip(b));
-        let mut stretches: Vec<Interval> = outer.into_iter().collect();
+        let mut intervals: Vec<Interval> = outer.into_iter().collect();
         if let Some(inner) = &self.inner {
             let hole = match side(INNER) {
                 Some(is_outside) => (!is_outside).then_some(Interval::ALL),
@@ -129,16 +129,16 @@ impl Tube {
                     hole => hole.map(|stretch| stretch.on(INNER)),
                 },
             };
-            stretches = without(stretches, hole);
+            intervals = without(intervals, hole);
         }
-        let Some(Wedge { start, end, is_reflex, .. }) = &self.wedge else { return stretches };
+        let Some(Wedge { start, end, is_reflex, .. }) = &self.wedge else { return intervals };
         let (start, end) = (behind(start, START), behind(end, END));
         if *is_reflex {
             let gap = beyond(start).zip(beyond(end)).and_then(|(a, b)| a.clip(b));
-            without(stretches, gap)
+            without(intervals, gap)
         } else {
             let both = start.zip(end).and_then(|(a, b)| a.clip(b));
-            both.map_or_else(Vec::new, |both| stretches.iter().filter_map(|s| s.clip(both)).collect())
+            both.map_or_else(Vec::new, |both| intervals.iter().filter_map(|s| s.clip(both)).collect())
         }
     }
 
@@ -209,10 +209,10 @@ fn beyond(behind: Option<Interval>) -> Option<Interval> {
 }
 
 /// Stretches without what lies in another one.
-fn without(stretches: Vec<Interval>, hole: Option<Interval>) -> Vec<Interval> {
-    let Some(hole) = hole else { return stretches };
+fn without(intervals: Vec<Interval>, hole: Option<Interval>) -> Vec<Interval> {
+    let Some(hole) = hole else { return intervals };
     let around = [Interval::before(hole.enter), Interval::after(hole.exit)];
-    stretches.into_iter().flat_map(|s| around.map(|rest| s.clip(rest))).flatten().collect()
+    intervals.into_iter().flat_map(|s| around.map(|rest| s.clip(rest))).flatten().collect()
 }
 
 /// With the x axis in the middle of the sector the axes are principal.
@@ -235,7 +235,7 @@ impl Solid for Tube {
     }
 
     fn crossings(&self, line: &Line, out: &mut Vec<Crossing>) {
-        self.stretches(line, &|_| None).into_iter().for_each(|stretch| stretch.push(out));
+        self.intervals(line, &|_| None).into_iter().for_each(|stretch| stretch.push(out));
     }
 
     /// In the plane of one end of a sector of more than half a turn a line may lie in the surface on one side of the axis
@@ -281,8 +281,8 @@ impl Solid for Tube {
                 let sheet = touched.iter().find(|(other, _)| *other == surface);
                 sheet.map(|(_, sheet)| sheet.normal.dot(towards) < 0.0)
             };
-            let stretches = self.stretches(line, &side).into_iter();
-            out.extend(stretches.map(|stretch| stretch.contact(Sector { from, to })));
+            let intervals = self.intervals(line, &side).into_iter();
+            out.extend(intervals.map(|stretch| stretch.contact(Sector { from, to })));
         }
     }
 

@@ -5,7 +5,8 @@ use std::ops::Range;
 
 use super::random::Random;
 use crate::aabb::{Aabb, BoxRay};
-use crate::accel::{self, Accelerator, Items, Offer, Pending, Work};
+use crate::accel::{self, Accelerator, Child, Items, QueueEntry};
+use crate::counters::Counters;
 use crate::math::Vec3;
 use crate::ray::{Line, Span};
 
@@ -243,14 +244,14 @@ fn met(ray: &BoxRay, boxes: &[Aabb]) -> BTreeMap<u32, f64> {
 }
 
 fn proposes_every_box_met_in_time(a: &dyn Accelerator, ray: &BoxRay, boxes: &[Aabb], context: &str) {
-    let mut work = Work::default();
-    let mut pending: Vec<Pending> = Vec::new();
+    let mut counters = Counters::default();
+    let mut pending: Vec<QueueEntry> = Vec::new();
     let mut first_proposal: BTreeMap<u32, f64> = BTreeMap::new();
-    a.start(ray, &mut pending, &mut work);
+    a.roots(ray, &mut pending, &mut counters);
     while let Some(next) = pending.pop() {
-        match next.what {
-            Offer::Item(item) | Offer::Entered(item) => {
-                if let Offer::Entered(_) = next.what {
+        match next.child {
+            Child::Item(item) | Child::Entered(item) => {
+                if let Child::Entered(_) = next.child {
                     let own = ray.enter_exit(&boxes[item as usize]).map(|(t, _)| t);
                     assert_eq!(own, Some(next.t), "{context}: item {item} is not entered there");
                     assert!(!first_proposal.contains_key(&item), "{context}: item {item} is offered twice");
@@ -258,7 +259,7 @@ fn proposes_every_box_met_in_time(a: &dyn Accelerator, ray: &BoxRay, boxes: &[Aa
                 let t = first_proposal.entry(item).or_insert(next.t);
                 *t = t.min(next.t);
             }
-            Offer::Part(part) => a.open(part, next.t, ray, &mut pending, &mut work),
+            Child::Node(part) => a.expand(part, next.t, ray, &mut pending, &mut counters),
         }
     }
     for (item, enter) in met(ray, boxes) {
@@ -271,7 +272,7 @@ fn proposes_every_box_met_in_time(a: &dyn Accelerator, ray: &BoxRay, boxes: &[Aa
 
 fn walks_to_every_box_met(a: &dyn Accelerator, ray: &BoxRay, boxes: &[Aabb], context: &str) {
     let mut seen = vec![false; boxes.len()];
-    a.walk(ray, &mut Work::default(), &mut |items, _| {
+    a.traverse(ray, &mut Counters::default(), &mut |items, _| {
         for &item in items {
             seen[item as usize] = true;
         }
@@ -289,7 +290,7 @@ fn finds_the_nearest_under_a_shrinking_limit(
     context: &str,
 ) {
     let mut nearest = f64::INFINITY;
-    a.walk(ray, &mut Work::default(), &mut |items, _| {
+    a.traverse(ray, &mut Counters::default(), &mut |items, _| {
         for &item in items {
             if let Some((t, _)) = ray.enter_exit(&boxes[item as usize]) {
                 nearest = nearest.min(t);

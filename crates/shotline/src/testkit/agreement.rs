@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::accel;
 use crate::compile::{Options, World, compile};
 use crate::math::Vec3;
-use crate::query::{Caster, Hit, HitKind, Overlaps, QueryError, Seed};
+use crate::query::{Caster, CoherenceHint, Hit, HitKind, Overlaps, QueryError};
 use crate::ray::{Ray, Span};
 use crate::scene::Scene;
 
@@ -26,11 +26,11 @@ pub fn hold(scene: &Scene, rays: &[(Ray, Span)]) -> bool {
             return false;
         }
     };
-    let mut seeds = Seeds::default();
+    let mut hints = Hints::default();
     for (ray, span) in rays {
-        let expected = answers(&worlds[0], ray, *span, &mut seeds);
+        let expected = answers(&worlds[0], ray, *span, &mut hints);
         for (name, world) in accel::NAMES.iter().zip(&worlds[1..]) {
-            let list = answers(world, ray, *span, &mut seeds);
+            let list = answers(world, ray, *span, &mut hints);
             let same = bits(&list) == bits(&expected);
             assert!(same, "{name} and the short ways on {ray:?} {span:?}\n{list:#?}\n{expected:#?}");
         }
@@ -43,9 +43,9 @@ pub fn hold(scene: &Scene, rays: &[(Ray, Span)]) -> bool {
 /// # Panics
 /// Where a rule is broken, with the ray and the answers.
 pub fn hold_one(world: &World, rays: &[(Ray, Span)]) {
-    let mut seeds = Seeds::default();
+    let mut hints = Hints::default();
     rays.iter().for_each(|(ray, span)| {
-        answers(world, ray, *span, &mut seeds);
+        answers(world, ray, *span, &mut hints);
     });
 }
 
@@ -81,16 +81,16 @@ fn bits(hits: &[Hit]) -> Vec<impl PartialEq> {
 
 /// What earlier rays met, of whatever kind they were.
 #[derive(Default)]
-struct Seeds {
-    closest: Seed,
-    any: Seed,
+struct Hints {
+    closest: CoherenceHint,
+    any: CoherenceHint,
 }
 
 /// What is told of a ray where a rule is broken.
 type Context<'a> = &'a dyn Fn() -> String;
 
 /// The crossings, after every other query has been held to them.
-fn answers(world: &World, ray: &Ray, span: Span, seeds: &mut Seeds) -> Vec<Hit> {
+fn answers(world: &World, ray: &Ray, span: Span, hints: &mut Hints) -> Vec<Hit> {
     let mut caster = Caster::new(world);
     let mut hits = Vec::new();
     caster.crossings(ray, span, &mut hits).expect("within limits");
@@ -98,13 +98,13 @@ fn answers(world: &World, ray: &Ray, span: Span, seeds: &mut Seeds) -> Vec<Hit> 
     in_order(&hits, span, &context);
     let first = caster.closest(ray, span).expect("within limits");
     assert!(bits(first.as_slice()) == bits(&hits[..hits.len().min(1)]), "closest {first:?} of {}", context());
-    let seeded = caster.closest_from(&mut seeds.closest, ray, span).expect("within limits");
-    assert!(bits(seeded.as_slice()) == bits(first.as_slice()), "seeded {seeded:?} of {}", context());
+    let hinted = caster.closest_with_hint(&mut hints.closest, ray, span).expect("within limits");
+    assert!(bits(hinted.as_slice()) == bits(first.as_slice()), "hinted {hinted:?} of {}", context());
     assert_eq!(caster.any(ray, span).expect("within limits"), !hits.is_empty(), "any of {}", context());
     assert_eq!(
-        caster.any_from(&mut seeds.any, ray, span).expect("within limits"),
+        caster.any_with_hint(&mut hints.any, ray, span).expect("within limits"),
         !hits.is_empty(),
-        "seeded any of {}",
+        "hinted any of {}",
         context()
     );
     assert_eq!(caster.count(ray, span).expect("within limits"), hits.len() as u64, "count of {}", context());

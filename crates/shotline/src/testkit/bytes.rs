@@ -6,12 +6,12 @@ use std::sync::Arc;
 use super::agreement;
 use super::leaf::add_varied;
 use super::membership::Membership;
-use crate::accel::Scratch;
 use crate::compile::{Options, World, compile};
 use crate::math::{Affine, Vec3};
 use crate::query::{Caster, Hit};
 use crate::ray::{Line, Ray, Span};
 use crate::scene::{LocalTransform, Node, NodeId, Op, Rotation, Scene};
+use crate::scratch::Scratch;
 use crate::solid::mesh::{MeshSolid, TriangleMesh, Weld};
 
 /// Bytes being read; zeros come after their end.

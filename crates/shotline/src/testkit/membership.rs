@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::math::{Affine, Chain, Vec3};
+use crate::math::{Affine, ComposedTransform, Vec3};
 use crate::scene::{Node, NodeId, Op, Scene};
 use crate::solid::Solid;
 use crate::solid::mesh::MeshSolid;
@@ -73,7 +73,7 @@ fn asked(node: &Node) -> Asked {
             Asked::Solid(Arc::new(MeshSolid::new(mesh.clone(), "brute").expect("a mesh that was compiled")))
         }
         Node::Transform { transform, child } => {
-            let placement = transform.inside(&Chain::IDENTITY).placement();
+            let placement = transform.inside(&ComposedTransform::IDENTITY).placement();
             Asked::Moved(placement.expect("a transform that was compiled").local_from_parent, *child)
         }
         Node::Csg { op, args } => Asked::Combined(*op, args.clone()),

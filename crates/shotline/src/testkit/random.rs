@@ -1,6 +1,6 @@
 //! A small seeded source of numbers, so that every run of a suite sees the same lines.
 
-use crate::math::Vec3;
+use crate::math::{SPLIT_MIX64_STEP, Vec3, split_mix64};
 
 /// SplitMix64 (Steele, Lea, Flood 2014): enough for choosing test cases.
 #[derive(Clone, Debug)]
@@ -14,10 +14,9 @@ impl Random {
 
     /// Any 64 bits.
     pub fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+        let bits = split_mix64(self.0);
+        self.0 = self.0.wrapping_add(SPLIT_MIX64_STEP);
+        bits
     }
 
     /// A number from `low` up to `high`.

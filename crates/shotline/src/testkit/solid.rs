@@ -7,7 +7,7 @@ use super::moments::closed_form_agrees_with_rays;
 use super::random::Random;
 use crate::aabb::Aabb;
 use crate::crossing::{Crossing, is_alternating};
-use crate::math::{Affine, HALF_ULP, Placement, Vec3, two_sum};
+use crate::math::{Affine, HALF_ULP, TransformPair, Vec3, two_sum};
 use crate::ray::Line;
 use crate::solid::{Kind, Param, Params, Solid};
 
@@ -181,7 +181,8 @@ fn rigid_motions_change_nothing(case: &Case) {
     let (_, size) = extent(&case.solid.bounds());
     for away in [size * 3.0, Vec3::splat(1e6 * size.min_element())] {
         let motion = Affine::translation(away).then_after(&turn);
-        let Ok(Placement { parent_from_local, local_from_parent, .. }) = Placement::new(&motion) else {
+        let Ok(TransformPair { parent_from_local, local_from_parent, .. }) = TransformPair::new(&motion)
+        else {
             panic!("a rigid motion has an inverse");
         };
         let there_and_back = case.line.in_frame(&parent_from_local).in_frame(&local_from_parent);

@@ -7,10 +7,10 @@
 
 use std::sync::Arc;
 
-use shotline::accel::Scratch;
 use shotline::crossing::{Crossing, is_alternating};
 use shotline::math::Vec3;
 use shotline::ray::{Line, Span};
+use shotline::scratch::Scratch;
 use shotline::solid::Solid;
 use shotline::solid::mesh::{MeshSolid, TriangleMesh};
 use shotline::testkit::meshes::{cuboid, hollow, tray};

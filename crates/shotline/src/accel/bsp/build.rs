@@ -4,7 +4,7 @@
 use super::direction::Direction;
 use super::{Bsp, MAX_DEPTH, Node};
 use crate::aabb::Aabb;
-use crate::accel::bounded::{Bounded, around, sort_out};
+use crate::accel::prim_ref::{PrimRef, bounding_box, partition_unbounded};
 
 /// How many times an item may be listed, in the mean. It bounds the memory.
 const MAX_SPREAD: usize = 8;
@@ -13,7 +13,7 @@ const MAX_SPREAD: usize = 8;
 struct Task {
     node: usize,
     bounds: Aabb,
-    items: Vec<Bounded>,
+    items: Vec<PrimRef>,
     depth: usize,
     spare: usize,
 }
@@ -27,27 +27,27 @@ struct Split<D> {
 }
 
 pub(super) fn build<D: Direction>(boxes: &[Aabb]) -> Bsp<D> {
-    let (items, unbounded) = sort_out(boxes);
-    let bounds = around(&items);
+    let (items, unbounded) = partition_unbounded(boxes);
+    let bounds = bounding_box(&items);
     let mut tree = Bsp { bounds, nodes: Vec::new(), items: Vec::new(), unbounded };
     if items.is_empty() {
         return tree;
     }
-    tree.nodes.push(undecided());
+    tree.nodes.push(new_leaf());
     let deepest = (8.0 + 1.3 * (items.len() as f64).log2()) as usize;
     let spare = items.len() * (MAX_SPREAD - 1);
     let mut tasks = vec![Task { node: 0, bounds, items, depth: deepest.min(MAX_DEPTH - 1), spare }];
     while let Some(task) = tasks.pop() {
-        decide(&mut tree, task, &mut tasks);
+        split_or_keep(&mut tree, task, &mut tasks);
     }
     tree
 }
 
-fn undecided<D>() -> Node<D> {
+fn new_leaf<D>() -> Node<D> {
     Node::Leaf { first: 0, count: 0 }
 }
 
-fn decide<D: Direction>(tree: &mut Bsp<D>, task: Task, tasks: &mut Vec<Task>) {
+fn split_or_keep<D: Direction>(tree: &mut Bsp<D>, task: Task, tasks: &mut Vec<Task>) {
     let Task { node, bounds, items, depth, spare } = task;
     let stay = items.len() as f64;
     if depth > 0
@@ -59,7 +59,7 @@ fn decide<D: Direction>(tree: &mut Bsp<D>, task: Task, tasks: &mut Vec<Task>) {
         if listed - items.len() <= spare {
             let first = tree.nodes.len();
             tree.nodes[node] = Node::Plane { across, first: first as u32, at };
-            tree.nodes.extend([undecided(), undecided()]);
+            tree.nodes.extend([new_leaf(), new_leaf()]);
             let spare = spare - (listed - items.len());
             for (node, bounds, items) in [(first + 1, high, above), (first, low, below)] {
                 let spare = spare * items.len() / listed;
@@ -73,7 +73,7 @@ fn decide<D: Direction>(tree: &mut Bsp<D>, task: Task, tasks: &mut Vec<Task>) {
 }
 
 /// The cheapest plane through an edge of a box; `None` if there is none inside.
-fn best_split<D: Direction>(bounds: &Aabb, items: &[Bounded]) -> Option<Split<D>> {
+fn best_split<D: Direction>(bounds: &Aabb, items: &[PrimRef]) -> Option<Split<D>> {
     let mut best: Option<Split<D>> = None;
     for &across in D::ALL {
         let extent = across.extent(bounds);

@@ -4,7 +4,7 @@ use std::fmt::Debug;
 use std::ops::Index;
 
 use crate::aabb::{Aabb, BoxRay, Slope};
-use crate::accel::bounded::{self, Bounded, measure};
+use crate::accel::prim_ref::{self, PrimRef, measure};
 
 /// A direction, with heights along it.
 pub(in crate::accel) trait Direction: Copy + Debug + Send + Sync + 'static {
@@ -12,10 +12,10 @@ pub(in crate::accel) trait Direction: Copy + Debug + Send + Sync + 'static {
     const ALL: &'static [Self];
 
     /// Its place among all.
-    fn place(self) -> usize;
+    fn index(self) -> usize;
 
     /// The height along it, for people.
-    fn words(self) -> String;
+    fn display(self) -> String;
 
     /// How a ray passes the planes across it.
     fn slope(self, ray: &BoxRay) -> Slope;
@@ -33,7 +33,7 @@ pub(in crate::accel) trait Direction: Copy + Debug + Send + Sync + 'static {
     fn cut(self, b: &Aabb, at: f64) -> (Aabb, Aabb);
 
     /// Items below and above a plane, or what of them is.
-    fn divide(self, items: &[Bounded], at: f64) -> (Vec<Bounded>, Vec<Bounded>);
+    fn divide(self, items: &[PrimRef], at: f64) -> (Vec<PrimRef>, Vec<PrimRef>);
 
     /// What a ray through a box is expected to cost, in tests of an item, if a plane cuts it and so many items
     /// are below and above.
@@ -51,16 +51,16 @@ impl Direction for Axis {
     const ALL: &'static [Axis] = &[Axis(0), Axis(1), Axis(2)];
 
     #[inline]
-    fn place(self) -> usize {
+    fn index(self) -> usize {
         self.0.into()
     }
 
-    fn words(self) -> String {
-        ["x", "y", "z"][self.place()].to_owned()
+    fn display(self) -> String {
+        ["x", "y", "z"][self.index()].to_owned()
     }
 
     fn slope(self, ray: &BoxRay) -> Slope {
-        ray.slope(self.place())
+        ray.slope(self.index())
     }
 
     type Slopes = [Slope; 3];
@@ -70,15 +70,15 @@ impl Direction for Axis {
     }
 
     fn extent(self, b: &Aabb) -> (f64, f64) {
-        (b.min[self.place()], b.max[self.place()])
+        (b.min[self.index()], b.max[self.index()])
     }
 
     fn cut(self, b: &Aabb, at: f64) -> (Aabb, Aabb) {
-        bounded::cut(b, self.place(), at)
+        prim_ref::cut(b, self.index(), at)
     }
 
-    fn divide(self, items: &[Bounded], at: f64) -> (Vec<Bounded>, Vec<Bounded>) {
-        bounded::divide(items, self.place(), at)
+    fn divide(self, items: &[PrimRef], at: f64) -> (Vec<PrimRef>, Vec<PrimRef>) {
+        prim_ref::divide(items, self.index(), at)
     }
 
     fn cost(self, b: &Aabb, at: f64, [below, above]: [usize; 2]) -> f64 {

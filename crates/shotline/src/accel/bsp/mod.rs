@@ -14,8 +14,9 @@ pub(super) use direction::Axis;
 use direction::Direction;
 pub(super) use oblique::Oblique;
 
-use super::{Accelerator, Offer, Pending, Visit, Work, words};
+use super::{Accelerator, Child, QueueEntry, Visitor, display};
 use crate::aabb::{Aabb, BoxRay, Slope};
+use crate::counters::Counters;
 
 /// Deeper trees are not built, see `build`; so a walk's stack is an array.
 const MAX_DEPTH: usize = 64;
@@ -37,7 +38,7 @@ enum Node<D> {
 
 /// A node and where the ray is in it.
 #[derive(Clone, Copy, Default)]
-struct Stretch {
+struct NodeInterval {
     node: u32,
     enter: f64,
     exit: f64,
@@ -64,18 +65,18 @@ impl<D: Direction> Bsp<D> {
     }
 
     /// Where the ray is in the root.
-    fn root(&self, ray: &BoxRay) -> Option<Stretch> {
+    fn root(&self, ray: &BoxRay) -> Option<NodeInterval> {
         let (enter, exit) = ray.enter_exit(&self.bounds)?;
-        (!self.nodes.is_empty()).then_some(Stretch { node: 0, enter, exit })
+        (!self.nodes.is_empty()).then_some(NodeInterval { node: 0, enter, exit })
     }
 
     /// Offers what a node holds.
-    fn offer(&self, stretch: Stretch, out: &mut Vec<Pending>) {
-        let t = stretch.enter;
-        match self.nodes[stretch.node as usize] {
-            Node::Plane { .. } => out.push(Pending { t, what: Offer::Part(pack(stretch)) }),
+    fn push_children(&self, interval: NodeInterval, out: &mut Vec<QueueEntry>) {
+        let t = interval.enter;
+        match self.nodes[interval.node as usize] {
+            Node::Plane { .. } => out.push(QueueEntry { t, child: Child::Node(pack(interval)) }),
             Node::Leaf { first, count } => {
-                out.extend(self.items(first, count).iter().map(|&i| Pending { t, what: Offer::Item(i) }));
+                out.extend(self.items(first, count).iter().map(|&i| QueueEntry { t, child: Child::Item(i) }));
             }
         }
     }
@@ -83,16 +84,21 @@ impl<D: Direction> Bsp<D> {
 
 /// The near and the far side of a plane, as far as the ray comes to them.
 #[inline]
-fn sides(Stretch { enter, exit, .. }: Stretch, first: u32, at: f64, slope: &Slope) -> [Option<Stretch>; 2] {
+fn sides(
+    NodeInterval { enter, exit, .. }: NodeInterval,
+    first: u32,
+    at: f64,
+    slope: &Slope,
+) -> [Option<NodeInterval>; 2] {
     let (behind, before) = (slope.earliest(at), slope.latest(at));
     let [near, far] = if slope.ascends() { [first, first + 1] } else { [first + 1, first] };
     [
-        (enter <= before).then_some(Stretch {
+        (enter <= before).then_some(NodeInterval {
             node: near,
             enter,
             exit: if before < exit { before } else { exit },
         }),
-        (behind <= exit).then_some(Stretch {
+        (behind <= exit).then_some(NodeInterval {
             node: far,
             enter: if behind > enter { behind } else { enter },
             exit,
@@ -101,45 +107,45 @@ fn sides(Stretch { enter, exit, .. }: Stretch, first: u32, at: f64, slope: &Slop
 }
 
 impl<D: Direction> Accelerator for Bsp<D> {
-    fn start(&self, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
+    fn roots(&self, ray: &BoxRay, out: &mut Vec<QueueEntry>, counters: &mut Counters) {
         let t = ray.span().t_min();
-        out.extend(self.unbounded.iter().map(|&i| Pending { t, what: Offer::Item(i) }));
-        work.boxes += 1;
-        if let Some(stretch) = self.root(ray) {
-            self.offer(stretch, out);
+        out.extend(self.unbounded.iter().map(|&i| QueueEntry { t, child: Child::Item(i) }));
+        counters.boxes += 1;
+        if let Some(interval) = self.root(ray) {
+            self.push_children(interval, out);
         }
     }
 
     /// A part is a node with a plane, and where the ray leaves it.
-    fn open(&self, part: u64, t: f64, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
-        let (node, exit) = unpack(part);
+    fn expand(&self, node: u64, t: f64, ray: &BoxRay, out: &mut Vec<QueueEntry>, counters: &mut Counters) {
+        let (node, exit) = unpack(node);
         if let Node::Plane { across, first, at } = self.nodes[node as usize] {
-            work.planes += 1;
-            let sides = sides(Stretch { node, enter: t, exit }, first, at, &across.slope(ray));
+            counters.planes += 1;
+            let sides = sides(NodeInterval { node, enter: t, exit }, first, at, &across.slope(ray));
             for side in sides.into_iter().flatten() {
-                self.offer(side, out);
+                self.push_children(side, out);
             }
         }
     }
 
-    fn walk(&self, ray: &BoxRay, work: &mut Work, visit: &mut Visit) {
+    fn traverse(&self, ray: &BoxRay, counters: &mut Counters, visit: &mut Visitor) {
         let mut limit = ray.span().t_max();
         if !self.unbounded.is_empty() {
-            limit = visit(&self.unbounded, work);
+            limit = visit(&self.unbounded, counters);
         }
-        work.boxes += 1;
+        counters.boxes += 1;
         let Some(root) = self.root(ray) else { return };
         // Worked out once: planes across few directions are passed by the dozen.
         let slopes = D::slopes(ray);
         let mut next = Some(root);
-        let mut stack = [Stretch::default(); MAX_DEPTH];
+        let mut stack = [NodeInterval::default(); MAX_DEPTH];
         let mut height = 0;
         loop {
-            if let Some(stretch) = next.filter(|s| s.enter <= limit) {
-                match self.nodes[stretch.node as usize] {
+            if let Some(interval) = next.filter(|s| s.enter <= limit) {
+                match self.nodes[interval.node as usize] {
                     Node::Plane { across, first, at } => {
-                        work.planes += 1;
-                        match sides(stretch, first, at, &slopes[across.place()]) {
+                        counters.planes += 1;
+                        match sides(interval, first, at, &slopes[across.index()]) {
                             [Some(near), Some(far)] => {
                                 stack[height] = far;
                                 height += 1;
@@ -150,7 +156,7 @@ impl<D: Direction> Accelerator for Bsp<D> {
                         continue;
                     }
                     Node::Leaf { count: 0, .. } => {}
-                    Node::Leaf { first, count } => limit = visit(self.items(first, count), work),
+                    Node::Leaf { first, count } => limit = visit(self.items(first, count), counters),
                 }
             }
             if height == 0 {
@@ -161,14 +167,14 @@ impl<D: Direction> Accelerator for Bsp<D> {
         }
     }
 
-    fn describe(&self, part: u64, _ray: &BoxRay) -> String {
-        match self.nodes[unpack(part).0 as usize] {
-            Node::Plane { across, at, .. } => format!("plane {} = {}", across.words(), words::number(at)),
+    fn describe(&self, node: u64, _ray: &BoxRay) -> String {
+        match self.nodes[unpack(node).0 as usize] {
+            Node::Plane { across, at, .. } => format!("plane {} = {}", across.display(), display::number(at)),
             Node::Leaf { count, .. } => format!("leaf of {count}"),
         }
     }
 
-    fn repeats(&self) -> bool {
+    fn has_duplicate_refs(&self) -> bool {
         true
     }
 
@@ -180,14 +186,14 @@ impl<D: Direction> Accelerator for Bsp<D> {
 }
 
 /// The number of a part: the node, and the exit rounded up to an f32.
-fn pack(stretch: Stretch) -> u64 {
-    let mut exit = stretch.exit as f32;
-    if f64::from(exit) < stretch.exit {
+fn pack(interval: NodeInterval) -> u64 {
+    let mut exit = interval.exit as f32;
+    if f64::from(exit) < interval.exit {
         exit = exit.next_up();
     }
-    u64::from(stretch.node) << 32 | u64::from(exit.to_bits())
+    u64::from(interval.node) << 32 | u64::from(exit.to_bits())
 }
 
-fn unpack(part: u64) -> (u32, f64) {
-    ((part >> 32) as u32, f64::from(f32::from_bits(part as u32)))
+fn unpack(node: u64) -> (u32, f64) {
+    ((node >> 32) as u32, f64::from(f32::from_bits(node as u32)))
 }

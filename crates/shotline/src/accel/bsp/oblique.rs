@@ -2,7 +2,7 @@
 
 use super::direction::{Axis, Direction};
 use crate::aabb::{Aabb, BoxRay, Slope};
-use crate::accel::bounded::Bounded;
+use crate::accel::prim_ref::PrimRef;
 use crate::math::{Dd, two_sum};
 
 /// What passing an oblique plane costs, in tests of an item.
@@ -36,16 +36,16 @@ impl Direction for Oblique {
         Difference(1, 2),
     ];
 
-    fn words(self) -> String {
+    fn display(self) -> String {
         match self {
-            Oblique::Axis(axis) => axis.words(),
-            Sum(i, j) => format!("{} + {}", Axis(i).words(), Axis(j).words()),
-            Difference(i, j) => format!("{} - {}", Axis(i).words(), Axis(j).words()),
+            Oblique::Axis(axis) => axis.display(),
+            Sum(i, j) => format!("{} + {}", Axis(i).display(), Axis(j).display()),
+            Difference(i, j) => format!("{} - {}", Axis(i).display(), Axis(j).display()),
         }
     }
 
     #[inline]
-    fn place(self) -> usize {
+    fn index(self) -> usize {
         usize::from(match self {
             Oblique::Axis(Axis(i)) => i,
             Sum(i, j) => 2 + i + j,
@@ -64,7 +64,7 @@ impl Direction for Oblique {
     type Slopes = [Slope; 9];
 
     fn slopes(ray: &BoxRay) -> [Slope; 9] {
-        std::array::from_fn(|place| Self::ALL[place].slope(ray))
+        std::array::from_fn(|index| Self::ALL[index].slope(ray))
     }
 
     fn extent(self, b: &Aabb) -> (f64, f64) {
@@ -105,7 +105,7 @@ impl Direction for Oblique {
 
     /// Boxes are cut across axes only: what an oblique plane leaves of a box is none, and a box around that
     /// would be rounded, by more or less than the plane seen from a ray.
-    fn divide(self, items: &[Bounded], at: f64) -> (Vec<Bounded>, Vec<Bounded>) {
+    fn divide(self, items: &[PrimRef], at: f64) -> (Vec<PrimRef>, Vec<PrimRef>) {
         if let Oblique::Axis(axis) = self {
             return axis.divide(items, at);
         }
@@ -163,8 +163,8 @@ mod tests {
     use crate::testkit::random::Random;
 
     #[test]
-    fn places() {
-        assert!(Oblique::ALL.iter().enumerate().all(|(i, direction)| direction.place() == i));
+    fn indices() {
+        assert!(Oblique::ALL.iter().enumerate().all(|(i, direction)| direction.index() == i));
     }
 
     #[test]

@@ -3,19 +3,20 @@
 //! Best first: the caller's heap holds pending boxes, the nearest is opened next (Goldsmith and Salmon 1987).
 //! Depth first: the nearer child at once, the farther one on a small stack.
 
-mod balanced;
-mod best;
-mod fast;
+mod binned_sah;
+mod lbvh;
 mod refit;
+mod sbvh;
 mod sphere;
 
 use std::fmt::Debug;
 
-use refit::Links;
+use refit::RefitData;
 use sphere::Sphere;
 
-use super::{Accelerator, Offer, Pending, Visit, Work, words};
+use super::{Accelerator, Child, QueueEntry, Visitor, display};
 use crate::aabb::{Aabb, BoxRay};
+use crate::counters::Counters;
 
 /// Deeper trees are not built; so a walk's stack is an array.
 const MAX_DEPTH: usize = 96;
@@ -46,7 +47,7 @@ pub(super) trait Volume: Copy + PartialEq + Debug + Send + Sync + 'static {
     fn area(&self) -> f64;
 
     /// What it is, for people.
-    fn words(&self) -> String;
+    fn display(&self) -> String;
 }
 
 impl Volume for Aabb {
@@ -75,8 +76,8 @@ impl Volume for Aabb {
         self.half_area()
     }
 
-    fn words(&self) -> String {
-        format!("box {}", words::box_of(self))
+    fn display(&self) -> String {
+        format!("box {}", display::box_of(self))
     }
 }
 
@@ -100,25 +101,25 @@ pub(super) struct Bvh<V = Aabb> {
     /// Items without finite bounds, proposed first.
     unbounded: Vec<u32>,
     /// Whether items may be in several leaves, each with a part of its box.
-    repeats: bool,
+    has_duplicate_refs: bool,
     /// What refitting needs; a tree that was never refitted has none.
-    links: Option<Box<Links>>,
+    refit_data: Option<Box<RefitData>>,
 }
 
 impl Bvh {
     /// Built with care for the time that rays take: by the surface area heuristic.
-    pub(super) fn balanced(boxes: &[Aabb]) -> Bvh {
-        balanced::build(boxes)
+    pub(super) fn binned_sah(boxes: &[Aabb]) -> Bvh {
+        binned_sah::build(boxes)
     }
 
     /// Built in the shortest time.
-    pub(super) fn fast(boxes: &[Aabb]) -> Bvh {
-        fast::build(boxes)
+    pub(super) fn lbvh(boxes: &[Aabb]) -> Bvh {
+        lbvh::build(boxes)
     }
 
     /// Built by the surface area heuristic, which may cut boxes in two.
-    pub(super) fn best(boxes: &[Aabb]) -> Bvh {
-        best::build(boxes)
+    pub(super) fn sbvh(boxes: &[Aabb]) -> Bvh {
+        sbvh::build(boxes)
     }
 
     /// The balanced tree, with spheres.
@@ -133,14 +134,14 @@ impl<V: Volume> Bvh<V> {
     }
 
     /// Offers what a node whose box is entered at `t` holds.
-    fn offer(&self, index: u32, t: f64, out: &mut Vec<Pending>) {
+    fn push_children(&self, index: u32, t: f64, out: &mut Vec<QueueEntry>) {
         let node = &self.nodes[index as usize];
         if node.count == 0 {
-            out.push(Pending { t, what: Offer::Part(u64::from(node.first)) });
-        } else if V::IS_BOX && node.count == 1 && !self.repeats {
-            out.push(Pending { t, what: Offer::Entered(self.items[node.first as usize]) });
+            out.push(QueueEntry { t, child: Child::Node(u64::from(node.first)) });
+        } else if V::IS_BOX && node.count == 1 && !self.has_duplicate_refs {
+            out.push(QueueEntry { t, child: Child::Entered(self.items[node.first as usize]) });
         } else {
-            out.extend(self.leaf_items(node).iter().map(|&i| Pending { t, what: Offer::Item(i) }));
+            out.extend(self.leaf_items(node).iter().map(|&i| QueueEntry { t, child: Child::Item(i) }));
         }
     }
 
@@ -151,37 +152,37 @@ impl<V: Volume> Bvh<V> {
 }
 
 impl<V: Volume> Accelerator for Bvh<V> {
-    fn start(&self, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
+    fn roots(&self, ray: &BoxRay, out: &mut Vec<QueueEntry>, counters: &mut Counters) {
         let t = ray.span().t_min();
-        out.extend(self.unbounded.iter().map(|&i| Pending { t, what: Offer::Item(i) }));
+        out.extend(self.unbounded.iter().map(|&i| QueueEntry { t, child: Child::Item(i) }));
         if !self.nodes.is_empty() {
-            work.boxes += 1;
+            counters.boxes += 1;
             if let Some(t) = self.enter(0, &V::prepare(ray)) {
-                self.offer(0, t, out);
+                self.push_children(0, t, out);
             }
         }
     }
 
     /// A part is the first of two children.
-    fn open(&self, part: u64, t: f64, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
-        let (first, ray) = (part as u32, V::prepare(ray));
-        work.boxes += 2;
+    fn expand(&self, node: u64, t: f64, ray: &BoxRay, out: &mut Vec<QueueEntry>, counters: &mut Counters) {
+        let (first, ray) = (node as u32, V::prepare(ray));
+        counters.boxes += 2;
         for child in [first, first + 1] {
             if let Some(enter) = self.enter(child, &ray) {
-                self.offer(child, enter.max(t), out);
+                self.push_children(child, enter.max(t), out);
             }
         }
     }
 
-    fn walk(&self, ray: &BoxRay, work: &mut Work, visit: &mut Visit) {
+    fn traverse(&self, ray: &BoxRay, counters: &mut Counters, visit: &mut Visitor) {
         let mut limit = ray.span().t_max();
         if !self.unbounded.is_empty() {
-            limit = visit(&self.unbounded, work);
+            limit = visit(&self.unbounded, counters);
         }
         if self.nodes.is_empty() {
             return;
         }
-        work.boxes += 1;
+        counters.boxes += 1;
         let ray = V::prepare(ray);
         let Some(t) = self.enter(0, &ray) else { return };
         let mut stack = [(0.0, 0); MAX_DEPTH];
@@ -191,9 +192,9 @@ impl<V: Volume> Accelerator for Bvh<V> {
             let node = &self.nodes[next.1 as usize];
             if next.0 <= limit {
                 if node.count > 0 {
-                    limit = visit(self.leaf_items(node), work);
+                    limit = visit(self.leaf_items(node), counters);
                 } else {
-                    work.boxes += 2;
+                    counters.boxes += 2;
                     let (a, b) = (node.first, node.first + 1);
                     match (self.enter(a, &ray), self.enter(b, &ray)) {
                         (Some(ta), Some(tb)) => {
@@ -224,23 +225,23 @@ impl<V: Volume> Accelerator for Bvh<V> {
     }
 
     fn refit(&mut self, items: &[u32], boxes: &dyn Fn(u32) -> Aabb) -> bool {
-        !self.repeats && self.follow(items, boxes)
+        !self.has_duplicate_refs && self.refit_bounds(items, boxes)
     }
 
-    fn describe(&self, part: u64, _ray: &BoxRay) -> String {
-        let [a, b] = [part, part + 1].map(|child| &self.nodes[child as usize].bounds);
-        a.union(b).words()
+    fn describe(&self, node: u64, _ray: &BoxRay) -> String {
+        let [a, b] = [node, node + 1].map(|child| &self.nodes[child as usize].bounds);
+        a.union(b).display()
     }
 
-    fn repeats(&self) -> bool {
-        self.repeats
+    fn has_duplicate_refs(&self) -> bool {
+        self.has_duplicate_refs
     }
 
     fn memory(&self) -> usize {
         size_of_val(self.nodes.as_slice())
             + size_of_val(self.items.as_slice())
             + size_of_val(self.unbounded.as_slice())
-            + self.links.as_ref().map_or(0, |links| links.memory())
+            + self.refit_data.as_ref().map_or(0, |refit_data| refit_data.memory())
     }
 }
 
@@ -268,7 +269,7 @@ mod tests {
         let boxes: Vec<Aabb> =
             (0..900).map(|i| Aabb::new(Vec3::ZERO, Vec3::splat(2f64.powi(i - 450)))).collect();
         let same = vec![Aabb::new(Vec3::ZERO, Vec3::ONE); 5000];
-        for build in [Bvh::fast, Bvh::balanced, Bvh::best] {
+        for build in [Bvh::lbvh, Bvh::binned_sah, Bvh::sbvh] {
             assert!(depth(&build(&boxes)) < MAX_DEPTH);
             assert!(depth(&build(&same)) < 16);
         }

@@ -4,19 +4,19 @@ use std::collections::BinaryHeap;
 
 use super::{Bvh, Volume};
 use crate::aabb::Aabb;
-use crate::accel::bounded::Kind;
+use crate::accel::prim_ref::BoundsClass;
 
 /// The sum of the inner volumes' areas, beside what it was when built, at which a tree is given up. The sum is
 /// what lines through the scene meet boxes in proportion to, so at twice the sum a ray costs twice as much.
-const WORST: f64 = 2.0;
+const MAX_AREA_GROWTH: f64 = 2.0;
 
 /// In place of a leaf: for items kept aside, and for empty ones.
-const ASIDE: u32 = u32::MAX;
-const NOWHERE: u32 = u32::MAX - 1;
+const UNBOUNDED: u32 = u32::MAX;
+const EMPTY: u32 = u32::MAX - 1;
 
 /// The way up, worked out when it is first needed.
 #[derive(Clone, Debug)]
-pub(super) struct Links {
+pub(super) struct RefitData {
     /// Of each node; the root has none.
     parents: Vec<u32>,
     /// The leaf of each item.
@@ -26,10 +26,10 @@ pub(super) struct Links {
     now: f64,
 }
 
-impl Links {
-    fn of<V: Volume>(bvh: &Bvh<V>) -> Links {
+impl RefitData {
+    fn of<V: Volume>(bvh: &Bvh<V>) -> RefitData {
         let count = bvh.items.iter().chain(&bvh.unbounded).max().map_or(0, |&last| last as usize + 1);
-        let (mut parents, mut leaves) = (vec![0; bvh.nodes.len()], vec![NOWHERE; count]);
+        let (mut parents, mut leaves) = (vec![0; bvh.nodes.len()], vec![EMPTY; count]);
         let mut built = 0.0;
         for (index, node) in (0..).zip(&bvh.nodes) {
             if node.count == 0 {
@@ -39,62 +39,62 @@ impl Links {
                 bvh.leaf_items(node).iter().for_each(|&item| leaves[item as usize] = index);
             }
         }
-        bvh.unbounded.iter().for_each(|&item| leaves[item as usize] = ASIDE);
-        Links { parents, leaves, built, now: built }
+        bvh.unbounded.iter().for_each(|&item| leaves[item as usize] = UNBOUNDED);
+        RefitData { parents, leaves, built, now: built }
     }
 
     /// The leaf of an item; `None` where there is none.
     fn leaf(&self, item: u32) -> Option<u32> {
-        self.leaves.get(item as usize).copied().filter(|&leaf| leaf < NOWHERE)
+        self.leaves.get(item as usize).copied().filter(|&leaf| leaf < EMPTY)
     }
 
-    fn kind(&self, item: u32) -> Kind {
+    fn kind(&self, item: u32) -> BoundsClass {
         match self.leaves.get(item as usize) {
-            None | Some(&NOWHERE) => Kind::Empty,
-            Some(&ASIDE) => Kind::Unbounded,
-            Some(_) => Kind::Bounded,
+            None | Some(&EMPTY) => BoundsClass::Empty,
+            Some(&UNBOUNDED) => BoundsClass::Unbounded,
+            Some(_) => BoundsClass::Bounded,
         }
     }
 
     pub(super) fn memory(&self) -> usize {
-        size_of::<Links>() + size_of_val(self.parents.as_slice()) + size_of_val(self.leaves.as_slice())
+        size_of::<RefitData>() + size_of_val(self.parents.as_slice()) + size_of_val(self.leaves.as_slice())
     }
 }
 
 impl<V: Volume> Bvh<V> {
     /// Works out the boxes above some items again. `false` if one of them belongs elsewhere now, or if the
     /// tree has become bad.
-    pub(super) fn follow(&mut self, items: &[u32], boxes: &dyn Fn(u32) -> Aabb) -> bool {
-        let mut links = self.links.take().unwrap_or_else(|| Box::new(Links::of(self)));
-        if items.iter().any(|&item| links.kind(item) != Kind::of(&boxes(item))) {
+    pub(super) fn refit_bounds(&mut self, items: &[u32], boxes: &dyn Fn(u32) -> Aabb) -> bool {
+        let mut refit_data = self.refit_data.take().unwrap_or_else(|| Box::new(RefitData::of(self)));
+        if items.iter().any(|&item| refit_data.kind(item) != BoundsClass::of(&boxes(item))) {
             return false;
         }
-        let mut changed: BinaryHeap<u32> = items.iter().filter_map(|&item| links.leaf(item)).collect();
+        let mut changed: BinaryHeap<u32> = items.iter().filter_map(|&item| refit_data.leaf(item)).collect();
         // Children come behind their parents: the last first, and each box is worked out once.
         while let Some(index) = changed.pop() {
             while changed.peek() == Some(&index) {
                 changed.pop();
             }
-            let bounds = self.around(index, boxes);
+            let bounds = self.node_bounds(index, boxes);
             let node = &mut self.nodes[index as usize];
             let old = std::mem::replace(&mut node.bounds, bounds);
             if bounds == old {
                 continue;
             }
             if node.count == 0 {
-                links.now += bounds.area() - old.area();
+                refit_data.now += bounds.area() - old.area();
             }
             if index > 0 {
-                changed.push(links.parents[index as usize]);
+                changed.push(refit_data.parents[index as usize]);
             }
         }
-        let follows = links.now <= WORST * links.built;
-        self.links = Some(links);
-        follows
+        let is_good = refit_data.now <= MAX_AREA_GROWTH * refit_data.built;
+        self.refit_data = Some(refit_data);
+        is_good
     }
 
     /// The volume around what a node holds.
-    pub(super) fn around(&self, index: u32, boxes: &dyn Fn(u32) -> Aabb) -> V {
+    pub(super) fn node_bounds(&self, index: u32, boxes: &dyn Fn(u32) -> Aabb) -> V {
         let node = &self.nodes[index as usize];
         if node.count > 0 {
             V::around(self.leaf_items(node).iter().map(|&item| boxes(item)))
@@ -125,7 +125,7 @@ mod tests {
     fn small_motions_are_followed_exactly() {
         let mut random = Random::new(3);
         let mut boxes = cloud(&mut random);
-        let mut bvh = Bvh::balanced(&boxes);
+        let mut bvh = Bvh::binned_sah(&boxes);
         let built = bvh.memory();
         for round in 0..20 {
             let moved: Vec<u32> = (0..=round * round).map(|_| random.below(boxes.len()) as u32).collect();
@@ -134,11 +134,11 @@ mod tests {
             }
             let boxes = |item: u32| boxes[item as usize];
             assert!(bvh.refit(&moved, &boxes));
-            let bottom_up = |index| bvh.around(index, &boxes);
+            let bottom_up = |index| bvh.node_bounds(index, &boxes);
             assert!((0..).zip(&bvh.nodes).all(|(index, node)| node.bounds == bottom_up(index)));
-            let links = bvh.links.as_ref().expect("a tree that was refitted");
-            let sum = Links::of(&bvh).now;
-            assert!((links.now - sum).abs() <= 1e-12 * sum, "{} {sum}", links.now);
+            let refit_data = bvh.refit_data.as_ref().expect("a tree that was refitted");
+            let sum = RefitData::of(&bvh).now;
+            assert!((refit_data.now - sum).abs() <= 1e-12 * sum, "{} {sum}", refit_data.now);
         }
         assert!(bvh.memory() > built);
     }
@@ -147,7 +147,7 @@ mod tests {
     fn a_tree_that_has_become_bad_is_given_up() {
         let mut random = Random::new(4);
         let mut boxes = cloud(&mut random);
-        let mut bvh = Bvh::balanced(&boxes);
+        let mut bvh = Bvh::binned_sah(&boxes);
         let all: Vec<u32> = (0..boxes.len() as u32).collect();
         boxes.iter_mut().for_each(|b| shift(b, random.point(-1.0, 1.0)));
         assert!(!bvh.refit(&all, &|item| boxes[item as usize]));
@@ -162,7 +162,7 @@ mod tests {
             (Aabb::EMPTY, Aabb::new(Vec3::ZERO, Vec3::ONE)),
         ] {
             let mut boxes = vec![Aabb::new(Vec3::ZERO, Vec3::ONE), from];
-            let mut bvh = Bvh::balanced(&boxes);
+            let mut bvh = Bvh::binned_sah(&boxes);
             assert!(bvh.refit(&[0, 1], &|item| boxes[item as usize]));
             boxes[1] = to;
             assert!(!bvh.refit(&[1], &|item| boxes[item as usize]));

@@ -1,8 +1,8 @@
 //! Spheres instead of boxes: the same trees with another volume. Whitted (1980) began with spheres.
 
-use super::{Bvh, Node, Volume, balanced};
+use super::{Bvh, Node, Volume, binned_sah};
 use crate::aabb::{Aabb, BoxRay, SphereRay};
-use crate::accel::words;
+use crate::accel::display;
 use crate::math::{HALF_ULP, Vec3, length};
 
 /// A closed ball.
@@ -15,15 +15,21 @@ pub(in crate::accel) struct Sphere {
 /// The balanced tree of boxes, with the smaller of two spheres for each box: around it, and around the children's
 /// spheres.
 pub(super) fn build(boxes: &[Aabb]) -> Bvh<Sphere> {
-    let Bvh { nodes, items, unbounded, repeats, .. } = balanced::build(boxes);
+    let Bvh { nodes, items, unbounded, has_duplicate_refs, .. } = binned_sah::build(boxes);
     let sphere = |node: &Node<Aabb>| Node {
         bounds: Sphere::around(std::iter::once(node.bounds)),
         first: node.first,
         count: node.count,
     };
-    let mut tree = Bvh { nodes: nodes.iter().map(sphere).collect(), items, unbounded, repeats, links: None };
+    let mut tree = Bvh {
+        nodes: nodes.iter().map(sphere).collect(),
+        items,
+        unbounded,
+        has_duplicate_refs,
+        refit_data: None,
+    };
     for index in (0..nodes.len()).rev() {
-        let tighter = tree.around(index as u32, &|item| boxes[item as usize]);
+        let tighter = tree.node_bounds(index as u32, &|item| boxes[item as usize]);
         let bounds = &mut tree.nodes[index].bounds;
         if tighter.radius < bounds.radius {
             *bounds = tighter;
@@ -80,9 +86,9 @@ impl Volume for Sphere {
         self.radius * self.radius
     }
 
-    fn words(&self) -> String {
-        let [x, y, z] = self.centre.to_array().map(words::number);
-        format!("sphere of radius {} at ({x}, {y}, {z})", words::number(self.radius))
+    fn display(&self) -> String {
+        let [x, y, z] = self.centre.to_array().map(display::number);
+        format!("sphere of radius {} at ({x}, {y}, {z})", display::number(self.radius))
     }
 }
 

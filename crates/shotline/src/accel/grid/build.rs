@@ -1,17 +1,17 @@
 //! Building the grid: how fine, and where finer still.
 
-use super::{Block, Cell, Grid, MAX_CELLS};
+use super::{Cell, Grid, MAX_CELLS, SubGrid};
 use crate::aabb::Aabb;
-use crate::accel::bounded::{Bounded, around, sort_out};
+use crate::accel::prim_ref::{PrimRef, bounding_box, partition_unbounded};
 use crate::math::Vec3;
 
 /// Cells for each item in the block around everything: few, for most of it is empty where items form surfaces,
 /// and rays should pass that in large steps.
-const COARSE: f64 = 0.02;
+const ROOT_DENSITY: f64 = 0.02;
 /// Cells for each item in the blocks of crowded cells.
-const FINE: f64 = 16.0;
+const SUBGRID_DENSITY: f64 = 16.0;
 /// Cells of more items are made a block of their own.
-const CROWDED: usize = 16;
+const MAX_ITEMS: usize = 16;
 /// Blocks within blocks.
 const MAX_DEPTH: u32 = 6;
 /// In how many cells of its block an item may lie, in the mean; if in more, the cells are made larger.
@@ -24,7 +24,7 @@ const MAX_LISTED: usize = 1 << 30;
 /// A cell whose contents are not decided.
 struct Task {
     cell: usize,
-    items: Vec<Bounded>,
+    items: Vec<PrimRef>,
     depth: u32,
 }
 
@@ -35,8 +35,8 @@ struct Builder {
 }
 
 pub(super) fn build(boxes: &[Aabb]) -> Grid {
-    let (items, unbounded) = sort_out(boxes);
-    let grid = Grid { blocks: Vec::new(), cells: Vec::new(), runs: vec![0], unbounded };
+    let (items, unbounded) = partition_unbounded(boxes);
+    let grid = Grid { subgrids: Vec::new(), cells: Vec::new(), runs: vec![0], unbounded };
     let spare = (items.len() * MAX_TOTAL_SPREAD).min(MAX_LISTED.saturating_sub(items.len()));
     let mut builder = Builder { grid, spare };
     if !items.is_empty() {
@@ -46,15 +46,15 @@ pub(super) fn build(boxes: &[Aabb]) -> Grid {
 }
 
 impl Builder {
-    fn run(&mut self, items: Vec<Bounded>) {
-        let block = self.block(&items, COARSE);
-        let mut tasks = self.fill(block, &items, 0);
+    fn run(&mut self, items: Vec<PrimRef>) {
+        let subgrid = self.subgrid(&items, ROOT_DENSITY);
+        let mut tasks = self.fill(subgrid, &items, 0);
         drop(items);
         while let Some(Task { cell, items, depth }) = tasks.pop() {
-            let block = self.block(&items, FINE);
-            if block.counts != [1; 3] {
-                self.grid.cells[cell] = Cell::of_block(self.grid.blocks.len());
-                tasks.extend(self.fill(block, &items, depth));
+            let subgrid = self.subgrid(&items, SUBGRID_DENSITY);
+            if subgrid.counts != [1; 3] {
+                self.grid.cells[cell] = Cell::of_subgrid(self.grid.subgrids.len());
+                tasks.extend(self.fill(subgrid, &items, depth));
             } else {
                 self.grid.cells[cell] = self.list(items.iter().map(|b| b.item));
             }
@@ -70,42 +70,42 @@ impl Builder {
     }
 
     /// A block around items, with so many cells for each or as many as there may be.
-    fn block(&self, items: &[Bounded], density: f64) -> Block {
-        let bounds = around(items);
+    fn subgrid(&self, items: &[PrimRef], density: f64) -> SubGrid {
+        let bounds = bounding_box(items);
         let mut counts = resolution(bounds.size(), items.len() as f64 * density);
         loop {
             let step = bounds.size() / Vec3::from(counts.map(f64::from));
-            let block = Block { bounds, step, counts, first_cell: self.grid.cells.len() };
-            let listed: usize = items.iter().map(|b| volume(&block.cells_of(&b.bounds))).sum();
+            let subgrid = SubGrid { bounds, step, counts, first_cell: self.grid.cells.len() };
+            let listed: usize = items.iter().map(|b| volume(&subgrid.cells_of(&b.bounds))).sum();
             let more = listed - items.len();
             if counts == [1; 3] || (listed <= items.len() * MAX_SPREAD && more <= self.spare) {
-                return block;
+                return subgrid;
             }
             counts = counts.map(|n| n.div_ceil(2));
         }
     }
 
     /// Adds a block with its cells; those that are crowded are left as tasks.
-    fn fill(&mut self, block: Block, items: &[Bounded], depth: u32) -> Vec<Task> {
-        let cells = block.counts.iter().map(|&n| n as usize).product();
-        self.grid.blocks.push(block);
-        self.grid.cells.resize(block.first_cell + cells, Cell::EMPTY);
-        let listed = Listed::new(&block, items, cells);
+    fn fill(&mut self, subgrid: SubGrid, items: &[PrimRef], depth: u32) -> Vec<Task> {
+        let cells = subgrid.counts.iter().map(|&n| n as usize).product();
+        self.grid.subgrids.push(subgrid);
+        self.grid.cells.resize(subgrid.first_cell + cells, Cell::EMPTY);
+        let listed = CellLists::new(&subgrid, items, cells);
         self.spare -= listed.items.len() - items.len();
         let mut tasks = Vec::new();
         for cell in 0..cells {
             let inside = listed.of(cell);
-            let place = block.first_cell + cell;
-            if inside.len() > CROWDED && depth + 1 < MAX_DEPTH {
-                let bounds = block.bounds_of(cell);
+            let index = subgrid.first_cell + cell;
+            if inside.len() > MAX_ITEMS && depth + 1 < MAX_DEPTH {
+                let bounds = subgrid.bounds_of(cell);
                 let clip = |i: &u32| {
-                    let Bounded { bounds: whole, item } = items[*i as usize];
-                    Bounded { bounds: whole.intersection(&bounds), item }
+                    let PrimRef { bounds: whole, item } = items[*i as usize];
+                    PrimRef { bounds: whole.intersection(&bounds), item }
                 };
                 let items = inside.iter().map(clip).collect();
-                tasks.push(Task { cell: place, items, depth: depth + 1 });
+                tasks.push(Task { cell: index, items, depth: depth + 1 });
             } else if !inside.is_empty() {
-                self.grid.cells[place] = self.list(inside.iter().map(|&i| items[i as usize].item));
+                self.grid.cells[index] = self.list(inside.iter().map(|&i| items[i as usize].item));
             }
         }
         tasks
@@ -113,26 +113,26 @@ impl Builder {
 }
 
 /// The items of each cell of a block, by their place in the list given.
-struct Listed {
+struct CellLists {
     ends: Vec<usize>,
     items: Vec<u32>,
 }
 
-impl Listed {
+impl CellLists {
     /// By counting first.
-    fn new(block: &Block, items: &[Bounded], cells: usize) -> Listed {
+    fn new(subgrid: &SubGrid, items: &[PrimRef], cells: usize) -> CellLists {
         let mut ends = vec![0; cells];
-        for_each_cell(block, items, |cell, _| ends[cell] += 1);
+        for_each_cell(subgrid, items, |cell, _| ends[cell] += 1);
         let mut sum = 0;
         for end in &mut ends {
             (*end, sum) = (sum, sum + *end);
         }
         let mut listed = vec![0; sum];
-        for_each_cell(block, items, |cell, i| {
+        for_each_cell(subgrid, items, |cell, i| {
             listed[ends[cell]] = i;
             ends[cell] += 1;
         });
-        Listed { ends, items: listed }
+        CellLists { ends, items: listed }
     }
 
     fn of(&self, cell: usize) -> &[u32] {
@@ -141,10 +141,10 @@ impl Listed {
     }
 }
 
-fn for_each_cell(block: &Block, items: &[Bounded], mut each: impl FnMut(usize, u32)) {
-    let [_, down, back] = block.strides();
+fn for_each_cell(subgrid: &SubGrid, items: &[PrimRef], mut each: impl FnMut(usize, u32)) {
+    let [_, down, back] = subgrid.strides();
     for (i, item) in (0..).zip(items) {
-        let [x, y, z] = block.cells_of(&item.bounds);
+        let [x, y, z] = subgrid.cells_of(&item.bounds);
         for k in z.0..=z.1 {
             for j in y.0..=y.1 {
                 let row = j as usize * down + k as usize * back;
@@ -161,7 +161,7 @@ fn volume(range: &Range) -> usize {
     range.iter().map(|(first, last)| (last - first + 1) as usize).product()
 }
 
-impl Block {
+impl SubGrid {
     /// Cells that hold a box all together: planes between which it lies. A box that ends at a plane does not
     /// reach behind it.
     fn cells_of(&self, b: &Aabb) -> Range {
@@ -187,8 +187,8 @@ impl Block {
 
     fn bounds_of(&self, cell: usize) -> Aabb {
         let [x, y] = [self.counts[0] as usize, self.counts[1] as usize];
-        let place = [cell % x, cell / x % y, cell / (x * y)].map(|i| i as u32);
-        let corner = |more: u32| Vec3::from([0, 1, 2].map(|axis| self.plane(axis, place[axis] + more)));
+        let index = [cell % x, cell / x % y, cell / (x * y)].map(|i| i as u32);
+        let corner = |more: u32| Vec3::from([0, 1, 2].map(|axis| self.plane(axis, index[axis] + more)));
         Aabb::new(corner(0), corner(1))
     }
 }

@@ -6,20 +6,21 @@
 //! which scenes are of that kind.
 
 mod build;
-mod march;
+mod dda;
 
-use super::{Accelerator, Offer, Pending, Visit, Work};
+use super::{Accelerator, Child, QueueEntry, Visitor};
 use crate::aabb::{Aabb, BoxRay};
+use crate::counters::Counters;
 use crate::math::Vec3;
-use march::March;
+use dda::Dda;
 
 /// Cells along an axis, at most: places are packed into parts with so many bits for each axis.
-const PLACE_BITS: u32 = 10;
-const MAX_CELLS: u32 = 1 << PLACE_BITS;
+const COORDINATE_BITS: u32 = 10;
+const MAX_CELLS: u32 = 1 << COORDINATE_BITS;
 
 /// Cells of one size in a box.
 #[derive(Clone, Copy, Debug)]
-struct Block {
+struct SubGrid {
     bounds: Aabb,
     /// Edge lengths of a cell.
     step: Vec3,
@@ -28,7 +29,7 @@ struct Block {
     first_cell: usize,
 }
 
-impl Block {
+impl SubGrid {
     /// The `i`-th plane across an axis, of `counts + 1`; they ascend, and the outer ones are those of the box.
     #[inline]
     fn plane(&self, axis: usize, i: u32) -> f64 {
@@ -62,14 +63,14 @@ impl Cell {
     /// The run at 0 is empty.
     const EMPTY: Cell = Cell(0);
     /// Marks blocks.
-    const BLOCK: u32 = 1 << 31;
+    const SUBGRID: u32 = 1 << 31;
 
-    fn of_block(block: usize) -> Cell {
-        Cell(block as u32 | Cell::BLOCK)
+    fn of_subgrid(subgrid: usize) -> Cell {
+        Cell(subgrid as u32 | Cell::SUBGRID)
     }
 
-    fn block(self) -> Option<u32> {
-        (self.0 & Cell::BLOCK != 0).then_some(self.0 & !Cell::BLOCK)
+    fn subgrid(self) -> Option<u32> {
+        (self.0 & Cell::SUBGRID != 0).then_some(self.0 & !Cell::SUBGRID)
     }
 }
 
@@ -77,7 +78,7 @@ impl Cell {
 #[derive(Clone, Debug)]
 pub(super) struct Grid {
     /// The first is the whole. None without items.
-    blocks: Vec<Block>,
+    subgrids: Vec<SubGrid>,
     cells: Vec<Cell>,
     /// Runs of items, each after its length.
     runs: Vec<u32>,
@@ -96,123 +97,132 @@ impl Grid {
     }
 
     /// Offers the cells in which a ray is when it comes to a block.
-    fn offer_block(&self, block: u32, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
-        work.boxes += 1;
-        let Some(march) = March::new(&self.blocks[block as usize], ray) else { return };
+    fn push_start_cells(
+        &self,
+        subgrid: u32,
+        ray: &BoxRay,
+        out: &mut Vec<QueueEntry>,
+        counters: &mut Counters,
+    ) {
+        counters.boxes += 1;
+        let Some(dda) = Dda::new(&self.subgrids[subgrid as usize], ray) else { return };
         let mut starts = Vec::new();
-        let first = march.begin(&mut starts);
-        for here in starts.into_iter().chain([first]) {
-            out.push(Pending { t: march.enter(&here), what: Offer::Part(pack(block, here.place)) });
+        let first = dda.begin(&mut starts);
+        for cursor in starts.into_iter().chain([first]) {
+            out.push(QueueEntry {
+                t: dda.enter(&cursor),
+                child: Child::Node(pack(subgrid, cursor.coordinates)),
+            });
         }
     }
 
     /// How many blocks there are around one: found by looking for the cell that holds it, which is slow.
-    fn depth(&self, block: u32) -> usize {
-        let holder = self.cells.iter().position(|cell| cell.block() == Some(block));
+    fn depth(&self, subgrid: u32) -> usize {
+        let holder = self.cells.iter().position(|cell| cell.subgrid() == Some(subgrid));
         holder.map_or(0, |cell| {
-            let around = self.blocks.partition_point(|b| b.first_cell <= cell) - 1;
+            let around = self.subgrids.partition_point(|b| b.first_cell <= cell) - 1;
             1 + self.depth(around as u32)
         })
     }
 
     /// Walks through the cells of a block and answers the limit.
-    fn walk_block(
+    fn traverse_subgrid(
         &self,
-        block: u32,
+        subgrid: u32,
         ray: &BoxRay,
         mut limit: f64,
-        work: &mut Work,
-        visit: &mut Visit,
+        counters: &mut Counters,
+        visit: &mut Visitor,
     ) -> f64 {
-        work.boxes += 1;
-        let Some(march) = March::new(&self.blocks[block as usize], ray) else { return limit };
-        let mut aside = Vec::new();
-        let mut next = Some(march.begin(&mut aside));
-        while let Some(here) = next.or_else(|| aside.pop()) {
+        counters.boxes += 1;
+        let Some(dda) = Dda::new(&self.subgrids[subgrid as usize], ray) else { return limit };
+        let mut frontier = Vec::new();
+        let mut next = Some(dda.begin(&mut frontier));
+        while let Some(cursor) = next.or_else(|| frontier.pop()) {
             next = None;
-            if march.enter(&here) > limit {
+            if dda.enter(&cursor) > limit {
                 continue;
             }
-            work.cells += 1;
-            let cell = self.cells[here.cell];
-            if let Some(inner) = cell.block() {
-                limit = self.walk_block(inner, ray, limit, work, visit);
+            counters.cells += 1;
+            let cell = self.cells[cursor.cell];
+            if let Some(inner) = cell.subgrid() {
+                limit = self.traverse_subgrid(inner, ray, limit, counters, visit);
             } else if cell != Cell::EMPTY {
-                limit = visit(self.items(cell), work);
+                limit = visit(self.items(cell), counters);
             }
-            next = march.next(&here, &mut aside);
+            next = dda.next(&cursor, &mut frontier);
         }
         limit
     }
 }
 
 impl Accelerator for Grid {
-    fn start(&self, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
+    fn roots(&self, ray: &BoxRay, out: &mut Vec<QueueEntry>, counters: &mut Counters) {
         let t = ray.span().t_min();
-        out.extend(self.unbounded.iter().map(|&i| Pending { t, what: Offer::Item(i) }));
-        if !self.blocks.is_empty() {
-            self.offer_block(0, ray, out, work);
+        out.extend(self.unbounded.iter().map(|&i| QueueEntry { t, child: Child::Item(i) }));
+        if !self.subgrids.is_empty() {
+            self.push_start_cells(0, ray, out, counters);
         }
     }
 
     /// A part is a cell: its contents are offered and the cells that the ray comes to from there. Empty cells
     /// are passed at once.
-    fn open(&self, part: u64, _t: f64, ray: &BoxRay, out: &mut Vec<Pending>, work: &mut Work) {
-        let (block, place) = unpack(part);
-        let Some(march) = March::new(&self.blocks[block as usize], ray) else { return };
-        let here = march.at(place);
-        work.cells += 1;
-        let cell = self.cells[here.cell];
-        if let Some(inner) = cell.block() {
-            self.offer_block(inner, ray, out, work);
+    fn expand(&self, node: u64, _t: f64, ray: &BoxRay, out: &mut Vec<QueueEntry>, counters: &mut Counters) {
+        let (subgrid, coordinates) = unpack(node);
+        let Some(dda) = Dda::new(&self.subgrids[subgrid as usize], ray) else { return };
+        let cursor = dda.at(coordinates);
+        counters.cells += 1;
+        let cell = self.cells[cursor.cell];
+        if let Some(inner) = cell.subgrid() {
+            self.push_start_cells(inner, ray, out, counters);
         } else {
-            let t = march.enter(&here);
-            out.extend(self.items(cell).iter().map(|&i| Pending { t, what: Offer::Item(i) }));
+            let t = dda.enter(&cursor);
+            out.extend(self.items(cell).iter().map(|&i| QueueEntry { t, child: Child::Item(i) }));
         }
-        let mut aside = Vec::new();
-        let mut next = march.next(&here, &mut aside);
-        while let Some(here) = next.or_else(|| aside.pop()) {
+        let mut frontier = Vec::new();
+        let mut next = dda.next(&cursor, &mut frontier);
+        while let Some(cursor) = next.or_else(|| frontier.pop()) {
             next = None;
-            let t = march.enter(&here);
+            let t = dda.enter(&cursor);
             if t > ray.span().t_max() {
                 continue;
             }
-            if self.cells[here.cell] == Cell::EMPTY {
-                work.cells += 1;
-                next = march.next(&here, &mut aside);
+            if self.cells[cursor.cell] == Cell::EMPTY {
+                counters.cells += 1;
+                next = dda.next(&cursor, &mut frontier);
             } else {
-                out.push(Pending { t, what: Offer::Part(pack(block, here.place)) });
+                out.push(QueueEntry { t, child: Child::Node(pack(subgrid, cursor.coordinates)) });
             }
         }
     }
 
-    fn walk(&self, ray: &BoxRay, work: &mut Work, visit: &mut Visit) {
+    fn traverse(&self, ray: &BoxRay, counters: &mut Counters, visit: &mut Visitor) {
         let mut limit = ray.span().t_max();
         if !self.unbounded.is_empty() {
-            limit = visit(&self.unbounded, work);
+            limit = visit(&self.unbounded, counters);
         }
-        if !self.blocks.is_empty() {
-            self.walk_block(0, ray, limit, work, visit);
+        if !self.subgrids.is_empty() {
+            self.traverse_subgrid(0, ray, limit, counters, visit);
         }
     }
 
-    fn describe(&self, part: u64, ray: &BoxRay) -> String {
-        let (block, place) = unpack(part);
-        let counts = self.blocks[block as usize].counts;
+    fn describe(&self, node: u64, ray: &BoxRay) -> String {
+        let (subgrid, coordinates) = unpack(node);
+        let counts = self.subgrids[subgrid as usize].counts;
         let along = |axis: usize| {
-            let i = place[axis];
+            let i = coordinates[axis];
             (if ray.slope(axis).ascends() { i } else { counts[axis] - 1 - i }).to_string()
         };
         let ([x, y, z], [nx, ny, nz]) = ([0, 1, 2].map(along), counts);
-        format!("cell {x},{y},{z} of {nx} x {ny} x {nz} at depth {}", self.depth(block))
+        format!("cell {x},{y},{z} of {nx} x {ny} x {nz} at depth {}", self.depth(subgrid))
     }
 
-    fn repeats(&self) -> bool {
+    fn has_duplicate_refs(&self) -> bool {
         true
     }
 
     fn memory(&self) -> usize {
-        size_of_val(self.blocks.as_slice())
+        size_of_val(self.subgrids.as_slice())
             + size_of_val(self.cells.as_slice())
             + size_of_val(self.runs.as_slice())
             + size_of_val(self.unbounded.as_slice())
@@ -220,11 +230,11 @@ impl Accelerator for Grid {
 }
 
 /// A block and a place in it as the number of a part.
-fn pack(block: u32, place: [u32; 3]) -> u64 {
-    place.iter().fold(u64::from(block), |part, &i| part << PLACE_BITS | u64::from(i))
+fn pack(subgrid: u32, coordinates: [u32; 3]) -> u64 {
+    coordinates.iter().fold(u64::from(subgrid), |node, &i| node << COORDINATE_BITS | u64::from(i))
 }
 
-fn unpack(part: u64) -> (u32, [u32; 3]) {
-    let place = [2, 1, 0].map(|i| (part >> (i * PLACE_BITS)) as u32 % MAX_CELLS);
-    ((part >> (3 * PLACE_BITS)) as u32, place)
+fn unpack(node: u64) -> (u32, [u32; 3]) {
+    let coordinates = [2, 1, 0].map(|i| (node >> (i * COORDINATE_BITS)) as u32 % MAX_CELLS);
+    ((node >> (3 * COORDINATE_BITS)) as u32, coordinates)
 }

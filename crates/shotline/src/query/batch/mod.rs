@@ -12,14 +12,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 pub use rays::{Points, Rays};
 use rows::blank;
 pub use rows::{By, ClosestRows, CrossingRows, ObjectRows, SegmentRows, Thickness};
-pub use run::{FEW, Run};
+pub use run::{Run, SEQUENTIAL_MAX};
 
 use super::caster::all_solid;
 use super::{Overlaps, QueryError, Scope};
-use crate::accel::COUNTERS;
 use crate::compile::World;
+use crate::counters::COUNTERS;
 use crate::ray::{InvalidRay, Span};
-use rays::{OfPoints, OfRays};
+use rays::{PointRows, RayRows};
 use run::{Batch, CHUNK, empty};
 
 /// Why a batch has no answer.
@@ -84,7 +84,7 @@ pub fn closest(
 ) -> Result<ClosestRows, BatchError> {
     let scope = scope.into();
     let mut out = ClosestRows::blank(rays.len())?;
-    Batch::new(world, OfRays(rays), run).fill(out.parts(CHUNK), |worker, ray, part, i| {
+    Batch::new(world, RayRows(rays), run).fill(out.parts(CHUNK), |worker, ray, part, i| {
         part.set(i, worker.caster.closest(ray, scope)?);
         Ok(())
     })?;
@@ -103,7 +103,7 @@ pub fn any(
 ) -> Result<Vec<bool>, BatchError> {
     let scope = scope.into();
     let mut out = blank(false, rays.len())?;
-    Batch::new(world, OfRays(rays), run).fill(out.chunks_mut(CHUNK), |worker, ray, part, i| {
+    Batch::new(world, RayRows(rays), run).fill(out.chunks_mut(CHUNK), |worker, ray, part, i| {
         part[i] = worker.caster.any(ray, scope)?;
         Ok(())
     })?;
@@ -122,7 +122,7 @@ pub fn count(
 ) -> Result<Vec<i64>, BatchError> {
     let scope = scope.into();
     let mut out = blank(0, rays.len())?;
-    Batch::new(world, OfRays(rays), run).fill(out.chunks_mut(CHUNK), |worker, ray, part, i| {
+    Batch::new(world, RayRows(rays), run).fill(out.chunks_mut(CHUNK), |worker, ray, part, i| {
         part[i] = worker.caster.count(ray, scope)? as i64;
         Ok(())
     })?;
@@ -140,7 +140,7 @@ pub fn crossings(
     run: Run,
 ) -> Result<CrossingRows, BatchError> {
     let scope = scope.into();
-    Batch::new(world, OfRays(rays), run).gather(|worker, ray, rows: &mut CrossingRows| {
+    Batch::new(world, RayRows(rays), run).gather(|worker, ray, rows: &mut CrossingRows| {
         empty(&mut worker.hits);
         worker.caster.crossings(ray, scope, &mut worker.hits)?;
         rows.push_ray(&worker.hits)?;
@@ -161,7 +161,7 @@ pub fn segments(
     run: Run,
 ) -> Result<SegmentRows, BatchError> {
     all_solid(world).map_err(BatchError::World)?;
-    Batch::new(world, OfRays(rays), run).gather(|worker, ray, rows: &mut SegmentRows| {
+    Batch::new(world, RayRows(rays), run).gather(|worker, ray, rows: &mut SegmentRows| {
         empty(&mut worker.segments);
         rows.overlaps += worker.caster.segments(ray, span, overlaps, &mut worker.segments)?;
         rows.push_ray(&worker.segments)?;
@@ -193,7 +193,7 @@ pub fn thickness(
         let size = rest.len().min(CHUNK * columns);
         rest.split_off_mut(..size)
     });
-    Batch::new(world, OfRays(rays), run).fill(parts, |worker, ray, part, i| {
+    Batch::new(world, RayRows(rays), run).fill(parts, |worker, ray, part, i| {
         empty(&mut worker.segments);
         let new = worker.caster.segments(ray, span, overlaps, &mut worker.segments)?;
         met.fetch_add(new, Ordering::Relaxed);
@@ -216,15 +216,15 @@ pub fn cost(
     scope: impl Into<Scope>,
     run: Run,
 ) -> Result<Vec<i64>, BatchError> {
-    let counters = COUNTERS.len();
+    let columns = COUNTERS.len();
     let scope = scope.into();
-    let mut out = blank(0, rays.len().saturating_mul(counters))?;
-    Batch::new(world, OfRays(rays), run).fill(out.chunks_mut(CHUNK * counters), |worker, ray, part, i| {
-        worker.caster.take_work();
+    let mut out = blank(0, rays.len().saturating_mul(columns))?;
+    Batch::new(world, RayRows(rays), run).fill(out.chunks_mut(CHUNK * columns), |worker, ray, part, i| {
+        worker.caster.take_counters();
         worker.caster.closest(ray, scope)?;
-        let work = worker.caster.take_work();
-        for (count, counter) in part[i * counters..].iter_mut().zip(COUNTERS) {
-            *count = (counter.of)(&work) as i64;
+        let counters = worker.caster.take_counters();
+        for (count, counter) in part[i * columns..].iter_mut().zip(COUNTERS) {
+            *count = (counter.of)(&counters) as i64;
         }
         Ok(())
     })?;
@@ -238,7 +238,7 @@ pub fn cost(
 pub fn contains(world: &World, points: &(impl Points + ?Sized), run: Run) -> Result<Vec<bool>, BatchError> {
     all_solid(world).map_err(BatchError::World)?;
     let mut out = blank(false, points.len())?;
-    Batch::new(world, OfPoints(points), run).fill(out.chunks_mut(CHUNK), |worker, &point, part, i| {
+    Batch::new(world, PointRows(points), run).fill(out.chunks_mut(CHUNK), |worker, &point, part, i| {
         empty(&mut worker.objects);
         worker.caster.contains(point, &mut worker.objects)?;
         part[i] = !worker.objects.is_empty();
@@ -257,7 +257,7 @@ pub fn objects_containing(
     run: Run,
 ) -> Result<ObjectRows, BatchError> {
     all_solid(world).map_err(BatchError::World)?;
-    Batch::new(world, OfPoints(points), run).gather(|worker, &point, rows: &mut ObjectRows| {
+    Batch::new(world, PointRows(points), run).gather(|worker, &point, rows: &mut ObjectRows| {
         empty(&mut worker.objects);
         worker.caster.contains(point, &mut worker.objects)?;
         rows.push_point(&worker.objects)?;

@@ -93,24 +93,24 @@ impl<T: AsRef<[Vec3]> + Sync + ?Sized> Points for T {
 }
 
 /// Rays or points, with the errors of a batch.
-pub(super) trait Asked: Sync {
-    type One;
+pub(super) trait Rows: Sync {
+    type Row;
     fn len(&self) -> usize;
-    fn one(&self, row: usize) -> Result<Self::One, BatchError>;
+    fn row(&self, row: usize) -> Result<Self::Row, BatchError>;
     /// Answers the first row that cannot be asked about.
     fn check(&self, rows: Range<usize>) -> Result<(), (usize, BatchError)>;
 }
 
-pub(super) struct OfRays<'a, R: ?Sized>(pub &'a R);
+pub(super) struct RayRows<'a, R: ?Sized>(pub &'a R);
 
-impl<R: Rays + ?Sized> Asked for OfRays<'_, R> {
-    type One = Ray;
+impl<R: Rays + ?Sized> Rows for RayRows<'_, R> {
+    type Row = Ray;
 
     fn len(&self) -> usize {
         self.0.len()
     }
 
-    fn one(&self, row: usize) -> Result<Ray, BatchError> {
+    fn row(&self, row: usize) -> Result<Ray, BatchError> {
         self.0.ray(row).map_err(|error| BatchError::Ray { row, error })
     }
 
@@ -119,21 +119,21 @@ impl<R: Rays + ?Sized> Asked for OfRays<'_, R> {
     }
 }
 
-pub(super) struct OfPoints<'a, P: ?Sized>(pub &'a P);
+pub(super) struct PointRows<'a, P: ?Sized>(pub &'a P);
 
-impl<P: Points + ?Sized> Asked for OfPoints<'_, P> {
-    type One = Vec3;
+impl<P: Points + ?Sized> Rows for PointRows<'_, P> {
+    type Row = Vec3;
 
     fn len(&self) -> usize {
         self.0.len()
     }
 
-    fn one(&self, row: usize) -> Result<Vec3, BatchError> {
+    fn row(&self, row: usize) -> Result<Vec3, BatchError> {
         let point = self.0.point(row);
         if point.is_finite() { Ok(point) } else { Err(BatchError::Point { row }) }
     }
 
     fn check(&self, rows: Range<usize>) -> Result<(), (usize, BatchError)> {
-        rows.into_iter().try_for_each(|row| self.one(row).map(drop).map_err(|error| (row, error)))
+        rows.into_iter().try_for_each(|row| self.row(row).map(drop).map_err(|error| (row, error)))
     }
 }

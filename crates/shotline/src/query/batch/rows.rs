@@ -177,7 +177,7 @@ fn or_minus_one(x: Option<u32>) -> i32 {
 }
 
 /// The rows of a chunk of rays, to be written in place.
-pub(super) struct ClosestPart<'a> {
+pub(super) struct ClosestChunk<'a> {
     t: &'a mut [f64],
     normal: &'a mut [[f64; 3]],
     object: &'a mut [i32],
@@ -188,7 +188,7 @@ pub(super) struct ClosestPart<'a> {
     t_err: &'a mut [f64],
 }
 
-impl ClosestPart<'_> {
+impl ClosestChunk<'_> {
     pub fn set(&mut self, i: usize, hit: Option<Hit>) {
         self.t[i] = hit.map_or(f64::INFINITY, |h| h.t);
         self.normal[i] = hit.map_or([f64::NAN; 3], |h| h.normal.to_array());
@@ -217,13 +217,13 @@ impl ClosestRows {
     }
 
     /// The rows in parts of one size; the last may be smaller.
-    pub(super) fn parts(&mut self, size: usize) -> impl Iterator<Item = ClosestPart<'_>> + Send {
+    pub(super) fn parts(&mut self, size: usize) -> impl Iterator<Item = ClosestChunk<'_>> + Send {
         let (mut t, mut normal) = (self.t.chunks_mut(size), self.normal.chunks_mut(size));
         let (mut object, mut surface) = (self.object.chunks_mut(size), self.surface.chunks_mut(size));
         let (mut primitive, mut path) = (self.primitive.chunks_mut(size), self.path.chunks_mut(size));
         let (mut entering, mut t_err) = (self.entering.chunks_mut(size), self.t_err.chunks_mut(size));
         std::iter::from_fn(move || {
-            Some(ClosestPart {
+            Some(ClosestChunk {
                 t: t.next()?,
                 normal: normal.next()?,
                 object: object.next()?,

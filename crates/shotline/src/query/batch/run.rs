@@ -11,11 +11,11 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::BatchError;
-use super::rays::Asked;
+use super::rays::Rows;
 use super::rows::Ragged;
-use crate::accel::Work;
 use crate::budget::Watch;
 use crate::compile::World;
+use crate::counters::Counters;
 use crate::query::{Caster, Hit, QueryError, Segment};
 
 /// How to run a batch.
@@ -30,15 +30,15 @@ pub struct Run<'a> {
     pub progress: Option<&'a (dyn Fn(u64) + Sync)>,
     /// Set to end the batch early, also within a ray.
     pub cancel: Option<&'a AtomicBool>,
-    /// Where the work done is added up.
-    pub work: Option<&'a Mutex<Work>>,
+    /// Where the counters of all rays are added up.
+    pub counters: Option<&'a Mutex<Counters>>,
     /// More rows than this, of crossings or segments, are an error, told before they fill the memory.
     pub most_rows: u64,
 }
 
 impl Default for Run<'_> {
     fn default() -> Self {
-        Run { threads: 0, pool: None, progress: None, cancel: None, work: None, most_rows: 1_000_000_000 }
+        Run { threads: 0, pool: None, progress: None, cancel: None, counters: None, most_rows: 1_000_000_000 }
     }
 }
 
@@ -64,7 +64,7 @@ const BLOCK: usize = 64;
 const CHECKED: usize = 1 << 14;
 
 /// Batches of no more rows are not worth starting threads for: the caller's own answers them.
-pub const FEW: usize = 4096;
+pub const SEQUENTIAL_MAX: usize = 4096;
 
 /// Rows of an answer that a worker gathers before it counts them with those of the others.
 const COUNTED: u64 = 4096;
@@ -89,7 +89,7 @@ pub(super) fn empty<T>(kept: &mut Vec<T>) {
 /// A batch on its way.
 pub(super) struct Batch<'a, A> {
     world: &'a World,
-    asked: A,
+    rows: A,
     run: Run<'a>,
     /// Workers that wait for the next wave.
     idle: Mutex<Vec<Worker<'a>>>,
@@ -99,11 +99,11 @@ pub(super) struct Batch<'a, A> {
     failure: Mutex<Option<(usize, BatchError)>>,
 }
 
-impl<'a, A: Asked> Batch<'a, A> {
-    pub fn new(world: &'a World, asked: A, run: Run<'a>) -> Batch<'a, A> {
+impl<'a, A: Rows> Batch<'a, A> {
+    pub fn new(world: &'a World, rows: A, run: Run<'a>) -> Batch<'a, A> {
         Batch {
             world,
-            asked,
+            rows,
             run,
             idle: Mutex::default(),
             counted: AtomicU64::new(0),
@@ -116,13 +116,13 @@ impl<'a, A: Asked> Batch<'a, A> {
     pub fn fill<P: Send>(
         &self,
         parts: impl Iterator<Item = P> + Send,
-        answer: impl Fn(&mut Worker<'a>, &A::One, &mut P, usize) -> Result<(), QueryError> + Sync,
+        answer: impl Fn(&mut Worker<'a>, &A::Row, &mut P, usize) -> Result<(), QueryError> + Sync,
     ) -> Result<(), BatchError> {
         self.on_threads(|workers| {
             self.check(workers)?;
-            self.hand_out(workers, self.chunks(CHUNK).zip(parts), |worker, (rows, mut part)| {
+            self.dispatch(workers, self.chunks(CHUNK).zip(parts), |worker, (rows, mut part)| {
                 let first = rows.start;
-                self.answer(worker, rows, |worker, one, row| {
+                self.run_rows(worker, rows, |worker, one, row| {
                     answer(worker, one, &mut part, row - first).map(|()| 0)
                 });
             });
@@ -134,15 +134,17 @@ impl<'a, A: Asked> Batch<'a, A> {
     /// for themselves, a wave of chunks at a time; while they do, those of the wave before are appended to the answer.
     pub fn gather<T: Ragged>(
         &self,
-        answer: impl Fn(&mut Worker<'a>, &A::One, &mut T) -> Result<usize, QueryError> + Sync,
+        answer: impl Fn(&mut Worker<'a>, &A::Row, &mut T) -> Result<usize, QueryError> + Sync,
     ) -> Result<T, BatchError> {
         self.on_threads(|workers| {
             self.check(workers)?;
             let mut all = T::empty();
             if workers == 1 {
                 let mut worker = self.worker();
-                self.answer(&mut worker, 0..self.asked.len(), |worker, one, _| answer(worker, one, &mut all));
-                self.dismiss(worker);
+                self.run_rows(&mut worker, 0..self.rows.len(), |worker, one, _| {
+                    answer(worker, one, &mut all)
+                });
+                self.recycle(worker);
                 return self.outcome().map(|()| all);
             }
             let mut chunks = self.chunks(CHUNK);
@@ -166,13 +168,13 @@ impl<'a, A: Asked> Batch<'a, A> {
         &self,
         workers: usize,
         chunks: &mut (impl Iterator<Item = Range<usize>> + Send),
-        answer: &(impl Fn(&mut Worker<'a>, &A::One, &mut T) -> Result<usize, QueryError> + Sync),
+        answer: &(impl Fn(&mut Worker<'a>, &A::Row, &mut T) -> Result<usize, QueryError> + Sync),
     ) -> Vec<(usize, T)> {
         let (size, done) = (AtomicU64::new(0), Mutex::new(Vec::new()));
         let next = || if size.load(Ordering::Relaxed) < WAVE { chunks.next() } else { None };
-        self.hand_out(workers, iter::from_fn(next), |worker, rows| {
+        self.dispatch(workers, iter::from_fn(next), |worker, rows| {
             let (first, mut part) = (rows.start, T::empty());
-            self.answer(worker, rows, |worker, one, _| answer(worker, one, &mut part));
+            self.run_rows(worker, rows, |worker, one, _| answer(worker, one, &mut part));
             // A row without crossings takes memory too.
             size.fetch_add((part.len() + CHUNK) as u64, Ordering::Relaxed);
             if let Ok(mut done) = done.lock() {
@@ -186,7 +188,7 @@ impl<'a, A: Asked> Batch<'a, A> {
 
     /// Runs work that is told how many workers there are: 1 stands for the caller's thread.
     fn on_threads<T: Send>(&self, work: impl FnOnce(usize) -> T + Send) -> T {
-        if self.run.threads == 1 || self.asked.len() <= FEW {
+        if self.run.threads == 1 || self.rows.len() <= SEQUENTIAL_MAX {
             return work(1);
         }
         if let Some(pool) = self.run.pool {
@@ -200,7 +202,7 @@ impl<'a, A: Asked> Batch<'a, A> {
     }
 
     /// Gives tasks, in their order, to so many workers, until there is none left or one has failed.
-    fn hand_out<T: Send>(
+    fn dispatch<T: Send>(
         &self,
         workers: usize,
         tasks: impl Iterator<Item = T> + Send,
@@ -208,17 +210,17 @@ impl<'a, A: Asked> Batch<'a, A> {
     ) {
         let tasks = Mutex::new(tasks);
         let next = || tasks.lock().ok()?.next().filter(|_| self.failed.load(Ordering::Relaxed) == usize::MAX);
-        let one = || {
+        let run_worker = || {
             let mut worker = self.worker();
             while let Some(task) = next() {
                 work(&mut worker, task);
             }
-            self.dismiss(worker);
+            self.recycle(worker);
         };
         if workers == 1 {
-            one();
+            run_worker();
         } else {
-            rayon::scope(|scope| (0..workers).for_each(|_| scope.spawn(|_| one())));
+            rayon::scope(|scope| (0..workers).for_each(|_| scope.spawn(|_| run_worker())));
         }
     }
 
@@ -231,9 +233,9 @@ impl<'a, A: Asked> Batch<'a, A> {
         })
     }
 
-    fn dismiss(&self, mut worker: Worker<'a>) {
-        let done = worker.caster.take_work();
-        if let Some(mut work) = self.run.work.and_then(|work| work.lock().ok()) {
+    fn recycle(&self, mut worker: Worker<'a>) {
+        let done = worker.caster.take_counters();
+        if let Some(mut work) = self.run.counters.and_then(|work| work.lock().ok()) {
             *work += done;
         }
         if let Ok(mut idle) = self.idle.lock() {
@@ -242,16 +244,16 @@ impl<'a, A: Asked> Batch<'a, A> {
     }
 
     fn chunks(&self, size: usize) -> impl Iterator<Item = Range<usize>> + Send + use<'a, A> {
-        let rows = self.asked.len();
+        let rows = self.rows.len();
         (0..rows).step_by(size).map(move |first| first..rows.min(first + size))
     }
 
     /// Looks at everything that is asked, before any of it is answered.
     fn check(&self, workers: usize) -> Result<(), BatchError> {
-        self.hand_out(workers, self.chunks(CHECKED), |_, rows| {
+        self.dispatch(workers, self.chunks(CHECKED), |_, rows| {
             let first = rows.start;
-            let checked = self.go_on().map_err(|error| (first, error));
-            if let Err((row, error)) = checked.and_then(|()| self.asked.check(rows)) {
+            let checked = self.check_cancelled().map_err(|error| (first, error));
+            if let Err((row, error)) = checked.and_then(|()| self.rows.check(rows)) {
                 self.fail(row, error);
             }
         });
@@ -259,35 +261,35 @@ impl<'a, A: Asked> Batch<'a, A> {
     }
 
     /// Answers rows one after the other, up to one that has no answer or that comes after such a row.
-    fn answer(
+    fn run_rows(
         &self,
         worker: &mut Worker<'a>,
         rows: Range<usize>,
-        mut answer: impl FnMut(&mut Worker<'a>, &A::One, usize) -> Result<usize, QueryError>,
+        mut answer: impl FnMut(&mut Worker<'a>, &A::Row, usize) -> Result<usize, QueryError>,
     ) {
         let mut first = rows.start;
         while first < rows.end && first < self.failed.load(Ordering::Relaxed) {
             let block = first..rows.end.min(first + BLOCK);
             first = block.end;
-            if let Err((row, error)) = self.answer_block(worker, block, &mut answer) {
+            if let Err((row, error)) = self.run_block(worker, block, &mut answer) {
                 return self.fail(row, error);
             }
         }
     }
 
-    fn answer_block(
+    fn run_block(
         &self,
         worker: &mut Worker<'a>,
         rows: Range<usize>,
-        answer: &mut impl FnMut(&mut Worker<'a>, &A::One, usize) -> Result<usize, QueryError>,
+        answer: &mut impl FnMut(&mut Worker<'a>, &A::Row, usize) -> Result<usize, QueryError>,
     ) -> Result<(), (usize, BatchError)> {
         let (first, count) = (rows.start, rows.len());
-        self.go_on().map_err(|error| (first, error))?;
+        self.check_cancelled().map_err(|error| (first, error))?;
         let mut made = 0;
         for row in rows {
-            let one = self.asked.one(row).map_err(|error| (row, error))?;
+            let one = self.rows.row(row).map_err(|error| (row, error))?;
             let new = answer(worker, &one, row);
-            made += new.map_err(|error| (row, without_answer(row, error)))? as u64;
+            made += new.map_err(|error| (row, row_error(row, error)))? as u64;
             if made >= COUNTED {
                 self.count(std::mem::take(&mut made)).map_err(|error| (row, error))?;
             }
@@ -299,7 +301,7 @@ impl<'a, A: Asked> Batch<'a, A> {
         Ok(())
     }
 
-    fn go_on(&self) -> Result<(), BatchError> {
+    fn check_cancelled(&self) -> Result<(), BatchError> {
         let cancelled = self.run.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed));
         if cancelled { Err(BatchError::Cancelled) } else { Ok(()) }
     }
@@ -328,7 +330,7 @@ impl<'a, A: Asked> Batch<'a, A> {
 }
 
 /// Why a batch ends at a row.
-fn without_answer(row: usize, error: QueryError) -> BatchError {
+fn row_error(row: usize, error: QueryError) -> BatchError {
     match error {
         QueryError::Cancelled => BatchError::Cancelled,
         QueryError::OutOfMemory => BatchError::OutOfMemory,

@@ -4,8 +4,8 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 
 use super::*;
-use crate::accel::Work;
 use crate::compile::{Options, compile};
+use crate::counters::Counters;
 use crate::math::{Affine, Vec3};
 use crate::query::{Caster, Hit, Segment};
 use crate::ray::Ray;
@@ -218,13 +218,13 @@ fn bad_rows_are_named_before_any_work() {
         let expected = BatchError::Ray { row: n / 2, error: InvalidRay::ZeroDirection };
         assert_eq!(check(&rows), Err(expected.clone()));
         for threads in [1, 2] {
-            let (work, done) = (Mutex::new(Work::default()), AtomicU64::new(0));
+            let (counters, done) = (Mutex::new(Counters::default()), AtomicU64::new(0));
             let progress = |n| _ = done.fetch_add(n, Ordering::Relaxed);
-            let run = Run { work: Some(&work), progress: Some(&progress), ..run(threads) };
+            let run = Run { counters: Some(&counters), progress: Some(&progress), ..run(threads) };
             let error = crossings(&world, &rows, Span::FORWARD, run).expect_err("a bad row");
             assert_eq!(error, expected);
             assert_eq!(closest(&world, &rows, Span::FORWARD, run), Err(expected.clone()));
-            assert_eq!((work.into_inner().expect("no panic").boxes, done.into_inner()), (0, 0));
+            assert_eq!((counters.into_inner().expect("no panic").boxes, done.into_inner()), (0, 0));
         }
     }
 }
@@ -288,15 +288,15 @@ fn a_batch_that_is_cancelled_ends_soon() {
 fn all_progress_and_work_is_told() {
     let (world, rays) = (ball(), some_rays(&mut Random::new(35), 10_001));
     let told = |threads| {
-        let (work, done) = (Mutex::new(Work::default()), AtomicU64::new(0));
+        let (counters, done) = (Mutex::new(Counters::default()), AtomicU64::new(0));
         let progress = |n| _ = done.fetch_add(n, Ordering::Relaxed);
-        let run = Run { work: Some(&work), progress: Some(&progress), ..run(threads) };
+        let run = Run { counters: Some(&counters), progress: Some(&progress), ..run(threads) };
         closest(&world, &rays, Span::FORWARD, run).expect("closest");
         crossings(&world, &rays, Span::FORWARD, run).expect("crossings");
         assert_eq!(done.into_inner(), 20_002);
-        work.into_inner().expect("no panic")
+        counters.into_inner().expect("no panic")
     };
-    assert_eq!((told(1), told(1).solids > 10_000), (told(3), true));
+    assert_eq!((told(1), told(1).primitive_tests > 10_000), (told(3), true));
 }
 
 #[test]
@@ -410,8 +410,8 @@ fn costs_are_those_of_the_closest_crossing() {
     let mut caster = Caster::new(&world);
     for (ray, costs) in rays.iter().zip(costs.chunks_exact(COUNTERS.len())) {
         caster.closest(ray, Span::FORWARD).expect("within limits");
-        let work = caster.take_work();
-        let expected: Vec<i64> = COUNTERS.iter().map(|counter| (counter.of)(&work) as i64).collect();
+        let counters = caster.take_counters();
+        let expected: Vec<i64> = COUNTERS.iter().map(|counter| (counter.of)(&counters) as i64).collect();
         assert_eq!(costs, expected);
     }
 }

@@ -6,7 +6,7 @@ use super::*;
 use crate::aabb::Aabb;
 use crate::accel;
 use crate::compile::{Body, SolidBody};
-use crate::csg::{Change, Event, Sweep};
+use crate::csg::{Event, EventKind, Sweep};
 use crate::ray::Line;
 use crate::scene::NodeId;
 use crate::testkit::membership::Membership;
@@ -134,10 +134,10 @@ fn without_boxes(body: &SolidBody, ray: &Ray, span: Span) -> Vec<(u64, u64, bool
         let mut list = Vec::new();
         leaf.solid.crossings(&Line::of(ray).in_frame(&leaf.local_from_body), &mut list);
         for crossing in list {
-            match Event::new(number, Change::Membership, crossing, span.t_min()) {
+            match Event::new(number, EventKind::Membership, crossing, span.t_min()) {
                 Some(event) if crossing.t < f64::INFINITY => events.push(event),
                 Some(_) => {}
-                None => sweep.preset(&body.program, number, Change::Membership),
+                None => sweep.apply(&body.program, number, EventKind::Membership),
             }
         }
     }

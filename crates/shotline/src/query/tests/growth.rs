@@ -28,7 +28,7 @@ fn sponge(holes: usize) -> Scene {
 fn membership_in_many_operands_costs_what_the_point_is_in() {
     let mut random = Random::new(61);
     let points: Vec<Vec3> = (0..300).map(|_| random.point(0.0, 1.0)).collect();
-    let work = |holes: usize| {
+    let counters = |holes: usize| {
         let world = world(&sponge(holes), "bvh");
         let mut caster = Caster::new(&world);
         let inside = points.iter().filter(|p| {
@@ -37,11 +37,11 @@ fn membership_in_many_operands_costs_what_the_point_is_in() {
             !objects.is_empty()
         });
         assert!((100..300).contains(&inside.count()));
-        caster.take_work()
+        caster.take_counters()
     };
-    let (few, many) = (work(100), work(10_000));
-    assert!(many.solids <= 3 * 300, "{many:?}");
-    assert!(many.boxes + many.solids <= 3 * (few.boxes + few.solids), "{few:?} {many:?}");
+    let (few, many) = (counters(100), counters(10_000));
+    assert!(many.primitive_tests <= 3 * 300, "{many:?}");
+    assert!(many.boxes + many.primitive_tests <= 3 * (few.boxes + few.primitive_tests), "{few:?} {many:?}");
 }
 
 /// A point is in what it is in if every leaf is asked: also on faces, edges and corners.

@@ -61,7 +61,7 @@ fn a_ray_through_a_million_million_spheres_ends() {
             }
             let contains = caster.contains(Vec3::new(0.1, 0.2, 0.3), &mut Vec::new());
             assert_eq!(contains, if in_a_row { Ok(()) } else { Err(TOO_LONG) }, "{context}");
-            let kept = caster.walk.kept_visits();
+            let kept = caster.traversal.kept_visits();
             assert!(kept < 200, "{context}: {kept} visits");
         }
     }
@@ -76,7 +76,7 @@ fn a_ray_past_a_million_million_spheres_ends() {
     let ray = Ray::new(Vec3::new(-5.0, 0.9, 0.9), Vec3::X).expect("a ray");
     assert_eq!(caster.any(&ray, Span::FORWARD), Err(TOO_LONG));
     assert_eq!(caster.any(&ray, Scope::surfaces(Span::FORWARD)), Err(TOO_LONG));
-    assert_eq!(caster.any_from(&mut Seed::default(), &ray, Span::FORWARD), Err(TOO_LONG));
+    assert_eq!(caster.any_with_hint(&mut CoherenceHint::default(), &ray, Span::FORWARD), Err(TOO_LONG));
     assert_eq!(caster.closest(&ray, Span::FORWARD), Err(TOO_LONG));
     assert_eq!(caster.count(&ray, Span::FORWARD), Err(TOO_LONG));
 }
@@ -153,7 +153,7 @@ fn one_ray_can_be_cancelled() {
         &|caster| caster.count(&ray, span).map(drop),
         &|caster| caster.crossings(&ray, span, &mut Vec::new()),
         &|caster| caster.segments(&ray, span, Overlaps::Error, &mut Vec::new()).map(drop),
-        &|caster| caster.stretches(0, &ray, span, &mut Vec::new()).map(drop),
+        &|caster| caster.object_intervals(0, &ray, span, &mut Vec::new()).map(drop),
         &|caster| caster.contains(Vec3::new(0.1, 0.2, 0.3), &mut Vec::new()),
     ];
     for (i, ask) in ask.iter().enumerate() {
@@ -183,6 +183,6 @@ fn tags_of_a_visit_do_not_cost_the_size_of_its_level() {
     let mut caster = Caster::new(&world);
     let up = Ray::new(Vec3::new(50.1, 50.1, -5.0), Vec3::Z).expect("a ray");
     assert_eq!(caster.count(&up, Span::FORWARD), Ok(400));
-    let kept = caster.walk.kept_tags();
+    let kept = caster.traversal.kept_tags();
     assert!(kept <= 4096, "{kept} tags");
 }

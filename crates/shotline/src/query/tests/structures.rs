@@ -14,7 +14,7 @@ use crate::trace::Act;
 fn assert_all_accelerators_agree(scene: &Scene, rays: &[Ray], spans: &[Span], context: &str) {
     let oracle = world(scene, "brute");
     // Of another accelerator's world too: a seed says where to look first, no more.
-    let mut seeds = [Seed::default(), Seed::default()];
+    let mut hints = [CoherenceHint::default(), CoherenceHint::default()];
     for name in accel::NAMES {
         let other = world(scene, name).plain(name);
         let mut caster = Caster::new(&other);
@@ -31,11 +31,11 @@ fn assert_all_accelerators_agree(scene: &Scene, rays: &[Ray], spans: &[Span], co
             assert_same(&expected, &list, &context);
             let closest = caster.closest(ray, span).expect("within limits");
             assert_same(&expected[..expected.len().min(1)], closest.as_slice(), &context);
-            let seeded = caster.closest_from(&mut seeds[0], ray, span).expect("within limits");
-            assert_same(closest.as_slice(), seeded.as_slice(), &context);
+            let hinted = caster.closest_with_hint(&mut hints[0], ray, span).expect("within limits");
+            assert_same(closest.as_slice(), hinted.as_slice(), &context);
             assert_eq!(caster.any(ray, span).expect("within limits"), !expected.is_empty(), "{context}");
             assert_eq!(
-                caster.any_from(&mut seeds[1], ray, span).expect("within limits"),
+                caster.any_with_hint(&mut hints[1], ray, span).expect("within limits"),
                 !expected.is_empty(),
                 "{context}"
             );
@@ -99,21 +99,23 @@ fn seeds_save_the_walk_and_are_harmless_elsewhere() {
     let mut random = Random::new(15);
     let crowd = world(&crowded_scene(&mut random), "bvh");
     let mut caster = Caster::new(&crowd);
-    let mut seed = Seed::default();
+    let mut hint = CoherenceHint::default();
     let fan = |i: u32| {
         Ray::new(Vec3::new(-8.0, 0.0, 0.0), Vec3::new(1.0, 1e-4 * f64::from(i), 0.0)).expect("a ray")
     };
-    assert!((0..100).all(|i| caster.any_from(&mut seed, &fan(i), Span::FORWARD).expect("within limits")));
-    let work = caster.take_work();
-    assert_eq!(work.seeded, 100);
-    assert!(work.seeded_right > 80, "{work:?}");
+    assert!(
+        (0..100).all(|i| caster.any_with_hint(&mut hint, &fan(i), Span::FORWARD).expect("within limits"))
+    );
+    let counters = caster.take_counters();
+    assert_eq!(counters.hinted, 100);
+    assert!(counters.hinted_right > 80, "{counters:?}");
     assert!((0..100).all(|i| caster.any(&fan(i), Span::FORWARD).expect("within limits")));
-    assert!(caster.take_work().boxes > 2 * work.boxes, "{work:?}");
+    assert!(caster.take_counters().boxes > 2 * counters.boxes, "{counters:?}");
     let small = two_boxes(0, 0.5);
     let mut caster = Caster::new(&small);
     for ray in rays(&mut random, 50) {
         assert_eq!(
-            caster.any_from(&mut seed.clone(), &ray, Span::FORWARD).expect("within limits"),
+            caster.any_with_hint(&mut hint.clone(), &ray, Span::FORWARD).expect("within limits"),
             caster.any(&ray, Span::FORWARD).expect("within limits")
         );
     }
@@ -129,11 +131,11 @@ fn traces_are_complete() {
         let world = world(&scene, name);
         let mut caster = Caster::new(&world);
         for ray in &rays {
-            caster.take_work();
+            caster.take_counters();
             caster.record(usize::MAX);
             let mut hits = Vec::new();
             caster.crossings(ray, Span::FORWARD, &mut hits).expect("within limits");
-            let (whole, work) = (caster.take_trace(), caster.take_work());
+            let (whole, counters) = (caster.take_trace(), caster.take_counters());
             let (mut tests, mut alone, mut saved, mut boundaries) = (0, 0, 0, 0);
             for step in &whole.steps {
                 match &step.act {
@@ -149,8 +151,11 @@ fn traces_are_complete() {
                     _ => {}
                 }
             }
-            assert_eq!((saved, boundaries), (work.tags_saved, hits.len()), "{name}");
-            assert!(tests <= work.solids && work.solids <= tests + alone, "{name}: {tests}, {work:?}");
+            assert_eq!((saved, boundaries), (counters.tags_saved, hits.len()), "{name}");
+            assert!(
+                tests <= counters.primitive_tests && counters.primitive_tests <= tests + alone,
+                "{name}: {tests}, {counters:?}"
+            );
             caster.record(10);
             caster.crossings(ray, Span::FORWARD, &mut hits).expect("within limits");
             let cut = caster.take_trace();
@@ -171,19 +176,19 @@ fn parts_choose_their_accelerators() {
         let mut caster = Caster::new(&world);
         let mut hits = Vec::new();
         rays.iter().for_each(|ray| caster.crossings(ray, Span::FORWARD, &mut hits).expect("within limits"));
-        (hits, caster.take_work())
+        (hits, caster.take_counters())
     };
-    let (expected, work) = lists(&plain, None);
-    assert!(work.cells == 0 && work.planes == 0, "{work:?}");
+    let (expected, counters) = lists(&plain, None);
+    assert!(counters.cells == 0 && counters.planes == 0, "{counters:?}");
     let chosen = |choose: &dyn Fn(&mut Scene)| {
         let mut scene = plain.clone();
         choose(&mut scene);
-        let (hits, work) = lists(&scene, None);
+        let (hits, counters) = lists(&scene, None);
         assert_same(&hits, &expected, "with choices");
         let (hits, everywhere) = lists(&scene, Some("bvh"));
         assert_same(&hits, &expected, "bvh everywhere");
         assert!(everywhere.cells == 0 && everywhere.planes == 0, "{everywhere:?}");
-        work
+        counters
     };
     let all = |is: fn(&Node) -> bool, name: &'static str| {
         let nodes = (0..).map(NodeId).zip(&plain.nodes).filter(move |(_, node)| is(node));
@@ -194,8 +199,8 @@ fn parts_choose_their_accelerators() {
         |n: &Node| matches!(n, Node::Csg { .. }),
         |n: &Node| matches!(n, Node::Group { .. }),
     ] {
-        let work = chosen(&|scene| scene.accels.extend(all(is, "octree")));
-        assert!(work.cells > 5, "{:?} {work:?}", all(is, "octree"));
+        let counters = chosen(&|scene| scene.accels.extend(all(is, "octree")));
+        assert!(counters.cells > 5, "{:?} {counters:?}", all(is, "octree"));
         assert!(chosen(&|scene| scene.accels.extend(all(is, "bsp"))).planes > 5);
     }
     assert!(chosen(&|scene| scene.accel = Some("octree")).cells > 5);
@@ -211,18 +216,18 @@ fn tags_save_tests() {
     let mut random = Random::new(14);
     let scene = crowded_scene(&mut random);
     let rays = rays(&mut random, 100);
-    let work = |name| {
+    let counters = |name| {
         let world = world(&scene, name);
         let mut caster = Caster::new(&world);
         rays.iter()
             .for_each(|ray| caster.crossings(ray, Span::FORWARD, &mut Vec::new()).expect("within limits"));
-        caster.take_work()
+        caster.take_counters()
     };
-    let most = work("brute").solids;
+    let most = counters("brute").primitive_tests;
     for name in accel::NAMES.iter().filter(|name| **name != "brute") {
-        let work = work(name);
-        assert!(work.solids < most / 4, "{name}: {work:?}, of {most}");
+        let counters = counters(name);
+        assert!(counters.primitive_tests < most / 4, "{name}: {counters:?}, of {most}");
         let cuts_space = ["grid", "octree", "bsp"].iter().any(|kind| name.starts_with(kind));
-        assert_eq!(work.tags_saved > 0, cuts_space, "{name}: {work:?}");
+        assert_eq!(counters.tags_saved > 0, cuts_space, "{name}: {counters:?}");
     }
 }

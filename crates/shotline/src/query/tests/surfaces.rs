@@ -13,7 +13,7 @@ fn scope(span: Span) -> Scope {
 /// The crossings without those of kind `start` and `end`; the first of them, whether there is any, and how many.
 fn assert_surfaces_are_those_of_the_list(
     world: &World,
-    seeds: &mut [Seed; 2],
+    hints: &mut [CoherenceHint; 2],
     ray: &Ray,
     span: Span,
     of: &str,
@@ -27,10 +27,10 @@ fn assert_surfaces_are_those_of_the_list(
     let first = &expected[..expected.len().min(1)];
     let closest = caster.closest(ray, scope(span)).expect("within limits");
     assert_same(closest.as_slice(), first, of);
-    let seeded = caster.closest_from(&mut seeds[0], ray, scope(span)).expect("within limits");
-    assert_same(seeded.as_slice(), first, of);
+    let hinted = caster.closest_with_hint(&mut hints[0], ray, scope(span)).expect("within limits");
+    assert_same(hinted.as_slice(), first, of);
     assert_eq!(caster.any(ray, scope(span)), Ok(!expected.is_empty()), "{of}");
-    assert_eq!(caster.any_from(&mut seeds[1], ray, scope(span)), Ok(!expected.is_empty()), "{of}");
+    assert_eq!(caster.any_with_hint(&mut hints[1], ray, scope(span)), Ok(!expected.is_empty()), "{of}");
     assert_eq!(caster.count(ray, scope(span)), Ok(expected.len() as u64), "{of}");
 }
 
@@ -47,13 +47,13 @@ fn surfaces_only_leaves_out_what_is_no_surface() {
         let rays = rays(&mut random, 40);
         for name in accel::NAMES {
             let world = world(&scene, name);
-            let mut seeds = [Seed::default(), Seed::default()];
+            let mut hints = [CoherenceHint::default(), CoherenceHint::default()];
             for (i, ray) in rays.iter().enumerate() {
                 let span = spans[i % spans.len()];
                 begun_inside +=
                     usize::from(crossings(&world, ray, span).iter().any(|h| h.kind == HitKind::Start));
                 let of = format!("scene {case}, {name}, {ray:?}, {span:?}");
-                assert_surfaces_are_those_of_the_list(&world, &mut seeds, ray, span, &of);
+                assert_surfaces_are_those_of_the_list(&world, &mut hints, ray, span, &of);
             }
         }
     }

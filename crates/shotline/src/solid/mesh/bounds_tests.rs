@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use super::shapes::{ball, cubes, ring, sheet};
 use super::{MeshSolid, TriangleMesh};
-use crate::accel::Scratch;
 use crate::crossing::Crossing;
 use crate::math::{Affine, HALF_ULP, Vec3};
 use crate::ray::{Line, Span};
+use crate::scratch::Scratch;
 use crate::testkit::random::Random;
 
 fn hits(solid: &MeshSolid, line: &Line) -> Vec<Crossing> {
@@ -69,10 +69,10 @@ fn a_wall_behind_a_ledge_is_not_lost() {
     let mut random = Random::new(6);
     let places = [[0, 0, 0], [1, 0, 0], [2, 0, 0], [2, 0, 1]];
     for _ in 0..2_000 {
-        let turn = Affine::rotation_xyz(random.point(-180.0, 180.0));
-        let mesh = cubes(&places).moved(&turn);
+        let facing = Affine::rotation_xyz(random.point(-180.0, 180.0));
+        let mesh = cubes(&places).moved(&facing);
         let solid = MeshSolid::new(Arc::new(mesh), "bvh").unwrap();
-        let (o, d) = (turn.point(Vec3::new(-3.0, 0.4, 1.0)), turn.vector(Vec3::X));
+        let (o, d) = (facing.point(Vec3::new(-3.0, 0.4, 1.0)), facing.vector(Vec3::X));
         let doubt = Vec3::splat(4.0 * f64::EPSILON);
         let line = Line { o_err: doubt, d_err: doubt, ..Line::exact(o, d) };
         let list = hits(&solid, &line);

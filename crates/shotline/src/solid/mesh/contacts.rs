@@ -7,13 +7,13 @@
 use std::f64::consts::{PI, TAU};
 
 use super::MeshSolid;
+use super::mesh_line::MeshLine;
 use super::plane;
-use super::probe::Probe;
 use super::winding::to_crossings;
-use crate::accel::Scratch;
 use crate::contact::{Border, Contact, Sector};
 use crate::math::{Vec3, unit};
 use crate::ray::Line;
+use crate::scratch::Scratch;
 
 /// Planes at a smaller angle, in radians, are taken for one.
 const ONE_PLANE: f64 = 1e-7;
@@ -31,7 +31,7 @@ impl MeshSolid {
         &self,
         faces: &[u32],
         line: &Line,
-        probe: &Probe,
+        mesh_line: &MeshLine,
         out: &mut Vec<Contact>,
         scratch: &mut Scratch,
     ) {
@@ -43,7 +43,7 @@ impl MeshSolid {
         for (from, to) in borders.iter().zip(borders.iter().skip(1).chain([&last])) {
             let (middle, half) = (0.5 * (from.angle + to.angle), 0.5 * (to.angle - from.angle));
             let direction = x * libm::cos(middle) + y * libm::sin(middle);
-            let Some(beside) = probe.beside(direction, libm::sin(half), &self.scaled_bounds) else {
+            let Some(beside) = mesh_line.beside(direction, libm::sin(half), &self.scaled_bounds) else {
                 continue;
             };
             hits.clear();

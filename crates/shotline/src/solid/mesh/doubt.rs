@@ -15,9 +15,9 @@ use super::patches::Patch;
 use super::stop::{Cancelled, Stop};
 use super::winding::step;
 use crate::aabb::Aabb;
-use crate::accel::Scratch;
 use crate::math::{Affine, Vec3};
 use crate::ray::Line;
+use crate::scratch::Scratch;
 use crate::solid::Moments;
 
 /// Cells left to be sampled.
@@ -86,7 +86,7 @@ impl<'a> Doubt<'a> {
         let all = Cell {
             bounds: root,
             faces: (0..cover.faces.len() as u32).collect(),
-            meetings: (0..cover.meetings.len() as u32).collect(),
+            face_contacts: (0..cover.face_contacts.len() as u32).collect(),
         };
         let (cells, whole) = cover.cut(all);
         stop.check()?;
@@ -153,9 +153,9 @@ impl<'a> Doubt<'a> {
         let size = &self.solid.size;
         let line =
             Line::exact(size.unscale(self.frame.outward(from)), size.unscale(self.frame.axes[axis] * length));
-        let Some(probe) = self.solid.probe(&line) else { return };
+        let Some(mesh_line) = self.solid.mesh_line(&line) else { return };
         let mut hits = Vec::new();
-        self.solid.hits_between(&probe, f64::NEG_INFINITY, 1.0, &mut hits, scratch);
+        self.solid.hits_between(&mesh_line, f64::NEG_INFINITY, 1.0, &mut hits, scratch);
         let (mut winding, mut t) = (0, 0.0);
         for hit in hits {
             let next = hit.t.clamp(0.0, 1.0);
@@ -188,7 +188,7 @@ struct Suspect {
 }
 
 fn suspects(solid: &MeshSolid, patches: &[Patch]) -> Vec<Suspect> {
-    let marks = &solid.meetings().marks;
+    let marks = &solid.face_contacts().marks;
     let mut suspects = Vec::new();
     for patch in patches {
         let is_wrong = !patch.is_sound();
@@ -211,7 +211,7 @@ struct Cell {
     /// Suspects, by their places in the list.
     faces: Vec<u32>,
     /// Places where faces meet.
-    meetings: Vec<u32>,
+    face_contacts: Vec<u32>,
 }
 
 /// What is found out about a cell.
@@ -229,7 +229,7 @@ struct Cover<'a> {
     /// The corners of these faces in the frame.
     corners: Vec<[Vec3; 3]>,
     /// Boxes around where faces meet.
-    meetings: Vec<Aabb>,
+    face_contacts: Vec<Aabb>,
     /// Whether these are too many to be listed, so that faces may meet anywhere.
     anywhere: bool,
     stop: Stop<'a>,
@@ -246,13 +246,13 @@ impl<'a> Cover<'a> {
             Some(ends) => padded(Aabb::around(ends.map(|p| doubt.frame.inward(p)))),
             None => contact(inward(*i), inward(*j), TOUCH * root.size().max_element()),
         };
-        let pairs = &solid.meetings().pairs;
+        let pairs = &solid.face_contacts().pairs;
         let folds = solid.folds();
         Cover {
             doubt,
             corners: faces.iter().map(|face| inward(face.item)).collect(),
             faces,
-            meetings: pairs
+            face_contacts: pairs
                 .iter()
                 .flatten()
                 .chain(&folds)
@@ -292,8 +292,8 @@ impl<'a> Cover<'a> {
     }
 
     fn examine(&self, bounds: Aabb, parent: &Cell) -> Finding {
-        let overlap = |m: &&u32| !self.meetings[**m as usize].intersection(&bounds).is_empty();
-        let meetings: Vec<u32> = parent.meetings.iter().filter(overlap).copied().collect();
+        let overlap = |m: &&u32| !self.face_contacts[**m as usize].intersection(&bounds).is_empty();
+        let face_contacts: Vec<u32> = parent.face_contacts.iter().filter(overlap).copied().collect();
         let mut faces = Vec::new();
         let mut places = Vec::new();
         for &face in &parent.faces {
@@ -311,7 +311,7 @@ impl<'a> Cover<'a> {
             let sound = winding == 0 || winding == solid.inside();
             return if sound { Finding::Sound } else { Finding::Whole(winding) };
         }
-        let may_meet = !meetings.is_empty() || self.anywhere;
+        let may_meet = !face_contacts.is_empty() || self.anywhere;
         if !may_meet && faces.len() <= FACES {
             let is_sound = |(face, middle): (&u32, &Vec3)| {
                 let suspect = &self.faces[*face as usize];
@@ -323,7 +323,7 @@ impl<'a> Cover<'a> {
                 return Finding::Sound;
             }
         }
-        Finding::Open(Cell { bounds, faces, meetings })
+        Finding::Open(Cell { bounds, faces, face_contacts })
     }
 }
 

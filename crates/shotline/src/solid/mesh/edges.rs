@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::MeshSolid;
 use super::separation::wings_are_apart;
 use super::shells::Shells;
-use super::welded::places;
+use super::welded::first_at;
 
 /// An edge of an item: its ends, the lower first, the item, and which of its corners lies opposite.
 pub(super) type Use = ([u32; 2], u32, u32);
@@ -21,10 +21,10 @@ pub(super) struct Link {
 impl MeshSolid {
     /// The edges of items: their ends, the item, and its corner opposite; sorted.
     pub(super) fn edges(&self) -> Vec<Use> {
-        let places = places(&self.mesh.vertices);
+        let first_at = first_at(&self.mesh.vertices);
         let mut edges: Vec<Use> = Vec::with_capacity(3 * self.triangles.len());
         for (item, triangle) in (0..).zip(&self.triangles) {
-            let corners = self.mesh.faces[triangle.face as usize].map(|v| places[v as usize]);
+            let corners = self.mesh.faces[triangle.face as usize].map(|v| first_at[v as usize]);
             for k in 0..3 {
                 let (u, v) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
                 edges.push(([u.min(v), u.max(v)], item, k as u32));
@@ -76,7 +76,7 @@ impl MeshSolid {
 
     /// Which items meet other faces than at their edges and corners, or are folded onto them.
     pub(super) fn alone(&self, edges: &[Use]) -> Vec<bool> {
-        let mut alone: Vec<bool> = self.meetings().marks.iter().map(|marks| *marks != 0).collect();
+        let mut alone: Vec<bool> = self.face_contacts().marks.iter().map(|marks| *marks != 0).collect();
         for item in self.folds_at(edges).into_iter().flatten() {
             alone[item as usize] = true;
         }

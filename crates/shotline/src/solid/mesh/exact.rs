@@ -5,7 +5,7 @@
 //! multiply-add. Exact as long as no part of a product underflows: vectors are scaled to size 1 first, so only parts
 //! below 1e-300 of the whole are at risk.
 
-use crate::math::{Dd, Vec3, two_prod, two_sum};
+use crate::math::{Dd, Vec3, binary_exponent, two_prod, two_sum};
 
 /// A vector of double-doubles.
 pub(super) type Wide = [Dd; 3];
@@ -27,7 +27,7 @@ pub(super) fn size(v: &Wide) -> f64 {
 
 /// A vector scaled to size 1 by a power of two, and the exponent of that power.
 pub(super) fn unit_sized(v: &Wide) -> (Wide, i32) {
-    let exponent = libm::frexp(size(v)).1;
+    let exponent = binary_exponent(size(v));
     let scale = |x: f64| libm::ldexp(x, -exponent);
     (v.map(|x| Dd { hi: scale(x.hi), lo: scale(x.lo) }), exponent)
 }

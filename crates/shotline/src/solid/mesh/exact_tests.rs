@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use super::shapes::{ball, cubes, ring};
 use super::{MeshSolid, TriangleMesh};
-use crate::accel::Scratch;
-use crate::crossing::{Crossing, is_alternating, together};
+use crate::crossing::{Crossing, are_coincident, is_alternating};
 use crate::math::{Affine, Dd, HALF_ULP, Vec3, two_prod};
 use crate::ray::{Line, Span};
+use crate::scratch::Scratch;
 use crate::solid::Solid;
 use crate::testkit::random::Random;
 
@@ -149,7 +149,7 @@ fn crossings(solid: &MeshSolid, line: &Line) -> Vec<Crossing> {
     assert!(is_alternating(&out) && out.iter().all(|c| c.t.is_finite()), "{out:?}");
     // Events of an even number of crossings change nothing.
     let mut folded = Vec::new();
-    for event in out.chunk_by(together) {
+    for event in out.chunk_by(are_coincident) {
         if event.len() % 2 == 1 {
             folded.push(Crossing { entering: folded.len() % 2 == 0, ..event[0] });
         }

@@ -75,9 +75,9 @@ mod tests {
     use crate::math::Affine;
     use crate::solid::mesh::TriangleMesh;
     use crate::solid::mesh::shapes::{ball, cubes, ring};
-    use crate::solid::mesh::{Found, Intersection, MeshSolid};
+    use crate::solid::mesh::{Intersection, MeshSolid, Tally};
 
-    fn intersections(mesh: TriangleMesh) -> Found<Intersection> {
+    fn intersections(mesh: TriangleMesh) -> Tally<Intersection> {
         let mesh = Arc::new(mesh);
         let found = MeshSolid::new(mesh.clone(), "bvh").unwrap().self_intersections();
         assert_eq!(MeshSolid::new(mesh, "brute").unwrap().self_intersections(), found);
@@ -90,7 +90,7 @@ mod tests {
         for mesh in
             [ball(3), ring(9, 5), ring(40, 30).unwelded(), cubes(&folded), cubes(&[[0, 0, 0], [1, 1, 0]])]
         {
-            assert_eq!(intersections(mesh), Found::default());
+            assert_eq!(intersections(mesh), Tally::default());
         }
     }
 

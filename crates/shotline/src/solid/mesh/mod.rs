@@ -3,30 +3,30 @@
 //! [`TriangleMesh`] is plain data, [`Topology`] says what is right and wrong with it, [`MeshSolid`] answers
 //! rays and, on demand, what takes longer to find out (`turned`, `intersections`, `moments`). Whether a line passes
 //! through a triangle is decided exactly (`sheared_ray`, `exact`), so neighbours always agree about the edge they
-//! share; `plane` and `probe` say where, `winding` turns hits into crossings.
+//! share; `plane` and `mesh_line` say where, `winding` turns hits into crossings.
 
 mod contacts;
 mod doubt;
 mod edges;
 mod exact;
-mod found;
 mod intersections;
-mod meetings;
+mod inverted_shells;
+mod mesh_line;
 mod moments;
 mod nearest;
 mod obb;
 mod pairs;
 mod patches;
 mod plane;
-mod probe;
+mod self_intersections;
 mod separation;
 mod sheared_ray;
 mod shells;
 mod solid;
 mod stop;
+mod tally;
 mod tetrahedra;
 mod topology;
-mod turned;
 mod weld;
 mod welded;
 mod winding;
@@ -43,12 +43,12 @@ mod tests;
 use crate::math::Vec3;
 
 pub use doubt::Doubt;
-pub use found::{Edge, Found, Intersection};
 pub use moments::Enclosed;
 pub(crate) use moments::tetrahedron;
 pub use patches::Winding;
 pub use solid::MeshSolid;
 pub use stop::Cancelled;
+pub use tally::{Edge, Intersection, Tally};
 pub use topology::Topology;
 pub use weld::{Weld, WeldError, Welded};
 

@@ -9,7 +9,7 @@ use super::patches::Patch;
 use super::shells::Shells;
 use super::stop::{Cancelled, Stop};
 use super::tetrahedra::{determinant, exact_determinant, is_sure};
-use super::welded::places;
+use super::welded::first_at;
 use crate::aabb::Aabb;
 use crate::math::{Affine, Dd, Vec3};
 use crate::solid::Moments;
@@ -35,10 +35,10 @@ impl MeshSolid {
         }
         let stop = Stop::when(cancel);
         let patches = self.patches(stop)?;
-        if self.meetings().crossings.count == 0 && patches.iter().all(Patch::is_sound) {
+        if self.face_contacts().crossings.count == 0 && patches.iter().all(Patch::is_sound) {
             return Ok(Some(Enclosed::Exactly(self.by_tetrahedra(|_| f64::from(self.inside())))));
         }
-        if self.meetings().marks.iter().all(|marks| *marks == 0) && self.folds().is_empty() {
+        if self.face_contacts().marks.iter().all(|marks| *marks == 0) && self.folds().is_empty() {
             // No faces meet: both sides of each are those of its patch, and it counts if the inside ends there.
             let mut weights = vec![0.0; self.triangles.len()];
             for patch in &patches {
@@ -92,12 +92,12 @@ impl MeshSolid {
         if self.topology.shells.count == 1 {
             return vec![all.collect()];
         }
-        let places = places(&self.mesh.vertices);
+        let first_at = first_at(&self.mesh.vertices);
         let corner = |item: u32, k: usize| {
             let face = self.mesh.faces[self.triangles[item as usize].face as usize];
-            places[face[k] as usize]
+            first_at[face[k] as usize]
         };
-        let mut shells = Shells::apart(places.len());
+        let mut shells = Shells::apart(first_at.len());
         for item in all.clone() {
             shells.join(corner(item, 0), corner(item, 1));
             shells.join(corner(item, 0), corner(item, 2));

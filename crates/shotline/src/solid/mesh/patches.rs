@@ -14,10 +14,10 @@ use super::edges::Link;
 use super::shells::Shells;
 use super::stop::{Cancelled, Stop};
 use super::winding::sides_of;
-use super::{Found, MeshSolid, probe::Triangle};
-use crate::accel::Scratch;
+use super::{MeshSolid, Tally, mesh_line::Triangle};
 use crate::math::Vec3;
 use crate::ray::{Line, Span};
+use crate::scratch::Scratch;
 
 /// Faces with the same winding number on the front of all, and on the back of all.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,11 +45,11 @@ pub struct Winding {
     pub once: bool,
     /// Faces with the same winding number on both sides, as others in the same place face the other way: they cancel, and
     /// no ray has a crossing there.
-    pub cancelling: Found<u32>,
+    pub cancelling: Tally<u32>,
     /// Whether any face is known, or may be, where the inside ends. If not, no ray ever has a crossing.
     pub can_be_hit: bool,
     /// Faces with a negative winding number on a side. It is inside there all the same.
-    pub negative: Found<u32>,
+    pub negative: Tally<u32>,
     /// Whether no faces pass through each other, and the winding number is nowhere known to be negative here and positive
     /// there.
     pub consistent: bool,
@@ -71,11 +71,11 @@ impl MeshSolid {
             let items = meant.flat_map(|patch| &patch.items);
             let mut faces: Vec<u32> = items.map(|item| self.triangles[*item as usize].face).collect();
             faces.sort_unstable();
-            faces.into_iter().collect::<Found<u32>>()
+            faces.into_iter().collect::<Tally<u32>>()
         };
         let negative = faces(|sides| sides.iter().any(|w| *w < 0));
         let is_positive = |patch: &Patch| patch.sides.is_some_and(|sides| sides.iter().any(|w| *w > 0));
-        let crosses = self.meetings().crossings.count > 0;
+        let crosses = self.face_contacts().crossings.count > 0;
         let ends = |patch: &Patch| patch.sides.is_none_or(|[front, back]| (front == 0) != (back == 0));
         Some(Winding {
             once: !crosses && patches.iter().all(Patch::is_sound),
@@ -96,7 +96,7 @@ impl MeshSolid {
     /// # Errors
     /// [`Cancelled`].
     pub(super) fn patches(&self, stop: Stop) -> Result<Vec<Patch>, Cancelled> {
-        self.find_meetings(stop)?;
+        self.find_face_contacts(stop)?;
         let edges = self.edges();
         let alone = self.alone(&edges);
         let (patches, patch_of) = grouped(self.joined_by_edges(&edges, &alone), self.triangles.len());
@@ -290,7 +290,7 @@ mod tests {
             assert!(found.can_be_hit && found.cancelling.count == mesh.faces.len(), "{found:?}");
         }
         assert!(!solid(sheet().with(&back)).is_closed() || !winding(sheet().with(&back)).can_be_hit);
-        let (cancelling, negative) = (Found::default(), Found::default());
+        let (cancelling, negative) = (Tally::default(), Tally::default());
         let plain = Winding { once: true, cancelling, can_be_hit: true, negative, consistent: true };
         assert_eq!(winding(ball(2)), plain);
         let inward = winding(ball(2).inside_out());
@@ -307,17 +307,17 @@ mod tests {
         let mut random = crate::testkit::random::Random::new(7);
         let mut linked = 0;
         for round in 0..40 {
-            let mut places = || -> Vec<[i32; 3]> {
+            let mut first_at = || -> Vec<[i32; 3]> {
                 (0..27).filter(|_| random.below(3) == 0).map(|i| [i % 3, i / 3 % 3, i / 9]).collect()
             };
-            let mut mesh = cubes(&places());
+            let mut mesh = cubes(&first_at());
             if round % 2 == 1 {
                 mesh = mesh
                     .inside_out()
                     .with(&ball(1).moved(&Affine::scaling(Vec3::splat(0.1 * f64::from(round)))));
             }
-            let turn = Affine::rotation_xyz(Vec3::new(f64::from(round), 20.0, 5.0));
-            let solid = solid(mesh.moved(&turn));
+            let facing = Affine::rotation_xyz(Vec3::new(f64::from(round), 20.0, 5.0));
+            let solid = solid(mesh.moved(&facing));
             let edges = solid.edges();
             linked += solid.links(&edges, &solid.alone(&edges)).len();
             for patch in solid.patches(Stop::NEVER).unwrap() {

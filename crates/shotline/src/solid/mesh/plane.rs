@@ -24,7 +24,7 @@ const ENOUGH: f64 = f64::from_bits((1023 - 60) << 52);
 const SMALL: f64 = f64::from_bits((1023 - 700) << 52);
 
 /// The meeting of a line that passes through a triangle with the triangle's plane.
-pub(super) struct Meeting {
+pub(super) struct PlaneHit {
     /// The parameter.
     pub(super) t: f64,
     /// A bound on its error, for the line and the triangle as they are given.
@@ -35,10 +35,10 @@ pub(super) struct Meeting {
     descent: f64,
 }
 
-impl Meeting {
+impl PlaneHit {
     /// Of a line that is not parallel to the plane.
     #[inline]
-    pub(super) fn of(corners: &[Vec3; 3], line: &Line) -> Meeting {
+    pub(super) fn of(corners: &[Vec3; 3], line: &Line) -> PlaneHit {
         let [a, b, c] = *corners;
         let (u, v, h) = (minus(b, a), minus(c, a), minus(a, line.o));
         let normal = cross(&u, &v);
@@ -49,22 +49,22 @@ impl Meeting {
         // A start on the plane must be seen as that, so the sign of the height has to be certain.
         let certain = doubt <= ENOUGH * descent.hi.abs() && doubt * depth < height.hi.abs();
         if !certain || area * depth.min(1.0) < SMALL {
-            return Meeting::exactly(&u, &v, &h, line);
+            return PlaneHit::exactly(&u, &v, &h, line);
         }
         let reciprocal = descent.recip();
         let t = (height * reciprocal).hi;
         // |height'/descent' - height/descent| <= (e_height + |t| e_descent) / |descent|.
         let products = doubt * (depth + t.abs()) * reciprocal.hi.abs();
-        Meeting { t, t_err: rounding(t) + 1.01 * products, normal: normal_of(&normal), descent: descent.hi }
+        PlaneHit { t, t_err: rounding(t) + 1.01 * products, normal: normal_of(&normal), descent: descent.hi }
     }
 
     #[cold]
-    fn exactly(u: &Wide, v: &Wide, h: &Wide, line: &Line) -> Meeting {
+    fn exactly(u: &Wide, v: &Wide, h: &Wide, line: &Line) -> PlaneHit {
         let ((u, _), (v, _), (h, exponent)) = (unit_sized(u), unit_sized(v), unit_sized(h));
         let descent = Expansion::determinant(&u, &v, &wide(line.d)).value();
         let height = Expansion::determinant(&u, &v, &h).value();
         let t = libm::ldexp((height * descent.recip()).hi, exponent);
-        Meeting { t, t_err: rounding(t), normal: accurate_cross(&u, &v), descent: descent.hi }
+        PlaneHit { t, t_err: rounding(t), normal: accurate_cross(&u, &v), descent: descent.hi }
     }
 
     /// What an error of the line does to `t`, given bounds on that of its direction and of its point at `t`.
@@ -82,8 +82,8 @@ pub(super) fn rounding(t: f64) -> f64 {
     1.001 * HALF_ULP * t.abs()
 }
 
-/// A bound on the error of [`Meeting::t`] near `t`, where no corner of a triangle is farther from the origin than
-/// `reach` along any axis: that of [`Meeting::t_err`] where double-double is barely enough.
+/// A bound on the error of [`PlaneHit::t`] near `t`, where no corner of a triangle is farther from the origin than
+/// `reach` along any axis: that of [`PlaneHit::t_err`] where double-double is barely enough.
 pub(super) fn worst_err(t: f64, reach: f64) -> f64 {
     rounding(t) + 1.02 * ENOUGH * (reach + t.abs())
 }
@@ -196,7 +196,7 @@ mod tests {
                 continue;
             }
             let exact = exact_dot(&triangle, a, o) / descent;
-            let found = Meeting::of(&triangle, &Line::exact(o, d));
+            let found = PlaneHit::of(&triangle, &Line::exact(o, d));
             let error = (number(found.t) - &exact).abs();
             assert!(error <= number(found.t_err), "{triangle:?} {o:?} {d:?} {} {}", found.t, found.t_err);
             let reach = triangle.into_iter().map(|v| (v - o).abs().max_element()).fold(0.0, f64::max);

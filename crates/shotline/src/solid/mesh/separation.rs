@@ -3,7 +3,7 @@
 //! Each test here returns `true` only where a plane between the two is found with a margin beyond what rounding can do. So
 //! the exact predicates are left with the few pairs that touch, cross or are about as near to each other as rounding.
 
-use super::probe::Triangle;
+use super::mesh_line::Triangle;
 use crate::math::Vec3;
 
 /// More half-ulps than the sums of a projection can be wrong by.

@@ -122,8 +122,8 @@ pub(crate) fn sheet(n: u32) -> TriangleMesh {
 
 /// A point of the plane across the oblique axis of a fan or a needle, and so high above it.
 fn oblique(angle: f64, radius: f64, height: f64) -> Vec3 {
-    let turn = Affine::rotation_xyz(Vec3::new(23.0, 41.0, 0.0));
-    turn.point(Vec3::new(radius * angle.cos(), radius * angle.sin(), height))
+    let facing = Affine::rotation_xyz(Vec3::new(23.0, 41.0, 0.0));
+    facing.point(Vec3::new(radius * angle.cos(), radius * angle.sin(), height))
 }
 
 /// A cylinder of radius 1 and height 1 with `n` sides, whose caps are fans around one of their corners, across all axes.

@@ -18,7 +18,7 @@ use crate::math::{HALF_ULP, Vec3};
 
 /// Which way round the corners of a triangle are seen along the axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Turn {
+pub(super) enum Facing {
     CounterClockwise,
     Clockwise,
 }
@@ -93,7 +93,7 @@ impl ShearedRay {
     /// Which way round a triangle is seen that the line passes through; `None` if it passes by. Calls `edge_on` if the
     /// triangle is seen edge-on, up to rounding, and its plane is near.
     #[inline]
-    pub(super) fn through(&self, corners: &[Vec3; 3], edge_on: impl FnOnce()) -> Option<Turn> {
+    pub(super) fn through(&self, corners: &[Vec3; 3], edge_on: impl FnOnce()) -> Option<Facing> {
         let [a, b, c] = corners.map(|v| self.shear(v));
         let edges = [edge(b, c), edge(c, a), edge(a, b)];
         let [u, v, w] = edges;
@@ -104,7 +104,7 @@ impl ShearedRay {
             return None;
         }
         if u.abs() > doubt && v.abs() > doubt && w.abs() > doubt {
-            return Some(if left { Turn::CounterClockwise } else { Turn::Clockwise });
+            return Some(if left { Facing::CounterClockwise } else { Facing::Clockwise });
         }
         if !left && !right {
             edge_on();
@@ -114,13 +114,13 @@ impl ShearedRay {
 
     /// [`ShearedRay::through`] for lines so near an edge that rounding may hide the side.
     #[cold]
-    fn through_near_edge(&self, corners: &[Vec3; 3], edges: [f64; 3]) -> Option<Turn> {
+    fn through_near_edge(&self, corners: &[Vec3; 3], edges: [f64; 3]) -> Option<Facing> {
         let side = |i: usize| self.side(corners[(i + 1) % 3], corners[(i + 2) % 3], edges[i]);
         let first = side(0);
         if first == Ordering::Equal || side(1) != first || side(2) != first {
             return None;
         }
-        Some(if first == Ordering::Greater { Turn::CounterClockwise } else { Turn::Clockwise })
+        Some(if first == Ordering::Greater { Facing::CounterClockwise } else { Facing::Clockwise })
     }
 
     /// Whether the line runs exactly in the plane of a triangle.
@@ -210,11 +210,11 @@ mod tests {
         let (o, d) = (grid(), grid() - Vec3::splat(2.0));
         let mut corners = [grid(), grid(), grid()];
         let d = if d == Vec3::ZERO { Vec3::X } else { d };
-        let turn = if random.below(2) == 0 { 1.0 } else { random.number(0.1, 10.0) };
+        let facing = if random.below(2) == 0 { 1.0 } else { random.number(0.1, 10.0) };
         for corner in &mut corners {
             if random.below(2) == 0 {
                 // On the line but for rounding, or exactly.
-                *corner = o + d * (random.below(7) as f64 * 0.5 * turn);
+                *corner = o + d * (random.below(7) as f64 * 0.5 * facing);
             }
             *corner += home;
         }
@@ -243,15 +243,15 @@ mod tests {
                 side
             });
             let all = |side| sides.iter().all(|s| *s == side);
-            let turn = match (all(Ordering::Greater), all(Ordering::Less)) {
-                (true, _) => Some(Turn::CounterClockwise),
-                (_, true) => Some(Turn::Clockwise),
+            let facing = match (all(Ordering::Greater), all(Ordering::Less)) {
+                (true, _) => Some(Facing::CounterClockwise),
+                (_, true) => Some(Facing::Clockwise),
                 _ => None,
             };
-            assert_eq!(ray.through(&corners, || ()), turn);
+            assert_eq!(ray.through(&corners, || ()), facing);
             // From behind the same, for ties as well.
             let mirrored = ShearedRay { d: -ray.d, ..ray };
-            assert_eq!(mirrored.through(&corners, || ()), turn);
+            assert_eq!(mirrored.through(&corners, || ()), facing);
         }
         assert!(doubtful > 3_000 && ties > 600, "{doubtful} {ties}");
     }
@@ -271,7 +271,7 @@ mod tests {
             let target = if random.below(2) == 0 { hub } else { home };
             let ray = ray(o, target - o, &[ring.as_slice(), &[hub]].concat());
             let turns = (0..8).filter_map(|i| ray.through(&[hub, ring[i], ring[(i + 1) % 8]], || ()));
-            let sum: i32 = turns.map(|turn| if turn == Turn::CounterClockwise { 1 } else { -1 }).sum();
+            let sum: i32 = turns.map(|facing| if facing == Facing::CounterClockwise { 1 } else { -1 }).sum();
             assert_eq!(sum.abs(), 1);
         }
     }

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::Found;
+use super::Tally;
 use super::welded::Face;
 
 /// A disjoint-set forest: which vertices, or faces, hang together. Paths are halved on the way.
@@ -42,8 +42,8 @@ impl Shells {
     }
 
     /// The parts that faces make.
-    pub(super) fn count(&mut self, faces: &[Face]) -> Found<u32> {
-        let (mut seen, mut found) = (HashSet::new(), Found::default());
+    pub(super) fn count(&mut self, faces: &[Face]) -> Tally<u32> {
+        let (mut seen, mut found) = (HashSet::new(), Tally::default());
         for face in faces {
             if seen.insert(self.root(face.corners[0])) {
                 found.count += 1;

@@ -2,16 +2,18 @@
 
 use std::sync::{Arc, OnceLock};
 
-use super::found::Meetings;
-use super::probe::{Probe, Size, Triangle};
+use super::mesh_line::{MeshLine, PowerOfTwoScale, Triangle};
+use super::tally::FaceContacts;
 use super::winding::{FirstEntry, first_entry, order, to_crossings, total};
 use super::{MeshError, Topology, TriangleMesh, plane};
 use crate::aabb::Aabb;
-use crate::accel::{self, Accelerator, Scratch, Work};
+use crate::accel::{self, Accelerator};
 use crate::contact::Contact;
+use crate::counters::Counters;
 use crate::crossing::Crossing;
 use crate::math::Vec3;
 use crate::ray::{Line, Span};
+use crate::scratch::Scratch;
 use crate::solid::{Moments, Solid, Wanted};
 use crate::trace::Act;
 
@@ -24,12 +26,12 @@ pub struct MeshSolid {
     pub(super) mesh: Arc<TriangleMesh>,
     pub(super) topology: Topology,
     pub(super) bounds: Aabb,
-    pub(super) size: Size,
+    pub(super) size: PowerOfTwoScale,
     /// Scaled; an accelerator's items are places in this list.
     pub(super) triangles: Vec<Triangle>,
     pub(super) scaled_bounds: Aabb,
     pub(super) accelerator: Box<dyn Accelerator>,
-    pub(super) meetings: OnceLock<Meetings>,
+    pub(super) face_contacts: OnceLock<FaceContacts>,
 }
 
 impl MeshSolid {
@@ -40,7 +42,7 @@ impl MeshSolid {
     pub fn new(mesh: Arc<TriangleMesh>, accel: &str) -> Result<MeshSolid, MeshError> {
         let topology = Topology::of(&mesh)?;
         let corners = |face: &[u32; 3]| face.map(|v| mesh.vertices[v as usize]);
-        let size = Size::of(mesh.faces.iter().flat_map(corners));
+        let size = PowerOfTwoScale::of(mesh.faces.iter().flat_map(corners));
         let triangles: Vec<Triangle> = (0..)
             .zip(&mesh.faces)
             .map(|(face, indices)| Triangle { corners: corners(indices).map(|v| size.scale(v)), face })
@@ -60,7 +62,7 @@ impl MeshSolid {
             size,
             triangles,
             accelerator,
-            meetings: OnceLock::new(),
+            face_contacts: OnceLock::new(),
         })
     }
 
@@ -78,17 +80,17 @@ impl MeshSolid {
     /// sees the front. A ray through a shared edge or vertex hits one of the triangles there.
     pub fn hits(&self, line: &Line, span: Span, out: &mut Vec<Crossing>, scratch: &mut Scratch) {
         self.make_room(scratch);
-        if let Some(probe) = self.probe(line) {
-            self.hits_between(&probe, span.t_min(), span.t_max(), out, scratch);
+        if let Some(mesh_line) = self.mesh_line(line) {
+            self.hits_between(&mesh_line, span.t_min(), span.t_max(), out, scratch);
         }
     }
 
     /// The first of the [`MeshSolid::hits`].
     pub fn nearest(&self, line: &Line, span: Span, scratch: &mut Scratch) -> Option<Crossing> {
         self.make_room(scratch);
-        let probe = self.probe(line)?;
+        let mesh_line = self.mesh_line(line)?;
         let mut nearest: Option<Crossing> = None;
-        self.walk(&probe, span.t_min(), span.t_max(), scratch, |hit| {
+        self.walk(&mesh_line, span.t_min(), span.t_max(), scratch, |hit| {
             if nearest.is_none_or(|best| order(&hit, &best).is_lt()) {
                 nearest = Some(hit);
             }
@@ -100,9 +102,9 @@ impl MeshSolid {
     /// Whether there are [`MeshSolid::hits`].
     pub fn any(&self, line: &Line, span: Span, scratch: &mut Scratch) -> bool {
         self.make_room(scratch);
-        let Some(probe) = self.probe(line) else { return false };
+        let Some(mesh_line) = self.mesh_line(line) else { return false };
         let mut any = false;
-        self.walk(&probe, span.t_min(), span.t_max(), scratch, |_| {
+        self.walk(&mesh_line, span.t_min(), span.t_max(), scratch, |_| {
             any = true;
             f64::NEG_INFINITY
         });
@@ -110,13 +112,13 @@ impl MeshSolid {
     }
 
     /// A line prepared to meet the triangles; `None` if it meets none.
-    pub(super) fn probe(&self, line: &Line) -> Option<Probe> {
-        Probe::new(line, &self.size, &self.scaled_bounds)
+    pub(super) fn mesh_line(&self, line: &Line) -> Option<MeshLine> {
+        MeshLine::new(line, &self.size, &self.scaled_bounds)
     }
 
     /// Lets triangles be tagged, where the scratch is worth it: where it is kept.
     fn make_room(&self, scratch: &mut Scratch) {
-        if self.accelerator.repeats() {
+        if self.accelerator.has_duplicate_refs() {
             scratch.tags.reserve(self.triangles.len());
         }
     }
@@ -125,29 +127,29 @@ impl MeshSolid {
     /// `visit` answers the `t` behind which no hit is wanted any more.
     fn walk(
         &self,
-        probe: &Probe,
+        mesh_line: &MeshLine,
         from: f64,
         to: f64,
         scratch: &mut Scratch,
         mut visit: impl FnMut(Crossing) -> f64,
     ) {
         let mut limit = to;
-        let mut scaled_limit = probe.scaled(to);
-        let Scratch { work, tags, log, budget, in_plane } = scratch;
+        let mut scaled_limit = mesh_line.scaled(to);
+        let Scratch { counters, tags, log, budget, in_plane } = scratch;
         tags.begin();
-        let mut before = *work;
-        let boxes = probe.boxes(from, to);
-        self.accelerator.walk(&boxes, work, &mut |items, work| {
+        let mut before = *counters;
+        let boxes = mesh_line.boxes(from, to);
+        self.accelerator.traverse(&boxes, counters, &mut |items, counters| {
             let mut hits = Vec::new();
             if !budget.step() {
                 return f64::NEG_INFINITY;
             }
             for &item in items {
                 if !tags.is_first(item as usize) {
-                    work.tags_saved += 1;
+                    counters.tags_saved += 1;
                     continue;
                 }
-                work.solids += 1;
+                counters.primitive_tests += 1;
                 let triangle = &self.triangles[item as usize];
                 // Accelerators offer more triangles than those whose own box is met; what is said must not depend on it.
                 let run_in_plane = || {
@@ -155,7 +157,7 @@ impl MeshSolid {
                         in_plane.push(triangle.face);
                     }
                 };
-                if let Some(hit) = probe.hit(triangle, run_in_plane)
+                if let Some(hit) = mesh_line.hit(triangle, run_in_plane)
                     && from <= hit.t
                     && hit.t <= limit
                 {
@@ -164,22 +166,22 @@ impl MeshSolid {
                         return f64::NEG_INFINITY;
                     }
                     limit = visit(hit);
-                    scaled_limit = probe.scaled(limit);
+                    scaled_limit = mesh_line.scaled(limit);
                     if log.is_on() {
                         hits.push(hit);
                     }
                 }
             }
             if log.is_on() {
-                let met = |w: &Work| w.boxes + w.cells + w.planes;
+                let met = |w: &Counters| w.boxes + w.cells + w.planes;
                 log.add(2, None, || Act::Run {
-                    met: met(work) - met(&before),
-                    tested: work.solids - before.solids,
-                    saved: work.tags_saved - before.tags_saved,
+                    met: met(counters) - met(&before),
+                    tested: counters.primitive_tests - before.primitive_tests,
+                    saved: counters.tags_saved - before.tags_saved,
                     hits,
                     limit,
                 });
-                before = *work;
+                before = *counters;
             }
             scaled_limit
         });
@@ -188,14 +190,14 @@ impl MeshSolid {
     /// Appends all hits between two `t`, in order, each once.
     pub(super) fn hits_between(
         &self,
-        probe: &Probe,
+        mesh_line: &MeshLine,
         from: f64,
         to: f64,
         out: &mut Vec<Crossing>,
         scratch: &mut Scratch,
     ) {
         let start = out.len();
-        self.walk(probe, from, to, scratch, |hit| {
+        self.walk(mesh_line, from, to, scratch, |hit| {
             insert(out, start, hit);
             to
         });
@@ -206,7 +208,7 @@ impl MeshSolid {
     /// if there is none.
     fn hits_to_first_entry(
         &self,
-        probe: &Probe,
+        mesh_line: &MeshLine,
         t_min: f64,
         [mut from, to]: [f64; 2],
         out: &mut Vec<Crossing>,
@@ -214,11 +216,11 @@ impl MeshSolid {
     ) {
         let start = out.len();
         let end =
-            |hits: &[Crossing]| first_entry(hits, t_min).map_or(to, |e| to.min(probe.event_end(e.reach)));
+            |hits: &[Crossing]| first_entry(hits, t_min).map_or(to, |e| to.min(mesh_line.event_end(e.reach)));
         let mut wanted = to;
         loop {
             let mut lowest = wanted;
-            self.walk(probe, from, wanted, scratch, |hit| {
+            self.walk(mesh_line, from, wanted, scratch, |hit| {
                 insert(out, start, hit);
                 lowest = lowest.min(end(&out[start..]));
                 lowest
@@ -255,9 +257,9 @@ impl Solid for MeshSolid {
     }
 
     fn crossings(&self, line: &Line, out: &mut Vec<Crossing>) {
-        let Some(probe) = self.probe(line) else { return };
+        let Some(mesh_line) = self.mesh_line(line) else { return };
         let start = out.len();
-        self.hits_between(&probe, f64::NEG_INFINITY, f64::INFINITY, out, &mut Scratch::default());
+        self.hits_between(&mesh_line, f64::NEG_INFINITY, f64::INFINITY, out, &mut Scratch::default());
         to_crossings(out, start, 0);
     }
 
@@ -270,21 +272,21 @@ impl Solid for MeshSolid {
         scratch: &mut Scratch,
     ) {
         self.make_room(scratch);
-        let Some(probe) = self.probe(line) else { return };
+        let Some(mesh_line) = self.mesh_line(line) else { return };
         let start = out.len();
         // Hits just outside of the span may be one event with hits in it.
-        let from = probe.event_start(span.t_min());
-        let to = probe.event_end(span.t_max());
-        let Some((enter, _)) = probe.boxes(from, to).enter_exit(&self.scaled_bounds) else { return };
-        if enter <= probe.scaled(from) {
+        let from = mesh_line.event_start(span.t_min());
+        let to = mesh_line.event_end(span.t_max());
+        let Some((enter, _)) = mesh_line.boxes(from, to).enter_exit(&self.scaled_bounds) else { return };
+        if enter <= mesh_line.scaled(from) {
             // Perhaps inside: all hits ahead say how often, for behind the last of them it is outside.
-            self.hits_between(&probe, from, f64::INFINITY, out, scratch);
+            self.hits_between(&mesh_line, from, f64::INFINITY, out, scratch);
             let before = -total(&out[start..]);
             to_crossings(out, start, before);
         } else {
             match wanted {
-                Wanted::All => self.hits_between(&probe, from, to, out, scratch),
-                Wanted::First => self.hits_to_first_entry(&probe, span.t_min(), [from, to], out, scratch),
+                Wanted::All => self.hits_between(&mesh_line, from, to, out, scratch),
+                Wanted::First => self.hits_to_first_entry(&mesh_line, span.t_min(), [from, to], out, scratch),
             }
             to_crossings(out, start, 0);
         }
@@ -292,8 +294,8 @@ impl Solid for MeshSolid {
 
     fn contacts(&self, line: &Line, out: &mut Vec<Contact>, scratch: &mut Scratch) {
         let faces = std::mem::take(&mut scratch.in_plane);
-        if let Some(probe) = self.probe(line).filter(|_| !faces.is_empty()) {
-            self.contacts_with(&faces, line, &probe, out, scratch);
+        if let Some(mesh_line) = self.mesh_line(line).filter(|_| !faces.is_empty()) {
+            self.contacts_with(&faces, line, &mesh_line, out, scratch);
         }
     }
 
@@ -314,9 +316,9 @@ impl Solid for MeshSolid {
         if !self.bounds.contains(p) {
             return false;
         }
-        let Some(probe) = self.probe(&Line::exact(p, Vec3::Z)) else { return false };
+        let Some(mesh_line) = self.mesh_line(&Line::exact(p, Vec3::Z)) else { return false };
         let mut hits = Vec::new();
-        self.hits_between(&probe, 0.0, f64::INFINITY, &mut hits, &mut Scratch::default());
+        self.hits_between(&mesh_line, 0.0, f64::INFINITY, &mut hits, &mut Scratch::default());
         total(&hits) != 0
     }
 

@@ -6,10 +6,11 @@ use proptest::prelude::*;
 
 use super::shapes::{ball, cubes, ring, sheet};
 use super::{MeshSolid, TriangleMesh};
-use crate::accel::{self, Scratch};
+use crate::accel;
 use crate::crossing::{Crossing, is_alternating};
 use crate::math::{Affine, Vec3, tests_support::affine_strategy};
 use crate::ray::{Line, Span};
+use crate::scratch::Scratch;
 use crate::solid::{Solid, Wanted};
 
 fn solid(mesh: TriangleMesh, accel: &str) -> MeshSolid {
@@ -78,9 +79,9 @@ fn closed_mesh() -> impl Strategy<Value = TriangleMesh> {
         Just(ball(1).with(&ball(1).moved(&Affine::scaling(Vec3::splat(0.5))).inside_out())),
         Just(ball(1).with(&sheet(2)).with(&sheet(2).inside_out())),
     ];
-    let turn = prop_oneof![Just(Affine::IDENTITY), affine_strategy()];
-    (shape, turn, any::<bool>()).prop_map(|(mesh, turn, inside_out)| {
-        let mesh = mesh.moved(&turn);
+    let facing = prop_oneof![Just(Affine::IDENTITY), affine_strategy()];
+    (shape, facing, any::<bool>()).prop_map(|(mesh, facing, inside_out)| {
+        let mesh = mesh.moved(&facing);
         if inside_out { mesh.inside_out() } else { mesh }
     })
 }
@@ -212,9 +213,9 @@ proptest! {
     /// An open sheet is met once, wherever it is met; its nearest hit is the first of all.
     #[test]
     fn a_sheet_is_hit_once(
-        turn in affine_strategy(), aims in aims(), from in prop::array::uniform3(-6.0..6.0f64), tilt in any::<bool>(),
+        facing in affine_strategy(), aims in aims(), from in prop::array::uniform3(-6.0..6.0f64), tilt in any::<bool>(),
     ) {
-        let mesh = if tilt { sheet(4).moved(&turn) } else { sheet(4) };
+        let mesh = if tilt { sheet(4).moved(&facing) } else { sheet(4) };
         let inner = mesh.corners(10).into_iter().chain(mesh.corners(13)).collect::<Vec<_>>();
         let p = inner[aims[0].0.index(inner.len())];
         let line = Line::exact(Vec3::from(from), p - Vec3::from(from));

@@ -2,11 +2,11 @@
 
 use std::collections::HashSet;
 
-use super::probe::Size;
+use super::mesh_line::PowerOfTwoScale;
 use super::shells::Shells;
 use super::tetrahedra::signed_volume;
-use super::welded::{Face, has_three_places, places, welded};
-use super::{Edge, Found, MeshError, TriangleMesh};
+use super::welded::{Face, first_at, has_three_corners, welded};
+use super::{Edge, MeshError, Tally, TriangleMesh};
 use crate::math::{Vec3, difference_of_products};
 
 /// A report on a mesh. Vertices in exactly the same place count as one everywhere, so that the separate
@@ -16,26 +16,26 @@ pub struct Topology {
     /// Vertices given.
     pub vertices: usize,
     /// Vertices that no face names, and the first of them. They may be anything, and matter for nothing.
-    pub unused_vertices: Found<u32>,
+    pub unused_vertices: Tally<u32>,
     /// Vertices in use in the place of an earlier one, and that one.
-    pub repeated_vertices: Found<[u32; 2]>,
+    pub duplicate_vertices: Tally<[u32; 2]>,
     /// Faces given.
     pub faces: usize,
     /// Faces two corners of which are in one place. They are left out of everything else, and nothing is
     /// open for want of them: their two other edges are one edge, run through both ways.
-    pub degenerate_faces: Found<u32>,
+    pub degenerate_faces: Tally<u32>,
     /// Faces without area, whose three corners lie on a line.
-    pub zero_area_faces: Found<u32>,
+    pub zero_area_faces: Tally<u32>,
     /// Faces with the corners of an earlier face, in whatever order, and that one.
-    pub duplicate_faces: Found<[u32; 2]>,
+    pub duplicate_faces: Tally<[u32; 2]>,
     /// Edges along which not as many faces run one way as the other.
-    pub open_edges: Found<Edge>,
+    pub open_edges: Tally<Edge>,
     /// Edges of more than two faces.
-    pub crowded_edges: Found<Edge>,
+    pub non_manifold_edges: Tally<Edge>,
     /// Edges of two faces that run along it the same way: one of the two is the wrong way round.
-    pub inconsistent_edges: Found<Edge>,
+    pub inconsistent_edges: Tally<Edge>,
     /// Parts that have no vertex in common, and the first face of the second of them.
-    pub shells: Found<u32>,
+    pub shells: Tally<u32>,
     /// The volume enclosed, by the winding number; negative where faces are wound inward.
     pub signed_volume: f64,
     /// Vertices less edges plus faces: 2 for each shell that is like a sphere, 0 for each like a torus.
@@ -50,20 +50,21 @@ impl Topology {
     /// examine.
     pub fn of(mesh: &TriangleMesh) -> Result<Topology, MeshError> {
         check(mesh)?;
-        let places = places(&mesh.vertices);
-        let faces = welded(mesh, &places);
+        let first_at = first_at(&mesh.vertices);
+        let faces = welded(mesh, &first_at);
         if faces.is_empty() {
             return Err(MeshError::Empty);
         }
         let in_use = in_use(mesh);
-        let size = Size::of(faces.iter().flat_map(|f| f.corners).map(|v| mesh.vertices[v as usize]));
+        let size =
+            PowerOfTwoScale::of(faces.iter().flat_map(|f| f.corners).map(|v| mesh.vertices[v as usize]));
         let scaled = |v: u32| size.scale(mesh.vertices[v as usize]);
-        let is_degenerate = |face: &[u32; 3]| !has_three_places(&face.map(|v| places[v as usize]));
+        let is_degenerate = |face: &[u32; 3]| !has_three_corners(&face.map(|v| first_at[v as usize]));
         let mut report = Topology {
             vertices: mesh.vertices.len(),
             unused_vertices: (0..).zip(&in_use).filter(|(_, used)| !**used).map(|(v, _)| v).collect(),
-            repeated_vertices: (0..)
-                .zip(&places)
+            duplicate_vertices: (0..)
+                .zip(&first_at)
                 .filter(|(v, p)| v != *p && in_use[*v as usize])
                 .map(|(v, p)| [v, *p])
                 .collect(),
@@ -130,7 +131,7 @@ impl Topology {
                 self.open_edges.add(edge);
             }
             if uses.len() > 2 {
-                self.crowded_edges.add(edge);
+                self.non_manifold_edges.add(edge);
             }
             if uses.len() == 2 && forward != 1 {
                 self.inconsistent_edges.add(edge);
@@ -174,7 +175,7 @@ fn is_flat([a, b, c]: [Vec3; 3]) -> bool {
 }
 
 /// Faces that have the corners of an earlier one, and the first that has them.
-fn duplicates(faces: &[Face]) -> Found<[u32; 2]> {
+fn duplicates(faces: &[Face]) -> Tally<[u32; 2]> {
     let mut corners: Vec<([u32; 3], u32)> = faces.iter().map(|f| (f.corners, f.number)).collect();
     corners.iter_mut().for_each(|(face, _)| face.sort_unstable());
     corners.sort_unstable();
@@ -197,7 +198,7 @@ mod tests {
     fn sound_meshes_are_closed() {
         let ball = report(&ball(3));
         assert!(ball.is_closed() && (4.0..4.19).contains(&ball.signed_volume), "{ball:?}");
-        assert_eq!((ball.euler_characteristic, ball.shells.count, ball.crowded_edges.count), (2, 1, 0));
+        assert_eq!((ball.euler_characteristic, ball.shells.count, ball.non_manifold_edges.count), (2, 1, 0));
         let ring = report(&ring(9, 5));
         assert!(ring.is_closed());
         assert_eq!((ring.euler_characteristic, ring.shells.count, ring.open_edges.first), (0, 1, None));
@@ -209,7 +210,10 @@ mod tests {
         assert_eq!((apart.shells.count, apart.euler_characteristic, apart.signed_volume), (2, 4, 3.0));
         // An edge of four faces is closed all the same.
         let corner = report(&cubes(&[[0, 0, 0], [1, 1, 0]]));
-        assert_eq!((corner.shells.count, corner.crowded_edges.count, corner.open_edges.count), (1, 1, 0));
+        assert_eq!(
+            (corner.shells.count, corner.non_manifold_edges.count, corner.open_edges.count),
+            (1, 1, 0)
+        );
         assert_eq!(report(&ball(1).inside_out()).signed_volume, -report(&ball(1)).signed_volume);
     }
 
@@ -237,14 +241,14 @@ mod tests {
         let [a, b, c] = mesh.faces[0];
         mesh.faces.extend([[a, b, c], [c, b, a], [a, a, b], [c, c, c]]);
         let odd = report(&mesh);
-        assert_eq!(odd.duplicate_faces, Found { count: 2, first: Some([32, 0]) });
-        assert_eq!(odd.degenerate_faces, Found { count: 2, first: Some(34) });
-        assert_eq!((odd.open_edges.count, odd.crowded_edges.count), (0, 3));
-        assert_eq!(odd.crowded_edges.first.unwrap().faces, [0, 33]);
+        assert_eq!(odd.duplicate_faces, Tally { count: 2, first: Some([32, 0]) });
+        assert_eq!(odd.degenerate_faces, Tally { count: 2, first: Some(34) });
+        assert_eq!((odd.open_edges.count, odd.non_manifold_edges.count), (0, 3));
+        assert_eq!(odd.non_manifold_edges.first.unwrap().faces, [0, 33]);
         let line = |x: f64| Vec3::new(x, 2.0 * x, -x);
         let vertices = vec![line(0.0), line(1.0), line(3.0)];
         let flat = report(&TriangleMesh::new(vertices, vec![[0, 1, 2]]));
-        assert_eq!((flat.zero_area_faces, flat.open_edges.count), (Found { count: 1, first: Some(0) }, 3));
+        assert_eq!((flat.zero_area_faces, flat.open_edges.count), (Tally { count: 1, first: Some(0) }, 3));
     }
 
     #[test]
@@ -255,7 +259,7 @@ mod tests {
         mesh.vertices[zeros].z = -0.0;
         let (welded, separate) = (report(&ring(6, 4)), report(&mesh));
         assert!(separate.is_closed());
-        assert_eq!(separate.repeated_vertices, Found { count: 3 * 48 - 24, first: Some([3, 0]) });
+        assert_eq!(separate.duplicate_vertices, Tally { count: 3 * 48 - 24, first: Some([3, 0]) });
         assert_eq!(separate.euler_characteristic, welded.euler_characteristic);
         assert_eq!((separate.shells.count, separate.signed_volume), (1, welded.signed_volume));
     }
@@ -268,13 +272,13 @@ mod tests {
         let (count, twin) = (mesh.vertices.len() as u32, mesh.vertices[0]);
         mesh.vertices.extend([Vec3::NAN, Vec3::splat(1e30), twin, Vec3::INFINITY, Vec3::splat(1e30)]);
         let with_unused = report(&mesh);
-        assert_eq!(with_unused.unused_vertices, Found { count: 5, first: Some(count) });
+        assert_eq!(with_unused.unused_vertices, Tally { count: 5, first: Some(count) });
         let expected = Topology {
             vertices: with_unused.vertices,
             unused_vertices: with_unused.unused_vertices,
             ..plain.clone()
         };
-        assert_eq!((with_unused, plain.unused_vertices), (expected, Found::default()));
+        assert_eq!((with_unused, plain.unused_vertices), (expected, Tally::default()));
     }
 
     #[test]

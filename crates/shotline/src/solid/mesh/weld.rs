@@ -8,7 +8,7 @@
 use std::collections::HashMap;
 
 use super::nearest::Nearest;
-use super::welded::{has_three_places, places};
+use super::welded::{first_at, has_three_corners};
 use super::{MeshError, TriangleMesh};
 use crate::math::{Vec3, length};
 
@@ -107,7 +107,7 @@ impl TriangleMesh {
 
     /// The mesh with corners replaced, without the faces that collapse and the vertices that were replaced.
     fn with_vertices_replaced(&self, target: impl Fn(u32) -> u32, report: &mut Welded) -> TriangleMesh {
-        let places = places(&self.vertices);
+        let first_at = first_at(&self.vertices);
         let mut number = vec![u32::MAX; self.vertices.len()];
         let mut welded = TriangleMesh::default();
         for (v, vertex) in (0..).zip(&self.vertices) {
@@ -120,7 +120,7 @@ impl TriangleMesh {
         report.repeated = replaced - report.merged;
         for (face, corners) in (0..).zip(&self.faces) {
             let new = corners.map(|v| number[target(v) as usize]);
-            if has_three_places(&corners.map(|v| places[v as usize])) && !has_three_places(&new) {
+            if has_three_corners(&corners.map(|v| first_at[v as usize])) && !has_three_corners(&new) {
                 report.collapsed += 1;
                 continue;
             }
@@ -148,14 +148,14 @@ struct Used<'a> {
 
 impl<'a> Used<'a> {
     fn of(mesh: &'a TriangleMesh) -> Used<'a> {
-        let places = places(&mesh.vertices);
+        let first_at = first_at(&mesh.vertices);
         let mut in_use = vec![false; mesh.vertices.len()];
         mesh.faces.iter().flatten().for_each(|v| in_use[*v as usize] = true);
         let mut number = vec![u32::MAX; mesh.vertices.len()];
         let (mut vertices, mut place) = (Vec::new(), vec![u32::MAX; mesh.vertices.len()]);
         for v in (0..mesh.vertices.len()).filter(|v| in_use[*v]) {
             // Of those in use: the first in a place may not be.
-            let known = &mut number[places[v] as usize];
+            let known = &mut number[first_at[v] as usize];
             if *known == u32::MAX {
                 *known = vertices.len() as u32;
                 vertices.push(v as u32);
@@ -285,10 +285,10 @@ impl<'a> Used<'a> {
             (vec![false; self.mesh.vertices.len()], vec![false; self.mesh.vertices.len()]);
         for corners in &self.mesh.faces {
             let new = corners.map(|v| self.target(targets, v));
-            if has_three_places(&corners.map(|v| self.place[v as usize])) {
+            if has_three_corners(&corners.map(|v| self.place[v as usize])) {
                 new.iter().for_each(|v| before[*v as usize] = true);
             }
-            if has_three_places(&new) {
+            if has_three_corners(&new) {
                 new.iter().for_each(|v| after[*v as usize] = true);
             }
         }
@@ -301,9 +301,9 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::accel::Scratch;
     use crate::math::Affine;
     use crate::ray::{Line, Span};
+    use crate::scratch::Scratch;
     use crate::solid::mesh::shapes::{ball, cubes, ring};
     use crate::solid::mesh::{MeshSolid, Topology};
     use crate::testkit::random::Random;

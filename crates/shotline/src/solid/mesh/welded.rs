@@ -6,7 +6,7 @@ use super::TriangleMesh;
 use crate::math::Vec3;
 
 /// For each vertex the first one in exactly the same place.
-pub(super) fn places(vertices: &[Vec3]) -> Vec<u32> {
+pub(super) fn first_at(vertices: &[Vec3]) -> Vec<u32> {
     let mut first = HashMap::with_capacity(vertices.len());
     // Adding zero makes one of both zeros.
     let key = |v: &Vec3| v.to_array().map(|x| (x + 0.0).to_bits());
@@ -21,13 +21,13 @@ pub(super) struct Face {
 }
 
 /// The faces with corners in three places.
-pub(super) fn welded(mesh: &TriangleMesh, places: &[u32]) -> Vec<Face> {
+pub(super) fn welded(mesh: &TriangleMesh, first_at: &[u32]) -> Vec<Face> {
     let face =
-        |(number, corners): (u32, &[u32; 3])| Face { number, corners: corners.map(|v| places[v as usize]) };
-    (0..).zip(&mesh.faces).map(face).filter(|f| has_three_places(&f.corners)).collect()
+        |(number, corners): (u32, &[u32; 3])| Face { number, corners: corners.map(|v| first_at[v as usize]) };
+    (0..).zip(&mesh.faces).map(face).filter(|f| has_three_corners(&f.corners)).collect()
 }
 
 /// Whether no two corners are in one place.
-pub(super) fn has_three_places([a, b, c]: &[u32; 3]) -> bool {
+pub(super) fn has_three_corners([a, b, c]: &[u32; 3]) -> bool {
     a != b && b != c && c != a
 }

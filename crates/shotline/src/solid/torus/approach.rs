@@ -3,7 +3,7 @@
 //! Expanded about a far origin the quartic's coefficients lose every digit, and no root finder can bring them
 //! back. So the line is first given a nearby origin, without error.
 
-use crate::math::{Dd, Vec3, two_prod};
+use crate::math::{Dd, PowerOfTwo, Vec3, binary_exponent, two_prod};
 use crate::ray::Line;
 
 /// The line `p + tau u` in units of the solid's size, with `p` near the point closest to the centre.
@@ -24,7 +24,7 @@ impl Approach {
     /// Moves the origin of a line next to the centre of a solid whose size has the given exponent.
     #[inline(always)]
     pub fn new(line: &Line, size_exponent: i32) -> Approach {
-        let direction_exponent = exponent(line.d.abs().max_element());
+        let direction_exponent = binary_exponent(line.d.abs().max_element());
         let u = PowerOfTwo::new(-direction_exponent).of(line.d);
         let o = PowerOfTwo::new(-size_exponent).of(line.o);
         let uu = u.length_squared();
@@ -66,40 +66,4 @@ impl Approach {
 #[inline(always)]
 pub(super) fn rounded(p: &[Dd; 3]) -> Vec3 {
     Vec3::new(p[0].hi, p[1].hi, p[2].hi)
-}
-
-/// The `e` for which `x` lies from `2^(e-1)` to `2^e`.
-#[inline(always)]
-pub(super) fn exponent(x: f64) -> i32 {
-    // The exponent field says it, but for zero, subnormal numbers and what is not finite.
-    match (x.to_bits() >> 52) as i32 & 0x7ff {
-        0 | 0x7ff => libm::frexp(x).1,
-        field => field - 1022,
-    }
-}
-
-/// A power of two as two factors, so that it may itself be out of range.
-#[derive(Clone, Copy)]
-pub(super) struct PowerOfTwo(f64, f64);
-
-impl PowerOfTwo {
-    /// `2^exponent`.
-    #[inline(always)]
-    pub fn new(exponent: i32) -> PowerOfTwo {
-        let power = |e: i32| f64::from_bits(((1023 + e.clamp(-1022, 1023)) as u64) << 52);
-        let half = exponent / 2;
-        PowerOfTwo(power(half), power(exponent - half))
-    }
-
-    /// The product with a number.
-    #[inline(always)]
-    pub fn times(self, x: f64) -> f64 {
-        x * self.0 * self.1
-    }
-
-    /// The product with a vector.
-    #[inline(always)]
-    pub fn of(self, v: Vec3) -> Vec3 {
-        v * self.0 * self.1
-    }
 }

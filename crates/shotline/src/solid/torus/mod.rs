@@ -1,12 +1,12 @@
 //! The torus around the z axis.
 
 mod approach;
-mod distance;
+mod implicit;
+#[cfg(test)]
+mod oracle;
 mod search;
 #[cfg(test)]
 mod tests;
-#[cfg(test)]
-mod truth;
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -65,15 +65,9 @@ impl Torus {
         Ok(Torus { major, minor })
     }
 
-    /// The textbook quartic `(x^2 + y^2 + z^2 - r^2 - R^2)^2 + 4 R^2 (z^2 - r^2)`.
-    ///
-    /// It is [`Solid::implicit`] times `(sqrt(x^2 + y^2) + R)^2 + z^2 - r^2`. The two have the same sign,
-    /// except in the lemon of a spindle, where the quartic is positive although the lemon is interior; and
-    /// for thin tori the quartic loses the digits that the implicit function keeps.
-    pub fn quartic(&self, p: Vec3) -> f64 {
-        let (major2, minor2) = (self.major * self.major, self.minor * self.minor);
-        let g = p.length_squared() - minor2 - major2;
-        g * g + 4.0 * major2 * (p.z * p.z - minor2)
+    /// The radius `R` of the circle inside the tube and the radius `r` of the tube.
+    pub fn radii(&self) -> (f64, f64) {
+        (self.major, self.minor)
     }
 
     /// The distance from the circle inside the tube.

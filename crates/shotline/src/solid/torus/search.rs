@@ -3,14 +3,14 @@
 //! 1. The line is moved near its closest approach (`approach`), and cut down to where it can meet the torus.
 //! 2. Between two critical points of the quartic there is at most one crossing. They come from its plain
 //!    coefficients: an error there enters the distance from the surface only squared.
-//! 3. The sign of the torus function at the critical points decides (`distance`), in double-double where
+//! 3. The sign of the torus function at the critical points decides (`implicit`), in double-double where
 //!    double is not sure. So the list alternates and is even whatever rounding does.
 //! 4. Newton's steps on the quartic come near each crossing, and a residual in double-double corrects it.
 
-use super::approach::{Approach, PowerOfTwo, exponent, rounded};
-use super::distance::Distance;
+use super::approach::{Approach, rounded};
+use super::implicit::TorusFunction;
 use crate::crossing::Crossing;
-use crate::math::{Dd, HALF_ULP, Vec3};
+use crate::math::{Dd, HALF_ULP, PowerOfTwo, Vec3, binary_exponent};
 use crate::ray::Line;
 use crate::roots::{Piece, Roots, bracketed_newton, cubic_between, horner};
 
@@ -20,7 +20,7 @@ const UNDERFLOW: f64 = f64::from_bits(4);
 /// Appends the crossings of a whole line with the torus of radii `major` and `minor`.
 #[multiversion::multiversion(targets("x86_64+avx+fma"))]
 pub(super) fn crossings(major: f64, minor: f64, line: &Line, out: &mut Vec<Crossing>) {
-    let size_exponent = exponent(major + minor);
+    let size_exponent = binary_exponent(major + minor);
     let unit = PowerOfTwo::new(-size_exponent);
     let (major, minor) = (unit.times(major), unit.times(minor));
     let approach = Approach::new(line, size_exponent);
@@ -29,8 +29,13 @@ pub(super) fn crossings(major: f64, minor: f64, line: &Line, out: &mut Vec<Cross
     };
     let quartic = quartic(&approach, major, minor);
     let knots = critical_points(quartic, lo, hi);
-    let search =
-        Search { line, approach: &approach, distance: Distance::new(&approach, major, minor), unit, quartic };
+    let search = Search {
+        line,
+        approach: &approach,
+        function: TorusFunction::new(&approach, major, minor),
+        unit,
+        quartic,
+    };
     search.run(lo, hi, &knots, out);
 }
 
@@ -82,7 +87,7 @@ fn critical_points([_, a, b, c, d]: [f64; 5], lo: f64, hi: f64) -> Roots {
 struct Search<'a> {
     line: &'a Line,
     approach: &'a Approach,
-    distance: Distance<'a>,
+    function: TorusFunction<'a>,
     quartic: [f64; 5],
     /// Takes lengths of the solid's frame to units of its size.
     unit: PowerOfTwo,
@@ -93,71 +98,71 @@ impl Search<'_> {
     /// that wait for each other: taken for all crossings side by side, the chains overlap.
     #[inline(always)]
     fn run(&self, lo: f64, hi: f64, knots: &[f64], out: &mut Vec<Crossing>) {
-        let (mut passages, count) = self.passages(lo, hi, knots);
-        let passages = &mut passages[..count];
-        self.approximate(passages);
+        let (mut brackets, count) = self.brackets(lo, hi, knots);
+        let brackets = &mut brackets[..count];
+        self.approximate(brackets);
         let mut roots = [Root::default(); 4];
-        for (root, passage) in roots.iter_mut().zip(&*passages) {
-            *root = self.corrected(Dd::from(passage.tau), passage.piece);
+        for (root, bracket) in roots.iter_mut().zip(&*brackets) {
+            *root = self.corrected(Dd::from(bracket.tau), bracket.piece);
         }
-        for (root, passage) in roots.iter_mut().zip(&*passages) {
-            if !root.settled {
-                self.settle(root, passage.piece);
+        for (root, bracket) in roots.iter_mut().zip(&*brackets) {
+            if !root.converged {
+                self.refine(root, bracket.piece);
             }
-            out.push(self.crossing(root, passage.piece));
+            out.push(self.crossing(root, bracket.piece));
         }
     }
 
     /// Where the line passes the surface: between knots on different sides of it.
     #[inline(always)]
-    fn passages(&self, lo: f64, hi: f64, knots: &[f64]) -> ([Passage; 4], usize) {
-        let height = |tau: f64| (tau, self.distance.signed_value(tau));
-        let (mut passages, mut count) = ([Passage::default(); 4], 0);
+    fn brackets(&self, lo: f64, hi: f64, knots: &[f64]) -> ([Bracket; 4], usize) {
+        let height = |tau: f64| (tau, self.function.signed_value(tau));
+        let (mut brackets, mut count) = ([Bracket::default(); 4], 0);
         let (mut from, mut inside) = (height(lo), false);
         for &knot in knots {
             let to = height(knot);
             // A knot on the surface touches it, from whichever side: nothing changes.
             if to.1 != 0.0 && (to.1 < 0.0) != inside {
-                passages[count] = if inside { Passage::out(from, to) } else { Passage::into(from, to) };
+                brackets[count] = if inside { Bracket::out(from, to) } else { Bracket::into(from, to) };
                 count += 1;
                 inside = !inside;
             }
             from = to;
         }
         if inside {
-            passages[count] = Passage::out(from, height(hi));
+            brackets[count] = Bracket::out(from, height(hi));
             count += 1;
         }
-        (passages, count)
+        (brackets, count)
     }
 
     /// Brings each passage near its crossing by Newton's steps on the quartic: three that nothing guards do
     /// nearly always.
     #[inline(always)]
-    fn approximate(&self, passages: &mut [Passage]) {
+    fn approximate(&self, brackets: &mut [Bracket]) {
         for _ in 0..3 {
-            for Passage { piece, tau, step, .. } in &mut *passages {
+            for Bracket { piece, tau, step, .. } in &mut *brackets {
                 let (value, slope) = horner(&self.quartic, *tau);
                 *step = value / slope;
                 *tau = (*tau - *step).max(piece.lo).min(piece.hi);
             }
         }
-        for passage in passages {
-            if passage.step.is_nan() || passage.step.abs() > passage.tolerance {
-                passage.tau = self.bracketed(passage);
+        for bracket in brackets {
+            if bracket.step.is_nan() || bracket.step.abs() > bracket.tolerance {
+                bracket.tau = self.bracketed(bracket);
             }
         }
     }
 
     #[cold]
-    fn bracketed(&self, passage: &Passage) -> f64 {
-        bracketed_newton(passage.piece, passage.start, passage.tolerance, |tau| horner(&self.quartic, tau))
+    fn bracketed(&self, bracket: &Bracket) -> f64 {
+        bracketed_newton(bracket.piece, bracket.start, bracket.tolerance, |tau| horner(&self.quartic, tau))
     }
 
     /// One step of Newton's from an approximation of the crossing of a piece, with the residual in double-double.
     #[inline(always)]
     fn corrected(&self, tau: Dd, piece: Piece) -> Root {
-        let f = &self.distance;
+        let f = &self.function;
         let at = f.at(tau.hi);
         let value = f.wide_value(tau);
         let slope = f.slope(&at);
@@ -167,21 +172,21 @@ impl Search<'_> {
             let end = if (value < 0.0) == piece.rising { piece.hi } else { piece.lo };
             return Root::unknown(0.5 * tau.hi + 0.5 * end);
         }
-        let bend = f.bend(&at) * self.approach.uu;
-        let slope_error = f.slope_error(&at) + bend * step.abs();
+        let curvature_bound = f.curvature_bound(&at) * self.approach.uu;
+        let slope_error = f.slope_error(&at) + curvature_bound * step.abs();
         let residual = slope_error * step.abs() + f.wide_error(&at);
         let visible = 1e-3 * HALF_ULP * self.approach.reach(next.hi);
-        let settled = residual <= visible * slope.abs() || step.abs() <= HALF_ULP * visible;
-        Root { tau: next, slope: slope.abs() - slope_error, residual, bend, settled }
+        let converged = residual <= visible * slope.abs() || step.abs() <= HALF_ULP * visible;
+        Root { tau: next, slope: slope.abs() - slope_error, residual, curvature_bound, converged }
     }
 
     /// Further steps, until what is left cannot be seen in `t`. Next to a touching there may be many, of which
     /// the first only halve the way.
     #[cold]
-    fn settle(&self, root: &mut Root, piece: Piece) {
+    fn refine(&self, root: &mut Root, piece: Piece) {
         for _ in 0..60 {
             *root = self.corrected(root.tau, piece);
-            if root.settled {
+            if root.converged {
                 break;
             }
         }
@@ -190,30 +195,30 @@ impl Search<'_> {
     #[inline(always)]
     fn crossing(&self, root: &Root, piece: Piece) -> Crossing {
         let t = self.approach.t(root.tau);
-        let spread = self.approach.t_length(self.spread(root, t, piece));
-        Crossing::new(t, (spread + HALF_ULP * t.abs()).max(UNDERFLOW), !piece.rising, 0)
+        let root_error = self.approach.t_length(self.root_error(root, t, piece));
+        Crossing::new(t, (root_error + HALF_ULP * t.abs()).max(UNDERFLOW), !piece.rising, 0)
     }
 
     /// How far the exact crossing of the exact line can be from the root, if it crosses here at all: where `f`
     /// can be off by the residual and by the line's own bounds.
     #[inline(always)]
-    fn spread(&self, root: &Root, t: f64, piece: Piece) -> f64 {
-        let doubt = root.residual + self.shaken(root.tau.hi, t);
+    fn root_error(&self, root: &Root, t: f64, piece: Piece) -> f64 {
+        let doubt = root.residual + self.perturbation_bound(root.tau.hi, t);
         let linear = doubt / root.slope;
         // How much the slope can change over that way, relatively.
-        let turn = root.bend * linear / root.slope;
+        let turn = root.curvature_bound * linear / root.slope;
         if root.slope > 0.0 && turn <= 0.125 {
             return linear * (1.0 + 2.0 * turn);
         }
-        self.spread_at_touching(root.tau.hi, t, piece)
+        self.root_error_at_tangent(root.tau.hi, t, piece)
     }
 
     /// As far as it takes until `f` is sure of its sign on both sides.
     #[cold]
-    fn spread_at_touching(&self, tau: f64, t: f64, piece: Piece) -> f64 {
+    fn root_error_at_tangent(&self, tau: f64, t: f64, piece: Piece) -> f64 {
         let decided = |tau: f64| {
-            let sure = f64::abs(self.distance.wide_value(Dd::from(tau)));
-            sure > self.distance.wide_error(&self.distance.at(tau)) + self.shaken(tau, t)
+            let sure = f64::abs(self.function.wide_value(Dd::from(tau)));
+            sure > self.function.wide_error(&self.function.at(tau)) + self.perturbation_bound(tau, t)
         };
         let mut way = f64::EPSILON * (piece.hi - piece.lo);
         for _ in 0..60 {
@@ -227,18 +232,18 @@ impl Search<'_> {
 
     /// What the line's own bounds can do to `f`.
     #[inline(always)]
-    fn shaken(&self, tau: f64, t: f64) -> f64 {
+    fn perturbation_bound(&self, tau: f64, t: f64) -> f64 {
         let by = self.line.point_err(t);
         if by == Vec3::ZERO {
             return 0.0;
         }
-        self.distance.shaken(&self.distance.at(tau), self.unit.of(by))
+        self.function.perturbation_bound(&self.function.at(tau), self.unit.of(by))
     }
 }
 
 /// A piece of the line with one crossing, on the way to it.
 #[derive(Clone, Copy, Default)]
-struct Passage {
+struct Bracket {
     piece: Piece,
     start: f64,
     /// Near the crossing once the last `step` is not longer than the `tolerance`.
@@ -247,21 +252,21 @@ struct Passage {
     tolerance: f64,
 }
 
-impl Passage {
+impl Bracket {
     /// Between a knot outside of the tube and one inside, given with the values of `f`.
     #[inline(always)]
-    fn into(outer: (f64, f64), inner: (f64, f64)) -> Passage {
-        Passage::between(inner, outer, false)
+    fn into(outer: (f64, f64), inner: (f64, f64)) -> Bracket {
+        Bracket::between(inner, outer, false)
     }
 
     /// Between a knot inside of the tube and one outside.
     #[inline(always)]
-    fn out(inner: (f64, f64), outer: (f64, f64)) -> Passage {
-        Passage::between(inner, outer, true)
+    fn out(inner: (f64, f64), outer: (f64, f64)) -> Bracket {
+        Bracket::between(inner, outer, true)
     }
 
     #[inline(always)]
-    fn between(inner: (f64, f64), outer: (f64, f64), rising: bool) -> Passage {
+    fn between(inner: (f64, f64), outer: (f64, f64), rising: bool) -> Bracket {
         // From its low point in the tube f rises much like a parabola.
         let share = (inner.1 / (inner.1 - outer.1)).sqrt();
         let way = (outer.0 - inner.0) * if share < 1.0 { share } else { 0.5 };
@@ -269,7 +274,7 @@ impl Passage {
         // Next to a touching the quartic is but noise, and only the correction can see the crossing.
         let tolerance = f64::max(1e-5 * way.abs(), 1e-15 / way.abs());
         let piece = Piece { lo: inner.0.min(outer.0), hi: inner.0.max(outer.0), rising };
-        Passage { piece, start, tau: start, step: f64::NAN, tolerance }
+        Bracket { piece, start, tau: start, step: f64::NAN, tolerance }
     }
 }
 
@@ -282,15 +287,21 @@ struct Root {
     /// A bound on `|f|`.
     residual: f64,
     /// A bound on `|f''|` nearby.
-    bend: f64,
+    curvature_bound: f64,
     /// Whether what is left of the error cannot be seen in `t`.
-    settled: bool,
+    converged: bool,
 }
 
 impl Root {
     /// A place of which nothing is known yet.
     #[inline(always)]
     fn unknown(tau: f64) -> Root {
-        Root { tau: Dd::from(tau), slope: 0.0, residual: f64::INFINITY, bend: 0.0, settled: false }
+        Root {
+            tau: Dd::from(tau),
+            slope: 0.0,
+            residual: f64::INFINITY,
+            curvature_bound: 0.0,
+            converged: false,
+        }
     }
 }

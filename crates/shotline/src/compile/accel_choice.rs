@@ -1,0 +1,47 @@
+//! Which accelerator is used where.
+
+use super::{Options, SceneError};
+use crate::accel;
+use crate::scene::{NodeId, Scene};
+
+/// The accelerators of a scene under some options.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct AccelChoice<'s> {
+    scene: &'s Scene,
+    everywhere: Option<&'static str>,
+}
+
+impl<'s> AccelChoice<'s> {
+    /// # Errors
+    /// Every name that is none.
+    pub fn new(scene: &'s Scene, options: Options) -> Result<AccelChoice<'s>, Vec<SceneError>> {
+        let of_parts = scene.accels.iter().map(|(&node, &name)| (Some(node), name));
+        let all = of_parts.chain(scene.accel.map(|name| (None, name)));
+        let all = all.chain(options.accel.map(|name| (None, name)));
+        let unknown = all.filter(|(_, name)| !accel::NAMES.contains(name)).map(|(node, name)| {
+            let message = format!("there is no accelerator named '{name}'");
+            let error = node.map_or_else(
+                || SceneError::general(message.clone()),
+                |node| SceneError::at(node, message.clone()),
+            );
+            error.with_hint(format!("known are {}", accel::NAMES.join(", ")))
+        });
+        let unknown: Vec<SceneError> = unknown.collect();
+        if unknown.is_empty() { Ok(AccelChoice::again(scene, options)) } else { Err(unknown) }
+    }
+
+    /// As [`AccelChoice::new`], of what has been checked.
+    pub fn again(scene: &'s Scene, options: Options) -> AccelChoice<'s> {
+        AccelChoice { scene, everywhere: options.accel }
+    }
+
+    /// The accelerator of a part.
+    pub fn of(&self, node: NodeId) -> &'static str {
+        self.everywhere.or_else(|| self.scene.accels.get(&node).copied()).unwrap_or(self.general())
+    }
+
+    /// The accelerator of what has none of its own, and of the whole scene.
+    pub fn general(&self) -> &'static str {
+        self.everywhere.or(self.scene.accel).unwrap_or(accel::DEFAULT)
+    }
+}

@@ -1,0 +1,151 @@
+//! Where each transform of a scene counts in its world: what has to be placed anew when it changes.
+
+use std::collections::HashMap;
+use std::sync::OnceLock;
+
+use super::super::level::{OccurrenceId, Recorder};
+use super::super::world::Target;
+use crate::math::ComposedTransform;
+use crate::scene::{Node, NodeId, Scene};
+
+/// A transform on the way from the root of a level to placements. One below a shared transform has several.
+#[derive(Clone, Copy, Debug)]
+struct Occurrence {
+    node: NodeId,
+    level: u32,
+    above: Option<OccurrenceId>,
+    /// The placements below it are `first..end`.
+    first: u32,
+    end: u32,
+}
+
+/// What was placed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Origin {
+    pub node: NodeId,
+    /// Whether the matrix is part of the body.
+    pub baked: bool,
+    /// The innermost transform above it.
+    occurrence: Option<OccurrenceId>,
+}
+
+/// A placement: its level, and its number there.
+pub(super) type PlacementRef = (u32, u32);
+
+/// The transforms of a scene and the placements of its world.
+#[derive(Debug, Default)]
+pub(super) struct Dependents {
+    dependents: Vec<Occurrence>,
+    /// By level and placement.
+    origins: Vec<Vec<Origin>>,
+    level: Vec<Origin>,
+    of_node: HashMap<NodeId, Vec<OccurrenceId>>,
+    bodies: HashMap<u32, Vec<PlacementRef>>,
+    levels: HashMap<u32, Vec<PlacementRef>>,
+    /// Where nodes are used that are operands, or within operands: as found when first asked.
+    operands: OnceLock<HashMap<NodeId, Vec<PlacementRef>>>,
+}
+
+impl Dependents {
+    /// What was placed at a place.
+    pub(super) fn origin(&self, (level, placement): PlacementRef) -> Origin {
+        self.origins[level as usize][placement as usize]
+    }
+
+    /// The transforms between the root of the level and what was placed, together.
+    pub(super) fn composed(&self, scene: &Scene, origin: Origin) -> ComposedTransform {
+        let mut ways = Vec::new();
+        let mut next = origin.occurrence;
+        while let Some(id) = next {
+            let occurrence = &self.dependents[id as usize];
+            ways.push(occurrence.node);
+            next = occurrence.above;
+        }
+        ways.iter().rev().fold(ComposedTransform::IDENTITY, |composed, &node| match scene.node(node) {
+            Node::Transform { transform, .. } => transform.inside(&composed),
+            _ => composed,
+        })
+    }
+
+    /// Every place of a level.
+    pub(super) fn of_level(&self, level: u32) -> &[PlacementRef] {
+        self.levels.get(&level).map_or(&[], Vec::as_slice)
+    }
+
+    /// Every place of a body.
+    pub(super) fn of_body(&self, body: u32) -> &[PlacementRef] {
+        self.bodies.get(&body).map_or(&[], Vec::as_slice)
+    }
+
+    /// The placements that a transform moves as a whole.
+    pub(super) fn moved_by(&self, node: NodeId) -> impl Iterator<Item = PlacementRef> {
+        let dependents = self.of_node.get(&node).map_or(&[] as &[OccurrenceId], Vec::as_slice);
+        dependents.iter().flat_map(|&id| {
+            let Occurrence { level, first, end, .. } = self.dependents[id as usize];
+            (first..end).map(move |placement| (level, placement))
+        })
+    }
+
+    /// A place of each body in which a transform stands: above an operand.
+    pub(super) fn bodies_with(&self, scene: &Scene, node: NodeId) -> Vec<PlacementRef> {
+        let operands = self.operands.get_or_init(|| find_operands(scene, &self.origins, &self.bodies));
+        operands.get(&node).cloned().unwrap_or_default()
+    }
+}
+
+impl Recorder for Dependents {
+    /// A transform comes up in the level that is being built.
+    fn add(&mut self, node: NodeId, above: Option<OccurrenceId>) -> Option<OccurrenceId> {
+        let id = self.dependents.len() as OccurrenceId;
+        let (level, here) = (self.origins.len() as u32, self.level.len() as u32);
+        self.dependents.push(Occurrence { node, level, above, first: here, end: here });
+        self.of_node.entry(node).or_default().push(id);
+        Some(id)
+    }
+
+    /// Something is placed in the level that is being built.
+    fn place(&mut self, occurrence: Option<OccurrenceId>, node: NodeId, baked: bool, target: Target) {
+        let placement = (self.origins.len() as u32, self.level.len() as u32);
+        self.level.push(Origin { node, baked, occurrence });
+        let mut next = occurrence;
+        while let Some(id) = next {
+            let occurrence = &mut self.dependents[id as usize];
+            occurrence.end = placement.1 + 1;
+            next = occurrence.above;
+        }
+        match target {
+            Target::Body(body) => self.bodies.entry(body).or_default().push(placement),
+            Target::Level(level) => self.levels.entry(level).or_default().push(placement),
+        }
+    }
+
+    /// The level that was being built is complete.
+    fn end_level(&mut self) {
+        self.origins.push(std::mem::take(&mut self.level));
+    }
+}
+
+/// For each transform inside of combinations a place of each of them.
+fn find_operands(
+    scene: &Scene,
+    origins: &[Vec<Origin>],
+    bodies: &HashMap<u32, Vec<PlacementRef>>,
+) -> HashMap<NodeId, Vec<PlacementRef>> {
+    let mut found: HashMap<NodeId, Vec<PlacementRef>> = HashMap::new();
+    for placements in bodies.values() {
+        let placement = placements[0];
+        let root = origins[placement.0 as usize][placement.1 as usize].node;
+        let mut seen = std::collections::HashSet::new();
+        let mut stack = vec![root];
+        while let Some(node) = stack.pop() {
+            if !seen.insert(node) {
+                continue;
+            }
+            if matches!(scene.node(node), Node::Transform { .. }) {
+                found.entry(node).or_default().push(placement);
+            }
+            stack.extend(scene.node(node).children());
+        }
+    }
+    found
+}

@@ -1,0 +1,130 @@
+//! The intervals of a ray inside bodies and objects: what segments, overlaps and measures are made from.
+
+use super::caster::{Caster, all_solid};
+use super::fold_query::{FoldControl, FoldQuery};
+use super::segments::{self, Interval, resolve};
+use super::{Overlap, Overlaps, QueryError, Segment};
+use crate::ray::{Line, Ray, Span};
+use crate::solid::Wanted;
+
+/// The memory of so many intervals is kept for the next ray.
+const RETAINED_INTERVALS: usize = 4096;
+
+impl Caster<'_> {
+    /// Appends the intervals inside objects and answers how many overlaps of equal priority were met.
+    /// Stretches of one object that overlap or touch are joined.
+    ///
+    /// # Errors
+    /// As [`Caster::crossings`], [`QueryError::NotASolid`] for meshes that are not closed and, with
+    /// [`Overlaps::Error`], [`QueryError::Overlap`].
+    pub fn segments(
+        &mut self,
+        ray: &Ray,
+        span: Span,
+        overlaps: Overlaps,
+        out: &mut Vec<Segment>,
+    ) -> Result<u64, QueryError> {
+        let start = out.len();
+        let met = self.intervals(ray, span).and_then(|()| {
+            let budget = &mut self.scratch.budget;
+            let met =
+                resolve(self.world, ray, &self.intervals, overlaps, &mut self.segment_scratch, budget, out)?;
+            self.outcome().map(|()| met)
+        });
+        if met.is_err() {
+            out.truncate(start);
+        }
+        self.intervals.clear();
+        self.intervals.shrink_to(RETAINED_INTERVALS);
+        met
+    }
+
+    /// Appends where objects of equal priority overlap, ascending: what [`Caster::segments`] refuses, but all of it.
+    ///
+    /// # Errors
+    /// As [`Caster::segments`].
+    pub fn overlaps(&mut self, ray: &Ray, span: Span, out: &mut Vec<Overlap>) -> Result<(), QueryError> {
+        let start = out.len();
+        let found = self.intervals(ray, span).and_then(|()| {
+            let budget = &mut self.scratch.budget;
+            segments::overlaps(self.world, &self.intervals, &mut self.segment_scratch, budget, out);
+            self.outcome()
+        });
+        if found.is_err() {
+            out.truncate(start);
+        }
+        self.intervals.clear();
+        self.intervals.shrink_to(RETAINED_INTERVALS);
+        found
+    }
+
+    /// The intervals inside each body, in `self.intervals`.
+    fn intervals(&mut self, ray: &Ray, span: Span) -> Result<(), QueryError> {
+        all_solid(self.world)?;
+        let mut intervals = std::mem::take(&mut self.intervals);
+        intervals.clear();
+        let most = self.limits.crossings;
+        let (mut open, mut refused): (Option<Interval>, _) = (None, None);
+        let query = FoldQuery { scope: span.into(), wanted: Wanted::All, hint: &[] };
+        self.fold(ray, &query, &mut |_, body_entry, boundary| {
+            let end = boundary.crossing;
+            // The boundaries of a body come one after the other, in pairs.
+            match open.take() {
+                None => {
+                    open =
+                        Some(Interval { start: end, end, object: body_entry.object, path: body_entry.path })
+                }
+                Some(_) if 2 * intervals.len() >= most => refused = Some(QueryError::TooMany { most }),
+                Some(_) if intervals.try_reserve(1).is_err() => refused = Some(QueryError::OutOfMemory),
+                Some(started) => intervals.push(Interval { end, ..started }),
+            }
+            if refused.is_some() { FoldControl::Stop } else { FoldControl::Limit(f64::INFINITY) }
+        })?;
+        self.intervals = intervals;
+        refused.map_or(Ok(()), Err)
+    }
+
+    /// Appends the intervals inside one object, from and to which `t`, whatever else is there: ascending and apart.
+    /// Answers how many steps it took; memory does not grow with them.
+    ///
+    /// # Errors
+    /// [`QueryError`], as of [`Caster::crossings`].
+    pub(crate) fn object_intervals(
+        &mut self,
+        object: u32,
+        ray: &Ray,
+        span: Span,
+        out: &mut Vec<[f64; 2]>,
+    ) -> Result<u64, QueryError> {
+        let most = self.limits.crossings;
+        let mut ends: Vec<f64> = Vec::new();
+        let mut limit = span.t_max();
+        let query = FoldQuery { scope: span.into(), wanted: Wanted::All, hint: &[] };
+        self.scratch.budget.begin(self.limits.steps);
+        self.traversal.begin(self.world, Line::of(ray), span);
+        self.traversal.enter_root(self.world, &mut self.scratch);
+        while let Some(body_entry) = self.traversal.next_unordered(self.world, &mut self.scratch) {
+            if body_entry.object == object {
+                // Of one body they alternate.
+                let _ = self.fold_body(&body_entry, &query, &mut limit, &mut |_, _, boundary| {
+                    ends.push(boundary.crossing.t);
+                    FoldControl::Limit(f64::INFINITY)
+                });
+            }
+            if ends.len() > most {
+                return Err(QueryError::TooMany { most });
+            }
+        }
+        self.outcome()?;
+        let mut intervals: Vec<[f64; 2]> = ends.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect();
+        intervals.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let start = out.len();
+        for [from, to] in intervals {
+            match out[start..].last_mut() {
+                Some(last) if from <= last[1] => last[1] = last[1].max(to),
+                _ => out.push([from, to]),
+            }
+        }
+        Ok(self.scratch.budget.used())
+    }
+}

@@ -1,0 +1,93 @@
+//! The stream's way with bodies of few leaves: without an accelerator, and without the leaves that hardly matter.
+
+use super::heap::Rank;
+use super::stream::{Entry, Stream};
+use crate::aabb::Aabb;
+use crate::accel::{Child, QueueEntry};
+use crate::compile::Leaf;
+use crate::csg::EventKind;
+use crate::trace::Act;
+
+impl Stream<'_, '_> {
+    /// Takes the leaves of a body without an accelerator: they are few. What begins first is intersected at once, what
+    /// begins later goes to the heap. Where one is missed that the result cannot do without, the stream ends.
+    pub(super) fn begin_small_body(&mut self) {
+        let Some(ray) = &self.ray else { return };
+        let leaves = &self.body.leaves;
+        let mut last: Option<(&Aabb, Option<(f64, f64)>)> = None;
+        let (mut first, mut exit) = (f64::INFINITY, f64::NEG_INFINITY);
+        for (leaf, Leaf { bounds, .. }) in (0..).zip(leaves) {
+            // The operands of an intersection mostly have one box.
+            let met = match last {
+                Some((same, met)) if same == bounds => met,
+                _ => {
+                    self.below.counters.boxes += 1;
+                    ray.enter_exit(bounds).filter(|_| !bounds.is_empty())
+                }
+            };
+            last = Some((bounds, met));
+            let name = || Act::PushItem { item: self.body.leaf_name(leaf as usize) };
+            if let Some((t, end)) = met {
+                self.below.log.add(1, Some(t), name);
+                (first, exit) = (first.min(t), exit.max(end));
+                self.scratch.children.push(QueueEntry { t, child: Child::Item(leaf) });
+            } else {
+                self.below.log.add(1, None, || Act::Miss { item: self.body.leaf_name(leaf as usize) });
+                self.finished |= self.body.program.needs(leaf);
+            }
+        }
+        self.exit = exit;
+        if self.finished {
+            self.scratch.children.clear();
+            return;
+        }
+        let (mut now, mut are_all) = (0, true);
+        while let Some(child) = self.scratch.children.pop() {
+            let Child::Item(leaf) = child.child else { continue };
+            if child.t > first {
+                are_all = false;
+                self.below.counters.heap_pushes += 1;
+                self.scratch.heap.push(child.t, Rank::Box, Entry::Leaf(leaf));
+            } else {
+                now |= 1 << leaf;
+            }
+        }
+        self.intersect_first(now, first, are_all);
+    }
+
+    /// Intersects leaves, given as a set, whose boxes are entered first and at one `t`. A leaf in which the line runs
+    /// wherever another can matter is not intersected if these are all: it has no event up to there.
+    fn intersect_first(&mut self, leaves: u32, enter: f64, are_all: bool) {
+        let all = &self.body.leaves;
+        let mut clear = 0;
+        let each = |set: u32| (0..all.len() as u32).filter(move |leaf| set >> leaf & 1 == 1);
+        for leaf in each(leaves) {
+            let Leaf { solid, local_from_body, .. } = &all[leaf as usize];
+            let line = self.line.in_frame(local_from_body);
+            if are_all && !self.below.log.is_on() && solid.is_clear(&line, enter, self.exit) {
+                clear |= 1 << leaf;
+            } else {
+                self.intersect(leaf, &line, enter);
+            }
+            if self.finished {
+                return;
+            }
+        }
+        if clear == 0 {
+            return;
+        }
+        // An event that begins before the exit may reach beyond it.
+        let (exit, events) = (self.exit, &self.scratch.events);
+        let reach = events.iter().filter(|e| e.low <= exit).fold(exit, |reach, e| reach.max(e.high()));
+        let is_last = !events.iter().any(|e| e.low > exit && e.low <= reach);
+        for leaf in each(clear) {
+            let Leaf { solid, local_from_body, .. } = &all[leaf as usize];
+            let line = self.line.in_frame(local_from_body);
+            if is_last && (reach <= exit || solid.is_clear(&line, enter, reach)) {
+                self.scratch.sweep.apply(&self.body.program, leaf, EventKind::Membership);
+            } else if !self.finished {
+                self.intersect(leaf, &line, enter);
+            }
+        }
+    }
+}
