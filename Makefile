@@ -7,18 +7,20 @@ SHARED ?= ../shared
 # Rays of each family of a long soak.
 RAYS ?= 100000000
 
-SHOTLINE := $(abspath $(or $(CARGO_TARGET_DIR),target))/release/shotline
+# How the program and the package are built. The tests use the profile of Rust's own tests, so that they share one build.
+PROFILE ?= release
+SHOTLINE := $(abspath $(or $(CARGO_TARGET_DIR),target))/$(if $(filter dev,$(PROFILE)),debug,$(PROFILE))/shotline
 VENV := .venv
 export SHOTLINE
 
-.PHONY: help build demo test package docs truth soak bench fuzz pictures docs-pictures clean
+.PHONY: help build demo test test-built package docs truth soak bench fuzz pictures docs-pictures clean
 .NOTPARALLEL:
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-13s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 build: ## the program, optimised
-	$(CARGO) build --release
+	$(CARGO) build --profile $(PROFILE)
 
 demo: build ## pictures and speeds, into out/demo
 	$(PYTHON) demo/demo.py --data $(SHARED)/data
@@ -30,15 +32,20 @@ test: $(VENV)/ready ## format, lints, documentation, tests of the libraries and 
 	$(VENV)/bin/mypy
 	$(VENV)/bin/codespell
 	$(CARGO) clippy --workspace --all-targets --all-features -- -D warnings
+	$(CARGO) check --quiet --locked --manifest-path fuzz/Cargo.toml --target-dir target
+	$(CARGO) package --quiet --workspace --exclude shotline-python --no-verify --allow-dirty
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --no-deps --all-features --document-private-items
 	$(CARGO) test --workspace --exclude shotline-python --all-features
-	$(CARGO) build --release
-	$(MAKE) package
+	$(MAKE) test-built PROFILE=dev
+
+# The program that the tests of Rust have built, and the package, as their users meet them.
+test-built: package
 	$(VENV)/bin/python -m pytest -q -p no:cacheprovider tests python/tests
 	$(MAKE) docs
 
 package: $(VENV)/ready ## the Python package, into .venv
-	PATH="$(abspath $(VENV))/bin:$$PATH" pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --force-reinstall .
+	PATH="$(abspath $(VENV))/bin:$$PATH" pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --force-reinstall \
+		--config-settings=build-args="--profile $(PROFILE)" .
 
 docs: $(VENV)/ready-docs package ## the documentation as a site, into out/site
 	NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --quiet --strict
