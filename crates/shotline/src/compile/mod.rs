@@ -20,7 +20,7 @@ mod plain;
 mod sites;
 mod world;
 
-pub use error::SceneError;
+pub use error::{InvalidScene, SceneError};
 pub use live::Live;
 pub use meetings::{Meeting, Meetings};
 pub use world::{Stats, World};
@@ -48,6 +48,16 @@ pub fn compile(scene: &Scene, options: Options) -> Result<World, Vec<SceneError>
     let graph = graph::Graph::of(scene)?;
     let parts = parts::Parts::build(scene, &graph, choice)?;
     level::build(scene, &graph, &parts, choice, None)
+}
+
+impl Scene {
+    /// The world of the scene, with the accelerators that it names: [`compile`], with everything that is wrong as one error.
+    ///
+    /// # Errors
+    /// [`InvalidScene`] holds everything that is wrong with the scene, not only the first.
+    pub fn compile(&self) -> Result<World, InvalidScene> {
+        compile(self, Options::default()).map_err(|errors| InvalidScene { errors })
+    }
 }
 
 #[cfg(test)]
