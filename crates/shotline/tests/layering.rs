@@ -28,6 +28,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("solid", &["math", "roots", "ray", "aabb", "region", "crossing", "contact", "trace", "accel"]),
     ("csg", &["math", "ray", "aabb", "region", "crossing", "contact"]),
     ("scene", &["math", "solid", "csg"]),
+    ("shape", &["math", "solid", "scene"]),
     ("compile", &["math", "aabb", "region", "accel", "solid", "csg", "scene"]),
     (
         "query",
@@ -36,6 +37,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "compile",
         ],
     ),
+    ("prelude", &["math", "ray", "scene", "shape", "compile", "query"]),
     ("measure", &["math", "ray", "aabb", "region", "accel", "solid", "scene", "compile", "query"]),
     (
         "testkit",
