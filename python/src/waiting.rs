@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use shotline::query::batch::{SEQUENTIAL_MAX, Run};
+use shotline::query::batch::{Run, SEQUENTIAL_MAX};
 
 /// How long Ctrl-C may have to wait, also within a single ray, and how often progress is reported.
 const PULSE: Duration = Duration::from_millis(50);

@@ -7,33 +7,28 @@
 //!
 //! # A tour
 //!
-//! Describe a scene, compile it, cast:
+//! Build a scene, compile it, cast:
 //!
 //! ```
-//! use shotline::compile::{Options, compile};
-//! use shotline::math::{Affine, Vec3};
-//! use shotline::query::{Caster, Overlaps};
-//! use shotline::ray::{Ray, Span};
-//! use shotline::scene::{Op, Scene};
+//! use shotline::prelude::*;
 //!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! // A plate with a bore right through it: the caps of the bore lie in the faces of the plate.
-//! let mut scene = Scene::default();
-//! let plate = scene.add_solid("box", &[&[-2.0, -2.0, 0.0], &[2.0, 2.0, 1.0]]).unwrap();
-//! let bore = scene.add_solid("cylinder", &[&[0.5], &[0.0], &[1.0]]).unwrap();
-//! let bored = scene.add_csg(Op::Difference, vec![plate, bore]);
-//! scene.add_object("plate", None, bored);
+//! let plate = Shape::cuboid([-2.0, -2.0, 0.0], [2.0, 2.0, 1.0])?;
+//! let bore = Shape::cylinder(0.5, 0.0, 1.0)?;
+//! let scene = Scene::of([Object::new("plate", plate - bore)]);
 //!
-//! let world = compile(&scene, Options::default()).unwrap();
+//! let world = scene.compile()?;
 //! let mut caster = Caster::new(&world);
 //!
 //! // Along the bore there is nothing, not even a film at its ends.
-//! let down = Ray::new(Vec3::new(0.1, 0.2, 5.0), -Vec3::Z).unwrap();
-//! assert!(!caster.any(&down, Span::FORWARD).unwrap());
+//! let down = Ray::new(Vec3::new(0.1, 0.2, 5.0), -Vec3::Z)?;
+//! assert!(!caster.any(&down, Span::FORWARD)?);
 //!
 //! // Across it: into the plate, out into the bore, in again, out. `t` counts lengths of the direction.
-//! let across = Ray::new(Vec3::new(-4.0, 0.0, 0.5), Vec3::X * 2.0).unwrap();
+//! let across = Ray::new(Vec3::new(-4.0, 0.0, 0.5), Vec3::X * 2.0)?;
 //! let mut hits = Vec::new();
-//! caster.crossings(&across, Span::FORWARD, &mut hits).unwrap();
+//! caster.crossings(&across, Span::FORWARD, &mut hits)?;
 //! let list: Vec<_> = hits.iter().map(|h| (h.t, h.entering)).collect();
 //! assert_eq!(list, [(1.0, true), (1.75, false), (2.25, true), (3.0, false)]);
 //! assert_eq!(world.surface_name(hits[1].surface.unwrap()), "cylinder#1.side");
@@ -42,12 +37,15 @@
 //!
 //! // The stretches inside, with their lengths in world units.
 //! let mut segments = Vec::new();
-//! caster.segments(&across, Span::FORWARD, Overlaps::Error, &mut segments).unwrap();
+//! caster.segments(&across, Span::FORWARD, Overlaps::Error, &mut segments)?;
 //! assert_eq!(segments.iter().map(|s| s.length).collect::<Vec<_>>(), [1.5, 1.5]);
+//! # Ok(())
+//! # }
 //! ```
 //!
 //! # What is where
 //!
+//! - [`shape`] builds scenes with operators; [`prelude`] has what most programs need.
 //! - [`scene`] describes, [`compile`] checks and builds, [`query`] casts; [`query::batch`] casts arrays of rays
 //!   over all cores.
 //! - [`solid`] has the solids, [`accel`] the accelerators: one file and one line to add one.
@@ -78,14 +76,21 @@ pub mod csg;
 pub mod lecture;
 pub mod math;
 pub mod measure;
+pub mod prelude;
 pub mod query;
 pub mod ray;
 pub mod region;
 pub mod roots;
 pub mod scene;
 pub mod scratch;
+pub mod shape;
 pub mod solid;
 pub mod tags;
 #[cfg(any(test, feature = "testkit"))]
 pub mod testkit;
 pub mod trace;
+
+/// The example of the crate's README is run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

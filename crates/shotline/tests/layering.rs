@@ -38,6 +38,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("csg", &["math", "ray", "aabb", "region", "crossing", "contact"]),
     ("lecture", &["math", "roots", "crossing", "solid", "csg"]),
     ("scene", &["math", "solid", "csg"]),
+    ("shape", &["math", "solid", "scene"]),
     ("compile", &["math", "aabb", "region", "accel", "solid", "csg", "scene"]),
     (
         "query",
@@ -46,6 +47,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "accel", "solid", "csg", "compile",
         ],
     ),
+    ("prelude", &["math", "ray", "scene", "shape", "compile", "query"]),
     ("measure", &["math", "ray", "aabb", "region", "scratch", "solid", "scene", "compile", "query"]),
     (
         "testkit",

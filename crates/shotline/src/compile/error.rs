@@ -1,5 +1,7 @@
 //! What is wrong with a scene.
 
+use std::fmt::{self, Display, Formatter};
+
 use crate::scene::NodeId;
 
 /// What is wrong with a scene, and where.
@@ -14,6 +16,26 @@ pub struct SceneError {
     pub message: String,
     /// How to mend it.
     pub hint: Option<String>,
+}
+
+/// Everything that is wrong with a scene, as one error: each on a line of its own, with how to mend it.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub struct InvalidScene {
+    /// What is wrong; at least one.
+    pub errors: Vec<SceneError>,
+}
+
+impl Display for InvalidScene {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        for (i, error) in self.errors.iter().enumerate() {
+            f.write_str(if i == 0 { "" } else { "\n" })?;
+            match &error.hint {
+                None => write!(f, "{error}")?,
+                Some(hint) => write!(f, "{error}; {hint}")?,
+            }
+        }
+        Ok(())
+    }
 }
 
 impl SceneError {

@@ -19,7 +19,7 @@ mod plain;
 mod world;
 
 pub use dynamic::DynamicWorld;
-pub use error::SceneError;
+pub use error::{InvalidScene, SceneError};
 pub use overlap_candidates::{OverlapCandidate, OverlapCandidates};
 pub use world::{Stats, World};
 
@@ -46,6 +46,16 @@ pub fn compile(scene: &Scene, options: Options) -> Result<World, Vec<SceneError>
     let graph = graph::Graph::of(scene)?;
     let leaves = built_leaves::BuiltLeaves::build(scene, &graph, choice)?;
     level::build(scene, &graph, &leaves, choice, &mut ())
+}
+
+impl Scene {
+    /// The world of the scene, with the accelerators that it names: [`compile`], with everything that is wrong as one error.
+    ///
+    /// # Errors
+    /// [`InvalidScene`] holds everything that is wrong with the scene, not only the first.
+    pub fn compile(&self) -> Result<World, InvalidScene> {
+        compile(self, Options::default()).map_err(|errors| InvalidScene { errors })
+    }
 }
 
 #[cfg(test)]

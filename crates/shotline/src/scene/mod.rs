@@ -187,6 +187,19 @@ pub enum LightSource {
 }
 
 impl Scene {
+    /// The same scene with a material by this name, for [objects](Node::Object) that are made of it.
+    #[must_use]
+    pub fn with_material(mut self, name: impl Into<String>, material: Material) -> Scene {
+        self.materials.push((name.into(), material));
+        self
+    }
+
+    /// The same scene in a unit of length.
+    #[must_use]
+    pub fn with_units(self, units: Units) -> Scene {
+        Scene { units: Some(units), ..self }
+    }
+
     /// Adds a node and returns its number.
     pub fn add(&mut self, node: Node) -> NodeId {
         let id = NodeId(u32::try_from(self.nodes.len()).expect("fewer than 2^32 nodes"));

@@ -33,6 +33,21 @@ pub enum LocalTransform {
 }
 
 impl LocalTransform {
+    /// A scale alone.
+    pub fn scaling(factors: Vec3) -> LocalTransform {
+        LocalTransform::Steps { scale: Some(factors), rotate: None, translate: None }
+    }
+
+    /// A rotation alone.
+    pub fn rotation(rotation: Rotation) -> LocalTransform {
+        LocalTransform::Steps { scale: None, rotate: Some(rotation), translate: None }
+    }
+
+    /// A translation alone.
+    pub fn translation(offset: Vec3) -> LocalTransform {
+        LocalTransform::Steps { scale: None, rotate: None, translate: Some(offset) }
+    }
+
     /// The product of a chain so far with this transform inside it.
     pub fn inside(&self, composed: &ComposedTransform) -> ComposedTransform {
         self.matrices().iter().fold(*composed, |composed, m| composed.then(m))

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::capped::Capped;
 use super::form::{Form, squared};
-use super::{Kind, Param, ParamError, Params};
+use super::{Kind, Param, ParamError, Params, constructors};
 use crate::math::{Dd, Vec3, power_of_two_below, two_sum};
 
 pub(super) static KIND: Kind = Kind {
@@ -31,6 +31,12 @@ pub(super) static KIND: Kind = Kind {
         &[&[1e-3], &[4.0], &[-10.0], &[90.0]],
     ],
 };
+
+constructors! {
+    cone:
+    /// The cone or frustum around the z axis, of radius r0 at z0 and r1 at z1; one of the radii may be 0.
+    fn cone(r0: number, r1: number, z0: number, z1: number);
+}
 
 fn radius(p: &Params, name: &'static str) -> Result<f64, ParamError> {
     let r = p.number(name)?;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::interval::{Interval, Slab};
-use super::{Kind, Moments, Param, ParamError, Solid};
+use super::{Kind, Moments, Param, ParamError, Solid, constructors};
 use crate::aabb::Aabb;
 use crate::contact::{Contact, Sector, Sheet};
 use crate::crossing::Crossing;
@@ -39,6 +39,12 @@ pub(super) static KIND: Kind = Kind {
         &[&[-0.5, 0.25, -1.0], &[-0.499999, 0.3, 1e3]],
     ],
 };
+
+constructors! {
+    cuboid:
+    /// The box between its lowest and its highest corner, along the axes: the kind `box`.
+    fn cuboid(min: vector, max: vector);
+}
 
 impl Cuboid {
     fn slabs(&self) -> [Slab; 3] {

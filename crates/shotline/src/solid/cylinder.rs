@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::capped::Capped;
 use super::form::Form;
-use super::{Kind, Param};
+use super::{Kind, Param, constructors};
 use crate::math::{Dd, Vec3, power_of_two_below, two_prod};
 
 pub(super) static KIND: Kind = Kind {
@@ -22,6 +22,12 @@ pub(super) static KIND: Kind = Kind {
     },
     examples: &[&[&[1.0], &[-1.0], &[1.0]], &[&[0.01], &[2.0], &[40.0]], &[&[300.0], &[-0.5], &[0.5]]],
 };
+
+constructors! {
+    cylinder:
+    /// The cylinder of a radius around the z axis, from z0 to z1.
+    fn cylinder(radius: number, z0: number, z1: number);
+}
 
 /// `x^2 + y^2 - r^2`, in which z has no part.
 pub(super) fn form(radius: f64) -> Form {

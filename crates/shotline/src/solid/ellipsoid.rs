@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::capped::Capped;
 use super::form::{Form, squared};
-use super::{Kind, Param, ParamError};
+use super::{Kind, Param, ParamError, constructors};
 use crate::aabb::Aabb;
 use crate::math::{Dd, Vec3, power_of_two_below};
 
@@ -21,6 +21,12 @@ pub(super) static KIND: Kind = Kind {
     },
     examples: &[&[&[1.0, 2.0, 3.0]], &[&[1000.0, 1.0, 1.0]], &[&[1e-3, 0.7, 30.0]]],
 };
+
+constructors! {
+    ellipsoid:
+    /// The ellipsoid around the origin with its semi-axes along x, y and z.
+    fn ellipsoid(semi_axes: vector);
+}
 
 /// `(x/a)^2 + (y/b)^2 + (z/c)^2 - 1`.
 fn form(axes: Vec3) -> Form {

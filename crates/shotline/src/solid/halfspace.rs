@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::capped::Capped;
 use super::form::Form;
-use super::{Kind, Param, ParamError};
+use super::{Kind, Param, ParamError, constructors};
 use crate::aabb::Aabb;
 use crate::math::{Dd, Vec3, power_of_two_below};
 
@@ -29,6 +29,12 @@ pub(super) static KIND: Kind = Kind {
         &[&[1e-9, 3e-9, -2e-9], &[-1e-9]],
     ],
 };
+
+constructors! {
+    halfspace:
+    /// The half-space `normal . p < offset`; the normal has any length but 0.
+    fn halfspace(normal: vector, offset: number);
+}
 
 /// A plane across an axis bounds the solid on that axis; any other leaves it without end everywhere.
 fn bounds(normal: Vec3, offset: f64) -> Aabb {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::capped::Capped;
 use super::form::{Form, squared};
-use super::{Kind, Param};
+use super::{Kind, Param, constructors};
 use crate::math::{Dd, Vec3, power_of_two_below};
 
 pub(super) static KIND: Kind = Kind {
@@ -31,6 +31,12 @@ pub(super) static KIND: Kind = Kind {
         &[&[0.2], &[0.3], &[1.0], &[2.0]],
     ],
 };
+
+constructors! {
+    hyperboloid:
+    /// The hyperboloid of one sheet `(x^2+y^2)/a^2 - z^2/c^2 < 1`, from z0 to z1.
+    fn hyperboloid(a: number, c: number, z0: number, z1: number);
+}
 
 /// `side ((x/a)^2 + (y/a)^2 - (z/c)^2) - 1` has one sheet around the axis for `side` 1. For `side` -1 the same
 /// with the opposite sign of the constant, `(x/a)^2 + (y/a)^2 - (z/c)^2 + 1`, has two, up and down the axis.

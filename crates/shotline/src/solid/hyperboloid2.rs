@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::capped::Capped;
-use super::{Kind, Param, ParamError, hyperboloid};
+use super::{Kind, Param, ParamError, constructors, hyperboloid};
 
 pub(super) static KIND: Kind = Kind {
     name: "hyperboloid2",
@@ -42,3 +42,10 @@ pub(super) static KIND: Kind = Kind {
         &[&[3.0], &[0.01], &[-1.0], &[0.005]],
     ],
 };
+
+constructors! {
+    hyperboloid2:
+    /// The hyperboloid of two sheets `z^2/c^2 - (x^2+y^2)/a^2 > 1`, from z0 to z1; at least one of the ends lies
+    /// beyond a vertex, at -c or c.
+    fn hyperboloid2(a: number, c: number, z0: number, z1: number);
+}

@@ -113,6 +113,16 @@ pub struct ParamError {
     pub why: String,
 }
 
+/// Parameters of which a kind makes no solid.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{kind}: {} {}", error.param, error.why)]
+pub struct InvalidSolid {
+    /// The name of the kind.
+    pub kind: &'static str,
+    /// The parameter, its value, and what is expected.
+    pub error: ParamError,
+}
+
 impl Params {
     /// Pairs values with the names that a kind declares, in that order; what is left out gets its default.
     pub fn of(kind: &Kind, values: &[&[f64]]) -> Params {

@@ -8,6 +8,7 @@ mod capped;
 mod capped_tests;
 mod clear;
 mod cone;
+mod constructors;
 mod cuboid;
 mod cylinder;
 mod definite;
@@ -39,7 +40,8 @@ use crate::math::{Plane, Vec3};
 use crate::ray::{Line, Span};
 use crate::scratch::Scratch;
 
-pub use kind::{Kind, Param, ParamError, Params, Quantity};
+use constructors::constructors;
+pub use kind::{InvalidSolid, Kind, Param, ParamError, Params, Quantity};
 pub(crate) use mesh::tetrahedron;
 pub use moments::Moments;
 pub use quadric_matrix::QuadricMatrix;
@@ -143,17 +145,38 @@ pub trait Solid: Send + Sync + Debug {
     }
 }
 
-/// Declares the registry and stamps the conformance suite onto each entry.
+/// Declares the registry, gathers the typed constructors and stamps the conformance suite onto each entry.
 macro_rules! registry {
     ($($module:ident),* $(,)?) => {
         /// Every kind of solid that is given by parameters.
         pub static KINDS: &[&Kind] = &[$(&$module::KIND),*];
+
+        /// What the typed constructors expand to, by the name of the module: the kind, and the macro that holds them.
+        pub(crate) mod declared {
+            pub(crate) use super::constructors::{argument, numbers};
+            $(
+                pub(crate) use super::$module::$module;
+
+                pub(crate) fn $module() -> &'static super::Kind {
+                    &super::$module::KIND
+                }
+            )*
+        }
+
+        /// The typed constructors of every kind.
+        macro_rules! every_constructor {
+            () => {
+                $($crate::solid::declared::$module! {})*
+            };
+        }
+        pub(crate) use every_constructor;
 
         #[cfg(test)]
         mod conformance {
             $(
                 #[test]
                 fn $module() {
+                    super::constructors::conformance(&super::$module::KIND, super::$module::ARGUMENTS);
                     crate::testkit::solid::conformance(&super::$module::KIND);
                 }
             )*

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::capped::Capped;
 use super::form::Form;
-use super::{Kind, Param};
+use super::{Kind, Param, constructors};
 use crate::math::{Dd, Vec3, power_of_two_below, two_prod, two_sum};
 
 pub(super) static KIND: Kind = Kind {
@@ -22,6 +22,12 @@ pub(super) static KIND: Kind = Kind {
     },
     examples: &[&[&[1.0], &[0.0], &[1.0]], &[&[0.12], &[-1.9], &[2.2]], &[&[50.0], &[3.0], &[3.5]]],
 };
+
+constructors! {
+    paraboloid:
+    /// The paraboloid around the z axis with its vertex at z0 and a radius at z1, where a disc closes it.
+    fn paraboloid(radius: number, z0: number, z1: number);
+}
 
 /// `h (x^2 + y^2) - r^2 z`, with the vertex at `z = 0` and the radius `r` at height `h`.
 fn form(radius: f64, z0: f64, z1: f64) -> Form {

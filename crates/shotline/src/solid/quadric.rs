@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::capped::Capped;
 use super::form::Form;
-use super::{Kind, Param, ParamError, definite};
+use super::{Kind, Param, ParamError, constructors, definite};
 use crate::math::{Dd, Vec3, power_of_two_below};
 
 pub(super) static KIND: Kind = Kind {
@@ -31,6 +31,12 @@ pub(super) static KIND: Kind = Kind {
         &[&[1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]],
     ],
 };
+
+constructors! {
+    quadric:
+    /// The quadric `A x2 + B y2 + C z2 + D xy + E xz + F yz + G x + H y + I z + J < 0`, by its coefficients A to J.
+    fn quadric(coeffs: ten);
+}
 
 /// All coefficients over one power of four, about the origin: wherever the quadric lies, that is where its
 /// coefficients are exact. Of four, so that the same quadric twice as large has the same proportions.

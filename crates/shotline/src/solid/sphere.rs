@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::capped::Capped;
 use super::form::Form;
-use super::{Kind, Param};
+use super::{Kind, Param, constructors};
 use crate::aabb::Aabb;
 use crate::math::{Dd, Vec3, power_of_two_below, two_prod};
 
@@ -19,6 +19,12 @@ pub(super) static KIND: Kind = Kind {
     },
     examples: &[&[&[1.0]], &[&[1e-3]], &[&[1e6]]],
 };
+
+constructors! {
+    sphere:
+    /// The sphere of a radius around the origin.
+    fn sphere(radius: number);
+}
 
 /// `x^2 + y^2 + z^2 - r^2`.
 fn form(radius: f64) -> Form {

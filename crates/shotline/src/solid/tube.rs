@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::cylinder;
 use super::form::Form;
 use super::interval::{Interval, Slab};
-use super::{Kind, Moments, Param, ParamError, Params, Solid, Wanted};
+use super::{Kind, Moments, Param, ParamError, Params, Solid, Wanted, constructors};
 use crate::aabb::Aabb;
 use crate::contact::{Border, Contact, Sector, Sheet};
 use crate::crossing::{Crossing, NO_PRIMITIVE};
@@ -34,6 +34,15 @@ pub(super) static KIND: Kind = Kind {
         &[&[0.999], &[1.0], &[-3.0], &[3.0], &[45.0], &[0.5]],
     ],
 };
+
+constructors! {
+    tube:
+    /// The tube around the z axis between two radii, from z0 to z1; with an inner radius of 0 a cylinder.
+    fn tube(rmin: number, rmax: number, z0: number, z1: number);
+    /// The part of a tube between two angles: it begins at phi0, in degrees from the x axis towards the y axis, and takes
+    /// the angle dphi, above 0 and at most 360.
+    fn tube_sector(rmin: number, rmax: number, z0: number, z1: number, phi0: number, dphi: number);
+}
 
 /// The surfaces, by number.
 const OUTER: u32 = 0;

@@ -70,6 +70,17 @@ impl TriangleMesh {
         TriangleMesh { vertices, faces, polygons: Vec::new() }
     }
 
+    /// Checks what every mesh must have: a face, and corners that exist and are finite.
+    ///
+    /// # Errors
+    /// [`MeshError`] says which face or vertex is wrong. An open mesh is not an error: see [`Topology`].
+    pub fn check(&self) -> Result<(), MeshError> {
+        topology::check(self)?;
+        let is_triangle = |[a, b, c]: [Vec3; 3]| a != b && b != c && c != a;
+        let has_triangle = (0..self.faces.len()).any(|face| is_triangle(self.corners(face as u32)));
+        if has_triangle { Ok(()) } else { Err(MeshError::Empty) }
+    }
+
     /// The polygon of its file that a face was cut from, counted from 0.
     pub fn polygon(&self, face: u32) -> u32 {
         self.polygons.get(face as usize).copied().unwrap_or(face)

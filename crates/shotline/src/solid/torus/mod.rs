@@ -11,7 +11,7 @@ mod tests;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use super::{Kind, Moments, Param, ParamError, Solid};
+use super::{Kind, Moments, Param, ParamError, Solid, constructors};
 use crate::aabb::Aabb;
 use crate::crossing::Crossing;
 use crate::math::Vec3;
@@ -47,6 +47,13 @@ pub(super) static KIND: Kind = Kind {
         &[&[4e8], &[1e8]],
     ],
 };
+
+constructors! {
+    torus:
+    /// The torus around the z axis: R is the radius of the circle inside the tube, r the radius of the tube. With r > R
+    /// the inner lemon is inside, not a surface.
+    fn torus(R: number, r: number);
+}
 
 impl Torus {
     /// From the radius `R` of the circle inside the tube and the radius `r` of the tube.

@@ -1,0 +1,135 @@
+//! Scenes built with operators: shapes are combined and placed, objects give them names, and
+//! [`Scene::of`](crate::scene::Scene::of) makes a scene of objects.
+//!
+//! A [`Shape`] is a handle on a node that never changes, so a clone is the same node: a part that stands in many places is
+//! one node of the scene, compiled once. Nodes are only ever made from nodes that exist, so there are no cycles. Nothing
+//! recurses over them; depth is limited by memory only.
+
+mod node;
+mod object;
+mod operators;
+mod placing;
+mod scene;
+#[cfg(test)]
+mod tests;
+
+use std::fmt::{self, Debug, Formatter};
+use std::sync::Arc;
+
+use node::{NodeKind, ShapeNode};
+
+use crate::math::Vec3;
+use crate::scene::Op;
+use crate::solid::mesh::{MeshError, TriangleMesh};
+use crate::solid::{InvalidSolid, Kind, Params, every_constructor};
+
+pub use object::Object;
+
+/// A shape: a solid, a mesh, a combination or a group of shapes, or one of these placed.
+///
+/// There is a constructor for every kind of solid, with its parameters in the order of its declaration. `a | b`, `a & b`
+/// and `a - b` combine, by value or by reference. [`translate`](Shape::translate), [`rotate`](Shape::rotate),
+/// [`scale`](Shape::scale) and [`transform`](Shape::transform) place what was made so far, so they act in the order in
+/// which they are written. None of them changes the shape itself.
+///
+/// ```
+/// use shotline::prelude::*;
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let drill = Shape::cylinder(0.4, 0.0, 1.0)?;
+/// let block = Shape::cuboid([-3.0, -2.0, 0.0], [3.0, 2.0, 1.0])?;
+/// let plate = block - drill.translate([-1.0, 0.0, 0.0]) - drill.translate([1.0, 0.0, 0.0]);
+/// let scene = Scene::of([Object::new("plate", plate)]);
+/// let world = scene.compile()?;
+/// let ray = Ray::new(Vec3::new(-5.0, 0.0, 0.5), Vec3::X)?;
+/// assert_eq!(Caster::new(&world).count(&ray, Span::FORWARD)?, 6);
+///
+/// let error = Shape::sphere(-1.0).unwrap_err();
+/// assert_eq!(error.to_string(), "sphere: radius is -1, but must be positive");
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone)]
+pub struct Shape(Arc<ShapeNode>);
+
+/// The solids.
+impl Shape {
+    every_constructor!();
+
+    /// The solid of a kind that is known only when the program runs: see [`kind`](crate::solid::kind) and [`Params::of`].
+    ///
+    /// # Errors
+    /// [`InvalidSolid`] says which parameter is wrong, what it is, and what is expected.
+    pub fn solid(kind: &'static Kind, params: Params) -> Result<Shape, InvalidSolid> {
+        match (kind.build)(&params) {
+            Ok(_) => Ok(Shape::new(NodeKind::Solid { kind, params }, [])),
+            Err(error) => Err(InvalidSolid { kind: kind.name, error }),
+        }
+    }
+}
+
+/// Meshes, combinations and groups.
+impl Shape {
+    /// The mesh of triangles given by vertices and, for each face, three numbers of vertices from 0, counter-clockwise seen
+    /// from outside. A mesh that is not closed is a surface: it can be hit, but not combined.
+    ///
+    /// # Errors
+    /// [`MeshError`] says which face or vertex is wrong and how to mend it.
+    pub fn mesh(
+        vertices: impl IntoIterator<Item = impl Into<Vec3>>,
+        faces: impl Into<Vec<[u32; 3]>>,
+    ) -> Result<Shape, MeshError> {
+        let vertices = vertices.into_iter().map(Into::into).collect();
+        Shape::triangles(Arc::new(TriangleMesh::new(vertices, faces.into())))
+    }
+
+    /// A mesh that exists already, such as one that was read from a file. It is not copied.
+    ///
+    /// # Errors
+    /// As [`Shape::mesh`].
+    pub fn triangles(mesh: Arc<TriangleMesh>) -> Result<Shape, MeshError> {
+        mesh.check()?;
+        Ok(Shape::new(NodeKind::Mesh(mesh), []))
+    }
+
+    /// All points in any of the shapes, as `a | b`. Compiling refuses a union of no shapes.
+    pub fn union(shapes: impl IntoIterator<Item = Shape>) -> Shape {
+        Shape::new(NodeKind::Combination(Op::Union), shapes)
+    }
+
+    /// All points in each of the shapes, as `a & b`. Compiling refuses an intersection of no shapes.
+    pub fn intersection(shapes: impl IntoIterator<Item = Shape>) -> Shape {
+        Shape::new(NodeKind::Combination(Op::Intersection), shapes)
+    }
+
+    /// All points of this shape that are in none of the others, as `a - b`.
+    pub fn difference(&self, others: impl IntoIterator<Item = Shape>) -> Shape {
+        Shape::new(NodeKind::Combination(Op::Difference), std::iter::once(self.clone()).chain(others))
+    }
+
+    /// Shapes side by side, without boolean meaning: each is a body of its own, with its own path and its own list of
+    /// crossings. Where a combination has a group as an operand, it counts as the union of its members.
+    pub fn group(members: impl IntoIterator<Item = Shape>) -> Shape {
+        Shape::new(NodeKind::Group, members)
+    }
+
+    /// The same with an accelerator of its own, by name (see [`accel::NAMES`](crate::accel::NAMES)); compiling refuses an
+    /// unknown one. It counts for meshes, for combinations (the outermost counts), and for groups that stand in several
+    /// places. No answer depends on it.
+    pub fn with_accel(&self, name: &'static str) -> Shape {
+        let mut node = ShapeNode::clone(&self.0);
+        node.accel = Some(name);
+        Shape(Arc::new(node))
+    }
+
+    fn new(what: NodeKind, children: impl IntoIterator<Item = Shape>) -> Shape {
+        Shape(Arc::new(ShapeNode::new(what, children.into_iter().map(|shape| shape.0).collect())))
+    }
+}
+
+/// In one line, whatever is below.
+impl Debug for Shape {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        write!(f, "Shape({})", self.0)
+    }
+}

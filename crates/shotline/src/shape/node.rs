@@ -1,0 +1,78 @@
+//! The nodes behind shapes and objects.
+
+use std::fmt::{self, Display, Formatter};
+use std::sync::Arc;
+
+use crate::scene::{LocalTransform, Op};
+use crate::solid::mesh::TriangleMesh;
+use crate::solid::{Kind, Params};
+
+/// A node with those below it; each becomes one node of the scene.
+#[derive(Clone)]
+pub(super) struct ShapeNode {
+    pub what: NodeKind,
+    pub accel: Option<&'static str>,
+    pub children: Vec<Arc<ShapeNode>>,
+}
+
+/// What a node is by itself.
+#[derive(Clone)]
+pub(super) enum NodeKind {
+    Solid {
+        kind: &'static Kind,
+        params: Params,
+    },
+    Mesh(Arc<TriangleMesh>),
+    Combination(Op),
+    Group,
+    /// A placed child.
+    Placed(LocalTransform),
+    /// An object; its child is its shape.
+    Object {
+        name: String,
+        material: Option<String>,
+        priority: i32,
+    },
+}
+
+impl ShapeNode {
+    pub(super) fn new(what: NodeKind, children: Vec<Arc<ShapeNode>>) -> ShapeNode {
+        ShapeNode { what, accel: None, children }
+    }
+
+    pub(super) fn placed(child: &Arc<ShapeNode>, transform: LocalTransform) -> Arc<ShapeNode> {
+        Arc::new(ShapeNode::new(NodeKind::Placed(transform), vec![child.clone()]))
+    }
+}
+
+/// Without recursion: each node gives its children away before it is dropped, if nothing else holds it.
+impl Drop for ShapeNode {
+    fn drop(&mut self) {
+        let mut pending = std::mem::take(&mut self.children);
+        while let Some(node) = pending.pop() {
+            if let Some(mut node) = Arc::into_inner(node) {
+                pending.append(&mut node.children);
+            }
+        }
+    }
+}
+
+/// The node without what is below it.
+impl Display for ShapeNode {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        match &self.what {
+            NodeKind::Solid { kind, params } => {
+                f.write_str(kind.name)?;
+                params.entries.iter().try_for_each(|(name, numbers)| match **numbers {
+                    [number] => write!(f, " {name}={number}"),
+                    _ => write!(f, " {name}={numbers:?}"),
+                })
+            }
+            NodeKind::Mesh(mesh) => write!(f, "mesh of {} faces", mesh.faces.len()),
+            NodeKind::Combination(op) => write!(f, "{} of {}", op.name(), self.children.len()),
+            NodeKind::Group => write!(f, "group of {}", self.children.len()),
+            NodeKind::Placed(_) => f.write_str("placed"),
+            NodeKind::Object { name, .. } => write!(f, "object {name:?}"),
+        }
+    }
+}

@@ -1,0 +1,61 @@
+//! The transforms of shapes and objects.
+
+use super::node::ShapeNode;
+use super::{Object, Shape};
+use crate::math::{Affine, Vec3};
+use crate::scene::{LocalTransform, Rotation};
+
+/// The transforms of a type that can be placed.
+macro_rules! transforms {
+    ($type:ident) => {
+        /// Transforms: each places what was made so far, so they act in the order in which they are written. Compiling refuses
+        /// those that flatten space or are not finite.
+        impl $type {
+            /// Moves by an offset.
+            #[must_use]
+            pub fn translate(&self, offset: impl Into<Vec3>) -> $type {
+                self.placed(LocalTransform::translation(offset.into()))
+            }
+
+            /// Turns by degrees about x, then y, then z. Quarter turns are exact.
+            #[must_use]
+            pub fn rotate(&self, degrees: impl Into<Vec3>) -> $type {
+                self.placed(LocalTransform::rotation(Rotation::Xyz(degrees.into())))
+            }
+
+            /// Turns by degrees about an axis through the origin, counter-clockwise seen from its tip; its length does not
+            /// matter.
+            #[must_use]
+            pub fn rotate_about(&self, axis: impl Into<Vec3>, degrees: f64) -> $type {
+                self.placed(LocalTransform::rotation(Rotation::About { axis: axis.into(), degrees }))
+            }
+
+            /// Scales about the origin by one factor. A negative one mirrors.
+            #[must_use]
+            pub fn scale(&self, factor: f64) -> $type {
+                self.scale_axes(Vec3::splat(factor))
+            }
+
+            /// Scales about the origin by a factor along each axis. A negative one mirrors.
+            #[must_use]
+            pub fn scale_axes(&self, factors: impl Into<Vec3>) -> $type {
+                self.placed(LocalTransform::scaling(factors.into()))
+            }
+
+            /// Places by an affine map: the parent's coordinates from its own.
+            #[must_use]
+            pub fn transform(&self, parent_from_local: Affine) -> $type {
+                self.placed(LocalTransform::Matrix(parent_from_local))
+            }
+        }
+    };
+}
+
+transforms!(Shape);
+transforms!(Object);
+
+impl Shape {
+    fn placed(&self, transform: LocalTransform) -> Shape {
+        Shape(ShapeNode::placed(&self.0, transform))
+    }
+}
