@@ -58,7 +58,7 @@ impl Style {
                 .iter()
                 .find(|c| c.name == counter)
                 .ok_or_else(|| unknown("counter", counter, counters()))?,
-            backdrop: match background {
+            background: match background {
                 Some(name) => Some(
                     name.parse()
                         .map_err(|e| PyValueError::new_err(format!("background is {name:?}: {e}")))?,

@@ -1,4 +1,4 @@
-//! The answers of a batch as named arrays: names and types are those of the Python results.
+//! The results of a batch as named arrays: names and types are those of the Python results.
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -11,12 +11,12 @@ use crate::failure::Failure;
 use crate::output;
 use crate::rays::Rays;
 
-/// Values of one type, a row each.
+/// Values of one type, one per row.
 #[derive(Debug)]
 enum Values {
     F64(Vec<f64>),
     Vec3(Vec<[f64; 3]>),
-    /// So many numbers a row.
+    /// This many numbers per row.
     Rows(usize, Vec<f64>),
     I64(Vec<i64>),
     I32(Vec<i32>),
@@ -32,7 +32,7 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// A row a ray.
+    /// One row per ray.
     pub fn closest(rows: ClosestRows, rays: &Rays) -> Columns {
         let arrays = vec![
             ("t", Values::F64(rays.by_row(rows.t, f64::INFINITY))),
@@ -47,17 +47,17 @@ impl Columns {
         Columns { arrays }
     }
 
-    /// A row a ray.
+    /// One row per ray.
     pub fn any(rows: Vec<bool>, rays: &Rays) -> Columns {
         Columns { arrays: vec![("any", Values::Bool(rays.by_row(rows, false)))] }
     }
 
-    /// A row a ray.
+    /// One row per ray.
     pub fn count(rows: Vec<i64>, rays: &Rays) -> Columns {
         Columns { arrays: vec![("count", Values::I64(rays.by_row(rows, 0)))] }
     }
 
-    /// A row a crossing.
+    /// One row per crossing.
     pub fn crossings(rows: CrossingRows, rays: &Rays) -> Columns {
         let arrays = vec![
             ("ray_splits", Values::I64(rays.splits_by_row(rows.ray_splits))),
@@ -74,7 +74,7 @@ impl Columns {
         Columns { arrays }
     }
 
-    /// A row a segment.
+    /// One row per segment.
     pub fn segments(rows: SegmentRows, rays: &Rays) -> Columns {
         let arrays = vec![
             ("ray_splits", Values::I64(rays.splits_by_row(rows.ray_splits))),
@@ -88,14 +88,14 @@ impl Columns {
         Columns { arrays }
     }
 
-    /// A row a ray, with a number for each material or object.
-    pub fn thickness(found: Thickness, rays: &Rays) -> Columns {
-        let Thickness { lengths, columns, .. } = found;
+    /// One row per ray, with a number for each material or object.
+    pub fn thickness(thickness: Thickness, rays: &Rays) -> Columns {
+        let Thickness { lengths, columns, .. } = thickness;
         Columns { arrays: vec![("thickness", Values::Rows(columns, rays.rows_by_row(lengths, columns)))] }
     }
 
-    /// Adds the tables of names. Paths become indices into theirs: a scene may have more paths than could
-    /// ever be listed, an answer only as many as it has rows.
+    /// Adds the tables of names. Paths become indices into the table of the paths that were met: a scene may have more
+    /// paths than can be listed, but a result has at most one per row.
     pub fn with_names(mut self, world: &World) -> Columns {
         let mut path_names = None;
         for (name, values) in &mut self.arrays {
@@ -136,15 +136,15 @@ impl Values {
     }
 }
 
-/// Replaces each number by its place among the distinct ones, which are answered ascending, so that the result
-/// depends on the numbers only. -1 stays.
+/// Replaces each number by its index among the distinct numbers, and returns these. They are ascending, so that the
+/// result depends on the numbers only. -1 stays.
 fn intern(numbers: &mut [i64]) -> Vec<i64> {
     let present: HashSet<i64> = numbers.iter().copied().filter(|n| *n >= 0).collect();
     let mut distinct: Vec<i64> = present.into_iter().collect();
     distinct.sort_unstable();
     for number in numbers {
-        if let Ok(place) = distinct.binary_search(number) {
-            *number = place as i64;
+        if let Ok(index) = distinct.binary_search(number) {
+            *number = index as i64;
         }
     }
     distinct

@@ -1,14 +1,14 @@
-//! How a command fails: with one readable message, or because the user ended it.
+//! How a command fails: with one readable message, or because the user interrupted it.
 
 use std::fmt::Display;
 use std::path::Path;
 
-use crate::input;
+use crate::stream;
 
 /// Why a command has no result.
 #[derive(Debug)]
 pub enum Failure {
-    /// Something is wrong; the text says what, where and, where that is known, how to mend it.
+    /// An error; the text says what, where and, if that is known, how to correct it.
     Message(String),
     /// Ctrl-C.
     Interrupted,
@@ -22,7 +22,7 @@ impl Failure {
 
     /// A failure that concerns an input as a whole.
     pub fn of_input(path: &Path, why: impl Display) -> Failure {
-        Failure::Message(format!("{}: {why}", input::name_of(path)))
+        Failure::Message(format!("{}: {why}", stream::name_of(path)))
     }
 
     /// A failure that concerns a file as a whole.
@@ -34,15 +34,15 @@ impl Failure {
     pub fn report(&self) {
         match self {
             Failure::Message(text) => {
-                // Names may come from anywhere: what a terminal would obey is replaced.
-                let obeyed = |c: char| c.is_control() && c != '\n';
-                eprintln!("error: {}", text.trim_end().replace(obeyed, "\u{FFFD}"));
+                // Names can come from any file: control characters, which a terminal would execute, are replaced.
+                let is_control = |c: char| c.is_control() && c != '\n';
+                eprintln!("error: {}", text.trim_end().replace(is_control, "\u{FFFD}"));
             }
             Failure::Interrupted => eprintln!("interrupted"),
         }
     }
 
-    /// The exit code of a program that fails like this.
+    /// The exit code of the program.
     pub fn exit_code(&self) -> u8 {
         match self {
             Failure::Message(_) => 2,

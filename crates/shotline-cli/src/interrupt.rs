@@ -1,28 +1,31 @@
-//! Ctrl-C, and the other signals that ask a program to end. Long work asks the flag from time to time and ends cleanly; outside of it Ctrl-C ends the
-//! program at once.
+//! Ctrl-C, and the other signals that request a program to end. Long work tests a flag from time to time and ends cleanly.
+//! Otherwise Ctrl-C ends the program at once.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use crate::failure::Failure;
 
-/// How long work may take to notice.
-const PATIENCE: Duration = Duration::from_millis(150);
+/// How long work may take to test the flag.
+const GRACE: Duration = Duration::from_millis(150);
 
-static ASKED: AtomicBool = AtomicBool::new(false);
-static LISTENING: AtomicBool = AtomicBool::new(false);
-static NOTICED: AtomicBool = AtomicBool::new(false);
+/// Whether the user has requested the end.
+static REQUESTED: AtomicBool = AtomicBool::new(false);
+/// Whether cancellable work is running.
+static IS_WORKING: AtomicBool = AtomicBool::new(false);
+/// Whether the last cancellable work ended after the request, so that its command ends the program.
+static WAS_CANCELLED: AtomicBool = AtomicBool::new(false);
 
 /// Begins to catch Ctrl-C.
 pub fn catch() {
-    // Fails only if the process has a handler of its own already; then that one decides.
+    // Fails only if the process already has a handler; then that handler decides.
     let _ = ctrlc::set_handler(|| {
-        let again = ASKED.swap(true, Ordering::SeqCst);
-        if !again && LISTENING.load(Ordering::SeqCst) {
-            std::thread::sleep(PATIENCE);
+        let again = REQUESTED.swap(true, Ordering::SeqCst);
+        if !again && IS_WORKING.load(Ordering::SeqCst) {
+            std::thread::sleep(GRACE);
         }
-        // Work that has ended by itself ends the program.
-        if again || LISTENING.load(Ordering::SeqCst) || !NOTICED.load(Ordering::SeqCst) {
+        // If the work has ended by itself by now, its command ends the program.
+        if again || IS_WORKING.load(Ordering::SeqCst) || !WAS_CANCELLED.load(Ordering::SeqCst) {
             shotline_io::remove_unfinished();
             Failure::Interrupted.report();
             std::process::exit(Failure::Interrupted.exit_code().into());
@@ -30,17 +33,17 @@ pub fn catch() {
     });
 }
 
-/// Runs work that asks the flag it is handed, and cleans up after itself when the flag is set. Work that does not end soon
-/// then, and a second Ctrl-C, end the program at once; what was being written is removed.
+/// Runs work that tests the given flag, and ends and cleans up when the flag is set. If it does not end soon, or at a second
+/// Ctrl-C, the program ends at once and removes the file that is being written.
 ///
 /// # Errors
-/// Those of the work, and [`Failure::Interrupted`] if Ctrl-C came before its end.
-pub fn listening<T>(work: impl FnOnce(&'static AtomicBool) -> Result<T, Failure>) -> Result<T, Failure> {
-    ASKED.store(false, Ordering::SeqCst);
-    LISTENING.store(true, Ordering::SeqCst);
-    let result = work(&ASKED);
-    let asked = ASKED.load(Ordering::SeqCst);
-    NOTICED.store(asked, Ordering::SeqCst);
-    LISTENING.store(false, Ordering::SeqCst);
-    if asked { Err(Failure::Interrupted) } else { result }
+/// The errors of the work, and [`Failure::Interrupted`] if Ctrl-C came before its end.
+pub fn cancellable<T>(work: impl FnOnce(&'static AtomicBool) -> Result<T, Failure>) -> Result<T, Failure> {
+    REQUESTED.store(false, Ordering::SeqCst);
+    IS_WORKING.store(true, Ordering::SeqCst);
+    let result = work(&REQUESTED);
+    let requested = REQUESTED.load(Ordering::SeqCst);
+    WAS_CANCELLED.store(requested, Ordering::SeqCst);
+    IS_WORKING.store(false, Ordering::SeqCst);
+    if requested { Err(Failure::Interrupted) } else { result }
 }

@@ -1,15 +1,15 @@
-//! Numbers as people read and write them.
+//! Numbers as text and JSON.
 
 use serde_json::Value;
 use shotline::aabb::Aabb;
 use shotline::math::Vec3;
 
-/// Nine significant digits without trailing zeros: enough to tell values apart, short enough for a table.
+/// Nine significant digits without trailing zeros: enough to distinguish values, short enough for a table.
 pub fn short(x: f64) -> String {
     significant(x, 9)
 }
 
-/// So many significant digits without trailing zeros.
+/// `digits` significant digits without trailing zeros.
 fn significant(x: f64, digits: usize) -> String {
     if !x.is_finite() || x == 0.0 {
         return (x + 0.0).to_string(); // -0 reads as 0
@@ -30,8 +30,8 @@ fn trimmed(digits: &str) -> &str {
     if digits.contains('.') { digits.trim_end_matches('0').trim_end_matches('.') } else { digits }
 }
 
-/// A value with its standard error, both to two digits of the error or to whole numbers; the value alone where that
-/// is 0.
+/// A value with its standard error, both rounded to two significant digits of the error, but at most to whole numbers;
+/// the value alone if the error is 0.
 pub fn uncertain(x: f64, error: f64) -> String {
     if error == 0.0 {
         return short(x);
@@ -49,7 +49,7 @@ pub fn short_vector(v: Vec3) -> String {
     format!("({}, {}, {})", short(v.x), short(v.y), short(v.z))
 }
 
-/// The corners of a box, without the padding that rounding asks for.
+/// The corners of a box; coordinates that are only padding for rounding are shown as 0.
 pub fn short_bounds(bounds: &Aabb) -> String {
     let ends = bounds.min.to_array().into_iter().chain(bounds.max.to_array());
     let size = ends.filter(|x| x.is_finite()).fold(0.0, |m: f64, x| m.max(x.abs()));
@@ -57,13 +57,13 @@ pub fn short_bounds(bounds: &Aabb) -> String {
     format!("{} to {}", short_vector(plain(bounds.min).into()), short_vector(plain(bounds.max).into()))
 }
 
-/// A unit vector in parentheses: six digits tell a direction.
+/// A unit vector in parentheses: six digits identify a direction.
 pub fn short_normal(v: Vec3) -> String {
     let digits = |x: f64| significant((x * 1e6).round() / 1e6, 6);
     format!("({}, {}, {})", digits(v.x), digits(v.y), digits(v.z))
 }
 
-/// A count with its thousands apart.
+/// A count with thousands separators.
 pub fn grouped(n: u64) -> String {
     let digits = n.to_string();
     let mut out = String::new();
@@ -81,7 +81,7 @@ pub fn counted(n: u64, one: &str, many: &str) -> String {
     format!("{} {}", grouped(n), if n == 1 { one } else { many })
 }
 
-/// Bytes in the unit that suits them.
+/// A number of bytes in a suitable unit.
 pub fn bytes(n: usize) -> String {
     let units = ["B", "KiB", "MiB", "GiB", "TiB"];
     let (mut x, mut unit) = (n as f64, 0);
@@ -91,7 +91,7 @@ pub fn bytes(n: usize) -> String {
     if unit == 0 { format!("{n} B") } else { format!("{x:.1} {}", units[unit]) }
 }
 
-/// A number in JSON; `null` where it is infinite or NaN, which JSON cannot say.
+/// A number in JSON; `null` where it is infinite or NaN, which JSON cannot express.
 pub fn json(x: f64) -> Value {
     serde_json::Number::from_f64(x).map_or(Value::Null, Value::Number)
 }
@@ -101,14 +101,14 @@ pub fn json_vector(v: Vec3) -> Value {
     Value::Array(vec![json(v.x), json(v.y), json(v.z)])
 }
 
-/// Reads `X,Y,Z`.
+/// Parses `X,Y,Z`.
 ///
 /// # Errors
-/// A text that says what is wrong.
+/// A message that says what is wrong.
 pub fn parse_vector(text: &str) -> Result<Vec3, String> {
-    let parts: Vec<&str> = text.split(',').collect();
-    let [x, y, z] = parts[..] else {
-        return Err(format!("expected three numbers X,Y,Z, not {}", parts.len()));
+    let fields: Vec<&str> = text.split(',').collect();
+    let [x, y, z] = fields[..] else {
+        return Err(format!("expected three numbers X,Y,Z, not {}", fields.len()));
     };
     Ok(Vec3::new(parse_finite(x)?, parse_finite(y)?, parse_finite(z)?))
 }
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn values_are_told_to_the_digits_of_their_error() {
+    fn values_are_rounded_to_the_digits_of_their_error() {
         for (x, error, text) in [
             (523.598776, 0.0123, "523.599 ± 0.012"),
             (-0.00001234567, 2.5e-9, "-0.0000123457 ± 0.0000000025"),
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn vectors_are_read() {
+    fn vectors_are_parsed() {
         assert_eq!(parse_vector("-1,0,2.5e-3"), Ok(Vec3::new(-1.0, 0.0, 2.5e-3)));
         assert!(parse_vector("1,2").unwrap_err().contains("not 2"));
         assert!(parse_vector("1,x,2").unwrap_err().contains("'x'"));

@@ -1,4 +1,4 @@
-//! What a command leaves behind: files that appear whole or not at all, and text on stdout.
+//! The output of commands: files that are written atomically, and text on stdout.
 
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -6,22 +6,23 @@ use std::path::{Path, PathBuf};
 use shotline_io::{Output, WriteError, system_words, write_stream, write_whole};
 
 use crate::failure::Failure;
-use crate::input::is_stream;
+use crate::stream::is_stream;
 
-/// The endings of pictures.
+/// The file name extensions of pictures.
 pub const PICTURE: &[&str] = &["png", "apng"];
 
-/// The endings of answers.
+/// The file name extensions of arrays.
 pub const ARRAYS: &[&str] = &["npz"];
 
-/// Looks whether a file may be written, before long work is done for it. `-` is standard output.
+/// Checks that a file can be written, before long work is done for it. `-` is standard output.
 ///
 /// # Errors
-/// If the path is a folder or lies in none, ends like another kind of file, or is one of the inputs, under whatever name.
-pub fn expect_writable(path: &Path, endings: &[&str], inputs: &[PathBuf]) -> Result<(), Failure> {
+/// If the path is a folder, if its folder does not exist, if its extension is that of another kind of file, or if it is
+/// one of the inputs under any name.
+pub fn expect_writable(path: &Path, extensions: &[&str], inputs: &[PathBuf]) -> Result<(), Failure> {
     let refuse = |why: &str| Err(Failure::of_file(path, format!("cannot be written: {why}")));
     if is_stream(path) {
-        return if endings == PICTURE || endings == ARRAYS { expect_no_terminal() } else { Ok(()) };
+        return if extensions == PICTURE || extensions == ARRAYS { expect_no_terminal() } else { Ok(()) };
     }
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     if path.is_dir() {
@@ -30,23 +31,25 @@ pub fn expect_writable(path: &Path, endings: &[&str], inputs: &[PathBuf]) -> Res
     if folder.is_some_and(|folder| !folder.is_dir()) {
         return refuse("there is no such folder\nhelp: make the folder first");
     }
-    let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
-    if let Some(ending) = ending.filter(|ending| !endings.is_empty() && !endings.contains(&ending.as_str())) {
-        let known: Vec<String> = endings.iter().map(|known| format!(".{known}")).collect();
+    let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
+    if let Some(extension) =
+        extension.filter(|extension| !extensions.is_empty() && !extensions.contains(&extension.as_str()))
+    {
+        let known: Vec<String> = extensions.iter().map(|known| format!(".{known}")).collect();
         return refuse(&format!(
-            "what is written is {}, not .{ending}\nhelp: end its name in {}",
+            "the format is {}, not .{extension}\nhelp: use the extension {}",
             known.join(" or "),
             known.join(" or ")
         ));
     }
-    expect_apart(path, inputs)
+    expect_not_an_input(path, inputs)
 }
 
 /// Checks that a file is not one of those that are read, under any name.
 ///
 /// # Errors
 /// If it is.
-pub fn expect_apart(path: &Path, inputs: &[PathBuf]) -> Result<(), Failure> {
+pub fn expect_not_an_input(path: &Path, inputs: &[PathBuf]) -> Result<(), Failure> {
     match inputs.iter().find(|input| !is_stream(path) && is_same_file(path, input)) {
         None => Ok(()),
         Some(input) => {
@@ -56,7 +59,7 @@ pub fn expect_apart(path: &Path, inputs: &[PathBuf]) -> Result<(), Failure> {
     }
 }
 
-/// Whether two paths lead to one regular file: by links of either kind as well. What does not exist is not the same.
+/// Whether two paths lead to one regular file, also by hard or symbolic links. A file that does not exist is not the same.
 fn is_same_file(a: &Path, b: &Path) -> bool {
     let (Ok(of_a), Ok(of_b)) = (a.metadata(), b.metadata()) else { return false };
     #[cfg(unix)]
@@ -71,13 +74,13 @@ fn is_same_file(a: &Path, b: &Path) -> bool {
 
 fn expect_no_terminal() -> Result<(), Failure> {
     if io::stdout().is_terminal() {
-        let why = "stdout is a terminal, which cannot show this\nhelp: name a file with -o, or pipe it on";
+        let why = "stdout is a terminal, which cannot show this\nhelp: name a file with -o, or use a pipe";
         return Err(Failure::new(why));
     }
     Ok(())
 }
 
-/// Writes a file, whole or not at all; `-` is standard output.
+/// Writes a file atomically; `-` is standard output.
 ///
 /// # Errors
 /// If it cannot be written.
@@ -85,7 +88,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     fill(path, |file| file.write_all(bytes))
 }
 
-/// Writes a file as [`write()`] does, piece by piece.
+/// Writes a file as [`write()`] does, but lets a function write it piece by piece.
 ///
 /// # Errors
 /// If it cannot be written.
@@ -102,19 +105,19 @@ pub fn fill(path: &Path, fill: impl FnOnce(&mut Output) -> io::Result<()>) -> Re
     }
 }
 
-/// The failure of a write.
+/// Converts the error of a write.
 ///
 /// # Errors
-/// If it has failed.
+/// If the write has failed.
 pub fn written(result: Result<(), WriteError>) -> Result<(), Failure> {
     result.map_err(|e| Failure::new(e.to_string()))
 }
 
-/// Prints what goes beside an output: to stderr where the output itself goes to stdout.
+/// Prints text that accompanies an output: to stdout, or to stderr if the output itself goes to stdout.
 ///
 /// # Errors
 /// As [`print()`].
-pub fn print_beside(output: &Path, text: &str) -> Result<(), Failure> {
+pub fn print_with(output: &Path, text: &str) -> Result<(), Failure> {
     if is_stream(output) {
         eprint!("{text}");
         return Ok(());

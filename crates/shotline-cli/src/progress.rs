@@ -4,15 +4,15 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// Whether progress may be shown.
+/// Whether progress and notes are shown.
 #[derive(clap::Args, Debug, Clone, Copy)]
 pub struct Quiet {
-    /// No progress bar and no remarks; errors are still shown
+    /// Show no progress bar and no notes; errors are still shown
     #[arg(long, short)]
     pub quiet: bool,
 }
 
-/// A bar over so many steps, drawn on stderr if that is a terminal.
+/// A bar of `steps` steps, drawn on stderr if that is a terminal.
 pub fn bar(steps: u64, what: &'static str, quiet: Quiet) -> ProgressBar {
     let target = if quiet.quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
     let style = ProgressStyle::with_template("{msg} {wide_bar} {human_pos}/{human_len} {per_sec} {eta}")
@@ -22,8 +22,8 @@ pub fn bar(steps: u64, what: &'static str, quiet: Quiet) -> ProgressBar {
     bar
 }
 
-/// Prints a remark, which is not an error, on stderr.
-pub fn remark(text: &str, quiet: Quiet) {
+/// Prints a note, which is not an error, on stderr.
+pub fn note(text: &str, quiet: Quiet) {
     if !quiet.quiet {
         eprintln!("note: {text}");
     }

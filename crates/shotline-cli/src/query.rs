@@ -1,12 +1,12 @@
-//! What is asked of many rays.
+//! The queries of many rays.
 
 use clap::ValueEnum;
 use shotline::query::batch::By;
 use shotline::query::{Overlaps, QueryError, Scope};
 use shotline::ray::Span;
 
-use crate::args::SurfacesOnly;
 use crate::failure::Failure;
+use crate::flags::SurfacesOnly;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Query {
@@ -18,26 +18,26 @@ pub enum Query {
     Count,
     /// Every crossing
     Crossings,
-    /// The stretches inside objects
+    /// The segments inside objects
     Segments,
-    /// How far each ray goes through each material or object
+    /// The length of each ray in each material or object
     Thickness,
 }
 
 impl Query {
-    /// As on the command line.
+    /// The name on the command line.
     pub fn name(self) -> String {
         self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
     }
 
-    /// What is looked at, if the query can be asked so.
+    /// The scope of the query.
     ///
     /// # Errors
-    /// If only surfaces are looked for, but stretches are asked for.
+    /// If only surfaces are wanted, but the query is for segments.
     pub fn scope(self, span: Span, only: SurfacesOnly) -> Result<Scope, Failure> {
         if only.surfaces_only && matches!(self, Query::Segments | Query::Thickness) {
-            let why = "the stretches inside are those of the whole ray, also where it begins or ends inside";
-            let help = "ask for closest, any, count or crossings, or leave the flag out";
+            let why = "segments are those of the entire ray, also where it begins or ends inside";
+            let help = "use --query closest, any, count or crossings, or leave the flag out";
             let name = self.name();
             return Err(Failure::new(format!("--surfaces-only is not for {name}: {why}\nhelp: {help}")));
         }
@@ -45,7 +45,7 @@ impl Query {
     }
 }
 
-/// What thickness is counted by.
+/// What thickness has columns for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ThicknessBy {
     /// A column for each material, and a last one for objects without a material
@@ -66,7 +66,7 @@ impl From<ThicknessBy> for By {
 /// What to do where objects of equal priority overlap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum OverlapPolicy {
-    /// Refuse, naming both objects and the place
+    /// End with an error that names both objects and the interval
     Error,
     /// The later object owns the overlap; overlaps are counted
     Priority,
@@ -84,22 +84,22 @@ impl From<OverlapPolicy> for Overlaps {
     }
 }
 
-/// What to do about a query without an answer.
+/// How to correct a query that returns an error.
 pub fn help(error: &QueryError) -> &'static str {
     match error {
         QueryError::NotASolid { .. } => {
-            "close the mesh (`shotline check` lists its defects) or ask for crossings"
+            "close the mesh (`shotline check` lists its defects) or use --query crossings"
         }
         QueryError::Overlap { .. } => {
-            "give one of them a higher \"priority\", or choose --overlaps priority or all"
+            "give one of them a higher \"priority\", or use --overlaps priority or all"
         }
         QueryError::TooMany { .. } => {
-            "take a part of the ray with --t-min and --t-max, or ask for closest or count"
+            "shorten the ray with --t-min and --t-max, or use --query closest or count"
         }
         QueryError::TooLong { .. } => {
-            "take a part of the ray with --t-min and --t-max, or place fewer parts in one another"
+            "shorten the ray with --t-min and --t-max, or nest fewer parts in each other"
         }
-        QueryError::OutOfMemory => "cast fewer rays at a time, or ask for closest or count",
+        QueryError::OutOfMemory => "cast fewer rays at a time, or use --query closest or count",
         QueryError::Cancelled => "cast again",
     }
 }

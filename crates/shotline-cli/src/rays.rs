@@ -1,45 +1,45 @@
-//! The rays of a batch, and what to do with rows that are none.
+//! The rays of a batch, and what to do with rows that are not valid rays.
 
 use clap::ValueEnum;
 use shotline::math::Vec3;
 use shotline::ray::{InvalidRay, Ray};
 
-/// What to do with a row that is not a ray.
+/// What to do with a row that is not a valid ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum OnInvalid {
     /// End with an error that names the first such row
     Error,
-    /// Count it and answer a miss
+    /// Count it and report a miss
     Miss,
 }
 
-/// Rays, and the rows in which they stand.
+/// Rays, and the rows of the file in which they are.
 #[derive(Debug)]
 pub struct Rays {
-    /// Those that can be cast, in order.
+    /// The valid rays, in order.
     pub valid: Vec<Ray>,
     /// How many rows there are.
     pub rows: usize,
-    /// The row of each valid ray; `None` if every row is valid, so that it is its own number.
+    /// The row of each valid ray; `None` if every row is valid, so that ray i is in row i.
     rows_of_valid: Option<Vec<usize>>,
 }
 
-/// A row that is not a ray.
+/// A row that is not a valid ray.
 #[derive(Debug, PartialEq)]
-pub struct BadRow {
-    /// Which.
+pub struct InvalidRow {
+    /// Its number, from 0.
     pub row: usize,
-    /// What stands there.
+    /// Its numbers.
     pub numbers: [f64; 6],
-    /// Why it is not a ray.
+    /// Why it is not a valid ray.
     pub why: InvalidRay,
 }
 
-/// Why rows are not rays to be cast.
+/// Why rows cannot be cast.
 #[derive(Debug, PartialEq)]
-pub enum NoRays {
-    /// One of them is not a ray.
-    BadRow(BadRow),
+pub enum RaysError {
+    /// A row is not a valid ray.
+    InvalidRow(InvalidRow),
     /// They do not fit into memory.
     OutOfMemory,
 }
@@ -48,10 +48,10 @@ impl Rays {
     /// Checks rows of origin and direction.
     ///
     /// # Errors
-    /// The first row that is not a ray, unless such rows are misses; or too little memory.
-    pub fn new(rows: &[[f64; 6]], on_invalid: OnInvalid) -> Result<Rays, NoRays> {
+    /// The first row that is not a valid ray, unless such rows are misses; or too little memory.
+    pub fn new(rows: &[[f64; 6]], on_invalid: OnInvalid) -> Result<Rays, RaysError> {
         let mut valid = Vec::new();
-        valid.try_reserve_exact(rows.len()).map_err(|_| NoRays::OutOfMemory)?;
+        valid.try_reserve_exact(rows.len()).map_err(|_| RaysError::OutOfMemory)?;
         let mut rows_of_valid = None;
         for (row, &numbers) in rows.iter().enumerate() {
             let [ox, oy, oz, dx, dy, dz] = numbers;
@@ -61,7 +61,7 @@ impl Rays {
                     rows_of_valid.iter_mut().for_each(|list: &mut Vec<usize>| list.push(row));
                 }
                 Err(why) if on_invalid == OnInvalid::Error => {
-                    return Err(NoRays::BadRow(BadRow { row, numbers, why }));
+                    return Err(RaysError::InvalidRow(InvalidRow { row, numbers, why }));
                 }
                 Err(_) => {
                     rows_of_valid.get_or_insert_with(|| (0..row).collect());
@@ -76,7 +76,7 @@ impl Rays {
         Rays { rows: valid.len(), valid, rows_of_valid: None }
     }
 
-    /// How many rows are not rays.
+    /// How many rows are not valid rays.
     pub fn invalid(&self) -> usize {
         self.rows - self.valid.len()
     }
@@ -86,7 +86,7 @@ impl Rays {
         self.rows_of_valid.as_ref().and_then(|rows| rows.get(valid).copied()).unwrap_or(valid)
     }
 
-    /// From a value a valid ray to a value a row.
+    /// From a value per valid ray to a value per row.
     pub fn by_row<T: Clone>(&self, values: Vec<T>, miss: T) -> Vec<T> {
         let Some(rows) = &self.rows_of_valid else { return values };
         let mut out = vec![miss; self.rows];
@@ -96,7 +96,7 @@ impl Rays {
         out
     }
 
-    /// From so many numbers a valid ray to so many a row: zeros where there is no ray.
+    /// From `width` numbers per valid ray to `width` numbers per row: zeros for invalid rows.
     pub fn rows_by_row(&self, values: Vec<f64>, width: usize) -> Vec<f64> {
         let Some(rows) = &self.rows_of_valid else { return values };
         let mut out = vec![0.0; self.rows * width];
@@ -128,13 +128,16 @@ mod tests {
     const ZERO: [f64; 6] = [0.0; 6];
 
     #[test]
-    fn the_first_bad_row_is_named() {
+    fn the_first_invalid_row_is_named() {
         let bad = Rays::new(&[GOOD, GOOD, ZERO, ZERO], OnInvalid::Error).unwrap_err();
-        assert_eq!(bad, NoRays::BadRow(BadRow { row: 2, numbers: ZERO, why: InvalidRay::ZeroDirection }));
+        assert_eq!(
+            bad,
+            RaysError::InvalidRow(InvalidRow { row: 2, numbers: ZERO, why: InvalidRay::ZeroDirection })
+        );
     }
 
     #[test]
-    fn answers_go_back_to_their_rows() {
+    fn results_return_to_their_rows() {
         let rays = Rays::new(&[ZERO, GOOD, ZERO, GOOD], OnInvalid::Miss).unwrap();
         assert_eq!((rays.valid.len(), rays.invalid(), rays.row(1)), (2, 2, 3));
         assert_eq!(rays.by_row(vec![5, 6], -1), [-1, 5, -1, 6]);

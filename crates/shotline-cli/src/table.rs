@@ -1,11 +1,11 @@
 //! Text in aligned columns.
 
-/// To which side the cells of a column are pushed.
+/// The alignment of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Align {
-    /// Words.
+    /// For words.
     Left,
-    /// Numbers.
+    /// For numbers.
     Right,
 }
 
@@ -22,13 +22,14 @@ impl Table {
         Table { columns, rows: Vec::new() }
     }
 
-    /// Appends a row, a cell a column. Names may come from anywhere: what a terminal would obey is replaced.
+    /// Appends a row with one cell per column. Names can come from any file: control characters, which a terminal would
+    /// execute, are replaced.
     pub fn row(&mut self, cells: Vec<String>) {
         let plain = |cell: String| cell.replace(char::is_control, "\u{FFFD}");
         self.rows.push(cells.into_iter().map(plain).collect());
     }
 
-    /// The lines of the table, each ended.
+    /// The lines of the table, each with a line end.
     pub fn text(&self) -> String {
         let heading: Vec<String> = self.columns.iter().map(|(name, _)| name.clone()).collect();
         let widths: Vec<usize> = (0..self.columns.len())

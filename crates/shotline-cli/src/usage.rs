@@ -1,13 +1,13 @@
-//! Errors of usage, with tips that help.
+//! Usage errors, with useful tips.
 
 use clap::builder::StyledStr;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, Error};
 
-use crate::args::CommandLine;
+use crate::commands::CommandLine;
 
-/// Improves the tips of an error. It removes the tip to pass an unknown option as a value after `--`, and lists the commands
-/// where a command is unknown.
+/// Improves the tips of an error. Removes the tip to pass an unknown option as a value after `--`, and lists the commands
+/// if a command is unknown.
 pub fn with_useful_tips(mut error: Error) -> Error {
     match error.kind() {
         ErrorKind::UnknownArgument => {

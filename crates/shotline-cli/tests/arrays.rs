@@ -1,15 +1,15 @@
-//! What `shotline cast` writes: the names, types, shapes and values of its arrays.
+//! The output of `shotline cast`: the names, types, shapes and values of its arrays.
 
-mod place;
+mod sandbox;
 
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use place::{DRILLED, Place};
+use sandbox::{DRILLED, Sandbox};
 
-/// Through the hole's walls, along the hole, not a ray, past everything, from inside the ball.
+/// Rays through the walls of the hole, along the hole, not valid, past everything, from inside the ball.
 const RAYS: &[[f64; 6]] = &[
     [-10.0, 0.0, 0.0, 1.0, 0.0, 0.0],
     [0.0, 0.0, -10.0, 0.0, 0.0, 3.0],
@@ -18,7 +18,7 @@ const RAYS: &[[f64; 6]] = &[
     [3.0, 0.0, 0.0, 0.5, 0.0, 0.0],
 ];
 
-/// An array as it lies in the file.
+/// An array as it is in the file.
 struct Array {
     descr: String,
     shape: String,
@@ -73,14 +73,14 @@ fn load(path: &Path) -> BTreeMap<String, Array> {
 }
 
 fn cast(query: &str) -> BTreeMap<String, Array> {
-    let place = Place::new().with("drilled.json", DRILLED).with_rays("rays.npy", RAYS);
+    let sandbox = Sandbox::new().with("drilled.json", DRILLED).with_rays("rays.npy", RAYS);
     let fixed = ["cast", "drilled.json", "--rays", "rays.npy", "-o", "out.npz", "--on-invalid", "miss"];
-    place.run(&[&fixed[..], &["--query", query]].concat()).ok();
-    load(&place.path("out.npz"))
+    sandbox.run(&[&fixed[..], &["--query", query]].concat()).ok();
+    load(&sandbox.path("out.npz"))
 }
 
 #[track_caller]
-fn close(found: &[f64], exact: &[f64]) {
+fn assert_close(found: &[f64], exact: &[f64]) {
     let same = |a: f64, b: f64| a == b || (a - b).abs() < 1e-12 || (a.is_nan() && b.is_nan());
     assert!(found.len() == exact.len() && found.iter().zip(exact).all(|(a, b)| same(*a, *b)), "{found:?}");
 }
@@ -88,9 +88,9 @@ fn close(found: &[f64], exact: &[f64]) {
 #[test]
 fn closest() {
     let arrays = cast("closest");
-    close(&arrays["t"].f64s(), &[5.0, f64::INFINITY, f64::INFINITY, f64::INFINITY, 0.0]);
+    assert_close(&arrays["t"].f64s(), &[5.0, f64::INFINITY, f64::INFINITY, f64::INFINITY, 0.0]);
     assert_eq!(arrays["normal"].shape, "5, 3");
-    close(&arrays["normal"].f64s()[..6], &[-1.0, 0.0, 0.0, f64::NAN, f64::NAN, f64::NAN]);
+    assert_close(&arrays["normal"].f64s()[..6], &[-1.0, 0.0, 0.0, f64::NAN, f64::NAN, f64::NAN]);
     assert_eq!(arrays["object"].i32s(), [0, -1, -1, -1, 0]);
     assert_eq!(arrays["path"].i64s(), [0, -1, -1, -1, 0]);
     assert_eq!(arrays["primitive"].i32s(), [-1; 5]);
@@ -112,7 +112,7 @@ fn any_and_count() {
 fn crossings() {
     let arrays = cast("crossings");
     assert_eq!(arrays["ray_splits"].i64s(), [0, 6, 6, 6, 6, 10]);
-    close(&arrays["t"].f64s(), &[5.0, 9.0, 11.0, 15.0, 16.0, 18.0, 0.0, 4.0, 6.0, 10.0]);
+    assert_close(&arrays["t"].f64s(), &[5.0, 9.0, 11.0, 15.0, 16.0, 18.0, 0.0, 4.0, 6.0, 10.0]);
     assert_eq!(arrays["entering"].data, [1, 0, 1, 0, 1, 0, 1, 0, 1, 0]);
     assert_eq!(
         (arrays["kind"].descr.as_str(), &arrays["kind"].data[..7]),
@@ -131,17 +131,17 @@ fn crossings() {
 fn segments() {
     let arrays = cast("segments");
     assert_eq!(arrays["ray_splits"].i64s(), [0, 3, 3, 3, 3, 5]);
-    close(&arrays["t_in"].f64s(), &[5.0, 11.0, 16.0, 0.0, 6.0]);
-    close(&arrays["t_out"].f64s(), &[9.0, 15.0, 18.0, 4.0, 10.0]);
-    close(&arrays["length"].f64s(), &[4.0, 4.0, 2.0, 2.0, 2.0]);
+    assert_close(&arrays["t_in"].f64s(), &[5.0, 11.0, 16.0, 0.0, 6.0]);
+    assert_close(&arrays["t_out"].f64s(), &[9.0, 15.0, 18.0, 4.0, 10.0]);
+    assert_close(&arrays["length"].f64s(), &[4.0, 4.0, 2.0, 2.0, 2.0]);
     assert_eq!(arrays["material"].i32s(), [1, 1, 0, 1, 0]);
     assert_eq!(arrays["object"].i32s(), [0, 0, 1, 0, 1]);
     assert_eq!(arrays["path_names"].texts(), ["ball", "slab"]);
 }
 
 #[test]
-fn paths_are_numbered_by_what_was_met() {
-    // Eight pins in shared rows, of which two are met.
+fn only_paths_that_were_met_are_numbered() {
+    // Eight pins in shared rows; the rays meet two of them.
     let scene = r#"{"shotline": 1,
       "defs": {
         "pin": {"kind": "sphere", "radius": 0.25},
@@ -150,9 +150,9 @@ fn paths_are_numbered_by_what_was_met() {
       "objects": [{"name": "pins", "node": {"op": "group", "args": [
         {"ref": "row"}, {"ref": "row", "translate": [0, 50, 0]}]}}]}"#;
     let rays = [[0.0, 55.0, -1.0, 0.0, 0.0, 1.0], [1.0, 5.0, -1.0, 0.0, 0.0, 1.0]];
-    let place = Place::new().with("pins.json", scene).with_rays("rays.npy", &rays);
-    place.run(&["cast", "pins.json", "--rays", "rays.npy", "-o", "out.npz", "--query", "crossings"]).ok();
-    let arrays = load(&place.path("out.npz"));
+    let sandbox = Sandbox::new().with("pins.json", scene).with_rays("rays.npy", &rays);
+    sandbox.run(&["cast", "pins.json", "--rays", "rays.npy", "-o", "out.npz", "--query", "crossings"]).ok();
+    let arrays = load(&sandbox.path("out.npz"));
     assert_eq!(arrays["path"].i64s(), [1, 1, 0, 0]);
     let names = arrays["path_names"].texts();
     assert!(names.len() == 2 && names.iter().all(|n| n.starts_with("pins/")), "{names:?}");
@@ -160,9 +160,11 @@ fn paths_are_numbered_by_what_was_met() {
 
 #[test]
 fn empty_arrays_keep_their_types() {
-    let place = Place::new().with("drilled.json", DRILLED).with_rays("rays.npy", &[]);
-    place.run(&["cast", "drilled.json", "--rays", "rays.npy", "-o", "out.npz", "--query", "crossings"]).ok();
-    let arrays = load(&place.path("out.npz"));
+    let sandbox = Sandbox::new().with("drilled.json", DRILLED).with_rays("rays.npy", &[]);
+    sandbox
+        .run(&["cast", "drilled.json", "--rays", "rays.npy", "-o", "out.npz", "--query", "crossings"])
+        .ok();
+    let arrays = load(&sandbox.path("out.npz"));
     assert_eq!(arrays["ray_splits"].i64s(), [0]);
     assert_eq!((arrays["normal"].descr.as_str(), arrays["normal"].shape.as_str()), ("<f8", "0, 3"));
     assert_eq!(arrays["object_names"].texts(), ["ball", "slab"]);

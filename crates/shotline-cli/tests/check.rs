@@ -1,31 +1,31 @@
 //! `shotline check`.
 
-mod place;
+mod sandbox;
 
-use place::{DRILLED, Place, cube_ply};
+use sandbox::{DRILLED, Sandbox, cube_ply};
 
 #[test]
 fn sound_models() {
-    let place = Place::new().with("drilled.json", DRILLED).with("cube.ply", cube_ply(12));
+    let sandbox = Sandbox::new().with("drilled.json", DRILLED).with("cube.ply", cube_ply(12));
     for model in ["drilled.json", "cube.ply"] {
-        let answer = place.run(&["check", model]);
-        assert_eq!(answer.code, Some(0), "{}{}", answer.stdout, answer.stderr);
-        assert!(answer.stdout.contains("sound"), "{}", answer.stdout);
+        let result = sandbox.run(&["check", model]);
+        assert_eq!(result.code, Some(0), "{}{}", result.stdout, result.stderr);
+        assert!(result.stdout.contains("sound"), "{}", result.stdout);
     }
 }
 
 #[test]
-fn a_hole_is_counted_and_placed() {
-    let place = Place::new().with("open.ply", cube_ply(10));
-    let answer = place.run(&["check", "open.ply"]);
-    assert_eq!(answer.code, Some(1), "{}{}", answer.stdout, answer.stderr);
+fn a_hole_is_counted_and_located() {
+    let sandbox = Sandbox::new().with("open.ply", cube_ply(10));
+    let result = sandbox.run(&["check", "open.ply"]);
+    assert_eq!(result.code, Some(1), "{}{}", result.stdout, result.stderr);
     for words in ["open.ply", "4 open edges", "not sound"] {
-        assert!(answer.stdout.contains(words), "no '{words}' in\n{}", answer.stdout);
+        assert!(result.stdout.contains(words), "no '{words}' in\n{}", result.stdout);
     }
 }
 
 #[test]
-fn a_volume_that_is_no_number_is_a_fault() {
+fn a_volume_out_of_range_is_a_fault() {
     for (side, range) in [("1e120", "large"), ("1e-110", "small")] {
         let mut cube = cube_ply(12);
         for i in 0..8 {
@@ -36,20 +36,20 @@ fn a_volume_that_is_no_number_is_a_fault() {
                 &format!("\n{scaled}\n"),
             );
         }
-        let answer = Place::new().with("cube.ply", cube).run(&["check", "cube.ply"]);
-        assert_eq!(answer.code, Some(1), "{}{}", answer.stdout, answer.stderr);
+        let result = Sandbox::new().with("cube.ply", cube).run(&["check", "cube.ply"]);
+        assert_eq!(result.code, Some(1), "{}{}", result.stdout, result.stderr);
         let words = format!("the volume is too {range} for a 64-bit number");
-        assert!(answer.stdout.contains(&words) && answer.stdout.contains("not sound"), "{}", answer.stdout);
+        assert!(result.stdout.contains(&words) && result.stdout.contains("not sound"), "{}", result.stdout);
     }
 }
 
 #[test]
 fn a_flipped_face_is_found() {
     let flipped = cube_ply(12).replace("3 5 7 6\n", "3 7 5 6\n");
-    let place = Place::new().with("flipped.ply", flipped);
-    let answer = place.run(&["check", "flipped.ply"]);
-    assert_eq!(answer.code, Some(1));
-    assert!(answer.stdout.contains("flipped"), "{}", answer.stdout);
+    let sandbox = Sandbox::new().with("flipped.ply", flipped);
+    let result = sandbox.run(&["check", "flipped.ply"]);
+    assert_eq!(result.code, Some(1));
+    assert!(result.stdout.contains("flipped"), "{}", result.stdout);
 }
 
 #[test]
@@ -57,19 +57,19 @@ fn every_scene_error_is_listed() {
     let scene = r#"{"shotline": 1, "objects": [
         {"name": "a", "node": {"kind": "sphere", "radius": 0}},
         {"name": "b", "node": {"kind": "sphere", "radius": 1, "scale": [0, 1, 1]}}]}"#;
-    let place = Place::new().with("scene.json", scene);
-    let answer = place.run(&["check", "scene.json"]);
-    assert_eq!(answer.code, Some(1), "{}{}", answer.stdout, answer.stderr);
+    let sandbox = Sandbox::new().with("scene.json", scene);
+    let result = sandbox.run(&["check", "scene.json"]);
+    assert_eq!(result.code, Some(1), "{}{}", result.stdout, result.stderr);
     for words in ["scene.json:2:", "scene.json:3:", "radius"] {
-        assert!(answer.stdout.contains(words), "no '{words}' in\n{}", answer.stdout);
+        assert!(result.stdout.contains(words), "no '{words}' in\n{}", result.stdout);
     }
 }
 
 #[test]
-fn what_cannot_be_read_is_another_matter() {
-    let place = Place::new().with("scene.json", "{\"shotline\": 1, \"objects\": [");
-    place.run(&["check", "scene.json"]).refused(&["scene.json:1:"]);
-    place.run(&["check", "nowhere.ply"]).refused(&["nowhere.ply"]);
+fn unreadable_input_is_an_error_and_not_a_finding() {
+    let sandbox = Sandbox::new().with("scene.json", "{\"shotline\": 1, \"objects\": [");
+    sandbox.run(&["check", "scene.json"]).fails_with(&["scene.json:1:"]);
+    sandbox.run(&["check", "nowhere.ply"]).fails_with(&["nowhere.ply"]);
 }
 
 #[test]
@@ -78,11 +78,11 @@ fn overlapping_objects_are_named_once() {
         {"name": "pin", "node": {"kind": "box", "min": [1, -1, -1], "max": [3, 1, 1]}},
         {"name": "hub", "node": {"kind": "box", "min": [0, -1, -1], "max": [2, 1, 1]}},
         {"name": "far", "node": {"kind": "box", "min": [3, -1, -1], "max": [4, 1, 1]}}]}"#;
-    let answer = Place::new().with("scene.json", scene).run(&["check", "scene.json"]);
-    assert_eq!(answer.code, Some(1), "{}{}", answer.stdout, answer.stderr);
-    assert_eq!(answer.stdout.matches("fault: 'hub' and 'pin'").count(), 1, "{}", answer.stdout);
+    let result = Sandbox::new().with("scene.json", scene).run(&["check", "scene.json"]);
+    assert_eq!(result.code, Some(1), "{}{}", result.stdout, result.stderr);
+    assert_eq!(result.stdout.matches("fault: 'hub' and 'pin'").count(), 1, "{}", result.stdout);
     // Touching is not a fault.
-    assert!(!answer.stdout.contains("fault: 'far'"), "{}", answer.stdout);
+    assert!(!result.stdout.contains("fault: 'far'"), "{}", result.stdout);
 }
 
 /// A scene of objects, each by name, node and priority.
@@ -98,23 +98,23 @@ const GROUND: &str = r#"{"kind": "halfspace", "normal": [0, 0, 1], "offset": 0}"
 const POLE: &str = r#"{"kind": "quadric", "coeffs": [1, 1, 0, 0, 0, 0, 0, 0, 0, -1]}"#;
 
 #[test]
-fn an_object_without_an_end_does_not_switch_the_survey_off() {
+fn a_scene_with_an_unbounded_object_is_examined() {
     let ball = r#"{"kind": "sphere", "radius": 1, "translate": [5, 0, 1]}"#;
     let sunk = r#"{"kind": "sphere", "radius": 1, "translate": [5, 0, 0.9]}"#;
     let other = r#"{"kind": "sphere", "radius": 1, "translate": [6, 0, 1]}"#;
-    let place = Place::new()
+    let sandbox = Sandbox::new()
         .with("alone.json", scene(&[("ground", GROUND, 0)]))
         .with("resting.json", scene(&[("ground", GROUND, 0), ("ball", ball, 0)]))
         .with("sunk.json", scene(&[("ground", GROUND, 0), ("ball", sunk, 0)]))
         .with("two.json", scene(&[("ground", GROUND, 0), ("ball", ball, 0), ("other", other, 0)]));
     for model in ["alone.json", "resting.json"] {
-        let text = place.run(&["check", model]).ok();
+        let text = sandbox.run(&["check", model]).ok();
         assert!(text.ends_with(": sound\n"), "{text}");
     }
     for (model, pair) in [("sunk.json", "'ball' and 'ground'"), ("two.json", "'ball' and 'other'")] {
-        let answer = place.run(&["check", model]);
-        assert_eq!(answer.code, Some(1), "{}", answer.stdout);
-        assert!(answer.stdout.contains(&format!("fault: {pair}")), "{}", answer.stdout);
+        let result = sandbox.run(&["check", model]);
+        assert_eq!(result.code, Some(1), "{}", result.stdout);
+        assert!(result.stdout.contains(&format!("fault: {pair}")), "{}", result.stdout);
     }
 }
 
@@ -122,22 +122,22 @@ fn an_object_without_an_end_does_not_switch_the_survey_off() {
 fn what_could_not_be_examined_is_never_called_sound() {
     let slanted = r#"{"kind": "halfspace", "normal": [0, 0.001, -1], "offset": -1e6}"#;
     let sky = r#"{"kind": "halfspace", "normal": [0, 0, -1], "offset": -9}"#;
-    let place = Place::new()
+    let sandbox = Sandbox::new()
         .with("far.json", scene(&[("ground", GROUND, 0), ("roof", slanted, 0)]))
         .with("pole.json", scene(&[("ground", GROUND, 0), ("pole", POLE, 0)]))
         .with("owned.json", scene(&[("ground", GROUND, 0), ("pole", POLE, 1)]))
         .with("apart.json", scene(&[("ground", GROUND, 0), ("sky", sky, 0)]));
-    let answer = place.run(&["check", "far.json"]);
-    assert_eq!(answer.code, Some(3), "{}", answer.stdout);
-    assert!(answer.stdout.contains("not examined: 'ground' and 'roof'"), "{}", answer.stdout);
-    assert!(!answer.stdout.contains(": sound"), "{}", answer.stdout);
+    let result = sandbox.run(&["check", "far.json"]);
+    assert_eq!(result.code, Some(3), "{}", result.stdout);
+    assert!(result.stdout.contains("not examined: 'ground' and 'roof'"), "{}", result.stdout);
+    assert!(!result.stdout.contains(": sound"), "{}", result.stdout);
     let report: serde_json::Value =
-        serde_json::from_str(&place.run(&["check", "far.json", "--json"]).stdout).unwrap();
+        serde_json::from_str(&sandbox.run(&["check", "far.json", "--json"]).stdout).unwrap();
     assert!(report["sound"].is_null() && report["unexamined"].as_array().unwrap().len() == 1, "{report}");
-    let answer = place.run(&["check", "pole.json"]);
-    assert_eq!(answer.code, Some(1), "{}", answer.stdout);
+    let result = sandbox.run(&["check", "pole.json"]);
+    assert_eq!(result.code, Some(1), "{}", result.stdout);
     for model in ["owned.json", "apart.json"] {
-        assert_eq!(place.run(&["check", model]).code, Some(0), "{model}");
+        assert_eq!(sandbox.run(&["check", model]).code, Some(0), "{model}");
     }
 }
 
@@ -165,26 +165,26 @@ fn tetrahedra(corners: &[[f64; 3]]) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
     (vertices, faces)
 }
 
-fn findings(place: &Place, model: &str) -> Vec<serde_json::Value> {
-    let answer = place.run(&["check", model, "--json"]);
-    let report: serde_json::Value = serde_json::from_str(&answer.stdout).unwrap();
-    assert_eq!(report["sound"], answer.code == Some(0), "{}", answer.stdout);
+fn findings(sandbox: &Sandbox, model: &str) -> Vec<serde_json::Value> {
+    let result = sandbox.run(&["check", model, "--json"]);
+    let report: serde_json::Value = serde_json::from_str(&result.stdout).unwrap();
+    assert_eq!(report["sound"], result.code == Some(0), "{}", result.stdout);
     report["findings"].as_array().unwrap().clone()
 }
 
-/// Every defect with its count and the first place, for people and for programs.
+/// Each defect has its count and its first location, in the text and in JSON.
 #[test]
-fn each_defect_has_a_count_and_a_place() {
+fn each_defect_has_a_count_and_a_location() {
     let far = [5.0, 0.0, 0.0];
     type Change = fn(&mut Vec<[f64; 3]>, &mut Vec<[u32; 3]>);
     type Case<'a> = (&'a str, &'a str, usize, [&'a [u32]; 2], &'a str, Change);
     let cases: [Case; 9] = [
         ("open_edges", "fault", 3, [&[4, 4], &[5, 6]], "3 open edges", |_, f| f.truncate(f.len() - 1)),
         ("flipped_faces", "fault", 3, [&[0, 1], &[0, 1]], "3 edges of flipped faces", |_, f| f[0].swap(0, 1)),
-        ("non_manifold_edges", "remark", 3, [&[0, 9], &[0, 1]], "3 edges of more than two faces", |_, f| {
+        ("crowded_edges", "remark", 3, [&[0, 9], &[0, 1]], "3 edges of more than two faces", |_, f| {
             f.extend([[0, 2, 1], [1, 2, 0]]);
         }),
-        ("degenerate_faces", "remark", 1, [&[8], &[]], "1 face with two corners in one place", |_, f| {
+        ("degenerate_faces", "remark", 1, [&[8], &[]], "1 face with two coincident corners", |_, f| {
             f.push([1, 1, 2]);
         }),
         ("zero_area_faces", "remark", 2, [&[8], &[]], "2 faces without area", |v, f| {
@@ -194,11 +194,11 @@ fn each_defect_has_a_count_and_a_place() {
         ("duplicate_faces", "remark", 2, [&[8, 0], &[]], "2 duplicate faces", |_, f| {
             f.extend([[0, 2, 1], [1, 2, 0]]);
         }),
-        ("duplicate_vertices", "remark", 1, [&[], &[8, 4]], "1 vertex in the place of another", |v, f| {
+        ("repeated_vertices", "remark", 1, [&[], &[8, 4]], "1 vertex at the point of another", |v, f| {
             v.push(v[4]);
             f[5][0] = 8;
         }),
-        ("inverted_shells", "remark", 1, [&[4], &[]], "1 shell outside of all others", |v, f| {
+        ("turned_shells", "remark", 1, [&[4], &[]], "1 outer shell is wound", |v, f| {
             f[4..].iter_mut().for_each(|f| f.swap(0, 1));
             v[1][0] = 2.0;
         }),
@@ -209,24 +209,24 @@ fn each_defect_has_a_count_and_a_place() {
     for (kind, severity, count, [faces, vertices], words, change) in cases {
         let (mut v, mut f) = tetrahedra(&[[0.0; 3], far]);
         change(&mut v, &mut f);
-        let place = Place::new().with("mesh.ply", ply(&v, &f));
-        let all = findings(&place, "mesh.ply");
+        let sandbox = Sandbox::new().with("mesh.ply", ply(&v, &f));
+        let all = findings(&sandbox, "mesh.ply");
         let found = all.iter().find(|f| f["kind"] == kind).unwrap_or_else(|| panic!("no {kind}: {all:?}"));
         assert_eq!(found["severity"], severity, "{found}");
         assert_eq!(found["count"], count, "{found}");
         assert_eq!(found["faces"], serde_json::json!(faces), "{found}");
         assert_eq!(found["vertices"], serde_json::json!(vertices), "{found}");
         assert_eq!(found["point"].as_array().map(Vec::len), Some(3), "{found}");
-        let text = place.run(&["check", "mesh.ply"]).stdout;
+        let text = sandbox.run(&["check", "mesh.ply"]).stdout;
         assert!(text.contains(&format!("{severity}: {words}")), "no '{words}' in\n{text}");
     }
 }
 
 #[test]
-fn an_inward_mesh_and_several_shells_are_remarked_on() {
+fn inward_faces_and_several_shells_are_remarks() {
     let (v, mut f) = tetrahedra(&[[0.0; 3], [5.0, 0.0, 0.0]]);
     f.iter_mut().for_each(|f| f.swap(0, 1));
-    let text = Place::new().with("mesh.ply", ply(&v, &f)).run(&["check", "mesh.ply"]).ok();
+    let text = Sandbox::new().with("mesh.ply", ply(&v, &f)).run(&["check", "mesh.ply"]).ok();
     for words in [
         "remark: the faces are wound inward",
         "remark: 2 shells; the second begins with face 4, at (5, 1, 0)",
@@ -236,24 +236,24 @@ fn an_inward_mesh_and_several_shells_are_remarked_on() {
 }
 
 #[test]
-fn objects_with_faces_in_one_place_are_remarked_on() {
+fn coincident_faces_of_objects_are_remarks() {
     let scene = r#"{"shotline": 1, "objects": [
         {"name": "lid", "node": {"kind": "box", "min": [0, 0, 1], "max": [2, 2, 1.5]}},
         {"name": "crate", "node": {"kind": "box", "min": [0, 0, 0], "max": [1, 1, 1]}},
         {"name": "ball", "node": {"kind": "sphere", "radius": 0.4, "translate": [0.5, 0.5, 2]}}]}"#;
-    let place = Place::new().with("scene.json", scene);
-    let all = findings(&place, "scene.json");
-    // Face on face, and no more: the lid's sides and the crate's share a plane, but no place.
+    let sandbox = Sandbox::new().with("scene.json", scene);
+    let all = findings(&sandbox, "scene.json");
+    // Only the faces on each other: the sides of the lid and of the crate are in one plane, but do not coincide.
     assert_eq!(all.len(), 1, "{all:?}");
     assert_eq!((&all[0]["kind"], &all[0]["severity"]), (&"coincidence".into(), &"remark".into()));
     assert_eq!(all[0]["objects"], serde_json::json!(["crate", "lid"]));
     assert_eq!(all[0]["point"][2], 1.0);
-    assert!(place.run(&["check", "scene.json"]).ok().contains("remark: 'crate' and 'lid', on "));
+    assert!(sandbox.run(&["check", "scene.json"]).ok().contains("remark: 'crate' and 'lid', on "));
 }
 
 #[test]
-fn surfaces_that_cut_each_other_are_not_in_one_place() {
+fn surfaces_that_cut_each_other_do_not_coincide() {
     let ball = |x: f64| format!(r#"{{"kind": "sphere", "radius": 1, "translate": [{x}, 0, 0]}}"#);
-    let place = Place::new().with("scene.json", scene(&[("a", &ball(0.0), 0), ("b", &ball(0.5), 1)]));
-    assert_eq!(findings(&place, "scene.json"), Vec::<serde_json::Value>::new());
+    let sandbox = Sandbox::new().with("scene.json", scene(&[("a", &ball(0.0), 0), ("b", &ball(0.5), 1)]));
+    assert_eq!(findings(&sandbox, "scene.json"), Vec::<serde_json::Value>::new());
 }

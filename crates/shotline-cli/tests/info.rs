@@ -1,20 +1,20 @@
 //! `shotline info`.
 
-mod place;
+mod sandbox;
 
 use std::process::Stdio;
 
-use place::{DRILLED, Place, cube_ply};
+use sandbox::{DRILLED, Sandbox, cube_ply};
 use serde_json::{Value, json};
 
 #[test]
 fn sizes_of_a_scene() {
-    let place = Place::new().with("drilled.json", DRILLED);
-    let text = place.run(&["info", "drilled.json"]).ok();
+    let sandbox = Sandbox::new().with("drilled.json", DRILLED);
+    let text = sandbox.run(&["info", "drilled.json"]).ok();
     for words in ["objects", "ball", "steel", "difference of 2", "(-5, -5, -5)", "mm"] {
         assert!(text.contains(words), "no '{words}' in\n{text}");
     }
-    let info: Value = serde_json::from_str(&place.run(&["info", "drilled.json", "--json"]).ok()).unwrap();
+    let info: Value = serde_json::from_str(&sandbox.run(&["info", "drilled.json", "--json"]).ok()).unwrap();
     assert_eq!(
         (&info["objects"], &info["leaves"], &info["virtual_leaves"]),
         (&2.into(), &3.into(), &3.into())
@@ -36,23 +36,23 @@ fn sizes_of_a_scene() {
 fn infinite_bounds_are_null_in_json() {
     let scene = r#"{"shotline": 1, "objects": [{"name": "ground",
         "node": {"kind": "halfspace", "normal": [0, 0, 1], "offset": 0}}]}"#;
-    let place = Place::new().with("ground.json", scene);
-    let info: Value = serde_json::from_str(&place.run(&["info", "ground.json", "--json"]).ok()).unwrap();
+    let sandbox = Sandbox::new().with("ground.json", scene);
+    let info: Value = serde_json::from_str(&sandbox.run(&["info", "ground.json", "--json"]).ok()).unwrap();
     assert_eq!(info["bounds"]["min"], json!([null, null, null]));
-    assert!(place.run(&["info", "ground.json"]).ok().contains("inf"));
+    assert!(sandbox.run(&["info", "ground.json"]).ok().contains("inf"));
 }
 
 #[test]
 fn a_mesh_is_an_object() {
-    let place = Place::new().with("cube.ply", cube_ply(12));
-    let text = place.run(&["info", "cube.ply"]).ok();
+    let sandbox = Sandbox::new().with("cube.ply", cube_ply(12));
+    let text = sandbox.run(&["info", "cube.ply"]).ok();
     assert!(text.contains("mesh of 12 triangles"), "{text}");
 }
 
 #[test]
-fn a_closed_pipe_is_no_error() {
-    let place = Place::new().with("drilled.json", DRILLED);
-    let mut command = place.command(&["info", "drilled.json"]);
+fn a_closed_pipe_is_not_an_error() {
+    let sandbox = Sandbox::new().with("drilled.json", DRILLED);
+    let mut command = sandbox.command(&["info", "drilled.json"]);
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     drop(child.stdout.take());
     let output = child.wait_with_output().unwrap();

@@ -1,8 +1,8 @@
-//! What the readers of files passed over or repaired is printed by `check`, `info` and `convert`.
+//! `check`, `info` and `convert` print what the readers of files ignored or repaired.
 
-mod place;
+mod sandbox;
 
-use place::Place;
+use sandbox::Sandbox;
 use serde_json::{Value, json};
 
 const CUBE: &str = "v -1 -1 -1\nv 1 -1 -1\nv -1 1 -1\nv 1 1 -1\nv -1 -1 1\nv 1 -1 1\nv -1 1 1\nv 1 1 1\n\
@@ -10,17 +10,17 @@ const CUBE: &str = "v -1 -1 -1\nv 1 -1 -1\nv -1 1 -1\nv 1 1 -1\nv -1 -1 1\nv 1 -
 
 #[test]
 fn notes_are_printed_with_count_and_first_line() {
-    let place = Place::new().with("cube.obj", CUBE);
+    let sandbox = Sandbox::new().with("cube.obj", CUBE);
     let cut = "cube.obj: 6 polygons were cut into triangles, the first on line 9";
     let unknown =
         "cube.obj: 2 lines with keywords that OBJ does not have were passed over, the first 'foo' on line 11";
     for command in ["check", "info"] {
-        let text = place.run(&[command, "cube.obj"]).ok();
+        let text = sandbox.run(&[command, "cube.obj"]).ok();
         for note in [cut, unknown] {
             assert!(text.contains(&format!("note: {note}\n")), "{command}: no '{note}' in\n{text}");
         }
     }
-    let info: Value = serde_json::from_str(&place.run(&["info", "cube.obj", "--json"]).ok()).unwrap();
+    let info: Value = serde_json::from_str(&sandbox.run(&["info", "cube.obj", "--json"]).ok()).unwrap();
     let note =
         |kind: &str| info["notes"].as_array().unwrap().iter().find(|n| n["kind"] == kind).unwrap().clone();
     assert_eq!(
@@ -28,7 +28,7 @@ fn notes_are_printed_with_count_and_first_line() {
         (&false.into(), &true.into())
     );
     assert_eq!((&note("polygons_cut")["count"], &note("polygons_cut")["line"]), (&6.into(), &9.into()));
-    let check: Value = serde_json::from_str(&place.run(&["check", "cube.obj", "--json"]).ok()).unwrap();
+    let check: Value = serde_json::from_str(&sandbox.run(&["check", "cube.obj", "--json"]).ok()).unwrap();
     let found =
         check["findings"].as_array().unwrap().iter().find(|f| f["kind"] == "unknown_keyword").unwrap();
     assert_eq!(
@@ -40,37 +40,37 @@ fn notes_are_printed_with_count_and_first_line() {
 #[test]
 fn notes_of_the_meshes_of_a_scene_name_their_file() {
     let scene = r#"{"shotline": 1, "objects": [{"node": {"kind": "mesh", "file": "cube.obj"}}]}"#;
-    let place = Place::new().with("cube.obj", CUBE).with("scene.json", scene);
-    let text = place.run(&["check", "scene.json"]).ok();
+    let sandbox = Sandbox::new().with("cube.obj", CUBE).with("scene.json", scene);
+    let text = sandbox.run(&["check", "scene.json"]).ok();
     assert!(
         text.contains("note: cube.obj: 6 polygons were cut into triangles, the first on line 9\n"),
         "{text}"
     );
 }
 
-fn case(name: &str) -> Place {
+fn case(name: &str) -> Sandbox {
     let path = format!("{}/../../testdata/cases/{name}", env!("CARGO_MANIFEST_DIR"));
-    Place::new().with(name, std::fs::read(path).unwrap())
+    Sandbox::new().with(name, std::fs::read(path).unwrap())
 }
 
-fn answer(place: &Place, args: &[&str]) -> Value {
-    serde_json::from_str(&place.run(args).ok()).unwrap()
+fn run_json(sandbox: &Sandbox, args: &[&str]) -> Value {
+    serde_json::from_str(&sandbox.run(args).ok()).unwrap()
 }
 
 /// The `t` and polygons of the crossings of a ray.
 fn shot(name: &str, from: &str, dir: &str) -> Vec<(f64, u64)> {
     let (from, dir) = (format!("--from={from}"), format!("--dir={dir}"));
-    let shot = answer(&case(name), &["shoot", name, &from, &dir, "--json"]);
+    let shot = run_json(&case(name), &["shoot", name, &from, &dir, "--json"]);
     let crossings = shot["crossings"].as_array().unwrap();
     crossings.iter().map(|c| (c["t"].as_f64().unwrap(), c["polygon"].as_u64().unwrap())).collect()
 }
 
 fn measured(name: &str) -> Value {
-    answer(&case(name), &["measure", name, "--json"])["objects"][0]["volume"].clone()
+    run_json(&case(name), &["measure", name, "--json"])["objects"][0]["volume"].clone()
 }
 
 #[test]
-fn a_cube_behind_a_byte_order_mark_or_with_comments_is_the_cube() {
+fn a_byte_order_mark_and_comments_do_not_change_the_cube() {
     for name in ["bom.obj", "inline-comment.obj"] {
         assert_eq!(shot(name, "-5,0.2,0.3", "1,0,0"), [(4.0, 4), (6.0, 5)], "{name}");
         assert_eq!(measured(name)["value"], 8.0, "{name}");
@@ -94,20 +94,20 @@ fn a_prism_of_concave_polygons_is_measured_exactly() {
 }
 
 #[test]
-fn queries_say_on_stderr_what_was_dropped_and_not_what_was_passed_over() {
-    let place = case("two-corner-face.obj");
-    let answer = place.run(&["shoot", "two-corner-face.obj", "--from=0.1,0.1,-1", "--dir=0,0,1", "--json"]);
+fn queries_report_on_stderr_what_was_dropped_and_not_what_was_ignored() {
+    let sandbox = case("two-corner-face.obj");
+    let result = sandbox.run(&["shoot", "two-corner-face.obj", "--from=0.1,0.1,-1", "--dir=0,0,1", "--json"]);
     assert_eq!(
-        answer.stderr,
+        result.stderr,
         "note: two-corner-face.obj: 1 face of fewer than three corners was dropped, on line 9\n"
     );
-    assert!(place.run(&["measure", "two-corner-face.obj"]).stderr.contains("1 face of fewer"));
-    assert_eq!(place.run(&["measure", "two-corner-face.obj", "--quiet"]).stderr, "");
+    assert!(sandbox.run(&["measure", "two-corner-face.obj"]).stderr.contains("1 face of fewer"));
+    assert_eq!(sandbox.run(&["measure", "two-corner-face.obj", "--quiet"]).stderr, "");
     assert_eq!(case("bom.obj").run(&["measure", "bom.obj"]).stderr, "");
 }
 
 #[test]
-fn small_files_of_other_programs_are_the_solid_that_they_mean() {
+fn files_of_other_programs_are_the_solids_that_they_describe() {
     for name in
         ["nan-unused.obj", "nan-unused.ply", "cr-only.ply", "binary-tail.stl", "bom.stl", "comment-first.stl"]
     {

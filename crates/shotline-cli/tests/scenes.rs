@@ -1,11 +1,11 @@
-//! What is shipped and shown works: the scenes, those of the documentation, and the commands of the README.
+//! The shipped scenes, the scenes of the documentation and the commands of the README work.
 
-mod place;
+mod sandbox;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use place::Place;
+use sandbox::Sandbox;
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap().to_path_buf()
@@ -15,7 +15,7 @@ fn read(path: &str) -> String {
     fs::read_to_string(root().join(path)).unwrap()
 }
 
-/// The blocks of a page that are marked by one of some words.
+/// The code blocks of a page with one of the given languages.
 fn blocks<'a>(page: &'a str, marks: &[&str]) -> Vec<&'a str> {
     let pieces: Vec<&str> = page.split("\n```").collect();
     let inside = pieces.iter().skip(1).step_by(2);
@@ -24,19 +24,19 @@ fn blocks<'a>(page: &'a str, marks: &[&str]) -> Vec<&'a str> {
 }
 
 #[track_caller]
-fn assert_sound(place: &Place, model: &str) {
-    let answer = place.run(&["check", model]);
-    assert_eq!(answer.code, Some(0), "{model}\n{}{}", answer.stdout, answer.stderr);
-    assert!(answer.stdout.ends_with(": sound\n"), "{}", answer.stdout);
+fn assert_sound(sandbox: &Sandbox, model: &str) {
+    let result = sandbox.run(&["check", model]);
+    assert_eq!(result.code, Some(0), "{model}\n{}{}", result.stdout, result.stderr);
+    assert!(result.stdout.ends_with(": sound\n"), "{}", result.stdout);
 }
 
 #[test]
-fn every_scene_that_is_shipped_is_sound() {
-    let place = Place::new();
+fn every_shipped_scene_is_sound() {
+    let sandbox = Sandbox::new();
     let mut count = 0;
     for entry in fs::read_dir(root().join("scenes")).unwrap() {
         let path = entry.unwrap().path();
-        assert_sound(&place, path.to_str().unwrap());
+        assert_sound(&sandbox, path.to_str().unwrap());
         count += 1;
     }
     assert!(count >= 8, "{count}");
@@ -52,10 +52,11 @@ fn every_scene_of_the_documentation_is_sound() {
     let mut count = 0;
     for page in pages {
         for block in blocks(&read(&page), &["json", "jsonc"]) {
-            // Pieces of scenes are shown as well.
+            // Some blocks are only excerpts of scenes.
             if block.contains("\"shotline\"") && block.contains("\"objects\"") && !block.contains("...") {
-                let place = Place::new().with("scene.json", block).with("part.ply", place::cube_ply(12));
-                assert_sound(&place, "scene.json");
+                let sandbox =
+                    Sandbox::new().with("scene.json", block).with("part.ply", sandbox::cube_ply(12));
+                assert_sound(&sandbox, "scene.json");
                 count += 1;
             }
         }
@@ -63,17 +64,18 @@ fn every_scene_of_the_documentation_is_sound() {
     assert!(count >= 1);
 }
 
-/// Every line of the block, in order, in a folder that holds no more than the scenes; pictures small, so that it is fast.
+/// Runs every line of the block, in order, in a folder that contains only the scenes. The pictures are small, so that the
+/// test is fast.
 #[test]
 fn every_command_of_the_readme_runs_on_a_fresh_clone() {
     let readme = read("README.md");
     let commands =
         blocks(&readme, &["sh"]).into_iter().find(|block| block.contains("shotline render")).unwrap();
-    let place = Place::new();
-    fs::create_dir(place.path("scenes")).unwrap();
+    let sandbox = Sandbox::new();
+    fs::create_dir(sandbox.path("scenes")).unwrap();
     for entry in fs::read_dir(root().join("scenes")).unwrap() {
         let path = entry.unwrap().path();
-        fs::copy(&path, place.path("scenes").join(path.file_name().unwrap())).unwrap();
+        fs::copy(&path, sandbox.path("scenes").join(path.file_name().unwrap())).unwrap();
     }
     let mut count = 0;
     for line in commands.lines() {
@@ -88,12 +90,12 @@ fn every_command_of_the_readme_runs_on_a_fresh_clone() {
                 samples.iter().for_each(|at| args[at + 1] = "1");
                 args.extend(["--size", "16x12"]);
             }
-            // It casts for seconds whatever it is given.
+            // It always casts for seconds.
             "bench" => continue,
             _ => {}
         }
-        let answer = place.run(&args);
-        assert_eq!(answer.code, Some(0), "{line}\n{}{}", answer.stdout, answer.stderr);
+        let result = sandbox.run(&args);
+        assert_eq!(result.code, Some(0), "{line}\n{}{}", result.stdout, result.stderr);
         count += 1;
     }
     assert!(count >= 10, "{count}");
@@ -101,11 +103,11 @@ fn every_command_of_the_readme_runs_on_a_fresh_clone() {
 
 /// The second example of `check --help`.
 #[test]
-fn a_scene_that_is_sound_has_segments_and_measures() {
+fn a_sound_scene_has_segments_and_measures() {
     let scene = root().join("scenes/section.json");
     let scene = scene.to_str().unwrap();
-    let place = Place::new().with_rays("rays.npy", &[[-9.0, 0.1, 3.05, 1.0, 0.0, 0.0]]);
-    place.run(&["cast", scene, "--rays", "rays.npy", "--query", "segments", "-o", "out.npz"]).ok();
-    let text = place.run(&["measure", scene, "--rays", "480"]).ok();
+    let sandbox = Sandbox::new().with_rays("rays.npy", &[[-9.0, 0.1, 3.05, 1.0, 0.0, 0.0]]);
+    sandbox.run(&["cast", scene, "--rays", "rays.npy", "--query", "segments", "-o", "out.npz"]).ok();
+    let text = sandbox.run(&["measure", scene, "--rays", "480"]).ok();
     assert!(text.contains("unbounded") && text.contains("lever"), "{text}");
 }

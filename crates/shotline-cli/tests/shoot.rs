@@ -1,8 +1,8 @@
 //! `shotline shoot`.
 
-mod place;
+mod sandbox;
 
-use place::{DRILLED, Place, cube_ply};
+use sandbox::{DRILLED, Sandbox, cube_ply};
 use serde_json::Value;
 
 fn near(value: &Value, expected: f64) -> bool {
@@ -10,9 +10,9 @@ fn near(value: &Value, expected: f64) -> bool {
 }
 
 #[test]
-fn the_table_tells_every_crossing() {
-    let place = Place::new().with("drilled.json", DRILLED);
-    let text = place.run(&["shoot", "drilled.json", "--from", "-10,0,0", "--to", "-9,0,0"]).ok();
+fn the_table_lists_every_crossing() {
+    let sandbox = Sandbox::new().with("drilled.json", DRILLED);
+    let text = sandbox.run(&["shoot", "drilled.json", "--from", "-10,0,0", "--to", "-9,0,0"]).ok();
     let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split_whitespace().collect()).collect();
     let row = |number: &str| rows.iter().find(|r| r.first() == Some(&number)).expect("a row").clone();
     assert_eq!(row("1")[..8], ["1", "5", "5", "-5", "0", "0", "in", "ball"]);
@@ -26,9 +26,9 @@ fn the_table_tells_every_crossing() {
 }
 
 #[test]
-fn json_has_the_same_in_full() {
-    let place = Place::new().with("drilled.json", DRILLED);
-    let text = place.run(&["shoot", "drilled.json", "--from", "-10,0,0", "--dir", "2,0,0", "--json"]).ok();
+fn json_has_the_same_values_with_all_digits() {
+    let sandbox = Sandbox::new().with("drilled.json", DRILLED);
+    let text = sandbox.run(&["shoot", "drilled.json", "--from", "-10,0,0", "--dir", "2,0,0", "--json"]).ok();
     let shot: Value = serde_json::from_str(&text).unwrap();
     let crossings = shot["crossings"].as_array().unwrap();
     assert_eq!(crossings.len(), 6);
@@ -43,58 +43,58 @@ fn json_has_the_same_in_full() {
 }
 
 #[test]
-fn open_ends_are_null_in_json_and_plain_in_the_table() {
+fn infinite_ends_are_null_in_json_and_inf_in_the_table() {
     let scene = r#"{"shotline": 1, "objects": [{"name": "ground",
         "node": {"kind": "halfspace", "normal": [0, 0, 1], "offset": 0}}]}"#;
-    let place = Place::new().with("ground.json", scene);
+    let sandbox = Sandbox::new().with("ground.json", scene);
     let down = ["shoot", "ground.json", "--from", "0,0,3", "--dir", "0,0,-1"];
-    let text = place.run(&down).ok();
+    let text = sandbox.run(&down).ok();
     assert!(text.contains("out (end)") && text.contains("inf"), "{text}");
-    let shot: Value = serde_json::from_str(&place.run(&[&down[..], &["--json"]].concat()).ok()).unwrap();
+    let shot: Value = serde_json::from_str(&sandbox.run(&[&down[..], &["--json"]].concat()).ok()).unwrap();
     let end = &shot["crossings"][1];
     assert_eq!((&end["kind"], &end["t"], &end["normal"]), (&"end".into(), &Value::Null, &Value::Null));
-    let inside = place.run(&["shoot", "ground.json", "--from", "0,0,-3", "--dir", "0,0,1"]).ok();
+    let inside = sandbox.run(&["shoot", "ground.json", "--from", "0,0,-3", "--dir", "0,0,1"]).ok();
     assert!(inside.contains("in (start)"), "{inside}");
 }
 
 #[test]
-fn a_miss_and_the_span_are_told() {
-    let place = Place::new().with("drilled.json", DRILLED);
-    let miss = place.run(&["shoot", "drilled.json", "--from", "0,0,9", "--dir", "0,0,1"]).ok();
+fn misses_and_spans_are_reported() {
+    let sandbox = Sandbox::new().with("drilled.json", DRILLED);
+    let miss = sandbox.run(&["shoot", "drilled.json", "--from", "0,0,9", "--dir", "0,0,1"]).ok();
     assert!(miss.contains("miss"), "{miss}");
     let part = ["shoot", "drilled.json", "--from", "-10,0,0", "--to", "10,0,0", "--t-max", "0.375"];
-    let text = place.run(&part).ok();
+    let text = sandbox.run(&part).ok();
     assert!(text.contains("2 crossings") && text.contains("out (end)"), "{text}");
 }
 
 #[test]
-fn overlaps_are_noted() {
+fn overlaps_are_reported() {
     let scene = r#"{"shotline": 1, "objects": [
         {"name": "a", "node": {"kind": "box", "min": [0, -1, -1], "max": [2, 1, 1]}},
         {"name": "b", "node": {"kind": "box", "min": [1, -1, -1], "max": [3, 1, 1]}}]}"#;
-    let place = Place::new().with("two.json", scene);
-    let text = place.run(&["shoot", "two.json", "--from", "-1,0,0", "--dir", "1,0,0"]).ok();
+    let sandbox = Sandbox::new().with("two.json", scene);
+    let text = sandbox.run(&["shoot", "two.json", "--from", "-1,0,0", "--dir", "1,0,0"]).ok();
     assert!(text.contains("overlap: 'a' and 'b'") && text.contains("from t = 2 to t = 3"), "{text}");
     assert!(text.contains("3 in"), "each length counts once: {text}");
 }
 
 #[test]
 fn a_surface_has_crossings_but_no_thickness() {
-    let place = Place::new().with("open.ply", cube_ply(10));
-    let text = place.run(&["shoot", "open.ply", "--from", "-1,0.3,0.4", "--dir", "1,0,0"]).ok();
+    let sandbox = Sandbox::new().with("open.ply", cube_ply(10));
+    let text = sandbox.run(&["shoot", "open.ply", "--from", "-1,0.3,0.4", "--dir", "1,0,0"]).ok();
     assert!(text.contains("1 crossing") && text.contains("no thickness"), "{text}");
     assert!(text.contains("open"), "{text}");
 }
 
 #[test]
-fn bad_rays_are_refused() {
-    let place = Place::new().with("drilled.json", DRILLED);
-    let shoot = |rest: &[&str]| place.run(&[&["shoot", "drilled.json"], rest].concat());
-    shoot(&["--from", "0,0,0", "--dir", "0,0,0"]).refused(&["direction", "zero", "--dir"]);
-    shoot(&["--from", "0,0,0", "--dir", "0,nan,0"]).refused(&["nan", "not finite", "--dir"]);
-    shoot(&["--from", "0,0", "--dir", "0,1,0"]).refused(&["three numbers", "--from"]);
-    shoot(&["--from", "0,0,0"]).refused(&["--to", "--dir"]);
-    shoot(&["--from", "0,0,0", "--to", "1,0,0", "--dir", "1,0,0"]).refused(&["--to", "--dir"]);
+fn invalid_rays_are_errors() {
+    let sandbox = Sandbox::new().with("drilled.json", DRILLED);
+    let shoot = |rest: &[&str]| sandbox.run(&[&["shoot", "drilled.json"], rest].concat());
+    shoot(&["--from", "0,0,0", "--dir", "0,0,0"]).fails_with(&["direction", "zero", "--dir"]);
+    shoot(&["--from", "0,0,0", "--dir", "0,nan,0"]).fails_with(&["nan", "not finite", "--dir"]);
+    shoot(&["--from", "0,0", "--dir", "0,1,0"]).fails_with(&["three numbers", "--from"]);
+    shoot(&["--from", "0,0,0"]).fails_with(&["--to", "--dir"]);
+    shoot(&["--from", "0,0,0", "--to", "1,0,0", "--dir", "1,0,0"]).fails_with(&["--to", "--dir"]);
     shoot(&["--from", "0,0,0", "--to", "1,0,0", "--t-min", "2", "--t-max", "1"])
-        .refused(&["2", "1", "--t-max"]);
+        .fails_with(&["2", "1", "--t-max"]);
 }

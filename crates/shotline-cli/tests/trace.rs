@@ -1,16 +1,16 @@
 //! `shotline shoot --trace`.
 
-mod place;
+mod sandbox;
 
-use place::{Answer, DRILLED, Place, cube_ply};
+use sandbox::{DRILLED, RunResult, Sandbox, cube_ply};
 use serde_json::Value;
 
 const ALONG_X: [&str; 6] = ["shoot", "drilled.json", "--from", "-10,0,0", "--dir", "1,0,0"];
 
 #[test]
-fn every_step_of_a_ray_is_told() {
-    let place = Place::new().with("drilled.json", DRILLED);
-    let text = place.run(&[&ALONG_X[..], &["--trace"]].concat()).ok();
+fn every_step_of_a_ray_is_reported() {
+    let sandbox = Sandbox::new().with("drilled.json", DRILLED);
+    let text = sandbox.run(&[&ALONG_X[..], &["--trace"]].concat()).ok();
     let expected = "   t  step
    0  the scene: 2 placements
    5    + box [-5, 8] x [-5, 5] x [-5, 5]
@@ -43,24 +43,24 @@ ray from";
 }
 
 #[test]
-fn the_closest_crossing_leaves_what_is_behind() {
-    let place = Place::new().with("drilled.json", DRILLED);
-    let text = place.run(&[&ALONG_X[..], &["--trace=closest"]].concat()).ok();
+fn the_closest_crossing_skips_what_is_behind_it() {
+    let sandbox = Sandbox::new().with("drilled.json", DRILLED);
+    let text = sandbox.run(&[&ALONG_X[..], &["--trace=closest"]].concat()).ok();
     assert!(text.contains("  16  done: 1 pending entry is never opened\n"), "{text}");
     assert!(!text.contains("test box"), "{text}");
-    let cut = place.run(&[&ALONG_X[..], &["--trace=closest", "--steps", "3"]].concat()).ok();
+    let cut = sandbox.run(&[&ALONG_X[..], &["--trace=closest", "--steps", "3"]].concat()).ok();
     assert!(cut.contains("  10 more steps are left out; --steps 13 shows all\n"), "{cut}");
 }
 
 #[test]
-fn every_structure_has_words_for_its_parts() {
+fn every_accelerator_names_its_parts() {
     let ball = |x| format!(r#"{{"kind": "sphere", "radius": 0.6, "translate": [{x}, {}, 0]}}"#, x % 3);
     let balls: Vec<String> = (0..12).map(ball).collect();
     let scene = format!(
         r#"{{"shotline": 1, "objects": [{{"node": {{"op": "union", "args": [{}]}}}}]}}"#,
         balls.join(", ")
     );
-    let place = Place::new().with("row.json", scene).with("cube.ply", cube_ply(12));
+    let sandbox = Sandbox::new().with("row.json", scene).with("cube.ply", cube_ply(12));
     for (accel, words) in [
         ("brute", "+ sphere#10"),
         ("bvh", "open box [-0.6, 11.6] x"),
@@ -70,18 +70,18 @@ fn every_structure_has_words_for_its_parts() {
     ] {
         let along =
             ["shoot", "row.json", "--from", "-5,0.5,0", "--dir", "1,0,0", "--trace", "--accel", accel];
-        let text = place.run(&along).ok();
+        let text = sandbox.run(&along).ok();
         assert!(text.contains(words), "no '{words}' of {accel} in {text}");
         let down = ["shoot", "cube.ply", "--from", "0.3,0.4,5", "--dir", "0,0,-1", "--trace=closest"];
-        let text = place.run(&[&down[..], &["--accel", accel]].concat()).ok();
+        let text = sandbox.run(&[&down[..], &["--accel", accel]].concat()).ok();
         assert!(text.contains("in at 4 (triangle 2); limit 4"), "{accel}: {text}");
     }
 }
 
 #[test]
-fn programs_read_steps_as_json() {
-    let place = Place::new().with("drilled.json", DRILLED);
-    let text = place.run(&[&ALONG_X[..], &["--trace", "--json"]].concat()).ok();
+fn steps_are_also_json() {
+    let sandbox = Sandbox::new().with("drilled.json", DRILLED);
+    let text = sandbox.run(&[&ALONG_X[..], &["--trace", "--json"]].concat()).ok();
     let shot: Value = serde_json::from_str(&text).unwrap();
     let steps = shot["trace"]["steps"].as_array().unwrap();
     assert_eq!((steps.len(), &shot["trace"]["left_out"]), (27, &0.into()));
@@ -95,19 +95,19 @@ fn programs_read_steps_as_json() {
 
 #[test]
 fn steps_need_a_trace() {
-    let place = Place::new().with("drilled.json", DRILLED);
-    place.run(&[&ALONG_X[..], &["--steps", "5"]].concat()).refused(&["--trace"]);
-    place.run(&[&ALONG_X[..], &["--trace=furthest"]].concat()).refused(&["closest", "furthest"]);
+    let sandbox = Sandbox::new().with("drilled.json", DRILLED);
+    sandbox.run(&[&ALONG_X[..], &["--steps", "5"]].concat()).fails_with(&["--trace"]);
+    sandbox.run(&[&ALONG_X[..], &["--trace=furthest"]].concat()).fails_with(&["closest", "furthest"]);
 }
 
-/// The page on accelerators shows a trace: it is what the program says.
+/// The trace on the page about accelerators is the output of the program.
 #[test]
-fn the_example_of_the_page_is_true() {
+fn the_example_of_the_page_is_current() {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
     let page = std::fs::read_to_string(format!("{root}/docs/accelerators.md")).unwrap();
     let example = page.split_once("```text\n$ shotline ").unwrap().1.split_once("```").unwrap().0;
     let (command, expected) = example.split_once('\n').unwrap();
     let args: Vec<&str> = command.split_whitespace().collect();
-    let text = Answer::of(Place::new().command(&args).current_dir(root).output().unwrap()).ok();
+    let text = RunResult::of(Sandbox::new().command(&args).current_dir(root).output().unwrap()).ok();
     assert!(text.starts_with(expected), "{text}");
 }

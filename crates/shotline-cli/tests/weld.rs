@@ -1,67 +1,67 @@
-//! Welding on the command line, and meshes of which nothing can be hit.
+//! Welding on the command line, and meshes that no ray can hit.
 
-mod place;
+mod sandbox;
 
-use place::Place;
+use sandbox::Sandbox;
 use serde_json::Value;
 
 const NOISE: &[u8] = include_bytes!("../../../testdata/cases/cad-noise.stl");
 const TWO_SIDED: &[u8] = include_bytes!("../../../testdata/cases/two-sided.obj");
 
-/// Holds `check` to finding a model not sound, and to saying why.
-fn is_not_sound(place: &Place, model: &str, why: &str) {
-    let found = place.run(&["check", model]);
+/// Asserts that `check` finds a model not sound, and says why.
+fn assert_not_sound(sandbox: &Sandbox, model: &str, why: &str) {
+    let found = sandbox.run(&["check", model]);
     assert_eq!(found.code, Some(1));
     assert!(found.stdout.contains(why), "{}", found.stdout);
 }
 
 #[test]
-fn check_names_the_noise_that_keeps_a_mesh_open_and_weld_closes_it() {
-    let place = Place::new().with("noise.stl", NOISE);
-    is_not_sound(&place, "noise.stl", "welded, the mesh is closed: use --weld auto");
-    let closed = place.run(&["check", "noise.stl", "--weld", "auto"]).ok();
+fn check_reports_noise_that_opens_a_mesh_and_weld_closes_it() {
+    let sandbox = Sandbox::new().with("noise.stl", NOISE);
+    assert_not_sound(&sandbox, "noise.stl", "welded, the mesh is closed: use --weld auto");
+    let closed = sandbox.run(&["check", "noise.stl", "--weld", "auto"]).ok();
     assert!(closed.contains(": closed") || closed.contains("closed, volume"), "{closed}");
     assert!(closed.contains("note: noise.stl: ") && closed.contains("merged with"), "{closed}");
     let measured: Value =
-        serde_json::from_str(&place.run(&["measure", "noise.stl", "--weld", "1e-12", "--json"]).ok())
+        serde_json::from_str(&sandbox.run(&["measure", "noise.stl", "--weld", "1e-12", "--json"]).ok())
             .unwrap();
     assert_eq!(measured["objects"][0]["exact"], true);
-    place.run(&["convert", "noise.stl", "welded.ply", "--weld", "auto"]).ok();
-    assert!(place.run(&["check", "welded.ply"]).ok().contains("closed, volume"));
+    sandbox.run(&["convert", "noise.stl", "welded.ply", "--weld", "auto"]).ok();
+    assert!(sandbox.run(&["check", "welded.ply"]).ok().contains("closed, volume"));
 }
 
 #[test]
-fn a_mesh_of_a_scene_is_welded_as_it_says() {
+fn a_mesh_of_a_scene_is_welded_as_the_scene_says() {
     let scene = |weld: &str| {
         format!(
             r#"{{"shotline": 1, "objects": [{{"node": {{"kind": "mesh", "file": "noise.stl", "weld": {weld}}}}}]}}"#
         )
     };
-    let place = Place::new()
+    let sandbox = Sandbox::new()
         .with("noise.stl", NOISE)
         .with("auto.json", scene("\"auto\""))
         .with("bad.json", scene("-1"));
-    assert!(place.run(&["check", "auto.json"]).ok().contains("closed, volume"));
-    let bad = place.run(&["check", "bad.json"]);
+    assert!(sandbox.run(&["check", "auto.json"]).ok().contains("closed, volume"));
+    let bad = sandbox.run(&["check", "bad.json"]);
     assert_eq!(bad.code, Some(2));
     assert!(bad.stderr.contains("-1 is not a distance to weld within"), "{}", bad.stderr);
-    let bad = place.run(&["info", "noise.stl", "--weld", "near"]);
+    let bad = sandbox.run(&["info", "noise.stl", "--weld", "near"]);
     assert!(bad.code == Some(2) && bad.stderr.contains("or auto"), "{}", bad.stderr);
-    place.run(&["info", "noise.stl", "--weld", "-1"]).refused(&["--weld", "-1 is not a distance"]);
-    let word = Place::new().with("noise.stl", NOISE).with("word.json", scene("\"automatic\""));
-    let answer = word.run(&["info", "word.json"]);
-    assert_eq!(answer.stderr.matches("at least 0").count(), 1, "{}", answer.stderr);
-    answer.refused(&["word.json:1:", "'automatic' is not a distance", "help: give a number"]);
+    sandbox.run(&["info", "noise.stl", "--weld", "-1"]).fails_with(&["--weld", "-1 is not a distance"]);
+    let word = Sandbox::new().with("noise.stl", NOISE).with("word.json", scene("\"automatic\""));
+    let result = word.run(&["info", "word.json"]);
+    assert_eq!(result.stderr.matches("at least 0").count(), 1, "{}", result.stderr);
+    result.fails_with(&["word.json:1:", "'automatic' is not a distance", "help: give a number"]);
 }
 
 #[test]
-fn a_weld_that_leaves_nothing_is_told_as_such() {
-    let place = Place::new().with("noise.stl", NOISE);
-    let found = place.run(&["check", "noise.stl", "--weld", "100"]);
+fn a_weld_that_leaves_nothing_is_reported() {
+    let sandbox = Sandbox::new().with("noise.stl", NOISE);
+    let found = sandbox.run(&["check", "noise.stl", "--weld", "100"]);
     let why = "\nnoise.stl: after welding within 100 the mesh has no face with three different corners; choose a \
                smaller distance\n";
     assert!(found.code == Some(1) && found.stdout.contains(why), "{}", found.stdout);
-    let cube = Place::new().with("cube.ply", place::cube_ply(12));
+    let cube = Sandbox::new().with("cube.ply", sandbox::cube_ply(12));
     let found = cube.run(&["check", "cube.ply", "--weld", "0"]).ok();
     assert!(found.contains("no vertices were merged: no two are in one place"), "{found}");
     let found = cube.run(&["check", "cube.ply", "--weld", "0.25"]).ok();
@@ -69,9 +69,9 @@ fn a_weld_that_leaves_nothing_is_told_as_such() {
 }
 
 #[test]
-fn faces_that_cancel_are_a_fault_where_nothing_is_left() {
-    let place = Place::new().with("two.obj", TWO_SIDED);
-    is_not_sound(&place, "two.obj", "nothing of this mesh can ever be hit");
-    let picture = place.run(&["render", "two.obj", "-o", "two.png", "--size", "8x8"]);
+fn faces_that_cancel_are_a_fault_if_nothing_is_left() {
+    let sandbox = Sandbox::new().with("two.obj", TWO_SIDED);
+    assert_not_sound(&sandbox, "two.obj", "nothing of this mesh can ever be hit");
+    let picture = sandbox.run(&["render", "two.obj", "-o", "two.png", "--size", "8x8"]);
     assert!(picture.stderr.contains("two.obj: nothing of it can ever be hit"), "{}", picture.stderr);
 }

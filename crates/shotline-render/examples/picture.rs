@@ -13,7 +13,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err("usage: picture SCENE PICTURE [LOOK] [SAMPLES]".into());
     };
     let name = arguments.next().unwrap_or("lit".into());
-    let look = look(&name).ok_or("no such look")?;
+    let look = look(&name).ok_or("there is no such look")?;
     let samples = arguments.next().map_or(Ok(64), |n| n.parse())?;
 
     let document = shotline_io::load(scene)?;

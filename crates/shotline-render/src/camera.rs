@@ -1,25 +1,27 @@
-//! A checked camera and the rays it casts.
+//! A valid camera and the rays it casts.
 
 use shotline::math::{Affine, Vec3};
 use shotline::ray::{InvalidRay, Ray};
 use shotline::scene::{Camera, Lens, LightSource};
 
-/// What is wrong with a camera.
+/// Why a camera is not valid.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum CameraError {
     /// A coordinate is NaN or infinite.
     #[error("`{0}` has a component that is NaN or infinite")]
     NotFinite(&'static str),
-    /// Nothing says where it looks.
-    #[error("`eye` and `target` are the same point: move one of them, so that there is a direction to look")]
+    /// The camera has no direction.
+    #[error("`eye` and `target` are the same point: move one of them, so that the camera has a direction")]
     NoDirection,
-    /// Nothing says what is up.
-    #[error("`up` is zero or along the line from `eye` to `target`: looking straight down, choose [0, 1, 0]")]
+    /// The camera has no upward direction.
+    #[error(
+        "`up` is zero or along the line from `eye` to `target`: for a view straight down, choose [0, 1, 0]"
+    )]
     NoUp,
-    /// The angle of view is not one.
+    /// The angle of view is out of range.
     #[error("`fov` is {0} degrees, but must be above 0 and below 180")]
     Fov(f64),
-    /// The height of the picture is not one.
+    /// The height of the picture is out of range.
     #[error("`height` is {0}, but must be positive and finite")]
     Height(f64),
     /// The numbers are too large for rays.
@@ -27,7 +29,7 @@ pub enum CameraError {
     Ray(#[from] InvalidRay),
 }
 
-/// A camera with a picture size: what turns places in the picture into rays.
+/// A camera with a picture size: it turns positions in the picture into rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     eye: Vec3,
@@ -48,7 +50,7 @@ enum Projection {
 }
 
 impl View {
-    /// Checks a camera for a picture of so many pixels; pixels are square.
+    /// Checks a camera for a picture of `width` times `height` pixels; pixels are square.
     ///
     /// # Errors
     /// [`CameraError`].
@@ -74,11 +76,11 @@ impl View {
         Ok(View { eye: camera.eye, forward, right, up, zenith, projection, size })
     }
 
-    /// The ray through a place in the picture, in pixels from its upper left corner: the middle of the first
+    /// The ray through a position in the picture, in pixels from its upper left corner: the middle of the first
     /// pixel is at 0.5, 0.5.
     ///
     /// The direction's component along [`View::forward`] is 1, so `t` is the distance from the plane of
-    /// the eye. A parallel ray begins on that plane and sees nothing behind it.
+    /// the eye. A parallel ray begins on that plane and meets nothing behind it.
     ///
     /// # Errors
     /// [`CameraError::Ray`] where numbers near the largest finite one overflow.
@@ -110,7 +112,7 @@ impl View {
         self.right
     }
 
-    /// The unit vector of what the camera calls up: not leaning with the picture.
+    /// The unit vector along the camera's `up`. Unlike [`View::up`] it need not be perpendicular to the direction of view.
     pub fn zenith(&self) -> Vec3 {
         self.zenith
     }
@@ -121,14 +123,14 @@ impl View {
     }
 }
 
-/// A camera gone round what it looks at, by degrees counter-clockwise about its own up.
+/// Turns a camera around its target, by degrees counter-clockwise about its `up`.
 pub(crate) fn orbited(camera: &Camera, degrees: f64) -> Camera {
     let turn = Affine::rotation_about(camera.up, degrees);
     let eye = camera.target + turn.vector(camera.eye - camera.target);
     Camera { eye: if degrees == 0.0 { camera.eye } else { eye }, ..*camera }
 }
 
-/// Forward, right and up: unit vectors at right angles.
+/// Forward, right and up: unit vectors, perpendicular to each other.
 fn basis(camera: &Camera) -> Result<(Vec3, Vec3, Vec3), CameraError> {
     // Below this sine the direction of "right" would be mostly rounding.
     const SMALLEST_SINE: f64 = 1e-9;
@@ -142,7 +144,7 @@ fn basis(camera: &Camera) -> Result<(Vec3, Vec3, Vec3), CameraError> {
     Ok((forward, right, right.cross(forward)))
 }
 
-/// A vector at length 1, also where its square would overflow or vanish.
+/// The unit vector along a vector, also where the square of its length would overflow or underflow.
 pub(crate) fn unit(v: Vec3) -> Option<Vec3> {
     let size = v.abs().max_element();
     (size > 0.0 && size.is_finite()).then(|| (v / size).normalize())
@@ -180,14 +182,14 @@ mod tests {
     }
 
     #[test]
-    fn cameras_that_cannot_see_are_refused() {
+    fn invalid_cameras_are_errors() {
         let pinhole = camera(Lens::Pinhole { fov: 40.0 });
-        let refused = |c: Camera| View::new(&c, 8, 6).unwrap_err();
-        assert_eq!(refused(Camera { target: pinhole.eye, ..pinhole }), CameraError::NoDirection);
-        assert_eq!(refused(Camera { up: Vec3::Y * -3.0, ..pinhole }), CameraError::NoUp);
-        assert_eq!(refused(Camera { up: Vec3::ZERO, ..pinhole }), CameraError::NoUp);
-        assert_eq!(refused(Camera { eye: Vec3::NAN, ..pinhole }), CameraError::NotFinite("eye"));
-        assert_eq!(refused(camera(Lens::Pinhole { fov: 180.0 })), CameraError::Fov(180.0));
-        assert_eq!(refused(camera(Lens::Orthographic { height: -1.0 })), CameraError::Height(-1.0));
+        let error = |c: Camera| View::new(&c, 8, 6).unwrap_err();
+        assert_eq!(error(Camera { target: pinhole.eye, ..pinhole }), CameraError::NoDirection);
+        assert_eq!(error(Camera { up: Vec3::Y * -3.0, ..pinhole }), CameraError::NoUp);
+        assert_eq!(error(Camera { up: Vec3::ZERO, ..pinhole }), CameraError::NoUp);
+        assert_eq!(error(Camera { eye: Vec3::NAN, ..pinhole }), CameraError::NotFinite("eye"));
+        assert_eq!(error(camera(Lens::Pinhole { fov: 180.0 })), CameraError::Fov(180.0));
+        assert_eq!(error(camera(Lens::Orthographic { height: -1.0 })), CameraError::Height(-1.0));
     }
 }

@@ -1,4 +1,4 @@
-//! Colour: scenes speak sRGB from 0 to 1, light is added up linearly.
+//! Colours: scenes give sRGB from 0 to 1; light is summed in linear values.
 
 use shotline::math::Vec3;
 
@@ -10,7 +10,7 @@ pub fn decode(srgb: f64) -> f64 {
     if srgb <= 0.04045 { srgb / 12.92 } else { ((srgb + 0.055) / 1.055).powf(2.4) }
 }
 
-/// The sRGB value of one linear channel, cut off at 0 and 1.
+/// The sRGB value of one linear channel, clamped to 0 and 1.
 pub fn encode(linear: f64) -> f64 {
     let x = linear.clamp(0.0, 1.0);
     if x <= 0.003_130_8 { x * 12.92 } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }

@@ -5,37 +5,37 @@ use shotline::query::QueryError;
 use crate::camera::CameraError;
 use crate::light::LightError;
 
-/// Why there is no picture, and how to mend it.
+/// Why there is no picture, and how to correct that.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RenderError {
-    /// The size is zero or beyond what a picture may have.
+    /// The size is out of range.
     #[error(
         "a picture of {width}x{height} pixels: each side must be from 1 to {MAX_SIDE}, all pixels at most {MAX_PIXELS}"
     )]
     Size {
-        /// The width asked for.
+        /// The requested width.
         width: u32,
-        /// The height asked for.
+        /// The requested height.
         height: u32,
     },
-    /// The number of samples is zero or beyond reason.
-    #[error("{0} samples a pixel: it must be from 1 to {MAX_SAMPLES}")]
+    /// The number of samples is out of range.
+    #[error("{0} samples per pixel: it must be from 1 to {MAX_SAMPLES}")]
     Samples(u32),
-    /// The camera cannot see.
+    /// The camera is not valid.
     #[error("the camera: {0}")]
     Camera(#[from] CameraError),
-    /// A light does not shine.
+    /// A light is not valid.
     #[error("light {index}: {error}")]
     Light {
-        /// Its place in the scene's list, from 0.
+        /// Its index in the scene's list, from 0.
         index: usize,
         /// Why.
         error: LightError,
     },
-    /// The scene has no camera, and nothing of finite size to point one at.
+    /// The scene has no camera, and nothing of finite size that a camera could frame.
     #[error("the scene has no camera and nothing of finite size to frame: give it a camera")]
     NothingToFrame,
-    /// The look asks a question that the world does not answer.
+    /// The look needs solids, and an object of the world is not a solid.
     #[error("the look '{look}' needs solids, which have an inside: {error}; close the mesh or choose 'lit'")]
     NotSolid {
         /// The look.
@@ -43,24 +43,24 @@ pub enum RenderError {
         /// Why.
         error: QueryError,
     },
-    /// A ray of the picture costs too much.
-    #[error("a ray of the picture ends without an answer: {0}; place fewer parts in one another")]
+    /// A ray of the picture exceeds a limit.
+    #[error("a ray of the picture has no result: {0}; nest fewer parts in each other")]
     Ray(QueryError),
     /// The threads could not be started.
     #[error("cannot start {threads} threads: {why}")]
     Threads {
-        /// How many were asked for; 0 for one a core.
+        /// The requested number; 0 for one per core.
         threads: usize,
         /// Why.
         why: String,
     },
-    /// It was cancelled.
+    /// The caller cancelled.
     #[error("cancelled")]
     Cancelled,
 }
 
 impl RenderError {
-    /// Why there is no picture in a look if a ray has no answer.
+    /// The error of a picture in a look, from the error of one of its rays.
     pub(crate) fn of(look: &'static str, error: QueryError) -> RenderError {
         match error {
             QueryError::Cancelled => RenderError::Cancelled,
@@ -74,5 +74,5 @@ impl RenderError {
 pub const MAX_SIDE: u32 = 1 << 16;
 /// The most pixels of a picture.
 pub const MAX_PIXELS: u64 = 1 << 28;
-/// The most samples a pixel.
+/// The most samples per pixel.
 pub const MAX_SAMPLES: u32 = 1 << 16;

@@ -5,118 +5,145 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 use shotline::compile::World;
-use shotline::math::Vec3;
 use shotline::query::batch::Run;
 
 use crate::camera::View;
-use crate::color::Rgb;
 use crate::error::RenderError;
+use crate::exposure::{Exposure, Sample};
 use crate::look::Shader;
-use crate::render::Settings;
 use crate::sampling;
-use crate::sight::Eye;
-use crate::still::Kept;
+use crate::settings::Settings;
+use crate::temporal_cache::TemporalCache;
+use crate::tracer::PixelTracer;
 
-/// The side of a tile in pixels: neighbouring rays meet the same things.
+/// The side of a tile in pixels: rays of one tile meet the same things.
 const TILE: u32 = 32;
 
-/// What one pixel has seen.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
-    /// What the look makes of it, mostly a linear colour, already multiplied by `alpha`.
-    pub color: Rgb,
-    /// The part of the backdrop that is covered.
-    pub alpha: f64,
+/// A picture to be exposed.
+pub struct Film<'a> {
+    pub world: &'a World,
+    pub view: &'a View,
+    pub shader: &'a dyn Shader,
+    pub settings: &'a Settings,
 }
 
-impl Sample {
-    /// The backdrop alone.
-    pub const NOTHING: Sample = Sample { color: Vec3::ZERO, alpha: 0.0 };
-
-    /// Something that covers the backdrop.
-    pub fn opaque(color: Rgb) -> Sample {
-        Sample { color, alpha: 1.0 }
+impl Film<'_> {
+    /// Exposes rows of the picture. Each pixel is computed by itself, from its samples in a fixed order. So it does
+    /// not depend on the threads, on the tiles, or on which rows are exposed together.
+    pub fn expose(
+        &self,
+        rows: Range<u32>,
+        run: Run,
+        cache: &mut TemporalCache,
+    ) -> Result<Exposure, RenderError> {
+        let width = self.settings.width;
+        let (top, height) = (rows.start, rows.end - rows.start);
+        let tiles = tiles(width, rows);
+        let exposed = self.expose_tiles(&tiles, run, cache)?;
+        let mut exposure = Exposure { width, height, samples: vec![Sample::NOTHING; area(width, height)] };
+        let mut unchanging = vec![None; if cache.swept.is_some() { area(width, height) } else { 0 }];
+        for (tile, pixels) in tiles.iter().zip(exposed) {
+            tile.paste(pixels.iter().map(|p| p.sample), width, top, &mut exposure.samples);
+            if cache.swept.is_some() {
+                let kept = pixels.iter().map(|p| p.is_static.then_some(p.sample));
+                tile.paste(kept, width, top, &mut unchanging);
+            }
+        }
+        cache.pixels = unchanging;
+        Ok(exposure)
     }
-}
 
-/// Exposed rows of a film: the mean of each pixel's samples, row by row from the top.
-#[derive(Clone, Debug)]
-pub struct Exposure {
-    /// Pixels in a row.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-    /// What each pixel has seen.
-    pub samples: Vec<Sample>,
-}
-
-impl Exposure {
-    /// Paints a pixel, if it is in the picture.
-    pub fn set(&mut self, column: u32, row: u32, color: Rgb) {
-        if column < self.width && row < self.height {
-            self.samples[area(self.width, row) + column as usize] = Sample::opaque(color);
-        }
+    /// The pixels of each tile. The error is that of the first tile that fails.
+    fn expose_tiles(
+        &self,
+        tiles: &[Tile],
+        run: Run,
+        cache: &TemporalCache,
+    ) -> Result<Vec<Vec<Pixel>>, RenderError> {
+        let samples = u64::from(self.settings.samples);
+        let cancelled = || run.cancel.is_some_and(|c| c.load(Ordering::Relaxed));
+        let failed = AtomicUsize::new(usize::MAX);
+        let one = |tracer: &mut PixelTracer, (number, tile): (usize, &Tile)| {
+            // Tiles behind the first failure are not needed; the tiles before it decide which error is reported.
+            if failed.load(Ordering::Relaxed) < number {
+                return Err(RenderError::Cancelled);
+            }
+            let exposed = self.expose_tile(tile, &cache.pixels, tracer, &cancelled);
+            let work = tracer.take_counters();
+            if let Some(mut all) = run.counters.and_then(|all| all.lock().ok()) {
+                *all += work;
+            }
+            match (&exposed, run.progress) {
+                (Err(_), _) => _ = failed.fetch_min(number, Ordering::Relaxed),
+                (Ok(pixels), Some(progress)) => progress(pixels.len() as u64 * samples),
+                (Ok(_), None) => {}
+            }
+            exposed
+        };
+        let all = || {
+            let swept = cache.swept.as_ref();
+            let tracer = || PixelTracer::new(self.world, self.settings.coherence, swept, run.watch());
+            tiles.par_iter().enumerate().map_init(tracer, one).collect()
+        };
+        let exposed: Vec<_> = match run.pool {
+            Some(pool) => pool.install(all),
+            None => {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(run.pool_threads()).build();
+                let pool =
+                    pool.map_err(|e| RenderError::Threads { threads: run.threads, why: e.to_string() })?;
+                pool.install(all)
+            }
+        };
+        exposed.into_iter().collect()
     }
-}
 
-/// Exposes rows of a picture. Each pixel is worked out by itself, in the same order of samples, so the threads and
-/// the tiles leave no trace in it, nor does what rows are exposed together.
-pub fn expose(
-    world: &World,
-    view: &View,
-    shader: &dyn Shader,
-    settings: &Settings,
-    rows: Range<u32>,
-    run: Run,
-    kept: &mut Kept,
-) -> Result<Exposure, RenderError> {
-    let &Settings { width, samples, .. } = settings;
-    let (top, height) = (rows.start, rows.end - rows.start);
-    let tiles = tiles(width, rows);
-    let cancelled = || run.cancel.is_some_and(|c| c.load(Ordering::Relaxed));
-    let failed = AtomicUsize::new(usize::MAX);
-    let before: &Kept = kept;
-    let one = |eye: &mut Eye, (number, tile): (usize, &Tile)| {
-        // Tiles behind the first failure are not wanted; the ones before it decide which error is told.
-        if failed.load(Ordering::Relaxed) < number {
-            return Err(RenderError::Cancelled);
+    fn expose_tile(
+        &self,
+        tile: &Tile,
+        cached: &[Option<Sample>],
+        tracer: &mut PixelTracer,
+        cancelled: &dyn Fn() -> bool,
+    ) -> Result<Vec<Pixel>, RenderError> {
+        let mut pixels = Vec::with_capacity(area(tile.width, tile.height));
+        for row in tile.top..tile.top + tile.height {
+            for column in tile.left..tile.left + tile.width {
+                let index = area(self.settings.width, row) + column as usize;
+                if let Some(sample) = cached.get(index).copied().flatten() {
+                    pixels.push(Pixel { sample, is_static: true });
+                    continue;
+                }
+                tracer.begin_pixel();
+                let sample = self.mean_of_samples(column, row, tracer, cancelled)?;
+                pixels.push(Pixel { sample, is_static: tracer.is_static() });
+            }
         }
-        let done = tile.expose(view, shader, settings, &before.pixels, eye, &cancelled);
-        let work = eye.take_counters();
-        if let Some(mut all) = run.counters.and_then(|all| all.lock().ok()) {
-            *all += work;
-        }
-        match (&done, run.progress) {
-            (Err(_), _) => _ = failed.fetch_min(number, Ordering::Relaxed),
-            (Ok(pixels), Some(progress)) => progress(pixels.len() as u64 * u64::from(samples)),
-            (Ok(_), None) => {}
-        }
-        done
-    };
-    let all = || {
-        let eye = || Eye::new(world, settings.coherence, before.swept.as_ref(), run.watch());
-        tiles.par_iter().enumerate().map_init(eye, one).collect()
-    };
-    let done: Vec<_> = match run.pool {
-        Some(pool) => pool.install(all),
-        None => {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(run.pool_threads()).build();
-            let pool = pool.map_err(|e| RenderError::Threads { threads: run.threads, why: e.to_string() })?;
-            pool.install(all)
-        }
-    };
-    // Before a film is made: it may be large.
-    let done: Vec<Vec<Pixel>> = done.into_iter().collect::<Result<_, _>>()?;
-    let mut exposure = Exposure { width, height, samples: vec![Sample::NOTHING; area(width, height)] };
-    let mut still = vec![None; if kept.swept.is_some() { area(width, height) } else { 0 }];
-    for (tile, pixels) in tiles.iter().zip(done) {
-        tile.paste(pixels.iter().map(|p| p.sample), width, top, &mut exposure.samples);
-        if kept.swept.is_some() {
-            tile.paste(pixels.iter().map(|p| p.still.then_some(p.sample)), width, top, &mut still);
-        }
+        Ok(pixels)
     }
-    kept.pixels = still;
-    Ok(exposure)
+
+    fn mean_of_samples(
+        &self,
+        column: u32,
+        row: u32,
+        tracer: &mut PixelTracer,
+        cancelled: &dyn Fn() -> bool,
+    ) -> Result<Sample, RenderError> {
+        let &Settings { samples: count, look, .. } = self.settings;
+        let mut sum = Sample::NOTHING;
+        for numbers in sampling::samples(column, row, count) {
+            // With soft light a sample is many rays.
+            if cancelled() {
+                return Err(RenderError::Cancelled);
+            }
+            let [x, y] = numbers.pixel;
+            let ray = self.view.ray(f64::from(column) + x, f64::from(row) + y)?;
+            let sample = self.shader.sample(tracer, &ray, &numbers);
+            let sample = sample.map_err(|error| RenderError::of(look.name, error))?;
+            sum.color += sample.color;
+            sum.alpha += sample.alpha;
+        }
+        let scale = 1.0 / f64::from(count);
+        Ok(Sample { color: sum.color * scale, alpha: sum.alpha * scale })
+    }
 }
 
 fn area(width: u32, height: u32) -> usize {
@@ -126,7 +153,7 @@ fn area(width: u32, height: u32) -> usize {
 /// A pixel, and whether nothing that moves can ever change it.
 struct Pixel {
     sample: Sample,
-    still: bool,
+    is_static: bool,
 }
 
 /// A rectangle of pixels.
@@ -147,47 +174,7 @@ fn tiles(width: u32, rows: Range<u32>) -> Vec<Tile> {
 }
 
 impl Tile {
-    fn expose(
-        &self,
-        view: &View,
-        shader: &dyn Shader,
-        settings: &Settings,
-        kept: &[Option<Sample>],
-        eye: &mut Eye,
-        cancelled: &dyn Fn() -> bool,
-    ) -> Result<Vec<Pixel>, RenderError> {
-        let &Settings { width, samples: count, look, .. } = settings;
-        let mut pixels = Vec::with_capacity(area(self.width, self.height));
-        for row in self.top..self.top + self.height {
-            for column in self.left..self.left + self.width {
-                let place = area(width, row) + column as usize;
-                if let Some(sample) = kept.get(place).copied().flatten() {
-                    pixels.push(Pixel { sample, still: true });
-                    continue;
-                }
-                eye.begin_pixel();
-                let mut sum = Sample::NOTHING;
-                for chance in sampling::samples(column, row, count) {
-                    // With soft light a sample is many rays.
-                    if cancelled() {
-                        return Err(RenderError::Cancelled);
-                    }
-                    let [x, y] = chance.place;
-                    let ray = view.ray(f64::from(column) + x, f64::from(row) + y)?;
-                    let seen = shader.sample(eye, &ray, &chance);
-                    let seen = seen.map_err(|error| RenderError::of(look.name, error))?;
-                    sum.color += seen.color;
-                    sum.alpha += seen.alpha;
-                }
-                let share = 1.0 / f64::from(count);
-                let sample = Sample { color: sum.color * share, alpha: sum.alpha * share };
-                pixels.push(Pixel { sample, still: eye.is_still() });
-            }
-        }
-        Ok(pixels)
-    }
-
-    /// Puts what belongs to the tile's pixels where it belongs in rows of a picture, of a width and from a top on.
+    /// Copies a value for each pixel of the tile into rows of a picture of a width, the first of which is row `top`.
     fn paste<T>(&self, pixels: impl Iterator<Item = T>, width: u32, top: u32, picture: &mut [T]) {
         for (i, pixel) in (0..).zip(pixels) {
             let (column, row) = (self.left + i % self.width, self.top - top + i / self.width);
@@ -198,6 +185,8 @@ impl Tile {
 
 #[cfg(test)]
 mod tests {
+    use shotline::math::Vec3;
+
     use super::*;
 
     #[test]

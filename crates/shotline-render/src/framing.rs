@@ -5,15 +5,14 @@ use shotline::compile::World;
 use shotline::math::Vec3;
 use shotline::scene::{Camera, Lens};
 
-/// Where the eye is, seen from the scene: in front, to the right and above, with z up.
+/// The direction from the scene to the eye: in front, to the right and above, with z up.
 const FROM: Vec3 = Vec3::new(0.45, -0.8, 0.5);
-/// The vertical angle of view in degrees: narrow enough to keep shapes true.
+/// The vertical angle of view in degrees: narrow, so that perspective distorts little.
 const FOV: f64 = 30.0;
-/// The part of the picture, from its middle to its edge, that the bounds may fill.
+/// The fraction of the picture, from its middle to its edge, that the bounds may fill.
 const FILL: f64 = 0.92;
 
-/// The box around what a picture is of: the world's bounds, or, where something is without end, the bounds of what has
-/// one. `None` if there is nothing of finite size.
+/// The box that a picture frames: the bounds of everything of finite size. `None` if there is nothing of finite size.
 pub fn subject(world: &World) -> Option<Aabb> {
     Some(world.finite_bounds()).filter(|bounds| bounds.is_finite() && !bounds.is_empty())
 }
@@ -29,20 +28,20 @@ pub fn frame(bounds: &Aabb, ratio: f64) -> Option<Camera> {
     let right = forward.cross(Vec3::Z).normalize();
     let up = right.cross(forward);
     let slope = (FOV / 2.0).to_radians().tan() * FILL;
-    let reach = |axis: Vec3, slope: f64| reach(bounds, centre, axis, forward, slope);
-    let (across, across_back) = reach(right, slope * ratio);
-    let (along, along_back) = reach(up, slope);
+    let offsets = |axis: Vec3, slope: f64| eye_offsets(bounds, centre, axis, forward, slope);
+    let (across, across_back) = offsets(right, slope * ratio);
+    let (along, along_back) = offsets(up, slope);
     let back = across_back.max(along_back);
     let target = centre + right * across + up * along;
     Some(Camera { eye: target - forward * back, target, up: Vec3::Z, lens: Lens::Pinhole { fov: FOV } })
 }
 
-/// How far along an axis the eye must go, and how far back, to see all corners between the two sides of the
-/// picture that face each other along that axis.
+/// How far along an axis the eye must move, and how far back, so that all corners are between the two opposite sides
+/// of the picture along that axis.
 ///
-/// A corner at `x` along the axis and `z` into the picture is seen from `e` along the axis and `D` back if
+/// A corner at `x` along the axis and `z` into the picture is visible from `e` along the axis and `D` back if
 /// `x - slope z <= e + slope D` and `-x - slope z <= -e + slope D`: two bounds, both met with equality at once.
-fn reach(bounds: &Aabb, centre: Vec3, axis: Vec3, forward: Vec3, slope: f64) -> (f64, f64) {
+fn eye_offsets(bounds: &Aabb, centre: Vec3, axis: Vec3, forward: Vec3, slope: f64) -> (f64, f64) {
     let (mut high, mut low) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
     for corner in corners(bounds) {
         let (x, z) = ((corner - centre).dot(axis), (corner - centre).dot(forward));
@@ -62,8 +61,8 @@ mod tests {
     use super::*;
     use crate::camera::View;
 
-    /// Where a point appears: from -1 to 1 across and along the picture.
-    fn appears(view: &View, eye: Vec3, ratio: f64, p: Vec3) -> [f64; 2] {
+    /// The position of a point in the picture: from -1 to 1 across and along it.
+    fn project(view: &View, eye: Vec3, ratio: f64, p: Vec3) -> [f64; 2] {
         let half = (FOV / 2.0).to_radians().tan();
         let depth = (p - eye).dot(view.forward());
         assert!(depth > 0.0);
@@ -83,15 +82,16 @@ mod tests {
                 let ratio = f64::from(width) / f64::from(height);
                 let camera = frame(&bounds, ratio).unwrap();
                 let view = View::new(&camera, width, height).unwrap();
-                let seen: Vec<_> = corners(&bounds).map(|p| appears(&view, camera.eye, ratio, p)).collect();
-                let furthest = seen.iter().flatten().fold(0.0f64, |a, x| a.max(x.abs()));
+                let projected: Vec<_> =
+                    corners(&bounds).map(|p| project(&view, camera.eye, ratio, p)).collect();
+                let furthest = projected.iter().flatten().fold(0.0f64, |a, x| a.max(x.abs()));
                 assert!((furthest - FILL).abs() < 1e-6, "{furthest}");
             }
         }
     }
 
     #[test]
-    fn nothing_to_see_gives_no_camera() {
+    fn bounds_without_a_size_have_no_camera() {
         for bounds in [Aabb::EMPTY, Aabb::EVERYTHING, Aabb::new(Vec3::ONE, Vec3::ONE)] {
             assert_eq!(frame(&bounds, 1.0), None);
         }

@@ -1,9 +1,9 @@
 //! A finished picture.
 
-use crate::backdrop::Backdrop;
+use crate::background::Background;
 use crate::color;
-use crate::film::Exposure;
-use crate::lettering;
+use crate::exposure::{Exposure, Sample};
+use crate::text;
 
 /// A finished picture: linear light, row by row from the upper left corner.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,15 +15,15 @@ pub struct Image {
 }
 
 impl Image {
-    /// Lays the backdrop under what the film has seen.
-    pub(crate) fn compose(exposure: &Exposure, backdrop: Backdrop) -> Image {
+    /// Puts an exposure in front of a background.
+    pub(crate) fn compose(exposure: &Exposure, background: Background) -> Image {
         let Exposure { width, height, ref samples } = *exposure;
-        let over = |(i, s): (usize, &crate::film::Sample)| {
+        let over = |(i, s): (usize, &Sample)| {
             let row = i / width as usize;
             let height = 1.0 - (row as f64 + 0.5) / f64::from(height);
-            let [r, g, b, a] = match backdrop.color(height) {
-                Some(behind) => {
-                    let c = s.color + behind * (1.0 - s.alpha);
+            let [r, g, b, a] = match background.color(height) {
+                Some(background) => {
+                    let c = s.color + background * (1.0 - s.alpha);
                     [c.x, c.y, c.z, 1.0]
                 }
                 None if s.alpha > 0.0 => {
@@ -35,7 +35,7 @@ impl Image {
             [r as f32, g as f32, b as f32, a as f32]
         };
         let pixels = samples.iter().enumerate().map(over).collect();
-        Image { width, height, transparent: backdrop == Backdrop::Transparent, pixels }
+        Image { width, height, transparent: background == Background::Transparent, pixels }
     }
 
     /// A contact sheet: pictures of one size in rows, each with a caption in its upper left corner. `None` without
@@ -60,11 +60,11 @@ impl Image {
                 let start = (top + row) as usize * sheet.width as usize + left as usize;
                 sheet.pixels[start..start + line.len()].copy_from_slice(line);
             }
-            lettering::write(left + lettering::SIDE, top + lettering::SIDE, caption, |column, row, ink| {
+            text::draw(left + text::SIDE, top + text::SIDE, caption, |column, row, white| {
                 if column < left + width && row < top + height {
-                    let ink = ink as f32;
+                    let white = white as f32;
                     sheet.pixels[row as usize * sheet.width as usize + column as usize] =
-                        [ink, ink, ink, 1.0];
+                        [white, white, white, 1.0];
                 }
             });
         }
@@ -81,13 +81,13 @@ impl Image {
         self.height
     }
 
-    /// Bytes a pixel in [`Image::to_bytes`]: 3, or 4 with a transparent backdrop.
+    /// Bytes per pixel in [`Image::to_bytes`]: 3, or 4 with a transparent background.
     pub fn channels(&self) -> usize {
         if self.transparent { 4 } else { 3 }
     }
 
     /// Linear red, green, blue, not multiplied by the alpha that follows them; row by row from the top.
-    /// Colours are not cut off above 1. Without a transparent backdrop alpha is 1.
+    /// Colours are not clamped to 1. Without a transparent background alpha is 1.
     pub fn pixels(&self) -> &[[f32; 4]] {
         &self.pixels
     }
@@ -101,7 +101,7 @@ impl Image {
         self.pixels[row as usize * self.width as usize + column as usize]
     }
 
-    /// Eight-bit sRGB, row by row from the top: red, green, blue and, with a transparent backdrop, alpha.
+    /// Eight-bit sRGB, row by row from the top: red, green, blue and, with a transparent background, alpha.
     pub fn to_bytes(&self) -> Vec<u8> {
         let byte = |x: f64| (x * 255.0).round() as u8;
         let channels = self.channels();

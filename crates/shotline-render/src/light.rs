@@ -1,4 +1,4 @@
-//! Lights: checked ones, and what a scene without any is lit by.
+//! Valid lights, and the automatic lights of a scene without any.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -7,30 +7,29 @@ use shotline::scene::{Light, LightSource};
 
 use crate::camera::{View, unit};
 use crate::color::{self, Rgb};
-use crate::error::RenderError;
 
-/// What is wrong with a light.
+/// Why a light is not valid.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum LightError {
-    /// Its direction is none.
+    /// Its direction is not valid.
     #[error("`direction` is zero or not finite: give the direction in which the light travels")]
     Direction,
-    /// Its place is none.
+    /// Its position is not valid.
     #[error("`point` has a component that is NaN or infinite")]
     Point,
-    /// Its strength is none.
+    /// Its strength is not valid.
     #[error("`intensity` is {0}, but must be finite and not negative")]
     Intensity(f64),
 }
 
-/// How light falls.
+/// The model of light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Lighting {
-    /// Lamps are points and light from everywhere reaches everything: sharp shadows, no noise.
+    /// Lamps are points, and ambient light reaches everything: sharp shadows, no noise.
     #[default]
     Sharp,
-    /// Lamps have a size, and light from everywhere is the sky's, kept out of corners. What part of a lamp
-    /// and of the sky a sample asks is left to chance, so it wants many: 32 or more.
+    /// Lamps have a size, and ambient light comes from the sky, so that corners are darker. Each sample takes a random
+    /// point of each lamp and of the sky, so a picture needs many samples: 32 or more.
     Soft,
 }
 
@@ -59,37 +58,37 @@ enum Source {
 }
 
 impl Lamp {
-    /// From a point toward the lamp: a direction, and how many of its lengths away the lamp is. The
-    /// direction is zero for the lamp's own place.
-    pub fn seen_from(&self, point: Vec3) -> (Vec3, f64) {
+    /// From a point to the lamp: a direction, and the distance to the lamp in lengths of the direction. The
+    /// direction is zero at the position of the lamp.
+    pub fn direction_from(&self, point: Vec3) -> (Vec3, f64) {
         match self.source {
-            Source::At(place) => (place - point, 1.0),
+            Source::At(position) => (position - point, 1.0),
             Source::Toward(direction) => (direction, f64::INFINITY),
         }
     }
 }
 
-/// The tangent of the angle at which a soft lamp's radius is seen, from wherever.
+/// The tangent of the angle that the radius of a soft lamp subtends, from every point.
 const LAMP_SIZE: f64 = 0.045;
 
-/// A direction moved to another part of the lamp it goes to, of about the same length.
-pub fn to_part_of_lamp(toward: Vec3, part: [f64; 2]) -> Vec3 {
+/// The direction to a sample point of a lamp, from the direction to its middle. The lengths are about the same.
+pub fn sample_lamp(toward: Vec3, numbers: [f64; 2]) -> Vec3 {
     let (across, along) = toward.normalize_or_zero().any_orthonormal_pair();
-    let [x, y] = disc(part);
+    let [x, y] = disc(numbers);
     toward + (across * x + along * y) * (LAMP_SIZE * toward.length())
 }
 
-/// A direction to a part of the sky over a surface; parts that shine on it more steeply are asked more often
+/// The direction to a sample point of the sky over a surface, with a density proportional to the cosine to the normal
 /// (Malley: the points of a disc, raised to the hemisphere).
-pub fn to_part_of_sky(normal: Vec3, part: [f64; 2]) -> Vec3 {
+pub fn sample_sky(normal: Vec3, numbers: [f64; 2]) -> Vec3 {
     let (across, along) = normal.any_orthonormal_pair();
-    let [x, y] = disc(part);
+    let [x, y] = disc(numbers);
     across * x + along * y + normal * (1.0 - x * x - y * y).max(0.0).sqrt()
 }
 
-/// A point of the unit disc from one of the unit square, equal areas to equal areas; the middle stays.
-fn disc(part: [f64; 2]) -> [f64; 2] {
-    let [x, y] = part.map(|p| 2.0 * p - 1.0);
+/// Maps a point of the unit square to the unit disc: equal areas to equal areas, and middle to middle.
+fn disc(point: [f64; 2]) -> [f64; 2] {
+    let [x, y] = point.map(|p| 2.0 * p - 1.0);
     if x == 0.0 && y == 0.0 {
         return [0.0; 2];
     }
@@ -100,17 +99,17 @@ fn disc(part: [f64; 2]) -> [f64; 2] {
 }
 
 impl Lights {
-    /// Checks the lights of a scene; a scene without any is lit by [`automatic`] ones.
+    /// Checks the lights of a scene; a scene without any gets [`automatic`] ones.
     ///
     /// # Errors
-    /// [`RenderError::Light`], the first.
-    pub fn new(lights: &[Light], view: &View) -> Result<Lights, RenderError> {
+    /// The first [`LightError`], with the index of the light.
+    pub fn new(lights: &[Light], view: &View) -> Result<Lights, (usize, LightError)> {
         if lights.is_empty() {
             return Lights::new(&automatic(view), view);
         }
         let mut out = Lights::default();
         for (index, light) in lights.iter().enumerate() {
-            out.add(light).map_err(|error| RenderError::Light { index, error })?;
+            out.add(light).map_err(|error| (index, error))?;
         }
         Ok(out)
     }
@@ -135,8 +134,8 @@ impl Lights {
     }
 }
 
-/// The lights of a scene without any: a warm lamp far above the left shoulder, a fainter one at the eye,
-/// whose shadows hide behind what casts them, and some cool light from everywhere.
+/// The lights of a scene without any: a warm lamp far away to the upper left behind the camera, a fainter one at the
+/// eye, whose shadows are hidden behind the objects that cast them, and some cool ambient light.
 pub fn automatic(view: &View) -> Vec<Light> {
     let key = view.forward() * 0.7 + view.right() * 0.7 - view.zenith();
     let light = |source, color, intensity| Light { source, color: Some(color), intensity: Some(intensity) };
@@ -169,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn lights_that_do_not_shine_are_refused() {
+    fn invalid_lights_are_errors() {
         let light = |source| Light { source, color: None, intensity: None };
         assert_eq!(error(light(LightSource::Directional(Vec3::ZERO))), LightError::Direction);
         assert_eq!(error(light(LightSource::Point(Vec3::NAN))), LightError::Point);

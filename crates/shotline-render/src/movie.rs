@@ -1,19 +1,19 @@
-//! Moving pictures as animated PNG.
+//! Animated PNG.
 
 use ::png::{BitDepth, ColorType, Encoder, EncodingError, SrgbRenderingIntent};
 
 use crate::image::Image;
 
-/// A moving picture as an animated PNG, which browsers show; frame after frame is added, and repeated without end.
+/// A writer of an animated PNG, which browsers show. Frames are added one after the other; viewers repeat them forever.
 pub struct Movie<'a> {
     writer: ::png::Writer<&'a mut Vec<u8>>,
 }
 
 impl<'a> Movie<'a> {
-    /// Begins a movie of so many frames, each the size and kind of the first, so many a second.
+    /// Begins a movie of `frames` frames at `fps` frames per second. All have the size and the channels of the first.
     ///
     /// # Errors
-    /// What the encoder says of impossible numbers, such as no frames.
+    /// The encoder's error if a number is out of range, such as zero frames.
     pub fn new(
         out: &'a mut Vec<u8>,
         first: &Image,
@@ -29,7 +29,7 @@ impl<'a> Movie<'a> {
     /// Adds a frame.
     ///
     /// # Errors
-    /// What the encoder says of a frame of another size, or of one too many.
+    /// The encoder's error for a frame of another size, or for one frame too many.
     pub fn add(&mut self, image: &Image) -> Result<(), EncodingError> {
         self.writer.write_image_data(&image.to_bytes())
     }
@@ -37,7 +37,7 @@ impl<'a> Movie<'a> {
     /// Ends the movie.
     ///
     /// # Errors
-    /// What the encoder says of too few frames.
+    /// The encoder's error if there are too few frames.
     pub fn finish(self) -> Result<(), EncodingError> {
         self.writer.finish()
     }

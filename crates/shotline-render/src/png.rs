@@ -6,19 +6,19 @@ use ::png::{BitDepth, ColorType, Encoder, EncodingError, Filter, SrgbRenderingIn
 
 use crate::image::Image;
 
-/// The picture as an eight-bit sRGB PNG, with alpha if its backdrop is transparent. Pictures of few colours, such as
+/// The picture as an eight-bit sRGB PNG, with alpha if its background is transparent. Pictures of few colours, such as
 /// heat maps, have a palette and take half the bytes.
 ///
-/// The bytes are complete, so that a caller can write the file whole or not at all.
+/// The bytes are complete, so that a caller can write the file atomically.
 pub fn encode_png(image: &Image) -> Vec<u8> {
-    // An image has at least one pixel and as many bytes as its size says, and memory does not fail to write.
+    // An image has at least one pixel and as many bytes as its size needs, and writing to memory does not fail.
     encode_bytes(image.width(), image.height(), image.to_bytes()).expect("an image has the bytes of its size")
 }
 
-/// The PNG of eight-bit sRGB pixels, row by row from the top: of 3 bytes each, or of 4 with alpha.
+/// The PNG of eight-bit sRGB pixels, row by row from the top: 3 bytes each, or 4 with alpha.
 ///
 /// # Errors
-/// If there are no pixels, or other than 3 or 4 bytes for each.
+/// If there are no pixels, or if they do not have 3 or 4 bytes each.
 pub fn encode_bytes(width: u32, height: u32, mut bytes: Vec<u8>) -> Result<Vec<u8>, EncodingError> {
     let mut out = Vec::new();
     let mut encoder = Encoder::new(&mut out, width, height);
@@ -68,8 +68,8 @@ mod tests {
     use shotline::math::Vec3;
 
     use super::*;
-    use crate::backdrop::Backdrop;
-    use crate::film::{Exposure, Sample};
+    use crate::background::Background;
+    use crate::exposure::{Exposure, Sample};
 
     fn decoded(image: &Image) -> (ColorType, Vec<u8>) {
         let mut decoder = ::png::Decoder::new(Cursor::new(encode_png(image)));
@@ -88,18 +88,18 @@ mod tests {
     fn png_decodes_back() {
         let half = Sample { color: Vec3::new(0.5, 0.0, 0.0), alpha: 0.5 };
         let exposure = Exposure { width: 2, height: 1, samples: vec![half, Sample::NOTHING] };
-        let opaque = Image::compose(&exposure, Backdrop::WHITE);
+        let opaque = Image::compose(&exposure, Background::WHITE);
         assert_eq!(decoded(&opaque), (ColorType::Rgb, vec![255, 188, 188, 255, 255, 255]));
         let many = |n: u32| {
             let sample =
                 |i: u32| Sample::opaque(Vec3::new(f64::from(i % 16) / 15.0, f64::from(i / 16) / 17.0, 0.0));
             let exposure = Exposure { width: n, height: 1, samples: (0..n).map(sample).collect() };
-            Image::compose(&exposure, Backdrop::BLACK)
+            Image::compose(&exposure, Background::BLACK)
         };
         for n in [255, 256, 257] {
             assert_eq!(decoded(&many(n)), (ColorType::Rgb, many(n).to_bytes()), "{n} colours");
         }
-        let clear = Image::compose(&exposure, Backdrop::Transparent);
+        let clear = Image::compose(&exposure, Background::Transparent);
         assert_eq!(decoded(&clear), (ColorType::Rgba, vec![255, 0, 0, 128, 0, 0, 0, 0]));
     }
 }

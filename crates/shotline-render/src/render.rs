@@ -1,74 +1,33 @@
-//! The one way in.
+//! Making a picture: [`render`], or [`expose`] and [`develop`] for its two steps.
 
 use std::ops::Range;
 
 use shotline::compile::World;
-use shotline::counters::{COUNTERS, Counter};
 use shotline::query::batch::Run;
 use shotline::scene::{Camera, Scene};
 
-use crate::backdrop::Backdrop;
 use crate::camera::View;
-use crate::error::{MAX_PIXELS, MAX_SAMPLES, MAX_SIDE, RenderError};
-use crate::film::{self, Exposure};
+use crate::error::RenderError;
+use crate::exposure::Exposure;
+use crate::film::Film;
 use crate::framing;
 use crate::image::Image;
-use crate::light::Lighting;
-use crate::look::{LOOKS, Look, Shader, Stage};
-use crate::sight::Coherence;
-use crate::still::Kept;
-
-/// What picture is wanted. Threads, progress, cancelling and where work is added up are [`Run`]'s.
-#[derive(Clone, Copy, Debug)]
-pub struct Settings {
-    /// Pixels in a row.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-    /// Samples a pixel: more make smoother edges.
-    pub samples: u32,
-    /// From where; `None` for the scene's camera, or one that frames everything.
-    pub camera: Option<Camera>,
-    /// What it shows.
-    pub look: &'static Look,
-    /// What is behind everything; `None` for the look's own.
-    pub backdrop: Option<Backdrop>,
-    /// How light falls in the look `lit`.
-    pub lighting: Lighting,
-    /// What the look `cost` counts.
-    pub counter: &'static Counter,
-    /// What rays take over from those before them.
-    pub coherence: Coherence,
-}
-
-impl Default for Settings {
-    fn default() -> Settings {
-        Settings {
-            width: 800,
-            height: 600,
-            samples: 4,
-            camera: None,
-            look: LOOKS[0],
-            backdrop: None,
-            lighting: Lighting::Sharp,
-            counter: &COUNTERS[0],
-            coherence: Coherence::default(),
-        }
-    }
-}
+use crate::look::{Shader, ShaderContext};
+use crate::settings::Settings;
+use crate::temporal_cache::TemporalCache;
 
 /// Makes a picture of a world, with the materials, camera and lights of the scene it was compiled from.
-/// A scene without a camera is framed, one without lights is lit.
+/// A scene without a camera gets one that frames it, and a scene without lights gets automatic ones.
 ///
 /// # Errors
 /// [`RenderError`].
 pub fn render(world: &World, scene: &Scene, settings: &Settings, run: Run) -> Result<Image, RenderError> {
-    check(settings)?;
+    settings.check()?;
     let setup = Setup::new(world, scene, settings)?;
-    frame(world, scene, &setup, settings, run, &mut Kept::default())
+    render_frame(world, scene, &setup, settings, run, &mut TemporalCache::default())
 }
 
-/// What all frames of an animation have from the first.
+/// What all frames of an animation take from the first.
 pub(crate) struct Setup {
     pub camera: Camera,
     size: f64,
@@ -85,24 +44,22 @@ impl Setup {
     }
 }
 
-/// A picture of what a camera sees, with what is kept of the one before.
-pub(crate) fn frame(
+/// Renders a frame and reuses what the cache has of the frame before.
+pub(crate) fn render_frame(
     world: &World,
     scene: &Scene,
     setup: &Setup,
     settings: &Settings,
     run: Run,
-    kept: &mut Kept,
+    cache: &mut TemporalCache,
 ) -> Result<Image, RenderError> {
     with_shader(world, scene, setup, settings, |view, shader| {
-        let rows = 0..settings.height;
-        let exposure = film::expose(world, view, shader, settings, rows, run, kept)?;
-        Ok(finish(shader, settings, exposure))
+        let exposure = Film { world, view, shader, settings }.expose(0..settings.height, run, cache)?;
+        Ok(compose(shader, settings, exposure))
     })
 }
 
-/// What the rays of some rows of a picture have seen: so that its rows can be exposed in different places, and
-/// [developed](develop) in one.
+/// Exposes some rows of a picture. So its rows can be exposed on different machines and [developed](develop) on one.
 ///
 /// # Errors
 /// [`RenderError`]; [`RenderError::Size`] for rows that are not in the picture.
@@ -113,17 +70,17 @@ pub fn expose(
     rows: Range<u32>,
     run: Run,
 ) -> Result<Exposure, RenderError> {
-    check(settings)?;
+    settings.check()?;
     let &Settings { width, height, .. } = settings;
     if rows.start >= rows.end || rows.end > height {
         return Err(RenderError::Size { width, height: rows.end.saturating_sub(rows.start) });
     }
     with_shader(world, scene, &Setup::new(world, scene, settings)?, settings, |view, shader| {
-        film::expose(world, view, shader, settings, rows, run, &mut Kept::default())
+        Film { world, view, shader, settings }.expose(rows, run, &mut TemporalCache::default())
     })
 }
 
-/// The picture of all its exposed rows: the same as [`render`] makes.
+/// Makes the picture from all its exposed rows: the same picture as [`render`] makes.
 ///
 /// # Errors
 /// [`RenderError`]; [`RenderError::Size`] for an exposure of another size than the settings'.
@@ -133,18 +90,18 @@ pub fn develop(
     settings: &Settings,
     exposure: Exposure,
 ) -> Result<Image, RenderError> {
-    check(settings)?;
+    settings.check()?;
     let Exposure { width, height, ref samples } = exposure;
-    let all = width as usize * height as usize;
-    if (width, height, samples.len()) != (settings.width, settings.height, all) {
+    let pixels = width as usize * height as usize;
+    if (width, height, samples.len()) != (settings.width, settings.height, pixels) {
         return Err(RenderError::Size { width, height });
     }
     with_shader(world, scene, &Setup::new(world, scene, settings)?, settings, |_, shader| {
-        Ok(finish(shader, settings, exposure))
+        Ok(compose(shader, settings, exposure))
     })
 }
 
-/// Hands on what a look needs.
+/// Calls a function with the view and the shader of a picture.
 fn with_shader<T>(
     world: &World,
     scene: &Scene,
@@ -154,46 +111,30 @@ fn with_shader<T>(
 ) -> Result<T, RenderError> {
     let &Settings { width, height, look, lighting, counter, .. } = settings;
     let view = View::new(&setup.camera, width, height)?;
-    let (size, backdrop) = (setup.size, backdrop(settings));
-    let shader = (look.shader)(&Stage { world, scene, size, view: &view, backdrop, lighting, counter })?;
+    let (size, background) = (setup.size, settings.effective_background());
+    let context = ShaderContext { world, scene, size, view: &view, background, lighting, counter };
+    let shader = (look.shader)(&context)?;
     then(&view, &*shader)
 }
 
-fn finish(shader: &dyn Shader, settings: &Settings, mut exposure: Exposure) -> Image {
+fn compose(shader: &dyn Shader, settings: &Settings, mut exposure: Exposure) -> Image {
     shader.develop(&mut exposure);
-    Image::compose(&exposure, backdrop(settings))
+    Image::compose(&exposure, settings.effective_background())
 }
 
-fn backdrop(settings: &Settings) -> Backdrop {
-    settings.backdrop.unwrap_or(settings.look.backdrop)
-}
-
-/// The view of a picture: of the scene's camera, or of one that frames everything.
+/// The view of a picture: that of the scene's camera, or of a camera that frames everything.
 ///
 /// # Errors
-/// [`RenderError`] for a camera that sees nothing, or for nothing to see.
+/// [`RenderError`] if the camera is not valid, or if there is neither a camera nor anything to frame.
 pub fn view(world: &World, scene: &Scene, width: u32, height: u32) -> Result<View, RenderError> {
     Ok(View::new(&camera(world, scene, width, height)?, width, height)?)
 }
 
-/// The scene's camera, or one that frames everything.
+/// The scene's camera, or a camera that frames everything.
 fn camera(world: &World, scene: &Scene, width: u32, height: u32) -> Result<Camera, RenderError> {
     let aspect = f64::from(width) / f64::from(height);
     let framed = || framing::subject(world).and_then(|bounds| framing::frame(&bounds, aspect));
     scene.camera.or_else(framed).ok_or(RenderError::NothingToFrame)
-}
-
-pub(crate) fn check(settings: &Settings) -> Result<(), RenderError> {
-    let &Settings { width, height, samples, .. } = settings;
-    let side = 1..=MAX_SIDE;
-    if !side.contains(&width) || !side.contains(&height) || u64::from(width) * u64::from(height) > MAX_PIXELS
-    {
-        return Err(RenderError::Size { width, height });
-    }
-    if !(1..=MAX_SAMPLES).contains(&samples) {
-        return Err(RenderError::Samples(samples));
-    }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -201,8 +142,9 @@ mod tests {
     use shotline::compile::{Options, compile};
 
     use super::*;
+    use crate::look::LOOKS;
 
-    /// Exposed in bands, a picture is the same, whatever the look.
+    /// A picture that is exposed in bands is the same, in every look.
     #[test]
     fn bands_make_the_same_picture() {
         let mut scene = Scene::default();
@@ -211,15 +153,15 @@ mod tests {
         let world = compile(&scene, Options::default()).expect("a world");
         for look in LOOKS.iter().copied() {
             let settings = Settings { width: 50, height: 45, samples: 2, look, ..Settings::default() };
-            let whole = render(&world, &scene, &settings, Run::default()).expect("a picture");
+            let expected = render(&world, &scene, &settings, Run::default()).expect("a picture");
             let mut samples = Vec::new();
             for rows in [0..7, 7..40, 40..45] {
                 let exposure = expose(&world, &scene, &settings, rows, Run::default()).expect("an exposure");
                 samples.extend(exposure.samples);
             }
             let exposure = Exposure { width: 50, height: 45, samples };
-            let other = develop(&world, &scene, &settings, exposure.clone()).expect("a picture");
-            assert_eq!(other, whole, "{}", look.name);
+            let developed = develop(&world, &scene, &settings, exposure.clone()).expect("a picture");
+            assert_eq!(developed, expected, "{}", look.name);
             let smaller = Settings { height: 44, ..settings };
             assert!(develop(&world, &scene, &smaller, exposure).is_err());
             assert!(expose(&world, &scene, &settings, 40..46, Run::default()).is_err());

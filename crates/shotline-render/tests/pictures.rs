@@ -1,4 +1,4 @@
-//! Small pictures whose pixels are known.
+//! Small pictures with known pixel values.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -7,7 +7,9 @@ use shotline::compile::{Options, World, compile};
 use shotline::math::Vec3;
 use shotline::query::batch::Run;
 use shotline::scene::{Camera, Lens, Light, LightSource, Material, Motion, Node, Rotation, Scene, Units};
-use shotline_render::{Animation, Backdrop, Coherence, Image, RenderError, Settings, animate, look, render};
+use shotline_render::{
+    Animation, Background, Coherence, Image, RenderError, Settings, animate, look, render,
+};
 
 /// A sphere of radius 1 at the origin, seen along y from 10 away in a parallel picture of height 4.
 fn sphere(mu: Option<f64>) -> Scene {
@@ -42,7 +44,7 @@ fn a_sphere_is_brightest_where_it_faces_the_light() {
     scene.lights = vec![light(LightSource::Directional(Vec3::new(1.0, 0.0, -1.0)))];
     let image = render(&world(&scene), &scene, &settings("lit"), Run::default()).unwrap();
     let red = |column, row| image.pixel(column, row)[0];
-    // Light from the upper left: that side shines, the other is black.
+    // The light comes from the upper left: that side is lit, the other is black.
     assert!(red(30, 30) > red(40, 40));
     assert!(red(40, 30) > 0.0);
     assert_eq!(red(50, 50), 0.0);
@@ -53,11 +55,11 @@ fn a_sphere_is_brightest_where_it_faces_the_light() {
 }
 
 #[test]
-fn a_sphere_throws_its_shadow() {
+fn a_sphere_casts_a_shadow() {
     let mut scene = sphere(None);
     let wall = scene.add_solid("halfspace", &[&[0.0, -1.0, 0.0], &[-2.0]]).unwrap();
     scene.add_object("wall", None, wall);
-    // From beside the camera: the shadow falls to the right of the sphere, upon the wall y = 2.
+    // A light beside the camera: the shadow falls to the right of the sphere, on the wall y = 2.
     scene.lights = vec![light(LightSource::Point(Vec3::new(-6.0, -6.0, 0.0)))];
     let image = render(&world(&scene), &scene, &settings("lit"), Run::default()).unwrap();
     assert_eq!(image.pixel(78, 40)[0], 0.0);
@@ -66,19 +68,19 @@ fn a_sphere_throws_its_shadow() {
 }
 
 #[test]
-fn an_xray_is_the_share_that_comes_through() {
+fn an_xray_is_the_transmission() {
     let scene = sphere(Some(0.7));
     let image = render(&world(&scene), &scene, &settings("xray"), Run::default()).unwrap();
     for (column, row) in [(40, 40), (30, 45), (55, 52), (0, 0)] {
         let at = |pixel: u32| (f64::from(pixel) + 0.5 - 40.0) / 20.0;
         let distance = at(column).hypot(at(row));
         let chord = 2.0 * (1.0 - distance * distance).max(0.0).sqrt();
-        let through = f64::from(image.pixel(column, row)[0]);
-        assert!((through - (-0.7 * chord).exp()).abs() < 1e-6, "{through} at {column}, {row}");
+        let transmission = f64::from(image.pixel(column, row)[0]);
+        assert!((transmission - (-0.7 * chord).exp()).abs() < 1e-6, "{transmission} at {column}, {row}");
     }
 }
 
-/// The look `thickness` shows lengths, whatever attenuates: the scale goes from 0 to the longest.
+/// The look `thickness` shows lengths and ignores attenuation. The scale is from 0 to the largest length.
 #[test]
 fn thickness_is_the_length_of_the_path() {
     let colours = |scene: &Scene, column: u32, row: u32| {
@@ -88,7 +90,7 @@ fn thickness_is_the_length_of_the_path() {
     let linear = |srgb: [f64; 3]| srgb.map(|x| shotline_render::color::decode(x) as f32);
     assert_eq!(colours(&scene, 40, 40)[..3], linear([0.99, 1.0, 0.64]));
     assert_eq!(colours(&scene, 0, 0)[..3], linear([0.0, 0.0, 0.02]));
-    // Half of the longest path, at a distance of sqrt(3) / 2, is between the third and the fourth colour.
+    // At a distance of sqrt(3) / 2 the length is half of the largest: between the third and the fourth colour.
     let half = colours(&scene, 57, 40);
     let between = linear([0.725, 0.235, 0.31]);
     assert!(half[..3].iter().zip(between).all(|(a, b)| (a - b).abs() < 0.06), "{half:?}");
@@ -102,19 +104,20 @@ fn the_legend_of_thickness_names_the_units() {
         let settings = Settings { width: 300, height: 80, ..settings("thickness") };
         render(&world(&scene), &scene, &settings, Run::default()).unwrap()
     };
-    // The text stands above the bar: "thickness: 0 to 2" and then the unit.
-    let ink = |image: &Image, letters: std::ops::Range<u32>| {
+    // The text is above the bar: "thickness: 0 to 2", then the unit.
+    let white_pixels = |image: &Image, letters: std::ops::Range<u32>| {
         let columns = 8 * (1 + letters.start)..8 * (1 + letters.end);
-        let places = columns.flat_map(|x| (52..60).map(move |y| (x, y)));
-        places.filter(|&(x, y)| image.pixel(x, y)[..3] == [1.0; 3]).count()
+        let pixels = columns.flat_map(|x| (52..60).map(move |y| (x, y)));
+        pixels.filter(|&(x, y)| image.pixel(x, y)[..3] == [1.0; 3]).count()
     };
     let [bare, cm, mm] = [None, Some(Units::Centimetres), Some(Units::Millimetres)].map(picture);
-    assert!(ink(&bare, 0..17) > 50 && ink(&bare, 17..20) == 0);
-    assert!(ink(&cm, 17..20) > 10 && ink(&cm, 0..17) == ink(&bare, 0..17) && cm != mm);
+    assert!(white_pixels(&bare, 0..17) > 50 && white_pixels(&bare, 17..20) == 0);
+    assert!(white_pixels(&cm, 17..20) > 10 && white_pixels(&cm, 0..17) == white_pixels(&bare, 0..17));
+    assert!(cm != mm);
 }
 
 #[test]
-fn normals_are_written_as_they_are() {
+fn normals_are_encoded_linearly() {
     let scene = sphere(None);
     let image = render(&world(&scene), &scene, &settings("normal"), Run::default()).unwrap();
     let bytes = image.to_bytes();
@@ -126,7 +129,7 @@ fn normals_are_written_as_they_are() {
 }
 
 #[test]
-fn depth_is_brightest_in_front() {
+fn the_nearest_depth_is_brightest() {
     let scene = sphere(None);
     let image = render(&world(&scene), &scene, &settings("depth"), Run::default()).unwrap();
     assert!(image.pixel(40, 40)[0] > 0.99);
@@ -135,7 +138,7 @@ fn depth_is_brightest_in_front() {
 }
 
 #[test]
-fn threads_leave_no_trace() {
+fn the_number_of_threads_changes_no_pixel() {
     for name in ["lit", "depth", "thickness", "xray"] {
         let mut scene = sphere(None);
         scene.camera = None;
@@ -151,13 +154,13 @@ fn scenes_without_camera_and_lights_are_framed_and_lit() {
     let mut scene = sphere(None);
     let ground = scene.add_solid("halfspace", &[&[0.0, 0.0, 1.0], &[-1.0]]).unwrap();
     scene.camera = None;
-    let clear = Settings { backdrop: Some(Backdrop::Transparent), ..settings("lit") };
+    let clear = Settings { background: Some(Background::Transparent), ..settings("lit") };
     let image = render(&world(&scene), &scene, &clear, Run::default()).unwrap();
     let covered = image.pixels().iter().filter(|p| p[3] > 0.0).count();
     assert!(covered > 80 * 80 / 4, "{covered}");
     assert_eq!(image.pixel(40, 40)[3], 1.0);
     assert_eq!((image.pixel(0, 0), image.channels()), ([0.0; 4], 4));
-    // A ground without end does not make the sphere small.
+    // An unbounded ground does not make the sphere small in the picture.
     scene.add_object("ground", None, ground);
     let normals = render(&world(&scene), &scene, &settings("normal"), Run::default()).unwrap();
     let up = normals.pixel(0, 79);
@@ -166,13 +169,13 @@ fn scenes_without_camera_and_lights_are_framed_and_lit() {
 }
 
 #[test]
-fn within_an_object_light_still_arrives() {
+fn lamps_inside_an_object_light_what_is_in_it() {
     let mut scene = sphere(None);
     let room = &[-20.0; 3];
     let room = scene.add_solid("box", &[room, &[20.0; 3]]).unwrap();
     scene.add_object("room", None, room);
     scene.lights = vec![light(LightSource::Directional(Vec3::Y))];
-    // The light comes from outside and stops at the room's wall; a lamp inside reaches the sphere.
+    // Light from outside stops at the wall of the room; a lamp inside reaches the sphere.
     let dark = render(&world(&scene), &scene, &settings("lit"), Run::default()).unwrap();
     assert_eq!(dark.pixel(40, 40)[0], 0.0);
     scene.lights = vec![light(LightSource::Point(Vec3::new(0.0, -9.0, 1.0)))];
@@ -181,7 +184,7 @@ fn within_an_object_light_still_arrives() {
 }
 
 #[test]
-fn progress_counts_every_ray_and_cancelling_ends_it() {
+fn progress_counts_every_ray_and_cancelling_ends_the_work() {
     let scene = sphere(None);
     let world = world(&scene);
     let done = AtomicU64::new(0);
@@ -196,13 +199,13 @@ fn progress_counts_every_ray_and_cancelling_ends_it() {
 }
 
 #[test]
-fn impossible_settings_are_refused() {
+fn settings_out_of_range_are_errors() {
     let scene = sphere(None);
     let world = world(&scene);
-    let refused = |s: Settings| render(&world, &scene, &s, Run::default()).unwrap_err();
+    let error = |s: Settings| render(&world, &scene, &s, Run::default()).unwrap_err();
     let wide = Settings { width: 0, ..settings("lit") };
-    assert_eq!(refused(wide), RenderError::Size { width: 0, height: 80 });
-    assert_eq!(refused(Settings { samples: 0, ..settings("lit") }), RenderError::Samples(0));
+    assert_eq!(error(wide), RenderError::Size { width: 0, height: 80 });
+    assert_eq!(error(Settings { samples: 0, ..settings("lit") }), RenderError::Samples(0));
     let empty = Scene::default();
     let nothing = compile(&empty, Options::default()).unwrap();
     let error = render(&nothing, &empty, &settings("lit"), Run::default()).unwrap_err();
@@ -210,7 +213,7 @@ fn impossible_settings_are_refused() {
 }
 
 #[test]
-fn what_rays_take_over_leaves_no_trace() {
+fn coherence_changes_no_pixel() {
     let mut scene = sphere(None);
     let wall = scene.add_solid("halfspace", &[&[0.0, -1.0, 0.0], &[-2.0]]).unwrap();
     scene.add_object("wall", None, wall);
@@ -232,7 +235,7 @@ fn what_rays_take_over_leaves_no_trace() {
     }
 }
 
-/// A ball rolls before a wall, on which its shadow falls, past a mirror.
+/// A ball rolls past a mirror, in front of a wall on which its shadow falls.
 fn rolling() -> Scene {
     let mut scene = sphere(Some(0.3));
     let wall = scene.add_solid("halfspace", &[&[0.0, -1.0, 0.0], &[-2.0]]).unwrap();
@@ -250,7 +253,7 @@ fn rolling() -> Scene {
 }
 
 #[test]
-fn frames_are_what_they_would_be_alone() {
+fn each_frame_is_the_same_as_if_rendered_alone() {
     const FRAMES: u32 = 5;
     let scene = rolling();
     let movie = |name, frames, orbit| {
@@ -269,9 +272,9 @@ fn frames_are_what_they_would_be_alone() {
     };
     for name in ["lit", "normal", "depth", "thickness", "xray", "cost"] {
         let (images, boxes) = movie(name, true, 0.0);
-        let (anew, all_boxes) = movie(name, false, 0.0);
+        let (uncached, all_boxes) = movie(name, false, 0.0);
         assert_eq!(images.len(), FRAMES as usize);
-        assert!(images == anew, "{name}");
+        assert!(images == uncached, "{name}");
         assert!(name == "cost" || boxes < all_boxes * 9 / 10, "{name}: {boxes} of {all_boxes}");
         assert!(images[0] != images[1]);
         for (number, image) in (0..).zip(&images) {
@@ -288,6 +291,6 @@ fn frames_are_what_they_would_be_alone() {
             );
         }
     }
-    let (round, _) = movie("normal", true, 360.0);
-    assert!(round[0] == movie("normal", true, 0.0).0[0] && round[0] != round[1]);
+    let (orbiting, _) = movie("normal", true, 360.0);
+    assert!(orbiting[0] == movie("normal", true, 0.0).0[0] && orbiting[0] != orbiting[1]);
 }

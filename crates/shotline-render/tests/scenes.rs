@@ -1,4 +1,4 @@
-//! Every example scene loads, compiles and makes a picture in every look.
+//! Every example scene loads, compiles and renders in every look.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use shotline::query::batch::Run;
 use shotline_render::{LOOKS, Settings, render};
 
 #[test]
-fn every_example_makes_a_picture_in_every_look() {
+fn every_example_renders_in_every_look() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
     let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let mut scenes = 0;
@@ -19,9 +19,12 @@ fn every_example_makes_a_picture_in_every_look() {
             let settings = Settings { width: 40, height: 30, samples: 1, look, ..Settings::default() };
             let image = render(&world, &document.scene, &settings, Run::default()).unwrap();
             let first = image.pixel(0, 0);
-            let what = format!("{} as {}", path.display(), look.name);
-            assert!(image.pixels().iter().any(|p| *p != first), "{what} is empty");
-            assert!(image.pixels().iter().flatten().all(|x| x.is_finite()), "{what} has bad pixels");
+            let case = format!("{} as {}", path.display(), look.name);
+            assert!(image.pixels().iter().any(|p| *p != first), "{case} is empty");
+            assert!(
+                image.pixels().iter().flatten().all(|x| x.is_finite()),
+                "{case} has pixels that are not finite"
+            );
         }
         scenes += 1;
     }

@@ -1,4 +1,4 @@
-//! `shotline bench`: rays a second.
+//! `shotline bench`: rays per second.
 
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
@@ -11,33 +11,33 @@ use shotline::query::batch::{self, BatchError, By, Run};
 use shotline::query::{Overlaps, QueryError, Scope};
 use shotline::ray::{Ray, Span};
 
-use crate::args::{Build, Model, SurfacesOnly, Threads};
 use crate::failure::Failure;
+use crate::flags::{Build, Model, SurfacesOnly, Threads};
 use crate::number::{bytes, counted, grouped};
 use crate::progress::{self, Quiet};
 use crate::query::{Query, help};
 use crate::{input, interrupt, output};
 
-/// Measure how many rays a second are answered
+/// Measure the number of rays per second
 ///
-/// Casts the same rays again and again and tells the median, the best and the spread, from the fastest to the
-/// slowest in parts of the median: differences smaller than that say nothing. A first cast, which is not counted,
-/// warms the caches. Answers are gathered in memory as `cast` does, and not written. `segments` and
+/// Casts the same rays several times and reports the median, the best and the spread: the difference of the
+/// slowest and the fastest, relative to the median. Smaller differences are not significant. A first cast, which is
+/// not counted, warms the caches. Results are collected in memory as `cast` does, and not written. `segments` and
 /// `thickness` resolve overlaps by priority.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Command {
     #[command(flatten)]
     model: Model,
-    /// The rays, as .npy; otherwise those of a picture of 320 by 240
+    /// The rays, as .npy; default: those of a picture of 320 by 240
     #[arg(long, value_name = "FILE.npy")]
     rays: Option<PathBuf>,
-    /// What is asked of each ray
+    /// The query for each ray
     #[arg(long, value_enum, default_value_t = Query::Closest)]
     query: Query,
     #[command(flatten)]
     surfaces_only: SurfacesOnly,
-    /// How often the rays are cast
+    /// How many times the rays are cast
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1_000_000), allow_negative_numbers = true)]
     repeats: u32,
     /// Print one JSON document instead
@@ -56,13 +56,13 @@ Examples:
   shotline bench bunny.ply --accel grid --threads 1
   shotline bench engine.json --rays rays.npy --query crossings --repeats 20";
 
-/// What was measured, in seconds.
+/// The measured times, in seconds.
 struct Report {
     accel: &'static str,
     rays: usize,
     load: f64,
     build: f64,
-    /// Of each repeat, ascending.
+    /// The time of each repeat, ascending.
     casts: Vec<f64>,
     memory: usize,
 }
@@ -73,7 +73,7 @@ impl Command {
         interrupt::catch();
         let scope = self.query.scope(Span::FORWARD, self.surfaces_only)?;
         let begin = Instant::now();
-        let document = input::load_with_remarks(&self.model, self.quiet)?;
+        let document = input::load_with_notes(&self.model, self.quiet)?;
         let load = begin.elapsed().as_secs_f64();
         let begin = Instant::now();
         let world = input::compile(&document, &self.build)?;
@@ -83,18 +83,18 @@ impl Command {
             None => input::rays_of_picture(&self.model, &document, &world)?,
         };
         if rays.is_empty() {
-            return Err(Failure::new("there is no ray to cast\nhelp: name a file of rays with rows"));
+            return Err(Failure::new("there is no ray to cast\nhelp: name a file with at least one ray"));
         }
-        let mut casts = interrupt::listening(|cancel| self.casts(&world, &rays, scope, cancel))?;
+        let mut casts = interrupt::cancellable(|cancel| self.casts(&world, &rays, scope, cancel))?;
         casts.sort_by(f64::total_cmp);
         let memory = world.stats().memory_bytes;
-        let accel = self.build.general(&document.scene);
+        let accel = self.build.scene_accel(&document.scene);
         let report = Report { accel, rays: rays.len(), load, build, casts, memory };
         output::print(&if self.json { self.json(&report) } else { self.text(&report) })?;
         Ok(0)
     }
 
-    /// The seconds of each repeat.
+    /// The time of each repeat in seconds.
     fn casts(
         &self,
         world: &World,
@@ -117,7 +117,7 @@ impl Command {
         let casts: Result<Vec<f64>, BatchError> = casts.collect();
         bar.finish_and_clear();
         let mut casts = casts.map_err(|error| self.failure(error))?;
-        casts.remove(0); // it warmed the caches
+        casts.remove(0); // the warm-up
         Ok(casts)
     }
 
@@ -138,13 +138,13 @@ impl Command {
         let help = match &error {
             BatchError::Cancelled => return Failure::Interrupted,
             BatchError::TooMany { .. } | BatchError::OutOfMemory => {
-                "bench fewer rays, or ask for closest or count"
+                "bench fewer rays, or use --query closest or count"
             }
             BatchError::Query { error: QueryError::TooMany { .. } | QueryError::TooLong { .. }, .. } => {
-                "place fewer parts in one another, or ask for closest or count"
+                "nest fewer parts in each other, or use --query closest or count"
             }
             BatchError::World(error) | BatchError::Query { error, .. } => help(error),
-            BatchError::Ray { .. } | BatchError::Point { .. } => "mend the rays",
+            BatchError::Ray { .. } | BatchError::Point { .. } => "correct the rays",
         };
         Failure::of_input(&self.model.path, format!("{error}\nhelp: {help}"))
     }
@@ -206,7 +206,7 @@ impl Report {
         0.5 * (self.casts[(n - 1) / 2] + self.casts[n / 2])
     }
 
-    /// From the fastest to the slowest, in parts of the median.
+    /// The difference of the slowest and the fastest, relative to the median.
     fn spread(&self) -> f64 {
         (self.casts[self.casts.len() - 1] - self.casts[0]) / self.median().max(1e-9)
     }

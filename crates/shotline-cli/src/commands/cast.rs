@@ -13,40 +13,40 @@ use shotline::query::Scope;
 use shotline::query::batch::{self, BatchError, Run};
 use shotline::scene::Scene;
 
-use crate::args::{Build, Model, SpanOfT, SurfacesOnly, Threads, parse_size, parse_whole};
 use crate::columns::Columns;
 use crate::failure::Failure;
+use crate::flags::{Build, Model, SpanOfT, SurfacesOnly, Threads, parse_size, parse_whole_number};
 use crate::number::counted;
 use crate::progress::{self, Quiet};
 use crate::query::{OverlapPolicy, Query, ThicknessBy, help};
 use crate::rays::{OnInvalid, Rays};
-use crate::{input, interrupt, output};
+use crate::{input, interrupt, output, stream};
 
 /// Cast many rays
 ///
 /// Reads rays from a .npy file of shape (N, 6), float64: the origin, then the
-/// direction, of any length but zero. t counts lengths of the direction.
+/// direction, of any length but zero. t is in lengths of the direction.
 /// With --camera the rays are those of a picture.
-/// Writes the answers as named arrays to an .npz file:
+/// Writes the results as named arrays to an .npz file:
 ///
 ///   closest    t, t_err, normal, object, surface, primitive, path, entering:
-///              a row a ray; a miss is inf, NaN, -1 and False
-///   any        any: bool, a row a ray
-///   count      count: int64, a row a ray
+///              one row per ray; a miss is inf, NaN, -1 and False
+///   any        any: bool, one row per ray
+///   count      count: int64, one row per ray
 ///   crossings  ray_splits, t, t_err, normal, entering, object, surface,
-///              primitive, path, kind: a row a crossing; those of ray i are
+///              primitive, path, kind: one row per crossing; those of ray i are
 ///              ray_splits[i] to ray_splits[i+1]; kind is 0 surface,
 ///              1 start (the ray begins inside), 2 end (it ends inside)
 ///   segments   ray_splits, t_in, t_out, length, material, object, path:
-///              a row a stretch inside an object
-///   thickness  thickness: float64 (N, columns), a row a ray: its length in each
-///              of material_names and, last, in objects without a material;
+///              one row per segment of the ray inside an object
+///   thickness  thickness: float64 (N, columns), one row per ray: its length in
+///              each of material_names and, last, in objects without a material;
 ///              with --by object its length in each of object_names
 ///
 /// object, material and path are indices into the text arrays object_names,
-/// material_names and path_names. The same bits come out for every accelerator
-/// and number of threads.
-// The text is help of the command line, where brackets are brackets.
+/// material_names and path_names. The results are bit-identical for every
+/// accelerator and number of threads.
+// The text is help of the command line: its brackets are not links.
 #[allow(rustdoc::broken_intra_doc_links)]
 #[derive(Args, Debug)]
 #[command(
@@ -60,34 +60,34 @@ pub struct Command {
     /// The rays, as .npy; - for standard input
     #[arg(long, value_name = "FILE.npy")]
     rays: Option<PathBuf>,
-    /// Cast the rays through the middles of so many pixels of the scene's camera instead, row by row from the top
+    /// Cast the rays of the scene's camera instead, through the middles of the pixels, row by row from the top
     #[arg(long, value_name = "WxH", value_parser = parse_size, allow_hyphen_values = true)]
     camera: Option<(u32, u32)>,
-    /// What is asked of each ray
+    /// The query for each ray
     #[arg(long, value_enum)]
     query: Query,
-    /// The answers, as .npz; - for standard output
+    /// The results, as .npz; - for standard output
     #[arg(short, long, value_name = "FILE.npz")]
     output: PathBuf,
-    /// What `thickness` has columns for: material, if not given
+    /// What `thickness` has columns for; default: material
     #[arg(long, value_enum)]
     by: Option<ThicknessBy>,
-    /// What `segments` and `thickness` do where objects of equal priority overlap: error, if not given
+    /// What `segments` and `thickness` do where objects of equal priority overlap; default: error
     #[arg(long, value_name = "POLICY", value_enum)]
     overlaps: Option<OverlapPolicy>,
-    /// What to do with a row that is not a ray: NaN, infinite, or without direction
+    /// What to do with a row that is not a valid ray: NaN, infinite, or with a zero direction
     #[arg(long, value_name = "POLICY", value_enum, default_value_t = OnInvalid::Error)]
     on_invalid: OnInvalid,
     #[command(flatten)]
     span: SpanOfT,
     #[command(flatten)]
     surfaces_only: SurfacesOnly,
-    /// End with an error if the answer has more rows than this; a million take about 65 MB
+    /// End with an error if the result has more rows than this; a million rows take about 65 MB
     #[arg(
         long,
         value_name = "N",
         default_value_t = Run::default().most_rows,
-        value_parser = parse_whole::<u64>,
+        value_parser = parse_whole_number::<u64>,
         allow_negative_numbers = true
     )]
     max_crossings: u64,
@@ -108,13 +108,13 @@ Examples:
   shotline cast engine.json --camera 640x480 --query any -o - | python look.py
   shotline cast bunny.ply --rays rays.npy --query closest -o closest.npz --stats";
 
-/// What was met on the way.
+/// Counts for the notes and statistics.
 struct Counts {
     overlaps: u64,
     repaired: u64,
 }
 
-/// Seconds spent.
+/// Times in seconds.
 struct Times {
     load: f64,
     build: f64,
@@ -141,8 +141,8 @@ impl Command {
         output::expect_writable(&self.output, output::ARRAYS, &inputs)?;
         let rays = self.rays.as_ref().map(|path| input::rays(path, self.on_invalid)).transpose()?;
         let begin = Instant::now();
-        let document = input::load_with_remarks(&self.model, self.quiet)?;
-        output::expect_apart(&self.output, &input::named_files(&self.model, &document.scene))?;
+        let document = input::load_with_notes(&self.model, self.quiet)?;
+        output::expect_not_an_input(&self.output, &input::named_files(&self.model, &document.scene))?;
         let load = begin.elapsed().as_secs_f64();
         let begin = Instant::now();
         let world = input::compile(&document, &self.build)?;
@@ -155,7 +155,7 @@ impl Command {
             }
         };
         let work = Mutex::new(Counters::default());
-        let (overlaps, cast) = interrupt::listening(|cancel| {
+        let (overlaps, cast) = interrupt::cancellable(|cancel| {
             let begin = Instant::now();
             let (columns, overlaps) = self.cast(&world, &rays, scope, cancel, &work)?;
             let cast = begin.elapsed().as_secs_f64();
@@ -163,16 +163,16 @@ impl Command {
             Ok((overlaps, cast))
         })?;
         let repaired = work.lock().map_or(0, |work| work.repaired);
-        self.remarks(&rays, overlaps, repaired);
+        self.print_notes(&rays, overlaps, repaired);
         if self.stats {
             let counts = Counts { overlaps, repaired };
             let stats = self.stats(&document.scene, &world, &rays, counts, &Times { load, build, cast });
-            output::print_beside(&self.output, &stats)?;
+            output::print_with(&self.output, &stats)?;
         }
         Ok(0)
     }
 
-    /// The answers, and how many overlaps were met.
+    /// The results, and how many overlaps were met.
     fn cast(
         &self,
         world: &World,
@@ -193,7 +193,7 @@ impl Command {
         };
         let valid = &rays.valid;
         let policy = self.overlaps.unwrap_or(OverlapPolicy::Error).into();
-        let answer = match self.query {
+        let result = match self.query {
             Query::Closest => {
                 batch::closest(world, valid, scope, run).map(|rows| (Columns::closest(rows, rays), 0))
             }
@@ -210,26 +210,26 @@ impl Command {
             }),
             Query::Thickness => {
                 let by = self.by.unwrap_or(ThicknessBy::Material).into();
-                batch::thickness(world, valid, scope.span, by, policy, run).map(|found| {
-                    let overlaps = found.overlaps;
-                    (Columns::thickness(found, rays), overlaps)
+                batch::thickness(world, valid, scope.span, by, policy, run).map(|thickness| {
+                    let overlaps = thickness.overlaps;
+                    (Columns::thickness(thickness, rays), overlaps)
                 })
             }
         };
         bar.finish_and_clear();
-        answer.map_err(|error| self.failure(error, rays))
+        result.map_err(|error| self.failure(error, rays))
     }
 
-    /// Where the rays come from.
+    /// The file that the rays are from.
     fn source(&self) -> &Path {
         self.rays.as_deref().unwrap_or(&self.model.path)
     }
 
     fn failure(&self, error: BatchError, rays: &Rays) -> Failure {
-        let (place, error) = match error {
+        let (location, error) = match error {
             BatchError::Cancelled => return Failure::Interrupted,
             error @ BatchError::OutOfMemory => {
-                let help = "cast fewer rays at a time, or ask for closest or count";
+                let help = "cast fewer rays at a time, or use --query closest or count";
                 return Failure::of_input(self.source(), format!("{error}\nhelp: {help}"));
             }
             BatchError::TooMany { most } => {
@@ -238,36 +238,37 @@ impl Command {
                     Query::Segments => counted(most, "segment", "segments"),
                     _ => counted(most, "row", "rows"),
                 };
-                let help = "cast fewer rays at a time, ask for closest or count, or raise --max-crossings";
-                let why = format!("the answer has more than {most}\nhelp: {help}");
+                let help =
+                    "cast fewer rays at a time, use --query closest or count, or raise --max-crossings";
+                let why = format!("the result has more than {most}\nhelp: {help}");
                 return Failure::of_input(self.source(), why);
             }
-            // All rays are valid here: other rows were reported or set aside.
+            // All rays are valid here: invalid rows were reported or counted as misses.
             error @ (BatchError::Ray { .. } | BatchError::Point { .. }) => {
                 return Failure::of_input(self.source(), error);
             }
             BatchError::World(error) => (String::new(), error),
             BatchError::Query { row, error } => {
-                (format!("row {} of {}: ", rays.row(row), input::name_of(self.source())), error)
+                (format!("row {} of {}: ", rays.row(row), stream::name_of(self.source())), error)
             }
         };
         let help = help(&error);
-        Failure::new(format!("{}: {place}{error}\nhelp: {help}", self.model.name()))
+        Failure::new(format!("{}: {location}{error}\nhelp: {help}", self.model.name()))
     }
 
-    fn remarks(&self, rays: &Rays, overlaps: u64, repaired: u64) {
+    fn print_notes(&self, rays: &Rays, overlaps: u64, repaired: u64) {
         if rays.invalid() > 0 {
-            let rows = counted(rays.invalid() as u64, "row is no ray", "rows are no rays");
-            progress::remark(&format!("{rows} and counted as a miss"), self.quiet);
+            let rows = counted(rays.invalid() as u64, "row is not a valid ray", "rows are not valid rays");
+            progress::note(&format!("{rows}, counted as a miss"), self.quiet);
         }
         if overlaps > 0 {
             let met = counted(overlaps, "overlap", "overlaps");
-            progress::remark(&format!("{met} of objects of equal priority"), self.quiet);
+            progress::note(&format!("{met} of objects of equal priority"), self.quiet);
         }
         if repaired > 0 {
             let lists = counted(repaired, "list of crossings was", "lists of crossings were");
-            progress::remark(
-                &format!("{lists} broken by rounding and repaired; please report it"),
+            progress::note(
+                &format!("{lists} broken by rounding and repaired; please report this"),
                 self.quiet,
             );
         }
@@ -277,7 +278,7 @@ impl Command {
         let line = json!({
             "rays": rays.rows,
             "threads": self.threads.count(),
-            "accel": self.build.general(scene),
+            "accel": self.build.scene_accel(scene),
             "query": self.query.name(),
             "load_s": times.load,
             "build_s": times.build,

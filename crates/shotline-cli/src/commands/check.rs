@@ -4,23 +4,23 @@ use clap::Args;
 use shotline::compile;
 use shotline::scene::Node;
 
-use crate::args::{Build, Model};
 use crate::failure::Failure;
 use crate::findings::Findings;
+use crate::flags::{Build, Model};
 use crate::{input, output};
 
-/// Tell what is wrong with a model
+/// Find defects of a model
 ///
-/// Examines every mesh and the scene as a whole and lists all that is found: how often, and where first. Faults
+/// Examines every mesh and the scene as a whole and lists all findings: how many, and where the first is. Faults
 /// make a model not sound: open edges and flipped faces, which leave a mesh without an inside, errors of the
 /// scene, and objects of equal priority that overlap. Remarks do not: edges of more than two faces, faces
-/// without area, doubled or inward faces, faces that pass through each other, faces of different objects in
-/// one place, and empty objects. A scene without objects is a fault. Faces that only touch, or overlap in one
-/// plane, do not pass through each other. Notes name what the readers of the files passed over, dropped or
-/// repaired, how often, and the first line or byte.
+/// without area, duplicate or inward faces, faces that pass through each other, coincident faces of different
+/// objects, and empty objects. A scene without objects is a fault. Faces that only touch, or overlap in one
+/// plane, do not pass through each other. Notes name what the readers of the files ignored, dropped or
+/// repaired, how many times, and the first line or byte.
 ///
-/// Rays along the axes look for overlaps and coincidences of objects in the box of all bounded objects. Unbounded
-/// objects, such as a ground, are clipped to that box. More rays look for overlaps in the common box of each two
+/// Rays along the axes find overlaps and coincidences of objects in the box of all bounded objects. Unbounded
+/// objects, such as a ground, are clipped to that box. More rays find overlaps in the common box of each two
 /// parts whose boxes meet. Small overlaps may be missed. The model is not called sound if there are too many pairs
 /// of parts to examine, or if two unbounded objects might overlap outside the box.
 #[derive(Args, Debug)]
@@ -54,7 +54,7 @@ impl Command {
         for node in &document.scene.nodes {
             if let Node::Mesh { mesh, file } = node {
                 let file = file.as_ref().map_or("mesh", |file| &file.name);
-                findings.examine_mesh(file, mesh, self.build.general(&document.scene));
+                findings.examine_mesh(file, mesh, self.build.scene_accel(&document.scene));
             }
         }
         match compile::compile(&document.scene, self.build.options()) {

@@ -13,8 +13,8 @@ use shotline::ray::{Ray, Span};
 use shotline_io::Document;
 use shotline_render::{Image, Settings, encode_png, look, render};
 
-use crate::args::Model;
 use crate::failure::Failure;
+use crate::flags::Model;
 use crate::input::PICTURE;
 use crate::number::{bytes, short};
 use crate::progress::Quiet;
@@ -24,19 +24,19 @@ use crate::{input, interrupt, output};
 /// Compare the accelerators
 ///
 /// Builds the model once for every accelerator, casts the same rays on one thread and prints a table: build time,
-/// memory, time a ray for the closest crossing (the best of five passes), how many times as long as the fastest, and
-/// what was counted a ray.
-/// The rays are those of a picture, or yours. A slow structure is stopped after a few seconds; the column `rays` tells
-/// how many rays each has answered. That all give the same answers is checked, bit for bit.
+/// memory, time per ray for the closest crossing (the best of five passes), the ratio to the fastest, and the
+/// counters per ray.
+/// The rays are those of a picture, or yours. A slow accelerator is stopped after a few seconds; the column `rays`
+/// says how many rays it has cast. The results of all accelerators are compared bit by bit.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Command {
     #[command(flatten)]
     model: Model,
-    /// Rays to compare on, as .npy; otherwise those of a picture
+    /// The rays, as .npy; default: those of a picture
     #[arg(long, value_name = "FILE.npy")]
     rays: Option<PathBuf>,
-    /// A contact sheet of heat maps of the work a ray takes, as PNG (.png or .apng); - for standard output
+    /// A contact sheet of heat maps of the work per ray, as PNG (.png or .apng); - for standard output
     #[arg(short, long, value_name = "FILE.png")]
     output: Option<PathBuf>,
 }
@@ -46,23 +46,23 @@ Examples:
   shotline compare bunny.ply
   shotline compare engine.json --rays rays.npy -o work.png";
 
-/// Pictures beside each other on the sheet.
+/// The number of pictures in a row of the sheet.
 const COLUMNS: u32 = 5;
-/// How long one structure may cast.
-const PATIENCE: Duration = Duration::from_secs(3);
-/// The fastest of so many counts, where all of them fit into that.
+/// How long one accelerator may cast.
+const MAX_TIME: Duration = Duration::from_secs(3);
+/// The number of passes, of which the fastest counts, if all of them fit into `MAX_TIME`.
 const PASSES: u32 = 5;
-/// Rays between looks at the clock.
+/// Rays between two readings of the clock.
 const CHUNK: usize = 256;
 
-/// One structure.
+/// The measurements of one accelerator.
 struct Entry {
     name: &'static str,
     world: World,
     build_s: f64,
     ns_a_ray: f64,
     work: Counters,
-    answers: ClosestRows,
+    results: ClosestRows,
 }
 
 impl Command {
@@ -72,18 +72,18 @@ impl Command {
         let inputs: Vec<PathBuf> = self.rays.iter().chain([&self.model.path]).cloned().collect();
         self.rays.iter().try_for_each(|rays| input::expect_one_stream(&self.model, rays))?;
         self.output.iter().try_for_each(|path| output::expect_writable(path, output::PICTURE, &inputs))?;
-        let document = input::load_with_remarks(&self.model, Quiet { quiet: false })?;
+        let document = input::load_with_notes(&self.model, Quiet { quiet: false })?;
         let rays = self.rays(&document)?;
         let entries: Vec<Entry> =
-            NAMES.iter().map(|name| entry(name, &document, &rays)).collect::<Result<_, _>>()?;
+            NAMES.iter().map(|name| measure(name, &document, &rays)).collect::<Result<_, _>>()?;
         for other in &entries[1..] {
-            agree(&entries[0], other)?;
+            expect_same(&entries[0], other)?;
         }
         let text = table(&entries).text();
         match &self.output {
             None => output::print(&text)?,
             Some(path) => {
-                output::print_beside(path, &text)?;
+                output::print_with(path, &text)?;
                 output::write(path, &encode_png(&self.sheet(&document, &entries)?))?;
             }
         }
@@ -94,7 +94,7 @@ impl Command {
         match &self.rays {
             Some(path) => input::valid_rays(path),
             None => {
-                let world = built(document, DEFAULT)?;
+                let world = compile_with(document, DEFAULT)?;
                 input::rays_of_picture(&self.model, document, &world)
             }
         }
@@ -118,30 +118,30 @@ impl Command {
     }
 }
 
-fn built(document: &Document, accel: &'static str) -> Result<World, Failure> {
+fn compile_with(document: &Document, accel: &'static str) -> Result<World, Failure> {
     compile::compile(&document.scene, Options { accel: Some(accel) })
         .map_err(|errors| Failure::new(document.explain(&errors).to_string()))
 }
 
-fn entry(name: &'static str, document: &Document, rays: &[Ray]) -> Result<Entry, Failure> {
+fn measure(name: &'static str, document: &Document, rays: &[Ray]) -> Result<Entry, Failure> {
     let begin = Instant::now();
-    let world = built(document, name)?;
+    let world = compile_with(document, name)?;
     let build_s = begin.elapsed().as_secs_f64();
     let work = Mutex::new(Counters::default());
     let run = Run { threads: 1, counters: Some(&work), ..Run::default() };
-    let mut answers = ClosestRows::default();
+    let mut results = ClosestRows::default();
     let begin = Instant::now();
     for chunk in rays.chunks(CHUNK) {
         let rows = batch::closest(&world, chunk, Span::FORWARD, run);
-        answers.append(rows.map_err(|e| Failure::new(e.to_string()))?);
-        if begin.elapsed() > PATIENCE {
+        results.append(rows.map_err(|e| Failure::new(e.to_string()))?);
+        if begin.elapsed() > MAX_TIME {
             break;
         }
     }
     let mut seconds = begin.elapsed().as_secs_f64();
-    // The first pass also fetched everything from memory, and whatever else the machine did is in it.
+    // The first pass includes cache misses, and any pass may include other work of the machine.
     for _ in 1..PASSES {
-        if answers.t.len() < rays.len() || begin.elapsed() > PATIENCE {
+        if results.t.len() < rays.len() || begin.elapsed() > MAX_TIME {
             break;
         }
         let pass = Instant::now();
@@ -152,18 +152,18 @@ fn entry(name: &'static str, document: &Document, rays: &[Ray]) -> Result<Entry,
         seconds = seconds.min(pass.elapsed().as_secs_f64());
     }
     let work = work.into_inner().unwrap_or_default();
-    let ns_a_ray = seconds * 1e9 / answers.t.len().max(1) as f64;
-    Ok(Entry { name, world, build_s, ns_a_ray, work, answers })
+    let ns_a_ray = seconds * 1e9 / results.t.len().max(1) as f64;
+    Ok(Entry { name, world, build_s, ns_a_ray, work, results })
 }
 
-/// Holds the answers that two structures both gave to each other.
-fn agree(a: &Entry, b: &Entry) -> Result<(), Failure> {
+/// Checks that the results of two accelerators are the same for the rays that both have cast.
+fn expect_same(a: &Entry, b: &Entry) -> Result<(), Failure> {
     let bits = |rows: &ClosestRows, i: usize| (rows.t[i].to_bits(), rows.path[i], rows.primitive[i]);
-    let both = a.answers.t.len().min(b.answers.t.len());
-    match (0..both).find(|&i| bits(&a.answers, i) != bits(&b.answers, i)) {
+    let both = a.results.t.len().min(b.results.t.len());
+    match (0..both).find(|&i| bits(&a.results, i) != bits(&b.results, i)) {
         None => Ok(()),
         Some(ray) => Err(Failure::new(format!(
-            "'{}' and '{}' answer ray {ray} differently; please report it with the model",
+            "'{}' and '{}' differ on ray {ray}; please report this with the model",
             a.name, b.name
         ))),
     }
@@ -177,7 +177,7 @@ fn table(entries: &[Entry]) -> Table {
     let mut table = Table::new(columns);
     let best = entries.iter().fold(f64::INFINITY, |m, e| m.min(e.ns_a_ray));
     for entry in entries {
-        let rays = entry.answers.t.len();
+        let rays = entry.results.t.len();
         let mut row = vec![
             entry.name.to_owned(),
             format!("{:.3}", entry.build_s),

@@ -6,19 +6,19 @@ use clap::Args;
 use shotline::scene::{Node, Scene};
 use shotline_io::{WriteError, save, write_scene};
 
-use crate::args::Model;
 use crate::failure::Failure;
+use crate::flags::Model;
 use crate::progress::{self, Quiet};
-use crate::{input, interrupt, output};
+use crate::{input, interrupt, output, stream};
 
 /// Convert between file formats
 ///
-/// The ending of OUT says which: .json a scene, .ply, .obj or .stl a mesh. Whatever is lost is reported on stderr, and
-/// so is what else was written: meshes that a scene names are put beside it as PLY, unless they are there.
+/// The extension of OUT gives the format: .json a scene, .ply, .obj or .stl a mesh. Reports on stderr what is lost, and
+/// which other files were written: the meshes that a scene names are written to its folder as PLY, unless they are there.
 ///
-/// PLY and OBJ keep every bit of a mesh. STL names no vertices and in its binary form holds float32, so it is
-/// written as text where that would move a vertex. A mesh file takes all meshes of a scene, placed, in one; solids
-/// and combinations cannot be written to it. Normals, colours and textures of a mesh file are never read.
+/// PLY and OBJ keep every bit of a mesh. STL has no vertex indices, and float32 coordinates in its binary form, so it is
+/// written as text if float32 would move a vertex. A mesh file contains all meshes of a scene, transformed, as one mesh;
+/// solids and combinations cannot be written to it. Normals, colours and textures of a mesh file are never read.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Command {
@@ -34,7 +34,7 @@ pub struct Command {
 const EXAMPLES: &str = "\
 Examples:
   shotline convert part.stl part.ply
-  shotline convert part.ply part.json      # a scene of one object, to go on from";
+  shotline convert part.ply part.json      # a scene of one object, to edit";
 
 impl Command {
     /// Runs the command.
@@ -42,23 +42,23 @@ impl Command {
         interrupt::catch();
         output::expect_writable(&self.output, &[], std::slice::from_ref(&self.model.path))?;
         let document = input::load(&self.model)?;
-        output::expect_apart(&self.output, &input::named_files(&self.model, &document.scene))?;
-        let notes = interrupt::listening(|_| self.save(&document.scene))?;
+        output::expect_not_an_input(&self.output, &input::named_files(&self.model, &document.scene))?;
+        let notes = interrupt::cancellable(|_| self.save(&document.scene))?;
         let comments = has_comments(document.source.text()).then(|| "comments are lost".into());
         let read = document.notes.iter().map(ToString::to_string);
         for note in read.chain(notes).chain(comments) {
-            progress::remark(&note, self.quiet);
+            progress::note(&note, self.quiet);
         }
         Ok(0)
     }
 
-    /// Writes the scene and answers what a user may want to know. Standard output takes a scene as text.
+    /// Writes the scene and returns notes for the user. On standard output a scene is written as text.
     fn save(&self, scene: &Scene) -> Result<Vec<String>, Failure> {
-        if !input::is_stream(&self.output) {
+        if !stream::is_stream(&self.output) {
             return save(&self.output, scene).map_err(|e| self.failure(&e));
         }
         if scene.nodes.iter().any(|node| matches!(node, Node::Mesh { .. })) {
-            let why = "stdout takes a scene, and the meshes of this one are files beside it";
+            let why = "stdout can receive one file, and the meshes of this scene are files of their own";
             return Err(Failure::new(format!("{why}\nhelp: name a file to write to")));
         }
         output::write(&self.output, write_scene(scene).map_err(|e| self.failure(&e))?.as_bytes())?;
@@ -68,7 +68,7 @@ impl Command {
     fn failure(&self, error: &WriteError) -> Failure {
         match error {
             WriteError::Unwritable(_) => {
-                let help = "write a scene, which holds everything: a file that ends in .json";
+                let help = "write a scene, which keeps everything: a file with the extension .json";
                 Failure::of_file(&self.output, format!("{error}\nhelp: {help}"))
             }
             error => Failure::new(error.to_string()),
@@ -76,7 +76,7 @@ impl Command {
     }
 }
 
-/// Whether the text of a scene has comments: slashes outside of strings, in JSON that has been read.
+/// Whether the text of a scene has comments. It is valid JSON but for these, so a slash outside of strings is one.
 fn has_comments(text: &str) -> bool {
     let (mut in_string, mut escaped) = (false, false);
     text.chars().any(|c| {
@@ -95,7 +95,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn comments_are_seen_outside_of_strings() {
+    fn comments_are_found_outside_of_strings() {
         assert!(has_comments("{} // here") && has_comments(r#"{"a\\": /* b */ 1}"#));
         assert!(!has_comments(r#"{"//": "a\"//b", "c": "/"}"#) && !has_comments(""));
     }

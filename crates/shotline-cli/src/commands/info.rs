@@ -1,4 +1,4 @@
-//! `shotline info`: how large a model is.
+//! `shotline info`: the size of a model.
 
 use std::time::Instant;
 
@@ -9,19 +9,18 @@ use shotline::compile::{Stats, World};
 use shotline::scene::{Node, NodeId, Op, Scene, Units};
 use shotline_io::Note;
 
-use crate::args::{Build, Model};
 use crate::failure::Failure;
 use crate::findings::note_to_json;
+use crate::flags::{Build, Model};
 use crate::number::{bytes, counted, grouped, json as number, json_vector, short, short_bounds};
 use crate::table::{Align, Table};
-use crate::{empty, input, output};
+use crate::{empty_objects, input, output};
 
-/// Tell how large a model is
+/// Report the size of a model
 ///
-/// Nodes, objects, leaves, bounds, memory and the time to load and build it. Leaves are counted once however
-/// often they are placed; virtual leaves count every placement, as a ray sees them. Notes name what the readers
-/// of the files passed over, dropped or repaired, how often, and the first line or byte, and objects of which there is
-/// nothing.
+/// Nodes, objects, leaves, bounds, memory and the time to load and build it. Shared leaves are counted once;
+/// virtual leaves count every placement, as a ray meets them. Notes name what the readers of the files ignored,
+/// dropped or repaired, how many times, and the first line or byte. Notes also name empty objects.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Command {
@@ -40,10 +39,10 @@ Examples:
   shotline info engine.json
   shotline info bunny.ply --json";
 
-/// So many objects are listed for people; --json lists all.
-const LISTED: usize = 40;
+/// The most objects that the text lists; --json lists all.
+const MAX_LISTED: usize = 40;
 
-/// What the command has found out.
+/// What the command reports.
 struct Report {
     accel: &'static str,
     units: Option<Units>,
@@ -71,14 +70,14 @@ impl Command {
         let loaded = Instant::now();
         let world: World = input::compile(&document, &self.build)?;
         let report = Report {
-            accel: self.build.general(&document.scene),
+            accel: self.build.scene_accel(&document.scene),
             units: document.scene.units,
             stats: world.stats(),
             bounds: world.bounds(),
             load_s: (loaded - begin).as_secs_f64(),
             build_s: loaded.elapsed().as_secs_f64(),
             objects: objects(&document.scene),
-            empty: empty::by_construction(&world, &document.scene)
+            empty: empty_objects::by_construction(&world, &document.scene)
                 .into_iter()
                 .map(|object| world.object_names()[object as usize].clone())
                 .collect(),
@@ -159,20 +158,22 @@ impl Report {
     fn object_table(&self) -> String {
         let column = |name: &str| (name.to_string(), Align::Left);
         let mut table = Table::new(vec![column("object"), column("material"), column("body")]);
-        for o in self.objects.iter().take(LISTED) {
+        for o in self.objects.iter().take(MAX_LISTED) {
             let material = o.material.clone().unwrap_or_else(|| "-".into());
             table.row(vec![o.name.clone(), material, o.body.clone()]);
         }
         let mut out = table.text();
-        if self.objects.len() > LISTED {
-            out +=
-                &format!("  and {} more; --json lists all\n", grouped((self.objects.len() - LISTED) as u64));
+        if self.objects.len() > MAX_LISTED {
+            out += &format!(
+                "  and {} more; --json lists all\n",
+                grouped((self.objects.len() - MAX_LISTED) as u64)
+            );
         }
         out
     }
 }
 
-/// Every object of the scene, in the order in which it was written.
+/// Every object of the scene, in the order of the file.
 fn objects(scene: &Scene) -> Vec<ObjectLine> {
     let line = |node: &Node| match node {
         Node::Object { name, material, node, .. } => {
@@ -183,7 +184,7 @@ fn objects(scene: &Scene) -> Vec<ObjectLine> {
     scene.nodes.iter().filter_map(line).collect()
 }
 
-/// What kind of body a node is, seen through its placements. The scene has been compiled: it has no cycle.
+/// The kind of body of a node, below its transforms. The scene has been compiled, so it has no cycle.
 fn body(scene: &Scene, mut id: NodeId) -> String {
     loop {
         id = match scene.node(id) {

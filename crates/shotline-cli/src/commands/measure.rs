@@ -1,4 +1,4 @@
-//! `shotline measure`: how much there is of each object.
+//! `shotline measure`: volume, mass, centroid and inertia of objects.
 
 use std::sync::atomic::AtomicBool;
 
@@ -10,8 +10,8 @@ use shotline::query::QueryError;
 use shotline::query::batch::Run;
 use shotline::scene::{Scene, Units};
 
-use crate::args::{Build, Model, Threads, parse_whole};
 use crate::failure::Failure;
+use crate::flags::{Build, Model, Threads, parse_whole_number};
 use crate::number::{counted, grouped, json as number, json_vector, short_bounds, uncertain};
 use crate::progress::{self, Quiet};
 use crate::query::{OverlapPolicy, help};
@@ -21,36 +21,35 @@ use crate::{input, interrupt, output};
 /// Measure volume, mass, centroid and inertia of objects
 ///
 /// Exact, but for rounding, where there is a closed form: single solids, closed meshes, polytopes (intersections of
-/// half-spaces and boxes), and groups of them whose boxes do not overlap, however placed. All others are measured by
-/// rays, and told with their standard errors: about two thirds of all values are off by less than theirs, and one in a
-/// hundred by more than three times as much. What no ray meets is not seen; more rays see more.
+/// half-spaces and boxes), and groups of them whose boxes do not overlap, with any transforms. All others are measured
+/// by rays, and reported with their standard errors: about two thirds of all values have a smaller error than that, and
+/// one in a hundred has an error of more than three times that. What no ray meets is not measured; more rays meet more.
 ///
-/// An object that has no end is reported as unbounded, and the others are measured. If every object is unbounded, that
+/// An unbounded object is reported as unbounded, and the others are measured. If every object is unbounded, that
 /// is an error.
 ///
-/// The inertia tensor (--json) is about the centroid, along the axes of the world, and of density 1. Mass is in
-/// grams, by the density of the material in g/cm^3, where it has one; in a scene without units it is volume times
-/// density, in whatever units these are. The same bits come out for every accelerator and number of
-/// threads.
+/// The inertia tensor (--json) is about the centroid, along the axes of the world, and for density 1. Mass is in
+/// grams, from the density of the material in g/cm^3, if it has one. In a scene without units it is volume times
+/// density, in the product of their units. The results are bit-identical for every accelerator and number of threads.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Command {
     #[command(flatten)]
     model: Model,
     /// Rays for each object that has no closed form, rounded up to a multiple of 48
-    #[arg(long, value_name = "N", default_value_t = Settings::default().rays, value_parser = parse_whole::<usize>, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = Settings::default().rays, value_parser = parse_whole_number::<usize>, allow_negative_numbers = true)]
     rays: usize,
-    /// Another seed, other rays
-    #[arg(long, value_name = "N", default_value_t = Settings::default().seed, value_parser = parse_whole::<u64>, allow_negative_numbers = true)]
+    /// The seed, which determines the rays
+    #[arg(long, value_name = "N", default_value_t = Settings::default().seed, value_parser = parse_whole_number::<u64>, allow_negative_numbers = true)]
     seed: u64,
     /// Measure only objects of this name; may be given several times
     #[arg(long = "object", value_name = "NAME")]
     objects: Vec<String>,
     /// Whether closed forms are used
-    #[arg(long, value_enum, default_value_t = Way::Best)]
-    method: Way,
-    /// What counts where objects overlap. With `all` each object is measured as if the others were not there. With
-    /// `error` and `priority` rays measure only the stretches that `cast --query segments` gives to the object
+    #[arg(long, value_enum, default_value_t = MethodChoice::Best)]
+    method: MethodChoice,
+    /// What to measure where objects overlap. With `all` each object is measured as if it were alone. With
+    /// `error` and `priority` rays measure only the segments that `cast --query segments` gives to the object
     #[arg(long, value_name = "POLICY", value_enum, default_value_t = OverlapPolicy::All)]
     overlaps: OverlapPolicy,
     /// Print one JSON document instead, with all digits and the inertia tensor
@@ -71,7 +70,7 @@ Examples:
   shotline measure part.stl --json";
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Way {
+enum MethodChoice {
     /// Closed forms where there are any, else rays
     Best,
     /// Rays only
@@ -83,16 +82,16 @@ impl Command {
     pub fn run(&self) -> Result<u8, Failure> {
         interrupt::catch();
         if self.rays == 0 {
-            return Err(Failure::new("--rays: no rays measure nothing; give at least 1"));
+            return Err(Failure::new("--rays is 0, but must be at least 1"));
         }
-        let document = input::load_with_remarks(&self.model, self.quiet)?;
+        let document = input::load_with_notes(&self.model, self.quiet)?;
         let world = input::compile(&document, &self.build)?;
         let settings = Settings {
             rays: self.rays,
             seed: self.seed,
             method: match self.method {
-                Way::Best => Method::Best,
-                Way::Rays => Method::Rays,
+                MethodChoice::Best => Method::Best,
+                MethodChoice::Rays => Method::Rays,
             },
             overlaps: self.overlaps.into(),
             objects: self.chosen(&world)?,
@@ -104,28 +103,28 @@ impl Command {
             ));
         }
         let measures =
-            interrupt::listening(|cancel| self.measure(&world, &document.scene, &settings, cancel))?;
-        self.expect_an_end(&world, &measures)?;
+            interrupt::cancellable(|cancel| self.measure(&world, &document.scene, &settings, cancel))?;
+        self.expect_bounded(&world, &measures)?;
         let report = Report { world: &world, scene: &document.scene, settings: &settings, measures };
         output::print(&if self.json { format!("{:#}\n", report.to_json()) } else { report.to_text() })?;
         Ok(0)
     }
 
-    /// Refuses an answer that would tell nothing.
-    fn expect_an_end(&self, world: &World, measures: &[Measure]) -> Result<(), Failure> {
+    /// Returns an error if all objects are unbounded, so that nothing can be measured.
+    fn expect_bounded(&self, world: &World, measures: &[Measure]) -> Result<(), Failure> {
         let Some(first) = measures.first().filter(|_| measures.iter().all(Measure::is_unbounded)) else {
             return Ok(());
         };
         let why = format!(
-            "object '{}' has no finite bounds: its box reaches from {}\n\
-             help: intersect it with a box around what is meant, or choose others with --object",
+            "object '{}' has no finite bounds: its box is from {}\n\
+             help: intersect it with a box around the part to measure, or choose others with --object",
             world.object_names()[first.object as usize],
             short_bounds(&first.bounds)
         );
         Err(Failure::of_input(&self.model.path, why))
     }
 
-    /// The numbers of the objects that are named; `None` for all.
+    /// The numbers of the objects named by --object; `None` for all.
     fn chosen(&self, world: &World) -> Result<Option<Vec<u32>>, Failure> {
         let mut chosen = Vec::new();
         for name in &self.objects {
@@ -156,9 +155,9 @@ impl Command {
             cancel: Some(cancel),
             ..Run::default()
         };
-        let answer = measure::measure(world, scene, settings, run);
+        let result = measure::measure(world, scene, settings, run);
         bar.finish_and_clear();
-        answer.map_err(|error| self.failure(&error))
+        result.map_err(|error| self.failure(&error))
     }
 
     fn failure(&self, error: &MeasureError) -> Failure {
@@ -168,10 +167,12 @@ impl Command {
                 "close the mesh (`shotline check` lists its defects), or choose others with --object"
             }
             MeasureError::Query(QueryError::TooMany { .. } | QueryError::TooLong { .. }) => {
-                "place fewer parts in one another, or choose others with --object"
+                "nest fewer parts in each other, or choose others with --object"
             }
             MeasureError::Query(error) => help(error),
-            MeasureError::TooMany { .. } => "choose fewer --rays, or measure one part by itself",
+            MeasureError::TooMany { .. } => {
+                "choose fewer --rays, or measure fewer objects at a time with --object"
+            }
             MeasureError::OutOfRange { .. } => "choose other objects with --object",
             MeasureError::TooNested { .. } | MeasureError::NoObject { .. } => "choose fewer with --object",
         };
@@ -179,10 +180,10 @@ impl Command {
     }
 }
 
-/// The unit of masses, in scenes with a unit of length.
+/// The unit of mass in scenes with a unit of length.
 const GRAMS: &str = "g";
 
-/// What is printed.
+/// What the command reports.
 struct Report<'a> {
     world: &'a World,
     scene: &'a Scene,
@@ -229,15 +230,15 @@ impl Report<'_> {
         columns.extend([column("centroid", ""), column("bounds", ""), ("rays".into(), Align::Right)]);
         let mut table = Table::new(columns);
         for m in &self.measures {
-            let told = |e: &Estimate| if m.is_unbounded() { "-".into() } else { told(e) };
-            let volume = if m.is_unbounded() { "unbounded".into() } else { told(&m.volume) };
+            let text = |e: &Estimate| if m.is_unbounded() { "-".into() } else { to_text(e) };
+            let volume = if m.is_unbounded() { "unbounded".into() } else { to_text(&m.volume) };
             let mut row = vec![self.name(m).to_string(), volume];
             if has_mass {
-                row.push(m.mass.as_ref().map_or_else(|| "-".into(), told));
+                row.push(m.mass.as_ref().map_or_else(|| "-".into(), text));
             }
             row.push(match &m.centroid {
                 [x, ..] if x.value.is_nan() => "-".into(),
-                centroid => format!("({})", centroid.each_ref().map(told).join(", ")),
+                centroid => format!("({})", centroid.each_ref().map(text).join(", ")),
             });
             row.push(if m.bounds.is_empty() { "nothing".into() } else { short_bounds(&m.bounds) });
             row.push(if m.is_unbounded() {
@@ -250,7 +251,7 @@ impl Report<'_> {
             table.row(row);
         }
         let rays = counted(self.rays(), "ray", "rays");
-        format!("{}\n  {rays} in all; exact is exact but for rounding\n", table.text())
+        format!("{}\n  {rays} in all; exact: but for rounding\n", table.text())
     }
 
     fn rays(&self) -> u64 {
@@ -266,6 +267,6 @@ fn estimate(e: &Estimate) -> Value {
     json!({ "value": number(e.value), "std_error": number(e.std_error) })
 }
 
-fn told(e: &Estimate) -> String {
+fn to_text(e: &Estimate) -> String {
     uncertain(e.value, e.std_error)
 }

@@ -15,19 +15,19 @@ use shotline::scene::Scene;
 use shotline_io::Document;
 use shotline_render::animation::MAX_FRAMES;
 use shotline_render::{
-    Animation, AnimationError, Backdrop, Coherence, Image, LOOKS, Lighting, Look, Movie, RenderError,
+    Animation, AnimationError, Background, Coherence, Image, LOOKS, Lighting, Look, Movie, RenderError,
     Settings, animate, encode_png,
 };
 
-use crate::args::{Build, Model, Threads, parse_size, parse_whole};
 use crate::failure::Failure;
+use crate::flags::{Build, Model, Threads, parse_size, parse_whole_number};
 use crate::progress::{self, Quiet};
 use crate::{input, interrupt, output};
 
 /// Make a picture
 ///
-/// The camera and the lights are those of the scene; a scene without a camera is framed, one without lights
-/// is lit. The same picture comes out for every accelerator and number of threads.
+/// The camera and the lights are those of the scene. A scene without a camera gets one that frames it, and a scene
+/// without lights gets automatic ones. The picture is bit-identical for every accelerator and number of threads.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Command {
@@ -42,29 +42,28 @@ pub struct Command {
     /// What the picture shows
     #[arg(long, default_value = LOOKS[0].name, value_parser = look_names())]
     look: &'static Look,
-    /// Samples a pixel; more make smoother edges
-    #[arg(long, value_name = "N", default_value_t = Settings::default().samples, value_parser = parse_whole::<u32>, allow_negative_numbers = true)]
+    /// Samples per pixel; more make smoother edges
+    #[arg(long, value_name = "N", default_value_t = Settings::default().samples, value_parser = parse_whole_number::<u32>, allow_negative_numbers = true)]
     samples: u32,
-    /// How light falls in the look `lit`: sharp, if not given
+    /// The lighting of the look `lit`; default: sharp
     #[arg(long, value_enum)]
     lighting: Option<LightingChoice>,
-    /// What the look `cost` counts: boxes, if not given
+    /// What the look `cost` counts; default: boxes
     #[arg(long, value_name = "NAME", value_parser = counter_names())]
     counter: Option<&'static Counter>,
-    /// What is behind everything: studio, white, black, transparent or a colour #RRGGBB; otherwise the look
-    /// decides
-    #[arg(long, value_name = "COLOUR", value_parser = Backdrop::from_str)]
-    background: Option<Backdrop>,
-    /// Render so many frames into an animated PNG: objects move as the scene's "motions" say
+    /// The background: studio, white, black, transparent or a colour #RRGGBB; default: that of the look
+    #[arg(long, value_name = "COLOUR", value_parser = Background::from_str)]
+    background: Option<Background>,
+    /// Render this number of frames into an animated PNG: objects move as the scene's "motions" say
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_FRAMES)), allow_negative_numbers = true)]
     frames: Option<u32>,
-    /// Frames a second
+    /// Frames per second
     #[arg(long, value_name = "N", default_value_t = 24, requires = "frames", value_parser = clap::value_parser!(u16).range(1..), allow_negative_numbers = true)]
     fps: u16,
-    /// Degrees by which the camera goes round its target over all frames; 360 where no object moves
+    /// Degrees by which the camera orbits its target over all frames; default: 360 if no object moves, else 0
     #[arg(long, value_name = "DEGREES", requires = "frames", allow_negative_numbers = true)]
     orbit: Option<f64>,
-    /// What rays take over from those before them; the picture is the same
+    /// What rays reuse from earlier rays; the picture is the same
     #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',', default_values = ["shadows", "frames"])]
     coherence: Vec<CoherenceChoice>,
     /// Print times and work as one line of JSON
@@ -89,7 +88,7 @@ Examples:
 enum LightingChoice {
     /// Sharp shadows, no noise
     Sharp,
-    /// Lamps and sky have a size: soft shadows. Wants 32 samples or more
+    /// Lamps and sky have a size: soft shadows. Needs 32 samples or more
     Soft,
 }
 
@@ -104,29 +103,30 @@ impl From<LightingChoice> for Lighting {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum CoherenceChoice {
-    /// Rays to a lamp first ask what blocked the last one
+    /// Rays to a lamp first test what occluded the last one
     Shadows,
-    /// Rays from the camera first ask what the one before them met: no faster, as measured
+    /// Rays from the camera first test what the one before them met: not faster in measurements
     Neighbours,
-    /// Pixels that nothing moving can touch are rendered once for all frames
+    /// Pixels that nothing moving can change are rendered once for all frames
     Frames,
-    /// Every ray starts from scratch
+    /// Rays reuse nothing
     None,
 }
 
 fn look_names() -> impl TypedValueParser<Value = &'static Look> {
     PossibleValuesParser::new(LOOKS.iter().map(|look| look.name))
-        .try_map(|name| shotline_render::look(&name).ok_or("no such look"))
+        .try_map(|name| shotline_render::look(&name).ok_or("there is no such look"))
 }
 
 fn counter_names() -> impl TypedValueParser<Value = &'static Counter> {
-    PossibleValuesParser::new(COUNTERS.iter().map(|counter| counter.name))
-        .try_map(|name| COUNTERS.iter().find(|counter| counter.name == name).ok_or("no such counter"))
+    PossibleValuesParser::new(COUNTERS.iter().map(|counter| counter.name)).try_map(|name| {
+        COUNTERS.iter().find(|counter| counter.name == name).ok_or("there is no such counter")
+    })
 }
 
 impl Command {
-    /// Refuses options that would change nothing.
-    fn expect_options_of_the_look(&self) -> Result<(), Failure> {
+    /// Returns an error for an option that has no effect on the look.
+    fn expect_options_of_look(&self) -> Result<(), Failure> {
         let given =
             [("--lighting", self.lighting.is_some(), "lit"), ("--counter", self.counter.is_some(), "cost")];
         match given.iter().find(|(_, is_given, look)| *is_given && self.look.name != *look) {
@@ -140,13 +140,13 @@ impl Command {
     /// Runs the command.
     pub fn run(&self) -> Result<u8, Failure> {
         interrupt::catch();
-        self.expect_options_of_the_look()?;
+        self.expect_options_of_look()?;
         output::expect_writable(&self.output, output::PICTURE, std::slice::from_ref(&self.model.path))?;
-        let document = input::load_with_remarks(&self.model, self.quiet)?;
-        input::remark_what_is_never_hit(&document, self.quiet);
+        let document = input::load_with_notes(&self.model, self.quiet)?;
+        input::note_meshes_never_hit(&document, self.quiet);
         let work = Mutex::default();
         let started = Instant::now();
-        interrupt::listening(|cancel| {
+        interrupt::cancellable(|cancel| {
             let (width, height) = self.size;
             let pixels = u64::from(width) * u64::from(height) * u64::from(self.frames.unwrap_or(1));
             let bar = progress::bar(pixels * u64::from(self.samples), "rendering", self.quiet);
@@ -167,7 +167,7 @@ impl Command {
         if self.stats {
             let work = work.into_inner().unwrap_or_default();
             let report = self.report(&document.scene, work, started.elapsed().as_secs_f64());
-            output::print_beside(&self.output, &report)?;
+            output::print_with(&self.output, &report)?;
         }
         Ok(0)
     }
@@ -191,31 +191,31 @@ impl Command {
             movie.as_mut().map_or(Ok(()), |movie| movie.add(&image))
         };
         animate(scene, self.build.options(), &self.settings(), animation, run, take)
-            .and_then(|()| movie.map_or(Ok(()), Movie::finish).map_err(AnimationError::NotTaken))
+            .and_then(|()| movie.map_or(Ok(()), Movie::finish).map_err(AnimationError::Rejected))
             .map_err(|error| match error {
                 AnimationError::Render(error) => self.failure(error),
                 AnimationError::Scene(errors) => Failure::new(document.explain(&errors).to_string()),
                 AnimationError::Frames(_) => Failure::new(error.to_string()),
-                AnimationError::NotTaken(error) => Failure::of_file(&self.output, error),
+                AnimationError::Rejected(error) => Failure::of_file(&self.output, error),
             })?;
         Ok(png)
     }
 
     fn settings(&self) -> Settings {
-        let wants = |what| self.coherence.contains(&what);
+        let has = |choice| self.coherence.contains(&choice);
         Settings {
             width: self.size.0,
             height: self.size.1,
             samples: self.samples,
             look: self.look,
-            backdrop: self.background,
+            background: self.background,
             lighting: self.lighting.unwrap_or(LightingChoice::Sharp).into(),
             counter: self.counter.unwrap_or(&COUNTERS[0]),
             camera: None,
             coherence: Coherence {
-                shadows: wants(CoherenceChoice::Shadows),
-                neighbours: wants(CoherenceChoice::Neighbours),
-                frames: wants(CoherenceChoice::Frames),
+                shadows: has(CoherenceChoice::Shadows),
+                neighbours: has(CoherenceChoice::Neighbours),
+                frames: has(CoherenceChoice::Frames),
             },
         }
     }
@@ -223,7 +223,7 @@ impl Command {
     fn report(&self, scene: &Scene, work: Counters, seconds: f64) -> String {
         let mut line = json!({
             "threads": self.threads.count(),
-            "accel": self.build.general(scene),
+            "accel": self.build.scene_accel(scene),
             "frames": self.frames.unwrap_or(1),
             "render_s": seconds,
             "seeded": work.hinted,

@@ -5,22 +5,22 @@ use shotline::math::Vec3;
 use shotline::query::Scope;
 use shotline::ray::Ray;
 
-use crate::args::{Build, Model, SpanOfT, SurfacesOnly, parse_whole};
 use crate::failure::Failure;
+use crate::flags::{Build, Model, SpanOfT, SurfacesOnly, parse_whole_number};
 use crate::number::parse_vector;
 use crate::progress::Quiet;
-use crate::shot::Shot;
-use crate::steps::{Query, Steps};
+use crate::shoot_report::ShootReport;
+use crate::trace_report::{TraceQuery, TraceReport};
 use crate::{input, output};
 
 /// Shoot one ray and report every crossing
 ///
-/// One line a crossing: t, distance from the origin, place, whether the ray goes in or out, object, surface,
+/// One line per crossing: t, distance from the origin, point, whether the ray goes in or out, object, surface,
 /// material, path through the scene graph, normal, obliquity (the angle between ray and normal) and the
-/// thickness passed so far: the length of the ray inside objects. Below are the lengths by material and the
+/// thickness so far: the length of the ray inside objects. Below are the lengths by material and the
 /// overlaps of objects of equal priority.
 ///
-/// t counts lengths of the direction. With --to it is 1 at that point; the ray goes on behind it unless
+/// t is in lengths of the direction. With --to it is 1 at that point; the ray continues behind it unless
 /// --t-max 1 is given.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
@@ -34,18 +34,19 @@ pub struct Command {
     aim: Aim,
     #[command(flatten)]
     span: SpanOfT,
-    /// Look for surfaces only: leave out the crossings of kind `start` and `end`, with which the list begins and ends
+    /// Find surfaces only: leave out the crossings of kind `start` and `end`, with which the list begins and ends
     /// where the ray begins or ends inside
     #[arg(long)]
     surfaces_only: bool,
     #[command(flatten)]
     build: Build,
-    /// Tell first, step by step, how a query is answered: every crossing, unless another is named
+    /// First print the steps of a query: crossings, unless another query is named
     ///
-    /// A line a step, indented by depth. `open`: the nearest pending part of the accelerator is opened; what it
-    /// offers, `+`, waits in a heap by the t at which it begins. `test`: a solid answers, and its crossings wait
-    /// too. A crossing leaves the heap when nothing pending begins before it; `=>` is what the query is given, and
-    /// a crossing without one changes nothing. Within a mesh each line is a run of triangles.
+    /// One line per step, indented by depth. `open`: the nearest pending part of the accelerator is opened. Its
+    /// children, `+`, wait in a heap, ordered by the t at which they begin. `test`: a solid is intersected, and its
+    /// crossings wait in the heap too. A crossing leaves the heap when nothing pending begins before it. `=>` is a
+    /// crossing that the query receives; without it the crossing changes nothing. In a mesh each line is a run of
+    /// triangles.
     #[arg(
         long,
         value_name = "QUERY",
@@ -54,11 +55,11 @@ pub struct Command {
         require_equals = true,
         default_missing_value = "crossings"
     )]
-    trace: Option<Query>,
+    trace: Option<TraceQuery>,
     /// The largest number of steps to print
-    #[arg(long, value_name = "N", default_value_t = 1000, requires = "trace", value_parser = parse_whole::<usize>, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = 1000, requires = "trace", value_parser = parse_whole_number::<usize>, allow_negative_numbers = true)]
     steps: usize,
-    /// Print one JSON document instead; what is infinite or does not exist is null there
+    /// Print one JSON document instead; infinite and missing values are null there
     #[arg(long)]
     json: bool,
 }
@@ -66,7 +67,7 @@ pub struct Command {
 #[derive(Args, Debug)]
 #[group(required = true, multiple = false)]
 struct Aim {
-    /// A point that the ray passes, at t = 1
+    /// A point on the ray, at t = 1
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
     to: Option<Vec3>,
     /// The direction of the ray, of any length
@@ -85,26 +86,26 @@ impl Command {
     pub fn run(&self) -> Result<u8, Failure> {
         let ray = self.ray()?;
         let span = self.span.span()?;
-        let document = input::load_with_remarks(&self.model, Quiet { quiet: false })?;
+        let document = input::load_with_notes(&self.model, Quiet { quiet: false })?;
         let world = input::compile(&document, &self.build)?;
         let failure = |e| {
-            let help = "report a part of it with --t-min and --t-max, or use `shotline cast`";
+            let help = "shorten the ray with --t-min and --t-max, or use `shotline cast`";
             Failure::of_input(&self.model.path, format!("{e}\nhelp: {help}"))
         };
         let kinds = SurfacesOnly { surfaces_only: self.surfaces_only }.kinds();
-        let shot = Shot::new(&world, ray, span, kinds, document.scene.units).map_err(failure)?;
+        let report = ShootReport::new(&world, ray, span, kinds, document.scene.units).map_err(failure)?;
         let steps =
-            self.trace.map(|query| Steps::new(&world, &ray, Scope { span, kinds }, query, self.steps));
+            self.trace.map(|query| TraceReport::new(&world, &ray, Scope { span, kinds }, query, self.steps));
         let steps = steps.transpose().map_err(failure)?;
         output::print(&if self.json {
-            let mut document = shot.to_json();
+            let mut document = report.to_json();
             if let Some(steps) = steps {
                 document["trace"] = steps.to_json();
             }
             format!("{document:#}\n")
         } else {
             let steps = steps.map_or_else(String::new, |steps| steps.to_text() + "\n");
-            steps + &shot.to_text()
+            steps + &report.to_text()
         })?;
         Ok(0)
     }
@@ -113,7 +114,7 @@ impl Command {
         let direction = match (self.aim.dir, self.aim.to) {
             (Some(dir), _) => dir,
             (None, Some(to)) => to - self.from,
-            (None, None) => Vec3::ZERO, // the group of arguments demands one of them
+            (None, None) => Vec3::ZERO, // clap requires one of them
         };
         let help = "--dir must not be zero, and --to must differ from --from";
         Ray::new(self.from, direction)

@@ -1,4 +1,4 @@
-//! What `check` has found: faults, which make a model not sound, and remarks and notes of readers, which do not.
+//! The findings of `check`: faults, which make a model not sound, and remarks and notes of readers, which do not.
 
 mod mesh;
 mod scene;
@@ -17,14 +17,14 @@ pub struct Findings {
 
 #[derive(Debug)]
 enum Line {
-    /// What is looked at.
+    /// A line that names what is examined.
     Text(String),
-    /// What could not be looked at.
+    /// What could not be examined.
     Unexamined(String),
     Finding(Finding),
 }
 
-/// What is said of a model.
+/// The verdict on a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
     /// Everything was examined, and there is no fault.
@@ -54,17 +54,17 @@ impl Verdict {
     }
 }
 
-/// One kind of defect in one part of a model.
+/// One kind of defect in one mesh or in the scene.
 #[derive(Debug)]
 struct Finding {
     severity: Severity,
-    /// The mesh, or what else it concerns.
+    /// The mesh file, or `scene`.
     subject: String,
-    /// A name for programs.
+    /// The identifier in the JSON report.
     kind: &'static str,
     count: usize,
     text: String,
-    first: Place,
+    first: Location,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,9 +84,9 @@ impl Severity {
     }
 }
 
-/// Where a defect is.
+/// Where a defect occurs first.
 #[derive(Debug, Default)]
-struct Place {
+struct Location {
     faces: Vec<u32>,
     vertices: Vec<u32>,
     objects: Vec<String>,
@@ -95,7 +95,7 @@ struct Place {
 }
 
 impl Findings {
-    /// Adds a line for people.
+    /// Adds a line of the text report.
     pub fn line(&mut self, text: impl Into<String>) {
         self.lines.push(Line::Text(text.into()));
     }
@@ -105,7 +105,7 @@ impl Findings {
         self.lines.push(Line::Unexamined(what.into()));
     }
 
-    /// Adds what a reader passed over, dropped or repaired.
+    /// Adds what a reader ignored, dropped or repaired.
     pub fn add_note(&mut self, note: &Note) {
         self.add(Finding {
             severity: Severity::Note,
@@ -113,7 +113,7 @@ impl Findings {
             kind: note.kind,
             count: note.count,
             text: note.to_string(),
-            first: Place { spot: note.first, ..Place::default() },
+            first: Location { spot: note.first, ..Location::default() },
         });
     }
 
@@ -135,7 +135,7 @@ impl Findings {
         })
     }
 
-    /// What all findings together say.
+    /// The verdict of all findings together.
     pub fn verdict(&self) -> Verdict {
         if self.findings().any(|f| f.severity == Severity::Fault) {
             Verdict::NotSound
@@ -146,7 +146,7 @@ impl Findings {
         }
     }
 
-    /// The report for people.
+    /// The report as text.
     pub fn to_text(&self, model: &str) -> String {
         let mut out = String::new();
         for line in &self.lines {
@@ -154,7 +154,7 @@ impl Findings {
                 Line::Text(text) => format!("{text}\n"),
                 Line::Unexamined(what) => format!("  not examined: {what}\n"),
                 Line::Finding(finding) => {
-                    // Notes stand before the mesh to which they belong, the others below it.
+                    // Notes are printed before the line of the mesh, the other findings below it.
                     let indent = if finding.severity == Severity::Note { "" } else { "  " };
                     format!("{indent}{}: {}\n", finding.severity.name(), finding.text)
                 }
@@ -164,7 +164,7 @@ impl Findings {
         out
     }
 
-    /// The report for programs.
+    /// The report as JSON.
     pub fn to_json(&self, model: &str) -> Value {
         json!({
             "model": model,

@@ -1,4 +1,4 @@
-//! What the closest crossing of each ray costs, as a heat map with a legend.
+//! The cost of the closest crossing of each ray, as a heat map with a legend.
 
 use shotline::counters::Counter;
 use shotline::math::Vec3;
@@ -6,18 +6,18 @@ use shotline::query::QueryError;
 use shotline::ray::Ray;
 
 use super::{Look, Shader};
-use crate::backdrop::Backdrop;
-use crate::film::{Exposure, Sample};
-use crate::heat;
-use crate::sampling::Chance;
-use crate::sight::Eye;
+use crate::background::Background;
+use crate::exposure::{Exposure, Sample};
+use crate::heat_map;
+use crate::sampling::SampleNumbers;
+use crate::tracer::PixelTracer;
 
 pub(super) static LOOK: Look = Look {
     name: "cost",
-    summary: "a heat map of the work that each ray takes, with a legend",
-    backdrop: Backdrop::BLACK,
-    local: false,
-    shader: |stage| Ok(Box::new(Cost { counter: stage.counter })),
+    summary: "a heat map of the work of each ray, with a legend",
+    background: Background::BLACK,
+    is_local: false,
+    shader: |context| Ok(Box::new(Cost { counter: context.counter })),
 };
 
 struct Cost {
@@ -25,13 +25,18 @@ struct Cost {
 }
 
 impl Shader for Cost {
-    fn sample(&self, eye: &mut Eye, ray: &Ray, _chance: &Chance) -> Result<Sample, QueryError> {
-        Ok(Sample::opaque(Vec3::splat((self.counter.of)(&eye.work(ray)?) as f64)))
+    fn sample(
+        &self,
+        tracer: &mut PixelTracer,
+        ray: &Ray,
+        _numbers: &SampleNumbers,
+    ) -> Result<Sample, QueryError> {
+        Ok(Sample::opaque(Vec3::splat((self.counter.of)(&tracer.closest_work(ray)?) as f64)))
     }
 
     fn develop(&self, exposure: &mut Exposure) {
-        let most = heat::colour(exposure);
-        let most = if most < 10.0 { format!("{most:.1}") } else { format!("{most:.0}") };
-        heat::legend(exposure, &format!("{} a ray: 0 to {most}", self.counter.summary));
+        let max = heat_map::apply(exposure);
+        let max = if max < 10.0 { format!("{max:.1}") } else { format!("{max:.0}") };
+        heat_map::draw_legend(exposure, &format!("{} a ray: 0 to {max}", self.counter.summary));
     }
 }

@@ -5,29 +5,34 @@ use shotline::query::QueryError;
 use shotline::ray::Ray;
 
 use super::{Look, Shader};
-use crate::backdrop::Backdrop;
+use crate::background::Background;
 use crate::color;
-use crate::film::{Exposure, Sample};
-use crate::sampling::Chance;
-use crate::sight::Eye;
+use crate::exposure::{Exposure, Sample};
+use crate::sampling::SampleNumbers;
+use crate::tracer::PixelTracer;
 
 pub(super) static LOOK: Look = Look {
     name: "depth",
     summary: "distance from the plane of the eye, from near (white) to far (dark grey)",
-    backdrop: Backdrop::BLACK,
-    local: true,
+    background: Background::BLACK,
+    is_local: true,
     shader: |_| Ok(Box::new(Depth)),
 };
 
-/// The grey of the furthest surface, as sRGB: apart from the backdrop.
+/// The grey of the furthest surface, as sRGB: distinct from the background.
 const FAR_GREY: f64 = 0.12;
 
 struct Depth;
 
 impl Shader for Depth {
-    /// The camera's rays go one unit deep each step of `t`.
-    fn sample(&self, eye: &mut Eye, ray: &Ray, _chance: &Chance) -> Result<Sample, QueryError> {
-        Ok(eye.surface(ray)?.map_or(Sample::NOTHING, |place| Sample::opaque(Vec3::splat(place.hit.t))))
+    /// `t` of a camera ray is the depth, see [`View::ray`](crate::camera::View::ray).
+    fn sample(
+        &self,
+        tracer: &mut PixelTracer,
+        ray: &Ray,
+        _numbers: &SampleNumbers,
+    ) -> Result<Sample, QueryError> {
+        Ok(tracer.surface(ray)?.map_or(Sample::NOTHING, |point| Sample::opaque(Vec3::splat(point.hit.t))))
     }
 
     fn develop(&self, exposure: &mut Exposure) {
@@ -40,10 +45,10 @@ impl Shader for Depth {
     }
 }
 
-/// 1 at the nearest depth, dark at the furthest, and even in 1 / depth between: a plane then shades evenly
-/// across the picture, and a ground without end does not take all the greys for its horizon.
+/// The grey of a depth: 1 at the nearest, [`FAR_GREY`] at the furthest, and linear in 1 / depth between. So the shade
+/// of a plane is linear across the picture, and the horizon of an unbounded ground does not use up all greys.
 fn grey(depth: f64, near: f64, far: f64) -> f64 {
-    // An eye that touches something has a near depth of zero, which would leave no grey for the rest.
+    // A camera that touches a surface has a nearest depth of zero, which would leave no greys for the rest.
     let near = near.max(far * 1e-3);
     if depth <= near || far <= near {
         return 1.0;

@@ -1,4 +1,4 @@
-//! Looks: what a picture shows of what its rays meet.
+//! Looks, that is render modes: what a picture shows of what its rays meet.
 //!
 //! Adding a look is one file and one line in the registry at the end of this one.
 
@@ -17,27 +17,27 @@ use shotline::query::QueryError;
 use shotline::ray::Ray;
 use shotline::scene::Scene;
 
-use crate::backdrop::Backdrop;
+use crate::background::Background;
 use crate::camera::View;
 use crate::error::RenderError;
-use crate::film::{Exposure, Sample};
+use crate::exposure::{Exposure, Sample};
 use crate::light::Lighting;
-use crate::sampling::Chance;
-use crate::sight::Eye;
+use crate::sampling::SampleNumbers;
+use crate::tracer::PixelTracer;
 
-/// A look.
+/// A look, that is a render mode.
 pub struct Look {
     /// Its name on the command line.
     pub name: &'static str,
     /// One line of documentation.
     pub summary: &'static str,
-    /// What is behind everything if the settings do not say.
-    pub backdrop: Backdrop,
-    /// Whether a pixel depends on nothing but what its rays meet. What a ray costs depends on the whole accelerator, and
-    /// so on everything that moves.
-    pub(crate) local: bool,
-    /// Works out once what all rays need.
-    pub(crate) shader: fn(&Stage) -> Result<Box<dyn Shader>, RenderError>,
+    /// The background if the settings do not give one.
+    pub background: Background,
+    /// Whether a pixel depends only on what its rays meet. The look `cost` is not local: the cost of a ray depends on
+    /// the whole accelerator, and so on everything that moves.
+    pub(crate) is_local: bool,
+    /// Computes once what all rays need.
+    pub(crate) shader: fn(&ShaderContext) -> Result<Box<dyn Shader>, RenderError>,
 }
 
 impl fmt::Debug for Look {
@@ -46,24 +46,29 @@ impl fmt::Debug for Look {
     }
 }
 
-/// What a look is told about the picture.
-pub(crate) struct Stage<'a> {
+/// What a look knows of the picture.
+pub(crate) struct ShaderContext<'a> {
     pub world: &'a World,
     pub scene: &'a Scene,
-    /// How large what is seen is: in an animation, at its beginning.
+    /// The longest side of what the picture frames; in an animation, of the first frame.
     pub size: f64,
     pub view: &'a View,
-    pub backdrop: Backdrop,
+    pub background: Background,
     pub lighting: Lighting,
     pub counter: &'static Counter,
 }
 
-/// A look at work on one picture; shared by all threads.
+/// The shader of a look for one picture; all threads share it.
 pub(crate) trait Shader: Send + Sync {
-    /// What a ray sees.
-    fn sample(&self, eye: &mut Eye, ray: &Ray, chance: &Chance) -> Result<Sample, QueryError>;
+    /// The sample of one ray.
+    fn sample(
+        &self,
+        tracer: &mut PixelTracer,
+        ray: &Ray,
+        numbers: &SampleNumbers,
+    ) -> Result<Sample, QueryError>;
 
-    /// Turns what has been seen into linear colours, where that takes the whole picture.
+    /// Turns the samples into linear colours, for looks that need the whole picture for that.
     fn develop(&self, _exposure: &mut Exposure) {}
 }
 
@@ -77,7 +82,7 @@ macro_rules! registry {
 
 registry!(lit, normal, depth, thickness, xray, cost);
 
-/// The look of a name.
+/// The look with a name.
 pub fn look(name: &str) -> Option<&'static Look> {
     LOOKS.iter().find(|l| l.name == name).copied()
 }

@@ -4,52 +4,56 @@ use shotline::math::Vec3;
 use shotline::query::QueryError;
 use shotline::ray::Ray;
 
-use super::{Look, Shader, Stage};
-use crate::backdrop::Backdrop;
-use crate::film::Sample;
-use crate::finish;
-use crate::sampling::Chance;
-use crate::sight::Eye;
+use super::{Look, Shader, ShaderContext};
+use crate::background::Background;
+use crate::exposure::Sample;
+use crate::sampling::SampleNumbers;
+use crate::surface_material;
+use crate::tracer::PixelTracer;
 
 pub(super) static LOOK: Look = Look {
     name: "xray",
-    summary: "a radiograph: the share of light that comes through, exp(-sum of mu times length)",
-    backdrop: Backdrop::WHITE,
-    local: true,
-    shader: |stage| Ok(Box::new(Radiograph { mu: attenuations(stage) })),
+    summary: "a radiograph: the transmitted fraction of light, exp(-sum of mu times length)",
+    background: Background::WHITE,
+    is_local: true,
+    shader: |context| Ok(Box::new(Radiograph { mu: attenuations(context) })),
 };
 
-/// Across the longest side of the scene, a material that does not say how much it attenuates lets
-/// `exp(-DEFAULT)` through.
+/// The transmission of a material without an attenuation is `exp(-DEFAULT)` over the longest side of the scene.
 const DEFAULT: f64 = 3.0;
 
 struct Radiograph {
-    /// By object.
+    /// The attenuation of each object, per unit of length.
     mu: Vec<f64>,
 }
 
 impl Shader for Radiograph {
-    /// Black that covers what does not come through: over white that is what does.
-    fn sample(&self, eye: &mut Eye, ray: &Ray, _chance: &Chance) -> Result<Sample, QueryError> {
-        // A stretch without end lets nothing through and would hide the rest, as would a ground: left out.
-        let ends = eye.segments(ray)?.iter().filter(|s| s.length.is_finite());
-        let depth: f64 = ends.map(|s| self.mu[s.object as usize] * s.length).sum();
+    /// Black, with the absorbed fraction as alpha: over white this shows the transmission.
+    fn sample(
+        &self,
+        tracer: &mut PixelTracer,
+        ray: &Ray,
+        _numbers: &SampleNumbers,
+    ) -> Result<Sample, QueryError> {
+        // A segment of infinite length, as of an unbounded ground, transmits nothing and would hide the rest: left out.
+        let finite = tracer.segments(ray)?.iter().filter(|s| s.length.is_finite());
+        let depth: f64 = finite.map(|s| self.mu[s.object as usize] * s.length).sum();
         Ok(Sample { color: Vec3::ZERO, alpha: -(-depth).exp_m1() })
     }
 }
 
-/// The attenuation of each object. Where no material of the scene has one, denser materials attenuate more;
-/// what has neither gets the default.
-fn attenuations(stage: &Stage) -> Vec<f64> {
-    let default = DEFAULT / stage.size;
-    let densest = stage.scene.materials.iter().filter_map(|(_, m)| m.density).fold(0.0, f64::max);
-    let objects = 0..stage.world.object_names().len() as u32;
+/// The attenuation of each object. A material without one gets the default times its density over the highest density
+/// of the scene. A material without either, and an object without a material, gets the default.
+fn attenuations(context: &ShaderContext) -> Vec<f64> {
+    let default = DEFAULT / context.size;
+    let densest = context.scene.materials.iter().filter_map(|(_, m)| m.density).fold(0.0, f64::max);
+    let objects = 0..context.world.object_names().len() as u32;
     objects
         .map(|object| {
-            let material = finish::material(stage.world, stage.scene, object).map(|(_, m)| m);
+            let material = surface_material::material(context.world, context.scene, object).map(|(_, m)| m);
             let mu = material.and_then(|m| m.mu);
             let by_density = || material.and_then(|m| m.density).map(|d| default * d / densest);
-            // Negative or NaN numbers would brighten or blot out the picture.
+            // Negative or NaN values would brighten the picture or make it NaN.
             mu.or_else(by_density).filter(|mu| *mu >= 0.0).unwrap_or(default)
         })
         .collect()

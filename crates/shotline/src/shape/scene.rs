@@ -26,28 +26,28 @@ type Numbers = HashMap<*const ShapeNode, NodeId>;
 
 /// Adds a node and all below it that is not there yet, children first. Without recursion.
 fn add(scene: &mut Scene, root: &Arc<ShapeNode>, numbers: &mut Numbers) -> NodeId {
-    // A node and how many of its children have been looked at: the way from the root to here.
-    let mut way: Vec<(&Arc<ShapeNode>, usize)> = vec![(root, 0)];
-    while let Some((node, next)) = way.last_mut() {
+    // A node and how many of its children have been looked at: the stack from the root to here.
+    let mut stack: Vec<(&Arc<ShapeNode>, usize)> = vec![(root, 0)];
+    while let Some((node, next)) = stack.last_mut() {
         if let Some(child) = node.children.get(*next) {
             *next += 1;
             if !numbers.contains_key(&Arc::as_ptr(child)) {
-                way.push((child, 0));
+                stack.push((child, 0));
             }
             continue;
         }
         let children = node.children.iter().map(|child| numbers[&Arc::as_ptr(child)]).collect();
-        let id = scene.add(node(&node.what, children));
+        let id = scene.add(scene_node(&node.what, children));
         if let Some(accel) = node.accel {
             scene.accels.insert(id, accel);
         }
         numbers.insert(Arc::as_ptr(node), id);
-        way.pop();
+        stack.pop();
     }
     numbers[&Arc::as_ptr(root)]
 }
 
-fn node(what: &NodeKind, children: Vec<NodeId>) -> Node {
+fn scene_node(what: &NodeKind, children: Vec<NodeId>) -> Node {
     match what {
         NodeKind::Solid { kind, params } => Node::Solid { kind, params: params.clone() },
         NodeKind::Mesh(mesh) => Node::Mesh { mesh: mesh.clone(), file: None },

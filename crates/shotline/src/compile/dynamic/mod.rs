@@ -27,7 +27,7 @@ use resolve_path::{namesakes, place_above, resolve, transforms};
 /// A clone shares everything until one of the two changes, and then all but the levels and bodies that change.
 ///
 /// ```
-/// use shotline::compile::{Live, Options};
+/// use shotline::compile::{DynamicWorld, Options};
 /// use shotline::math::{Affine, Vec3};
 /// use shotline::query::Caster;
 /// use shotline::ray::{Ray, Span};
@@ -37,9 +37,9 @@ use resolve_path::{namesakes, place_above, resolve, transforms};
 /// let ball = scene.add_solid("sphere", &[&[1.0]]).unwrap();
 /// let place = scene.add_transform(Affine::IDENTITY, ball);
 /// scene.add_object("ball", None, place);
-/// let mut live = Live::new(scene, Options::default()).unwrap();
+/// let mut live = DynamicWorld::new(scene, Options::default()).unwrap();
 /// let up = Affine::translation(Vec3::new(0.0, 0.0, 3.0));
-/// live.set(&[(at, LocalTransform::Matrix(up))]).unwrap();
+/// live.set(&[(place, LocalTransform::Matrix(up))]).unwrap();
 /// let ray = Ray::new(Vec3::ZERO, Vec3::Z).unwrap();
 /// assert_eq!(Caster::new(live.world()).closest(&ray, Span::FORWARD).unwrap().unwrap().t, 2.0);
 /// ```

@@ -1,4 +1,4 @@
-//! The report of one ray: what it crosses and how much of each material it passes.
+//! The report of one ray: its crossings, and its length in each material.
 
 mod json;
 mod text;
@@ -9,24 +9,24 @@ use shotline::query::{Caster, Hit, HitKind, Kinds, Limits, Overlaps, QueryError,
 use shotline::ray::{Ray, Span};
 use shotline::scene::Units;
 
-use crate::overlap::{self, Overlap};
+use crate::overlap::{Overlap, overlaps_on_ray};
 
-/// One ray, fully reported. Lengths are in world units.
+/// The full report of one ray. Lengths are in world units.
 #[derive(Debug)]
-pub struct Shot {
+pub struct ShootReport {
     ray: Ray,
     span: Span,
     units: Option<Units>,
-    crossings: Vec<Row>,
-    totals: Vec<Total>,
+    crossings: Vec<CrossingRow>,
+    totals: Vec<MaterialTotal>,
     overlaps: Vec<Overlap>,
     /// Why there is no thickness, if there is none.
-    refusal: Option<QueryError>,
+    no_thickness: Option<QueryError>,
 }
 
 /// One crossing.
 #[derive(Debug)]
-struct Row {
+struct CrossingRow {
     hit: Hit,
     /// From the origin of the ray.
     distance: f64,
@@ -44,69 +44,77 @@ struct Row {
 
 /// The length of the ray inside one material.
 #[derive(Debug)]
-struct Total {
+struct MaterialTotal {
     material: Option<String>,
     length: f64,
     segments: usize,
 }
 
-/// Crossings that a report may have: more than anybody reads.
-const MOST: usize = 20_000;
+/// The most crossings of a report: more than anybody reads.
+const MAX_CROSSINGS: usize = 20_000;
 
-impl Shot {
-    /// Casts the ray. Of the crossings only the kinds in question are listed; lengths are those of all segments.
+impl ShootReport {
+    /// Casts the ray. Only crossings of the given kinds are listed; lengths are those of all segments.
     ///
     /// # Errors
-    /// If there is more to tell than anybody reads.
+    /// If the ray has more than [`MAX_CROSSINGS`] crossings.
     pub fn new(
         world: &World,
         ray: Ray,
         span: Span,
         kinds: Kinds,
         units: Option<Units>,
-    ) -> Result<Shot, QueryError> {
+    ) -> Result<ShootReport, QueryError> {
         let mut caster = Caster::new(world);
-        caster.limit(Limits { crossings: MOST, ..Limits::default() });
+        caster.limit(Limits { crossings: MAX_CROSSINGS, ..Limits::default() });
         let (mut hits, mut segments) = (Vec::new(), Vec::new());
         caster.crossings(&ray, Scope { span, kinds }, &mut hits)?;
-        let refusal = match caster.segments(&ray, span, Overlaps::Priority, &mut segments) {
+        let no_thickness = match caster.segments(&ray, span, Overlaps::Priority, &mut segments) {
             Ok(_) => None,
-            Err(refusal @ QueryError::NotASolid { .. }) => Some(refusal),
+            Err(no_thickness @ QueryError::NotASolid { .. }) => Some(no_thickness),
             Err(error) => return Err(error),
         };
-        let mut passed = Passed { segments: &segments, before: 0.0, step: length(ray.direction()) };
-        let mut thickness = |t: f64| refusal.is_none().then(|| passed.until(t));
+        let mut accumulated = LengthInside { segments: &segments, ended: 0.0, step: length(ray.direction()) };
+        let mut thickness = |t: f64| no_thickness.is_none().then(|| accumulated.until(t));
         let crossings = hits.iter().map(|hit| row(world, &ray, *hit, thickness(hit.t))).collect();
-        let overlaps = overlap::on_ray(&mut caster, &ray, span)?;
-        Ok(Shot { ray, span, units, crossings, totals: totals(world, &segments), overlaps, refusal })
+        let overlaps = overlaps_on_ray(&mut caster, &ray, span)?;
+        Ok(ShootReport {
+            ray,
+            span,
+            units,
+            crossings,
+            totals: totals(world, &segments),
+            overlaps,
+            no_thickness,
+        })
     }
 }
 
-/// The length inside objects up to where the ray has been followed.
-struct Passed<'a> {
-    /// Those that do not end before: ascending and apart.
+/// Accumulates the length of the ray inside objects.
+struct LengthInside<'a> {
+    /// The segments that end later: ascending and disjoint.
     segments: &'a [Segment],
-    /// The length of those that do.
-    before: f64,
+    /// The length of the segments that have ended.
+    ended: f64,
     /// The length of the ray's direction.
     step: f64,
 }
 
-impl Passed<'_> {
-    /// The length up to a `t` that is not below the last one asked about.
+impl LengthInside<'_> {
+    /// The length up to a `t`, which must not be below that of the call before.
     fn until(&mut self, t: f64) -> f64 {
         while let Some((segment, rest)) = self.segments.split_first()
             && segment.t_out <= t
         {
-            (self.before, self.segments) = (self.before + segment.length, rest);
+            (self.ended, self.segments) = (self.ended + segment.length, rest);
         }
-        self.before + self.segments.first().map_or(0.0, |s| (t - s.t_in).max(0.0) * self.step)
+        self.ended + self.segments.first().map_or(0.0, |s| (t - s.t_in).max(0.0) * self.step)
     }
 }
 
-fn row(world: &World, ray: &Ray, hit: Hit, thickness: Option<f64>) -> Row {
+fn row(world: &World, ray: &Ray, hit: Hit, thickness: Option<f64>) -> CrossingRow {
     let material = world.object_material(hit.object);
-    Row {
+    CrossingRow {
         hit,
         distance: hit.t * length(ray.direction()),
         point: hit.t.is_finite().then(|| ray.at(hit.t)),
@@ -125,21 +133,21 @@ fn name(names: &[String], number: u32) -> String {
 
 fn obliquity(direction: Vec3, normal: Vec3) -> f64 {
     let d = unit(direction);
-    // The arc tangent keeps its digits at both ends, which the arc cosine does not.
+    // The arc tangent is accurate at both ends, and the arc cosine is not.
     d.cross(normal).length().atan2(d.dot(normal).abs()).to_degrees()
 }
 
-/// The lengths by material, in the order of the scene; what has no material comes last.
-fn totals(world: &World, segments: &[Segment]) -> Vec<Total> {
+/// The lengths by material, in the order of the scene; the total of objects without a material is last.
+fn totals(world: &World, segments: &[Segment]) -> Vec<MaterialTotal> {
     let mut materials: Vec<Option<u32>> = segments.iter().map(|s| s.material).collect();
     materials.sort_by_key(|m| m.unwrap_or(u32::MAX));
     materials.dedup();
     let total = |material: Option<u32>| {
-        let own = || segments.iter().filter(|s| s.material == material);
-        Total {
+        let of_material = || segments.iter().filter(|s| s.material == material);
+        MaterialTotal {
             material: material.map(|m| name(world.material_names(), m)),
-            length: own().map(|s| s.length).sum(),
-            segments: own().count(),
+            length: of_material().map(|s| s.length).sum(),
+            segments: of_material().count(),
         }
     };
     materials.into_iter().map(total).collect()
@@ -150,7 +158,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn angles_survive_extreme_directions() {
+    fn angles_of_extreme_directions_are_accurate() {
         assert_eq!(obliquity(Vec3::X * 1e300, Vec3::NEG_X), 0.0);
         assert!((obliquity(Vec3::ONE * 1e-300, Vec3::X) - 54.735610317245346).abs() < 1e-12);
     }

@@ -2,12 +2,12 @@
 
 use shotline::query::HitKind;
 
-use super::{Row, Shot, length};
+use super::{CrossingRow, ShootReport, length};
 use crate::number::{counted, short, short_normal, short_vector};
 use crate::table::{Align, Table};
 
-impl Shot {
-    /// The report for people: the ray, a line a crossing, totals.
+impl ShootReport {
+    /// The report as text: the ray, one line per crossing, totals.
     pub fn to_text(&self) -> String {
         let mut out = self.heading();
         if self.crossings.is_empty() {
@@ -93,14 +93,14 @@ impl Shot {
                 short(o.t_out)
             );
         }
-        if let Some(refusal) = &self.refusal {
-            out += &format!("no thickness: {refusal}\n");
+        if let Some(no_thickness) = &self.no_thickness {
+            out += &format!("no thickness: {no_thickness}\n");
         }
         out
     }
 }
 
-fn cells(number: usize, row: &Row) -> Vec<String> {
+fn cells(number: usize, row: &CrossingRow) -> Vec<String> {
     let dash = || "-".to_string();
     let coordinate = |i: usize| row.point.map_or_else(dash, |p| short(p[i]));
     let event = match (row.hit.entering, row.hit.kind) {

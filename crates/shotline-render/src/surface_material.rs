@@ -1,4 +1,4 @@
-//! What surfaces look like: the materials of a scene, by object, with what they leave open filled in.
+//! The materials of surfaces, by object, with defaults for what the scene does not give.
 
 use shotline::compile::World;
 use shotline::math::Vec3;
@@ -6,7 +6,7 @@ use shotline::scene::{Material, Scene};
 
 use crate::color::{self, Rgb};
 
-/// Colours for what has none: soft, and told apart also in grey.
+/// Colours for materials and objects without one: soft, and distinct also in grey.
 const PALETTE: [[f64; 3]; 8] = [
     [0.49, 0.64, 0.78],
     [0.91, 0.68, 0.50],
@@ -18,38 +18,38 @@ const PALETTE: [[f64; 3]; 8] = [
     [0.77, 0.69, 0.61],
 ];
 
-/// The exponent of a highlight that has a strength but none.
+/// The exponent of a highlight for which the material gives a strength only.
 const SHININESS: f64 = 40.0;
 
-/// A surface as light meets it.
+/// How a surface reflects light.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Finish {
+pub struct SurfaceMaterial {
     pub color: Rgb,
     pub specular: f64,
     pub shininess: f64,
     pub mirror: f64,
 }
 
-impl Finish {
-    fn new(material: &Material, fallback: [f64; 3]) -> Finish {
-        Finish {
+impl SurfaceMaterial {
+    fn new(material: &Material, fallback: [f64; 3]) -> SurfaceMaterial {
+        SurfaceMaterial {
             color: color::linear(material.color.unwrap_or(fallback)).max(Vec3::ZERO),
             specular: material.specular.unwrap_or(0.0).max(0.0),
             shininess: material.shininess.unwrap_or(SHININESS).max(0.0),
-            // More than everything cannot be mirrored.
+            // A mirror reflects at most all light.
             mirror: material.mirror.unwrap_or(0.0).clamp(0.0, 1.0),
         }
     }
 }
 
-/// The finish of each object. Without a colour of its own a material gets one of the palette by its number,
-/// and an object without a material by the object's.
-pub fn finishes(world: &World, scene: &Scene) -> Vec<Finish> {
+/// The surface material of each object. A material without a colour gets one of the palette, by the number of the
+/// material. An object without a material gets one by the number of the object.
+pub fn surface_materials(world: &World, scene: &Scene) -> Vec<SurfaceMaterial> {
     let objects = 0..world.object_names().len();
     objects
         .map(|object| match material(world, scene, object as u32) {
-            Some((number, material)) => Finish::new(material, PALETTE[number % PALETTE.len()]),
-            None => Finish::new(&Material::default(), PALETTE[object % PALETTE.len()]),
+            Some((number, material)) => SurfaceMaterial::new(material, PALETTE[number % PALETTE.len()]),
+            None => SurfaceMaterial::new(&Material::default(), PALETTE[object % PALETTE.len()]),
         })
         .collect()
 }

@@ -1,25 +1,25 @@
-//! Runs the program in a folder of its own, with small models and ray files.
-#![allow(dead_code)] // each test file uses its part
+//! Runs the program in a temporary folder, with small models and ray files.
+#![allow(dead_code)] // each test file uses some of it
 
 use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
-/// A folder that vanishes with the value.
-pub struct Place {
+/// A folder that is removed when the value is dropped.
+pub struct Sandbox {
     dir: tempfile::TempDir,
 }
 
-/// What the program answered.
-pub struct Answer {
+/// The exit code and the output of a run.
+pub struct RunResult {
     pub code: Option<i32>,
     pub stdout: String,
     pub stderr: String,
 }
 
-impl Place {
-    pub fn new() -> Place {
-        Place { dir: tempfile::tempdir().unwrap() }
+impl Sandbox {
+    pub fn new() -> Sandbox {
+        Sandbox { dir: tempfile::tempdir().unwrap() }
     }
 
     pub fn path(&self, name: &str) -> PathBuf {
@@ -27,20 +27,20 @@ impl Place {
     }
 
     /// Writes a file.
-    pub fn with(self, name: &str, contents: impl AsRef<[u8]>) -> Place {
+    pub fn with(self, name: &str, contents: impl AsRef<[u8]>) -> Sandbox {
         fs::write(self.path(name), contents).unwrap();
         self
     }
 
-    /// Writes rays, a row each.
-    pub fn with_rays(self, name: &str, rows: &[[f64; 6]]) -> Place {
+    /// Writes rays, one per row.
+    pub fn with_rays(self, name: &str, rows: &[[f64; 6]]) -> Sandbox {
         let values: Vec<f64> = rows.concat();
         self.with(name, npy(&[rows.len(), 6], &values))
     }
 
     /// Runs the program in the folder.
-    pub fn run(&self, args: &[&str]) -> Answer {
-        Answer::of(self.command(args).output().unwrap())
+    pub fn run(&self, args: &[&str]) -> RunResult {
+        RunResult::of(self.command(args).output().unwrap())
     }
 
     pub fn command(&self, args: &[&str]) -> Command {
@@ -59,24 +59,24 @@ impl Place {
     }
 }
 
-impl Answer {
-    pub fn of(output: Output) -> Answer {
-        Answer {
+impl RunResult {
+    pub fn of(output: Output) -> RunResult {
+        RunResult {
             code: output.status.code(),
             stdout: String::from_utf8(output.stdout).unwrap(),
             stderr: String::from_utf8(output.stderr).unwrap(),
         }
     }
 
-    /// Asserts success and answers stdout.
+    /// Asserts success and returns stdout.
     pub fn ok(self) -> String {
         assert_eq!(self.code, Some(0), "{}", self.stderr);
         self.stdout
     }
 
-    /// Asserts an error whose message has every word, and neither a panic nor a backtrace.
+    /// Asserts an error whose message contains every word, and neither a panic nor a backtrace.
     #[track_caller]
-    pub fn refused(self, words: &[&str]) {
+    pub fn fails_with(self, words: &[&str]) {
         assert_eq!(self.code, Some(2), "{}\n{}", self.stdout, self.stderr);
         assert!(self.stderr.starts_with("error: "), "{}", self.stderr);
         assert!(!self.stderr.contains("panicked") && !self.stderr.contains("backtrace"), "{}", self.stderr);
@@ -112,7 +112,7 @@ pub const DRILLED: &str = r#"{ "shotline": 1, "units": "mm",
         { "kind": "box", "min": [6, -2, -2], "max": [8, 2, 2] } } ] }
 "#;
 
-/// The unit cube as ASCII PLY; of its twelve triangles the first so many.
+/// The first `faces` of the twelve triangles of the unit cube, as ASCII PLY.
 pub fn cube_ply(faces: usize) -> String {
     let all = [
         [0, 2, 1],
@@ -141,8 +141,8 @@ pub fn cube_ply(faces: usize) -> String {
     out
 }
 
-/// 2^40 spheres in one place: each group holds the one before twice.
-pub fn nested_spheres() -> Place {
+/// 2^40 coincident spheres: each group contains the one before twice.
+pub fn nested_spheres() -> Sandbox {
     let group = |i: usize| {
         let below = i - 1;
         format!(
@@ -155,5 +155,5 @@ pub fn nested_spheres() -> Place {
             "objects": [{{"name": "all", "node": {{"ref": "d40"}}}}]}}"#,
         groups.join(", ")
     );
-    Place::new().with("scene.json", scene)
+    Sandbox::new().with("scene.json", scene)
 }

@@ -1,33 +1,33 @@
-//! Where objects of equal priority claim the same stretch of a ray.
+//! Overlaps on one ray.
 
 use shotline::crossing::GROUPING;
 use shotline::query::{Caster, QueryError};
 use shotline::ray::{Ray, Span};
 
-/// A stretch claimed by two objects.
+/// An interval of a ray that is inside two objects of equal priority.
 #[derive(Debug)]
 pub struct Overlap {
     pub first: String,
     pub second: String,
     pub t_in: f64,
     pub t_out: f64,
-    /// The sum of the bounds on the errors of both ends.
+    /// The sum of the error bounds of both ends.
     pub t_err: f64,
 }
 
 impl Overlap {
-    /// Whether it is more than one event: longer than the bounds of its ends.
+    /// Whether the interval is longer than the error bounds of its ends, so that it is more than one event.
     pub fn is_wide(&self) -> bool {
         self.t_out - self.t_in > GROUPING * self.t_err
     }
 }
 
-/// Every overlap on a ray that a query of segments would refuse. None are found in a world with a mesh that has no
-/// inside.
+/// Every overlap on a ray for which a query of segments would return an error. The list is empty in a world with a mesh
+/// that has no inside.
 ///
 /// # Errors
-/// As [`Caster::overlaps`], but for such a mesh.
-pub fn on_ray(caster: &mut Caster, ray: &Ray, span: Span) -> Result<Vec<Overlap>, QueryError> {
+/// As [`Caster::overlaps`], but not for such a mesh.
+pub fn overlaps_on_ray(caster: &mut Caster, ray: &Ray, span: Span) -> Result<Vec<Overlap>, QueryError> {
     let mut found = Vec::new();
     match caster.overlaps(ray, span, &mut found) {
         Ok(()) | Err(QueryError::NotASolid { .. }) => {}

@@ -1,8 +1,8 @@
-//! `shotline check`: overlaps that are small in the scene, and objects of which there is nothing.
+//! `shotline check`: overlaps that are small in the scene, and empty objects.
 
-mod place;
+mod sandbox;
 
-use place::Place;
+use sandbox::Sandbox;
 
 /// A scene of objects, each by name and node.
 fn scene(objects: &[(String, String)]) -> String {
@@ -24,11 +24,11 @@ fn ball(at: [f64; 3]) -> String {
 fn an_overlap_is_found_however_far_away_a_third_object_is() {
     for away in [1e2, 1e3, 1e4, 1e9] {
         let (a, b, far) = (ball([0.0; 3]), ball([1.5, 0.0, 0.0]), ball([away; 3]));
-        let place = Place::new().with("far.json", named(&[("a", &a), ("b", &b), ("far", &far)]));
-        let answer = place.run(&["check", "far.json"]);
-        assert_eq!(answer.code, Some(1), "{away}: {}", answer.stdout);
-        assert!(answer.stdout.contains("fault: 'a' and 'b'"), "{away}: {}", answer.stdout);
-        assert!(!answer.stdout.contains("empty"), "{away}: {}", answer.stdout);
+        let sandbox = Sandbox::new().with("far.json", named(&[("a", &a), ("b", &b), ("far", &far)]));
+        let result = sandbox.run(&["check", "far.json"]);
+        assert_eq!(result.code, Some(1), "{away}: {}", result.stdout);
+        assert!(result.stdout.contains("fault: 'a' and 'b'"), "{away}: {}", result.stdout);
+        assert!(!result.stdout.contains("empty"), "{away}: {}", result.stdout);
     }
 }
 
@@ -37,11 +37,11 @@ fn boxes_that_meet_without_an_overlap_leave_a_scene_sound() {
     let (a, b, far) = (ball([0.0; 3]), ball([1.5, 1.5, 0.0]), ball([1e3; 3]));
     let turned = r#"{"kind": "box", "min": [0, 0, 0], "max": [1, 1, 1], "rotate": [10, 20, 30]}"#;
     let beside = r#"{"kind": "box", "min": [1, 0, 0], "max": [2, 1, 1], "rotate": [10, 20, 30]}"#;
-    let place = Place::new()
+    let sandbox = Sandbox::new()
         .with("apart.json", named(&[("a", &a), ("b", &b), ("far", &far)]))
         .with("flush.json", named(&[("turned", turned), ("beside", beside), ("far", &far)]));
     for model in ["apart.json", "flush.json"] {
-        let text = place.run(&["check", model]).ok();
+        let text = sandbox.run(&["check", model]).ok();
         assert!(text.ends_with(": sound\n"), "{text}");
     }
 }
@@ -53,13 +53,13 @@ fn many_boxes_that_abut_are_sound() {
         format!(r#"{{"kind": "box", "min": [{x}, {y}, 0], "max": [{}, {}, 1]}}"#, x + 1, y + 1)
     };
     let boxes: Vec<_> = (0..10_000).map(|i| (format!("box {i}"), node(i))).collect();
-    let text = Place::new().with("grid.json", scene(&boxes)).run(&["check", "grid.json"]).ok();
+    let text = Sandbox::new().with("grid.json", scene(&boxes)).run(&["check", "grid.json"]).ok();
     assert!(text.ends_with(": sound\n"), "{}", &text[text.len().saturating_sub(300)..]);
 }
 
-/// The box of every slanted plate meets those of all others, and no plate overlaps another.
+/// The box of every slanted plate meets the boxes of all others, but no plate overlaps another.
 #[test]
-fn pairs_that_are_too_many_are_counted_and_the_scene_is_not_called_sound() {
+fn too_many_pairs_are_counted_and_the_scene_is_not_called_sound() {
     let flat = |i: usize| {
         format!(
             r#"{{"kind": "box", "min": [0, 0, 0], "max": [9, 9, 0.0001], "translate": [0, 0, {}], "rotate": [40, 0, 0]}}"#,
@@ -67,15 +67,15 @@ fn pairs_that_are_too_many_are_counted_and_the_scene_is_not_called_sound() {
         )
     };
     let flats: Vec<_> = (0..300).map(|i| (format!("flat {i}"), flat(i))).collect();
-    let place = Place::new().with("flats.json", scene(&flats));
-    let answer = place.run(&["check", "flats.json"]);
-    assert_eq!(answer.code, Some(3), "{}{}", answer.stdout, answer.stderr);
-    assert!(answer.stdout.contains("of 44,850 pairs of parts whose boxes meet, "), "{}", answer.stdout);
-    assert!(!answer.stdout.contains(": sound"), "{}", answer.stdout);
+    let sandbox = Sandbox::new().with("flats.json", scene(&flats));
+    let result = sandbox.run(&["check", "flats.json"]);
+    assert_eq!(result.code, Some(3), "{}{}", result.stdout, result.stderr);
+    assert!(result.stdout.contains("of 44,850 pairs of parts whose boxes meet, "), "{}", result.stdout);
+    assert!(!result.stdout.contains(": sound"), "{}", result.stdout);
 }
 
 #[test]
-fn empty_objects_are_remarked_on_and_a_scene_without_objects_is_not_sound() {
+fn empty_objects_are_remarks_and_a_scene_without_objects_is_not_sound() {
     let nothing =
         r#"{"op": "difference", "args": [{"kind": "sphere", "radius": 1}, {"kind": "sphere", "radius": 2}]}"#;
     let apart = r#"{"op": "intersection", "args": [{"kind": "sphere", "radius": 1},
@@ -88,16 +88,16 @@ fn empty_objects_are_remarked_on_and_a_scene_without_objects_is_not_sound() {
         {"kind": "sphere", "radius": 1e-6, "translate": [9, 8, 7]}]}"#,
     );
     let objects = [("nothing", nothing), ("apart", apart), ("group", group), ("far", &far), ("speck", speck)];
-    let place = Place::new().with("objects.json", named(&objects)).with("none.json", named(&[]));
-    let text = place.run(&["check", "objects.json"]).ok();
+    let sandbox = Sandbox::new().with("objects.json", named(&objects)).with("none.json", named(&[]));
+    let text = sandbox.run(&["check", "objects.json"]).ok();
     assert!(text.contains("remark: 'nothing' seems to be empty: none of 16,384 rays"), "{text}");
     assert!(text.contains("remark: 'apart' is empty"), "{text}");
     assert_eq!(text.matches("empty").count(), 2, "{text}");
-    let answer = place.run(&["check", "none.json"]);
-    assert_eq!(answer.code, Some(1), "{}", answer.stdout);
-    assert!(answer.stdout.contains("fault: the scene has no objects"), "{}", answer.stdout);
-    assert!(place.run(&["info", "none.json"]).ok().contains("note: the scene has no objects"));
-    let info = place.run(&["info", "objects.json"]).ok();
+    let result = sandbox.run(&["check", "none.json"]);
+    assert_eq!(result.code, Some(1), "{}", result.stdout);
+    assert!(result.stdout.contains("fault: the scene has no objects"), "{}", result.stdout);
+    assert!(sandbox.run(&["info", "none.json"]).ok().contains("note: the scene has no objects"));
+    let info = sandbox.run(&["info", "objects.json"]).ok();
     assert_eq!(info.matches("note: object 'apart' is empty").count(), 1, "{info}");
     assert_eq!(info.matches("empty").count(), 1, "{info}");
 }
@@ -107,16 +107,16 @@ fn a_self_crossing_mesh_is_not_called_wound_inward_and_its_signed_volume_has_a_s
     // A cube with one corner pulled through the opposite side.
     let cube = "v 5 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
         f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
-    let place = Place::new().with("pulled.obj", cube);
-    let text = place.run(&["check", "pulled.obj"]).ok();
+    let sandbox = Sandbox::new().with("pulled.obj", cube);
+    let text = sandbox.run(&["check", "pulled.obj"]).ok();
     assert!(text.contains("signed volume -0.666666667"), "{text}");
     assert!(!text.contains("wound inward"), "{text}");
     assert!(
         text.contains("negative winding number") && text.contains("passing through each other"),
         "{text}"
     );
-    // The volume is that of where the winding number is not zero.
-    let report = place.run(&["measure", "pulled.obj", "--json"]).ok();
+    // The volume is that of the region with a nonzero winding number.
+    let report = sandbox.run(&["measure", "pulled.obj", "--json"]).ok();
     let report: serde_json::Value = serde_json::from_str(&report).unwrap();
     let volume = report["objects"][0]["volume"]["value"].as_f64().unwrap();
     assert!(volume > 1.0, "{report}");

@@ -1,14 +1,14 @@
-//! The report as one JSON document. Infinite numbers and what does not exist are `null`.
+//! The report as one JSON document. Infinite numbers and missing values are `null`.
 
 use serde_json::{Value, json};
 use shotline::query::HitKind;
 use shotline::scene::Units;
 
-use super::{Row, Shot};
+use super::{CrossingRow, ShootReport};
 use crate::number::{json as number, json_vector};
 
-impl Shot {
-    /// The report for programs, every number with all its digits.
+impl ShootReport {
+    /// The report as JSON, every number with all its digits.
     pub fn to_json(&self) -> Value {
         json!({
             "ray": {
@@ -30,12 +30,12 @@ impl Shot {
                 "t_in": number(o.t_in),
                 "t_out": number(o.t_out),
             })).collect::<Vec<_>>(),
-            "no_thickness": self.refusal.as_ref().map(ToString::to_string),
+            "no_thickness": self.no_thickness.as_ref().map(ToString::to_string),
         })
     }
 }
 
-fn crossing(row: &Row) -> Value {
+fn crossing(row: &CrossingRow) -> Value {
     let kind = match row.hit.kind {
         HitKind::Surface => "surface",
         HitKind::Start => "start",

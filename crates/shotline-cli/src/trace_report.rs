@@ -1,4 +1,4 @@
-//! The steps of one ray, in words and as JSON.
+//! The steps of one ray, as text and as JSON.
 
 use clap::ValueEnum;
 use serde_json::{Map, Value, json};
@@ -10,49 +10,49 @@ use shotline::trace::{Act, Step, Trace};
 
 use crate::number::{counted, json as number, short};
 
-/// What the ray is asked while it is watched.
+/// The query whose steps are reported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Query {
+pub enum TraceQuery {
     /// Every crossing
     Crossings,
-    /// The first crossing: what lies behind it is not looked at
+    /// The first crossing: what lies behind it is not examined
     Closest,
     /// Whether there is any crossing
     Any,
 }
 
-/// What a ray did.
+/// The recorded steps of a ray.
 #[derive(Debug)]
-pub struct Steps {
+pub struct TraceReport {
     trace: Trace,
 }
 
-/// So many crossings stand on a line.
-const LISTED: usize = 8;
+/// The most crossings on a line.
+const MAX_LISTED: usize = 8;
 
-impl Steps {
-    /// Casts the ray and keeps its first steps.
+impl TraceReport {
+    /// Casts the ray and records its first `max_steps` steps.
     ///
     /// # Errors
-    /// As the query.
+    /// The error of the query.
     pub fn new(
         world: &World,
         ray: &Ray,
         scope: Scope,
-        query: Query,
-        most: usize,
-    ) -> Result<Steps, QueryError> {
+        query: TraceQuery,
+        max_steps: usize,
+    ) -> Result<TraceReport, QueryError> {
         let mut caster = Caster::new(world);
-        caster.record(most);
+        caster.record(max_steps);
         match query {
-            Query::Crossings => caster.crossings(ray, scope, &mut Vec::new())?,
-            Query::Closest => drop(caster.closest(ray, scope)?),
-            Query::Any => drop(caster.any(ray, scope)?),
+            TraceQuery::Crossings => caster.crossings(ray, scope, &mut Vec::new())?,
+            TraceQuery::Closest => drop(caster.closest(ray, scope)?),
+            TraceQuery::Any => drop(caster.any(ray, scope)?),
         }
-        Ok(Steps { trace: caster.take_trace() })
+        Ok(TraceReport { trace: caster.take_trace() })
     }
 
-    /// A line a step: where on the ray, and what was done, indented by depth.
+    /// One line per step: where on the ray, and what was done, indented by depth.
     pub fn to_text(&self) -> String {
         let t = |step: &Step| step.t.map_or_else(String::new, short);
         let steps = &self.trace.steps;
@@ -60,8 +60,8 @@ impl Steps {
         let mut out = format!("  {:>width$}  step\n", "t");
         let mut rest = steps.iter().peekable();
         while let Some(step) = rest.next() {
-            let mut line = in_words(&step.act);
-            // What is answered at once stands on one line with the question.
+            let mut line = describe(&step.act);
+            // A test and its result are on one line.
             if let (Act::Test { .. }, Some(Act::Found { crossings })) =
                 (&step.act, rest.peek().map(|s| &s.act))
             {
@@ -80,7 +80,7 @@ impl Steps {
         out
     }
 
-    /// An object a step.
+    /// One object per step.
     pub fn to_json(&self) -> Value {
         json!({
             "steps": self.trace.steps.iter().map(step).collect::<Vec<_>>(),
@@ -89,7 +89,7 @@ impl Steps {
     }
 }
 
-fn in_words(act: &Act) -> String {
+fn describe(act: &Act) -> String {
     match act {
         Act::EnterLevel { path, placements } => {
             let placements = counted(*placements as u64, "placement", "placements");
@@ -127,7 +127,7 @@ fn in_words(act: &Act) -> String {
             format!("{}: before its box, only counted", toggled(item, crossing))
         }
         Act::Toggle { item, crossing } => toggled(item, crossing),
-        Act::Boundary { entering } => format!("=> {}", way(*entering)),
+        Act::Boundary { entering } => format!("=> {}", direction(*entering)),
         Act::Start => "=> in (start)".into(),
         Act::End => "=> out (end)".into(),
         Act::Done { pending } => {
@@ -141,23 +141,23 @@ fn toggled(item: &str, crossing: &Crossing) -> String {
     format!("cross {} {item}", if crossing.entering { "into" } else { "out of" })
 }
 
-fn way(entering: bool) -> &'static str {
+fn direction(entering: bool) -> &'static str {
     if entering { "in" } else { "out" }
 }
 
 fn list(crossings: &[Crossing]) -> String {
     let one = |c: &Crossing| {
         let triangle = triangle(c).map_or_else(String::new, |i| format!(" (triangle {i})"));
-        format!("{} at {}{triangle}", way(c.entering), short(c.t))
+        format!("{} at {}{triangle}", direction(c.entering), short(c.t))
     };
     if crossings.is_empty() {
         return "nothing".into();
     }
-    let mut parts: Vec<String> = crossings.iter().take(LISTED).map(one).collect();
-    if crossings.len() > LISTED {
-        parts.push(format!("{} more", crossings.len() - LISTED));
+    let mut entries: Vec<String> = crossings.iter().take(MAX_LISTED).map(one).collect();
+    if crossings.len() > MAX_LISTED {
+        entries.push(format!("{} more", crossings.len() - MAX_LISTED));
     }
-    parts.join(", ")
+    entries.join(", ")
 }
 
 fn triangle(crossing: &Crossing) -> Option<u32> {

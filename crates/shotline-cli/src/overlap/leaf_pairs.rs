@@ -1,0 +1,167 @@
+//! Overlaps in the common boxes of two leaves, so that they are found however small they are in the whole scene.
+
+use std::collections::HashMap;
+
+use shotline::aabb::Aabb;
+use shotline::compile::{OverlapCandidate, World};
+use shotline::math::Vec3;
+use shotline::query::{Caster, QueryError};
+use shotline::ray::{Ray, Span};
+
+use super::axis_ray::axis_ray;
+use super::on_ray::{Overlap, overlaps_on_ray};
+use super::pairs::PairSet;
+use crate::number::grouped;
+
+/// The most comparisons of boxes.
+const MAX_COMPARISONS: u64 = 1 << 25;
+
+/// The fewest and the most rays for each pair of leaves.
+const MIN_RAYS: usize = 32;
+const MAX_RAYS: usize = 1536;
+
+/// Rays for all pairs where there are few pairs, and the most rays for all pairs.
+const USUAL_RAYS: usize = 1 << 17;
+const MAX_ALL_RAYS: usize = 1 << 20;
+
+/// Work of rays on boxes and solids. Beyond it each pair gets the fewest rays. Beyond `WORK_FACTOR` times as much no
+/// more rays are cast.
+const WORK: u64 = 1 << 22;
+const WORK_FACTOR: u64 = 16;
+
+/// Casts rays through the common boxes of leaves of different objects, the largest box first, and adds the overlaps. It
+/// skips pairs of objects that are known to overlap, and clips unbounded boxes to `bounds`. Returns what could not be
+/// examined.
+pub fn sample_leaf_pairs(world: &World, bounds: &Aabb, overlaps: &mut PairSet) -> Vec<String> {
+    let mut candidates = world.overlap_candidates(MAX_ALL_RAYS / MIN_RAYS, MAX_COMPARISONS);
+    let listed = candidates.pairs.len() as u64;
+    candidates.pairs.iter_mut().filter(|m| !m.common.is_finite()).for_each(|m| {
+        m.common = m.common.intersection(bounds);
+    });
+    // `sample_world` reports that two unbounded objects are not examined far away.
+    candidates.pairs.retain(|m| m.common.min.cmplt(m.common.max).all() && m.common.is_finite());
+    order_round_robin(&mut candidates.pairs);
+    let mut sampler = Sampler { caster: Caster::new(world), rays: 0, work: 0, fewest_rays: false };
+    let (examined, error) = sampler.sample_all(&candidates.pairs, overlaps);
+    let outside = listed - candidates.pairs.len() as u64;
+    let examined = examined as u64 + outside;
+    let mut unexamined = Vec::new();
+    if let Some(error) = error {
+        unexamined.push(format!("overlaps where boxes of parts meet: a ray failed: {error}"));
+    }
+    if examined < candidates.count || !candidates.complete {
+        let at_least = if candidates.complete { "" } else { "at least " };
+        let (examined, count) = (grouped(examined), grouped(candidates.count));
+        unexamined.push(format!(
+            "overlaps of some parts: of {at_least}{count} pairs of parts whose boxes meet, {examined} were examined"
+        ));
+    }
+    unexamined
+}
+
+/// Orders pairs of leaves: the largest box of each pair of objects first, then the second of each, and so on.
+fn order_round_robin(pairs: &mut Vec<OverlapCandidate>) {
+    let volume = |m: &OverlapCandidate| m.common.size().element_product();
+    pairs.sort_by(|a, b| volume(b).total_cmp(&volume(a)));
+    let mut rounds: HashMap<[u32; 2], usize> = HashMap::new();
+    let round = |m: &OverlapCandidate| {
+        let round = rounds.entry(m.objects).or_insert(0);
+        *round += 1;
+        *round
+    };
+    let numbers: Vec<usize> = pairs.iter().map(round).collect();
+    let mut numbered: Vec<(usize, OverlapCandidate)> = numbers.into_iter().zip(pairs.drain(..)).collect();
+    numbered.sort_by_key(|(round, _)| *round);
+    pairs.extend(numbered.into_iter().map(|(_, pair)| pair));
+}
+
+/// Casts the rays, and counts them and their work.
+struct Sampler<'w> {
+    caster: Caster<'w>,
+    rays: usize,
+    work: u64,
+    /// Whether each pair gets the fewest rays only.
+    fewest_rays: bool,
+}
+
+impl Sampler<'_> {
+    /// Returns how many pairs were examined, and the error that ended the search early.
+    fn sample_all(
+        &mut self,
+        pairs: &[OverlapCandidate],
+        overlaps: &mut PairSet,
+    ) -> (usize, Option<QueryError>) {
+        let rays_per_pair = (USUAL_RAYS / pairs.len().max(1)).clamp(MIN_RAYS, MAX_RAYS);
+        for (number, pair) in pairs.iter().enumerate() {
+            let [a, b] =
+                pair.objects.map(|object| self.caster.world().object_names()[object as usize].clone());
+            if overlaps.contains(&a, &b) {
+                continue;
+            }
+            self.fewest_rays = self.work > WORK;
+            if self.rays + MIN_RAYS > MAX_ALL_RAYS || self.work > WORK_FACTOR * WORK {
+                return (number, None);
+            }
+            if let Err(error) = self.sample_pair(&pair.common, rays_per_pair, [&a, &b], overlaps) {
+                // The other pairs would be as expensive.
+                return (number, Some(error));
+            }
+        }
+        (pairs.len(), None)
+    }
+
+    /// Casts rays along the axes through a box, until two objects are found to overlap.
+    fn sample_pair(
+        &mut self,
+        bounds: &Aabb,
+        rays: usize,
+        [a, b]: [&str; 2],
+        overlaps: &mut PairSet,
+    ) -> Result<(), QueryError> {
+        let max_work = WORK / (USUAL_RAYS / rays).max(1) as u64;
+        let before = self.work;
+        for i in 0..rays {
+            let is_expensive = self.fewest_rays || self.work - before > max_work;
+            if overlaps.contains(a, b) || (is_expensive && i >= MIN_RAYS) {
+                break;
+            }
+            let axis = i % 3;
+            let Some(ray) = axis_ray(bounds, axis, (i / 3) as u32) else { continue };
+            for found in self.wide_overlaps(&ray, bounds, axis)? {
+                let p = ray.at(found.t_in.midpoint(found.t_out));
+                if self.is_overlap_at(p, bounds, axis)? {
+                    overlaps.add(&found.first, &found.second, p);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The overlaps on a ray along an axis in a box that are longer than their error bounds.
+    fn wide_overlaps(&mut self, ray: &Ray, bounds: &Aabb, axis: usize) -> Result<Vec<Overlap>, QueryError> {
+        let from = bounds.min[axis] - ray.origin()[axis];
+        let Ok(span) = Span::new(from, from + bounds.size()[axis]) else { return Ok(Vec::new()) };
+        let mut found = overlaps_on_ray(&mut self.caster, ray, span)?;
+        found.retain(Overlap::is_wide);
+        self.rays += 1;
+        let work = self.caster.take_counters();
+        self.work += work.boxes + work.cells + work.planes + work.primitive_tests + work.heap_pushes;
+        Ok(found)
+    }
+
+    /// Whether objects overlap at a point also along the other two axes. Where objects only touch, a ray in the gap
+    /// between rounding errors may be inside both of them for a long interval.
+    fn is_overlap_at(&mut self, p: Vec3, bounds: &Aabb, known_axis: usize) -> Result<bool, QueryError> {
+        for axis in (0..3).filter(|axis| *axis != known_axis) {
+            let (mut origin, mut direction) = (p, Vec3::ZERO);
+            origin[axis] = bounds.min[axis] - bounds.size()[axis];
+            direction[axis] = 1.0;
+            let Ok(ray) = Ray::new(origin, direction) else { return Ok(false) };
+            let t = p[axis] - origin[axis];
+            if !self.wide_overlaps(&ray, bounds, axis)?.iter().any(|o| o.t_in <= t && t <= o.t_out) {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+}

@@ -1,0 +1,12 @@
+//! Overlaps of objects of equal priority, found by rays: a search, so small overlaps can be missed.
+
+mod axis_ray;
+mod leaf_pairs;
+mod on_ray;
+mod pairs;
+mod sampling;
+
+pub use axis_ray::axis_ray;
+pub use on_ray::{Overlap, overlaps_on_ray};
+pub use pairs::ObjectPair;
+pub use sampling::sample_world;

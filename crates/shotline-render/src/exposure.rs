@@ -1,0 +1,45 @@
+//! What rays have seen, by pixel, before it becomes a picture.
+
+use shotline::math::Vec3;
+
+use crate::color::Rgb;
+
+/// What one pixel has seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// The value that the look computes, in most looks a linear colour. It is already multiplied by `alpha`.
+    pub color: Rgb,
+    /// The fraction of the background that is covered.
+    pub alpha: f64,
+}
+
+impl Sample {
+    /// The background alone.
+    pub const NOTHING: Sample = Sample { color: Vec3::ZERO, alpha: 0.0 };
+
+    /// A sample that covers the background.
+    pub fn opaque(color: Rgb) -> Sample {
+        Sample { color, alpha: 1.0 }
+    }
+}
+
+/// Exposed rows of a film: the mean of each pixel's samples, row by row from the top.
+#[derive(Clone, Debug)]
+pub struct Exposure {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// What each pixel has seen.
+    pub samples: Vec<Sample>,
+}
+
+impl Exposure {
+    /// Sets the colour of a pixel, if it is in the picture.
+    pub fn set(&mut self, column: u32, row: u32, color: Rgb) {
+        if column < self.width && row < self.height {
+            let index = row as usize * self.width as usize + column as usize;
+            self.samples[index] = Sample::opaque(color);
+        }
+    }
+}

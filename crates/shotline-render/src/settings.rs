@@ -1,0 +1,74 @@
+//! The settings of a picture.
+
+use shotline::counters::{COUNTERS, Counter};
+use shotline::scene::Camera;
+
+use crate::background::Background;
+use crate::error::{MAX_PIXELS, MAX_SAMPLES, MAX_SIDE, RenderError};
+use crate::light::Lighting;
+use crate::look::{LOOKS, Look};
+use crate::tracer::Coherence;
+
+/// The settings of a picture. The number of threads, progress, cancelling and the sum of the work belong to
+/// [`Run`](shotline::query::batch::Run).
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Samples per pixel: more samples make smoother edges.
+    pub samples: u32,
+    /// The camera; `None` for the scene's camera, or for one that frames everything if the scene has none.
+    pub camera: Option<Camera>,
+    /// What the picture shows.
+    pub look: &'static Look,
+    /// The background; `None` for the default of the look.
+    pub background: Option<Background>,
+    /// The lighting of the look `lit`.
+    pub lighting: Lighting,
+    /// What the look `cost` counts.
+    pub counter: &'static Counter,
+    /// What rays reuse from earlier rays.
+    pub coherence: Coherence,
+}
+
+impl Default for Settings {
+    fn default() -> Settings {
+        Settings {
+            width: 800,
+            height: 600,
+            samples: 4,
+            camera: None,
+            look: LOOKS[0],
+            background: None,
+            lighting: Lighting::Sharp,
+            counter: &COUNTERS[0],
+            coherence: Coherence::default(),
+        }
+    }
+}
+
+impl Settings {
+    /// The background of the picture: that of the settings, or else that of the look.
+    pub(crate) fn effective_background(&self) -> Background {
+        self.background.unwrap_or(self.look.background)
+    }
+
+    /// Checks the size and the number of samples.
+    ///
+    /// # Errors
+    /// [`RenderError::Size`] or [`RenderError::Samples`].
+    pub(crate) fn check(&self) -> Result<(), RenderError> {
+        let &Settings { width, height, samples, .. } = self;
+        let sides = 1..=MAX_SIDE;
+        let pixels = u64::from(width) * u64::from(height);
+        if !sides.contains(&width) || !sides.contains(&height) || pixels > MAX_PIXELS {
+            return Err(RenderError::Size { width, height });
+        }
+        if !(1..=MAX_SAMPLES).contains(&samples) {
+            return Err(RenderError::Samples(samples));
+        }
+        Ok(())
+    }
+}
