@@ -23,7 +23,7 @@ pub(super) static KIND: Kind = Kind {
     examples: &[&[&[1.0], &[-1.0], &[1.0]], &[&[0.01], &[2.0], &[40.0]], &[&[300.0], &[-0.5], &[0.5]]],
 };
 
-/// `x^2 + y^2 - r^2`, in which z has no part.
+/// `x^2 + y^2 - r^2`, independent of z.
 pub(super) fn form(radius: f64) -> Form {
     let unit = power_of_two_below(radius);
     let r = radius / unit;
