@@ -1,7 +1,7 @@
-//! Holds the order of the house: who may import whom, and a few rules for files.
+//! Checks the layers of the code: which module may import which, and a few rules for files.
 //!
-//! Within a module the file `mod.rs` is the face of its folder: it names its files, and they may use what it
-//! defines. Between files beside each other (a folder counts as one) imports must not run in a circle.
+//! The file `mod.rs` is the interface of its folder. It declares the folder's files, and they may use what it
+//! defines. Imports between sibling files must not form a cycle; a folder counts as one file.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -12,8 +12,8 @@ mod source;
 
 use source::{Crate, Module, rust_files, tokens};
 
-/// The modules of the core, lowest first, each with all that it imports. An arrow that nothing needs any more
-/// is an error too: take it out.
+/// The modules of the core, lowest first, each with all modules it imports. An unused entry is also an error and
+/// must be removed.
 const ARROWS: &[(&str, &[&str])] = &[
     ("math", &[]),
     ("roots", &["math"]),
@@ -56,7 +56,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ),
 ];
 
-/// Our crates, lowest first: what each depends on, and what its tests and examples use besides.
+/// Our crates, lowest first: the dependencies of each, and the additional ones of its tests and examples.
 const CRATES: &[(&str, &[&str], &[&str])] = &[
     ("shotline", &[], &[]),
     ("shotline-io", &["shotline"], &[]),
@@ -64,7 +64,7 @@ const CRATES: &[(&str, &[&str], &[&str])] = &[
     ("shotline-cli", &["shotline", "shotline-io", "shotline-render"], &[]),
 ];
 
-/// Where `unsafe` may stand.
+/// Files that may contain `unsafe`.
 const UNSAFE: &[&str] = &[];
 
 const MAX_LINES: usize = 500;
@@ -96,7 +96,7 @@ fn core() -> Crate {
     Crate::read(&root().join("crates/shotline/src"))
 }
 
-/// Everything in the repository but what is built or hidden.
+/// Collects everything in the repository except hidden files and build products.
 fn repository(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -153,7 +153,7 @@ fn the_core_imports_downwards() {
 #[test]
 fn files_do_not_import_in_a_circle() {
     let core = core();
-    // From a file or folder to those beside it, with the place of the first import.
+    // Maps a file or folder to the siblings it imports, with the location of the first import.
     let mut arrows: BTreeMap<Module, BTreeMap<Module, String>> = BTreeMap::new();
     for file in &core.files {
         for import in &file.imports {
@@ -175,7 +175,7 @@ fn files_do_not_import_in_a_circle() {
     }
 }
 
-/// The arrows of a shortest way from a module back to itself.
+/// Returns the edges of a shortest cycle through a module.
 fn circle(
     arrows: &BTreeMap<Module, BTreeMap<Module, String>>,
     start: &Module,
@@ -277,7 +277,7 @@ fn unsafe_stays_where_it_is_allowed() {
 
 #[test]
 fn no_file_names_a_path_of_a_machine() {
-    // In pieces, so that this file does not name one.
+    // Split, so that this file does not contain such a path.
     let roots = ["work", "root", "home"].map(|name| format!("/{name}/"));
     let mut all = Vec::new();
     repository(&root(), &mut all);
