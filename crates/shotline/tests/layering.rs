@@ -160,7 +160,7 @@ fn files_do_not_import_in_a_circle() {
             let to = core.home(&import.target);
             let shared = file.module.iter().zip(&to).take_while(|(a, b)| a == b).count();
             if shared == file.module.len() || shared == to.len() {
-                continue; // between a folder's face and its files
+                continue; // between the mod.rs of a folder and its files
             }
             let place = format!("{}:{}", shown(&file.path), import.line);
             let from = file.module[..=shared].to_vec();

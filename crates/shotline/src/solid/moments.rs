@@ -70,8 +70,8 @@ impl Moments {
         [v, v * c.x, v * c.y, v * c.z, xx, yy, zz, yz, xz, xy]
     }
 
-    /// Moments of the body after an affine map. The volume is multiplied by `|det S|`, and the mean of `(p - c)
-    /// (p - c)^T` becomes `S M S^T`.
+    /// Moments of the body after an affine map. The volume is multiplied by `|det S|`, and the mean of
+    /// `(p - c) (p - c)^T` becomes `S M S^T`.
     pub fn placed(&self, map: &Affine) -> Moments {
         if map.is_identity() {
             return *self;

@@ -87,8 +87,8 @@ impl Quadratic {
     /// `residual`.
     ///
     /// The slope at a root is twice the square root of the discriminant. Near a tangent the slope vanishes and
-    /// the curvature bounds the shift. While both roots exist, the result is the exact shift of a root of `a x^2
-    /// - slope x + residual`. Where they do not, it is the distance at which they have merged.
+    /// the curvature bounds the shift. While both roots exist, the result is the exact shift of a root of
+    /// `a x^2 - slope x + residual`. Where they do not, it is the distance at which they have merged.
     pub fn root_err(&self, root: f64, residual: f64) -> f64 {
         let curvature = self.a.abs();
         // The final operations, from the discriminant to the root, are each rounded once.

@@ -149,7 +149,7 @@ fn by_path(a: &Stretch, b: &Stretch) -> Ordering {
     a.0.cmp(&b.0).then(a.2.total_cmp(&b.2)).then(a.3.total_cmp(&b.3))
 }
 
-/// Pairs consecutive crossings of each path to intervals.
+/// Pairs consecutive crossings of each path into intervals.
 fn between_crossings(hits: &[Hit]) -> Vec<Stretch> {
     let mut open: BTreeMap<u64, f64> = BTreeMap::new();
     let mut stretches = Vec::new();

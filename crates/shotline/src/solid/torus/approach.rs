@@ -62,7 +62,7 @@ impl Approach {
     }
 }
 
-/// Double-double coordinates rounded to double.
+/// Double-double coordinates rounded to f64.
 #[inline(always)]
 pub(super) fn rounded(p: &[Dd; 3]) -> Vec3 {
     Vec3::new(p[0].hi, p[1].hi, p[2].hi)

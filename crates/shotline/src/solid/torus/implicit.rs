@@ -39,7 +39,7 @@ impl<'a> TorusFunction<'a> {
         LinePoint { tau, q, rho, e: rho - self.major }
     }
 
-    /// `f` in double arithmetic.
+    /// `f` in f64.
     #[inline(always)]
     pub fn value(&self, at: &LinePoint) -> f64 {
         at.e * at.e + at.q.z * at.q.z - self.minor * self.minor
