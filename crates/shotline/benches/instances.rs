@@ -1,7 +1,8 @@
-//! How a world grows with its instances, and what it costs to move one: `cargo bench --bench instances`.
+//! How build time, memory and ray cost grow with the number of instances, and the cost of moving some:
+//! `cargo bench --bench instances`.
 //!
-//! A field of 10^2 to 10^7 spheres, one part placed so many times: build time, memory, and nanoseconds a ray. Then,
-//! of 10^5, some move: the time to refit beside the time to compile anew.
+//! A field of 10^2 to 10^7 instances of one sphere: build time, memory, and nanoseconds per ray. Then some of
+//! 10^5 instances move: the time to refit is compared with the time to recompile.
 
 use std::time::Instant;
 
@@ -12,7 +13,8 @@ use shotline::ray::{Ray, Span};
 use shotline::scene::{LocalTransform, Node, NodeId, Scene};
 use shotline::testkit::random::Random;
 
-/// Spheres at random in a cube, of which a ray meets about as many however many there are; and their transforms.
+/// Returns a scene of random spheres in a cube and their transform nodes. The radius shrinks with the count, so
+/// that the volume of all spheres stays the same.
 fn field(count: usize) -> (Scene, Vec<NodeId>) {
     let mut random = Random::new(1);
     let mut scene = Scene::default();
@@ -94,7 +96,7 @@ fn motion(moved: usize) {
         let changes: Vec<_> = (0..moved).map(|_| change()).collect();
         let begin = Instant::now();
         live.set(&changes).expect("it moves");
-        // The first works out the ways up.
+        // The first change also finds where operands are used, which later ones reuse.
         if round > 0 {
             refit.push(begin.elapsed().as_secs_f64() * 1e3);
             let begin = Instant::now();

@@ -1,4 +1,4 @@
-//! What one line costs each solid, in its own frame: random lines that meet its bounding sphere.
+//! The cost of one line per solid, in the solid's own frame. The lines are random and hit the solid.
 //!
 //!     cargo bench -p shotline --features testkit
 
@@ -43,7 +43,8 @@ fn solids(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Lines with at least two crossings, between points of a sphere three times the size.
+/// Lines with at least one pair of crossings, between random points of a sphere of three times the bounding
+/// radius.
 fn lines_that_meet(solid: &dyn Solid) -> Vec<Line> {
     let mut random = Random::new(1);
     let (centre, radius) = solid.bounds().bounding_sphere();

@@ -1,8 +1,8 @@
-//! Holds the order of the house: who may import whom, and a few rules for files.
+//! Checks the layers of the code: which module may import which, and a few rules for files.
 //!
-//! Within a module the file `mod.rs` is the face of its folder: it names its files, and they may use what it
-//! defines. Between files beside each other (a folder counts as one) imports must not run in a circle. `lib.rs` is
-//! the face of its crate.
+//! The file `mod.rs` is the interface of its folder. It declares the folder's files, and they may use what it
+//! defines. Imports between sibling files must not form a cycle; a folder counts as one file. `lib.rs` is the
+//! interface of its crate.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -13,8 +13,8 @@ mod source;
 
 use source::{Crate, Module, rust_files, tokens};
 
-/// The modules of the core, lowest first, each with all that it imports. An arrow that nothing needs any more
-/// is an error too: take it out.
+/// The modules of the core, lowest first, each with all modules it imports. An unused entry is also an error and
+/// must be removed.
 const ARROWS: &[(&str, &[&str])] = &[
     ("math", &[]),
     ("roots", &["math"]),
@@ -59,7 +59,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ),
 ];
 
-/// Our crates, lowest first: what each depends on, and what its tests and examples use besides.
+/// Our crates, lowest first: the dependencies of each, and the additional ones of its tests and examples.
 const CRATES: &[(&str, &[&str], &[&str])] = &[
     ("shotline", &[], &[]),
     ("shotline-io", &["shotline"], &[]),
@@ -67,11 +67,11 @@ const CRATES: &[(&str, &[&str], &[&str])] = &[
     ("shotline-cli", &["shotline", "shotline-io", "shotline-render"], &[]),
 ];
 
-/// The packages in which no files import each other in a circle, by folder. `python` is the native half of the Python
+/// The packages whose files must not import each other in a cycle, by folder. `python` is the native half of the Python
 /// package.
 const ACYCLIC: &[&str] = &["crates/shotline", "crates/shotline-render", "crates/shotline-cli", "python"];
 
-/// Where `unsafe` may stand.
+/// Files that may contain `unsafe`.
 const UNSAFE: &[&str] = &[];
 
 const MAX_LINES: usize = 500;
@@ -103,7 +103,7 @@ fn package(folder: &str) -> Crate {
     Crate::read(&root().join(folder).join("src"))
 }
 
-/// Everything in the repository but what is built or hidden.
+/// Collects everything in the repository except hidden files and build products.
 fn repository(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -170,7 +170,7 @@ fn files_do_not_import_in_a_circle() {
     assert_none(&problems);
 }
 
-/// From a file or folder to those beside it, with the location of the first import.
+/// Maps a file or folder to the siblings it imports, with the location of the first import.
 fn arrows_between_files(package: &Crate) -> BTreeMap<Module, BTreeMap<Module, String>> {
     let mut arrows: BTreeMap<Module, BTreeMap<Module, String>> = BTreeMap::new();
     for file in &package.files {
@@ -178,7 +178,7 @@ fn arrows_between_files(package: &Crate) -> BTreeMap<Module, BTreeMap<Module, St
             let to = package.home(&import.target);
             let shared = file.module.iter().zip(&to).take_while(|(a, b)| a == b).count();
             if shared == file.module.len() || shared == to.len() {
-                continue; // between a folder's face and its files
+                continue; // between the mod.rs of a folder and its files
             }
             let location = format!("{}:{}", shown(&file.path), import.line);
             let from = file.module[..=shared].to_vec();
@@ -188,7 +188,7 @@ fn arrows_between_files(package: &Crate) -> BTreeMap<Module, BTreeMap<Module, St
     arrows
 }
 
-/// The arrows of a shortest way from a module back to itself.
+/// Returns the edges of a shortest cycle through a module.
 fn circle(
     arrows: &BTreeMap<Module, BTreeMap<Module, String>>,
     start: &Module,
@@ -290,7 +290,7 @@ fn unsafe_stays_where_it_is_allowed() {
 
 #[test]
 fn no_file_names_a_path_of_a_machine() {
-    // In pieces, so that this file does not name one.
+    // Split, so that this file does not contain such a path.
     let roots = ["work", "root", "home"].map(|name| format!("/{name}/"));
     let mut all = Vec::new();
     repository(&root(), &mut all);

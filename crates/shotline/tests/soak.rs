@@ -1,8 +1,9 @@
-//! Random and aimed rays by the million, each list held to a slow check that shares nothing with the solver.
+//! Millions of random and aimed rays. Each list is compared with a slow check that shares no code with the
+//! solver.
 //!
-//! A short run is one of the tests; `make soak` makes it long: `SHOTLINE_SOAK` is the number of rays of each
-//! family, `SHOTLINE_SOAK_SEED` another sequence of them. Any number of rays gives the same ones first, whatever
-//! the number of threads.
+//! A short run is one of the tests. `make soak` runs a long one. `SHOTLINE_SOAK` is the number of rays per family
+//! and `SHOTLINE_SOAK_SEED` selects another sequence. The rays are independent of the number of threads, and a
+//! longer run begins with the same rays.
 
 #[path = "soak/exact.rs"]
 mod exact;
@@ -18,23 +19,23 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use shotline::testkit::random::Random;
 
-/// Rays of one family; threads take batches of them.
+/// The number of rays per batch. Threads process the batches of one family.
 const BATCH: u64 = 10_000;
 
-/// What came of some rays.
+/// The results of some rays.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
-    /// Rays tried.
+    /// Rays tested.
     pub rays: u64,
-    /// Crossings of all lists.
+    /// The total number of crossings in all lists.
     pub crossings: u64,
-    /// Rays so near a touching that only exact arithmetic could tell what they meet, and did.
+    /// Rays so nearly tangent that only exact arithmetic could decide their crossings.
     pub exact: u64,
-    /// Rays that run in a face and have another list from the far end, as they may.
+    /// Rays that run in a face and yield a different list from the far end, which is allowed.
     pub undecidable: u64,
-    /// The first of the wrong lists, in words, and how many there are.
+    /// The description of the first wrong list.
     pub first_failure: Option<String>,
-    /// Wrong lists.
+    /// The number of wrong lists.
     pub failures: u64,
 }
 
@@ -63,7 +64,7 @@ fn setting(name: &str, default: u64) -> u64 {
     }
 }
 
-/// Runs all rays of a family, on all cores, and reports.
+/// Runs all rays of a family on all cores and prints a report.
 fn soak(family: &str, default: u64, run: impl Fn(&mut Random, u64, &mut Tally) + Sync) {
     let (rays, seed) = (setting("SHOTLINE_SOAK", default), setting("SHOTLINE_SOAK_SEED", 1));
     let next = AtomicU64::new(0);

@@ -1,4 +1,4 @@
-//! The solid behind most kinds: the interior of one quadric, cut off between two planes or not.
+//! The implementation of most kinds: the interior of one quadric, optionally cut off by two planes.
 
 use std::f64::consts::PI;
 
@@ -13,10 +13,10 @@ use crate::math::{Plane, Vec3};
 use crate::ray::Line;
 use crate::scratch::Scratch;
 
-/// The names of the surfaces of a quadric between two planes; without them the first is the only one.
+/// The surface names of a quadric between two planes. A quadric without caps has only one surface.
 pub(super) const CAPPED: &[&str] = &["side", "bottom", "top"];
 
-/// Where a form is negative, between two planes `z0 < z < z1` if there are caps.
+/// The set where a form is negative, restricted to `z0 < z < z1` if there are caps.
 #[derive(Debug)]
 pub(super) struct Capped {
     pub form: Form,
@@ -31,7 +31,7 @@ impl Capped {
         Capped { form, caps: None, bounds, surfaces }
     }
 
-    /// A quadric around the z axis, between `z0` and `z1`, nowhere wider than `radius`.
+    /// A quadric around the z axis between `z0` and `z1`, of at most the given radius.
     pub fn between(form: Form, z0: f64, z1: f64, radius: f64) -> Capped {
         let bounds = Aabb::new(Vec3::new(-radius, -radius, z0), Vec3::new(radius, radius, z1));
         let caps = Some(Slab { axis: 2, low: z0, high: z1, surface: 1 });
@@ -99,8 +99,9 @@ impl Solid for Capped {
         self.surfaces
     }
 
-    /// An ellipsoid, or a solid of revolution: the square of the radius at a height is what the form lacks there to
-    /// zero, over the coefficient of `x^2`. It is cut into the stretches of the axis that are inside.
+    /// An ellipsoid or a solid of revolution. For the latter, the squared radius at a height is minus the form's
+    /// value on the axis, over the coefficient of `x^2`. The intervals of the axis that lie inside are integrated
+    /// one by one.
     fn moments(&self) -> Option<Moments> {
         let Form { centre, shrink, square, constant, .. } = self.form;
         if self.caps.is_none() && !self.form.is_about_its_centre() {

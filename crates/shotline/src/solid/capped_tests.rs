@@ -1,4 +1,5 @@
-//! What the conformance suite's random lines do not meet: apexes, generators, tangents, sheets, scales.
+//! Cases that the random lines of the conformance suite do not reach: apexes, generators, tangents, sheets,
+//! scales.
 
 use std::sync::Arc;
 
@@ -32,7 +33,7 @@ fn lines_through_an_apex_enter_and_leave() {
     let cone = [3.0, 0.0, 0.0, 4.0];
     assert_eq!(ts("cone", &cone, [0.0, 0.0, -1.0], [0.0, 0.0, 1.0]), [1.0, 5.0]);
     assert_eq!(ts("cone", &cone, [0.25, 0.0, 3.0], [-0.25, 0.0, 1.0]), [-3.0, 1.0]);
-    // Across the apex, outside on either side.
+    // Across the apex: outside on both sides.
     assert_eq!(ts("cone", &cone, [-1.0, 0.0, 4.0], [1.0, 0.0, 0.0]), []);
     assert_eq!(ts("cone", &cone, [-4.0, 0.0, 3.0], [4.0, 0.0, 1.0]), []);
 }
@@ -41,7 +42,7 @@ fn lines_through_an_apex_enter_and_leave() {
 fn lines_along_a_generator_cross_nothing_but_a_rim() {
     assert_eq!(ts("cone", &[3.0, 0.0, 0.0, 4.0], [3.0, 0.0, 0.0], [-3.0, 0.0, 4.0]), []);
     assert_eq!(ts("cylinder", &[1.0, 0.0, 4.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]), []);
-    // A hyperboloid of one sheet holds lines.
+    // A hyperboloid of one sheet contains lines.
     assert_eq!(ts("hyperboloid", &[1.0, 1.0, -2.0, 2.0], [1.0, 0.0, 0.0], [0.0, 1.0, 1.0]), []);
     // Parallel to a generator, inside: one root is at infinity, and the cap bounds the other side.
     assert_eq!(ts("cone", &[3.0, 0.0, 0.0, 4.0], [0.0, 0.0, 0.0], [-3.0, 0.0, 4.0]), [0.0, 0.5]);
@@ -54,7 +55,7 @@ fn tangents_and_near_tangents_are_told_apart() {
     assert_eq!(ts("sphere", &[1.0], [inside, -2.0, 0.0], [0.0, 1.0, 0.0]).len(), 2);
     let outside = 1.0 + f64::EPSILON;
     assert_eq!(ts("sphere", &[1.0], [outside, -2.0, 0.0], [0.0, 1.0, 0.0]), []);
-    // Nor does it matter how far the line comes from.
+    // The result is independent of how far away the line starts.
     assert_eq!(ts("sphere", &[1.0], [inside, -2.0, 3e3], [0.0, 1e-3, -1.5]).len(), 2);
     assert_eq!(ts("sphere", &[1.0], [1.0, -2.0, 3e3], [0.0, 1e-3, -1.5]).len(), 0);
 }
@@ -99,8 +100,8 @@ fn parameters_that_make_no_solid_are_refused() {
     assert_eq!(refused("quadric", &[f64::NAN; 10]), "coeffs");
 }
 
-/// Scaling solid and line by a power of two leaves every bit of `t`. Only kinds
-/// whose parameters are all lengths.
+/// Scaling solid and line by a power of two preserves every bit of `t`. Only for kinds whose parameters are all
+/// lengths.
 #[test]
 fn powers_of_two_scale_the_scene_exactly() {
     let line = Line::exact(Vec3::new(3.1, -4.2, 5.3), Vec3::new(-0.61, 0.85, -1.04));

@@ -1,20 +1,21 @@
-//! Lines that are clear of a plane: certainly on its inner side for a while, with its crossing well out of the way.
+//! Tests whether a line is clear of a plane: certainly on its inner side for an interval of `t`, and far from
+//! crossing it.
 
 use super::form::{Form, rounded};
 use crate::math::{HALF_ULP, Vec3};
 use crate::ray::Line;
 
-/// The bound of a crossing with a plane is at most 24 half-ulps of what is summed up for it (see `on_line`), and 8 bounds are
-/// one event. Half of the room is for what grows with the way to the crossing, half for what does not; the rest is to
-/// spare.
+/// The bound of a crossing with a plane is at most 24 half-ulps of the sum of its terms' magnitudes (see
+/// `Form::root`), and crossings within 8 bounds are coincident. Half of this margin is for errors that grow with
+/// the distance to the crossing, half for those that do not. The rest is spare.
 const CLEAR: f64 = 1024.0 * HALF_ULP;
-/// The same for errors of the line's frame, which enter the bound as they are.
+/// The same for errors of the line's frame, which enter the bound directly.
 const CLEAR_OF_FRAME: f64 = 16.0;
 
 impl Form {
-    /// Whether a line lies on the inner side of a plane at all these `t`, and so between them, and its crossing with the
-    /// plane is not one event with anything up to there. `false` for other surfaces, for lines almost parallel to the
-    /// plane, and where it is not certain.
+    /// Whether a line lies on the inner side of a plane at these two `t`, and so between them, and its crossing
+    /// with the plane is not coincident with anything in that interval. `false` for other surfaces, for lines
+    /// almost parallel to the plane, and where it is not certain.
     pub fn is_clear(&self, line: &Line, ends: [f64; 2]) -> bool {
         if self.cross.is_some() || self.square.iter().any(|x| x.hi != 0.0) {
             return false;
@@ -52,7 +53,7 @@ mod tests {
             let offset = random.number(-2.0, 2.0);
             let kind = kind("halfspace").unwrap();
             let plane = (kind.build)(&Params::of(kind, &[&normal.to_array(), &[offset]])).unwrap();
-            // From near the plane or far away, towards it, along it or almost so.
+            // The line starts near the plane or far away, and runs towards it, along it or nearly along it.
             let along = normal.any_orthonormal_vector() * 10f64.powi(random.below(7) as i32);
             let o = normal * (offset / normal.length_squared()) + along
                 - normal * random.number(-1.0, 2.0) * tiny;

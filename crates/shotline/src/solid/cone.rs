@@ -47,9 +47,9 @@ fn radius(p: &Params, name: &'static str) -> Result<f64, ParamError> {
     }
 }
 
-/// `h^2 (x^2 + y^2) - (h n + (w - n) z)^2`, with the narrow radius `n` at `z = 0`, the wide one `w` at height
-/// `h`. No quotient enters, so the slope is not rounded; and the centre is the narrow end, because near an
-/// apex everything is as small as the distance to it.
+/// `h^2 (x^2 + y^2) - (h n + (w - n) z)^2`, with the narrow radius `n` at `z = 0` and the wide radius `w` at
+/// height `h`. The form contains no quotient, so the slope is not rounded. The centre is the narrow end because
+/// near an apex all terms are as small as the distance from it.
 fn form(r0: f64, r1: f64, z0: f64, z1: f64) -> Form {
     let (narrow, wide, centre, upward) = if r0 <= r1 { (r0, r1, z0, 1.0) } else { (r1, r0, z1, -1.0) };
     let (unit, unit_z) = (power_of_two_below(wide), power_of_two_below(z1 - z0));

@@ -1,4 +1,4 @@
-//! The box along the axes.
+//! The axis-aligned box.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::math::{Plane, Vec3};
 use crate::ray::Line;
 use crate::scratch::Scratch;
 
-/// `min < p < max`: what lies in three slabs.
+/// `min < p < max`: the intersection of three slabs.
 #[derive(Debug)]
 pub struct Cuboid {
     min: Vec3,
@@ -59,7 +59,7 @@ impl Cuboid {
     }
 }
 
-/// The contact with the faces that a line lies in, given how it meets the slabs.
+/// Returns the contact with the faces that contain the line, from its intervals and faces in the three slabs.
 fn contact(slabs: [Option<(Interval, Option<Vec3>)>; 3], d: Vec3) -> Option<Contact> {
     let mut stretch = Interval::ALL;
     let mut faces = Vec::new();

@@ -29,7 +29,7 @@ constructors! {
     fn cylinder(radius: number, z0: number, z1: number);
 }
 
-/// `x^2 + y^2 - r^2`, in which z has no part.
+/// `x^2 + y^2 - r^2`, independent of z.
 pub(super) fn form(radius: f64) -> Form {
     let unit = power_of_two_below(radius);
     let r = radius / unit;

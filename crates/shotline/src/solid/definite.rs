@@ -1,4 +1,4 @@
-//! Ellipsoids among the quadrics: their box, and their moments.
+//! Bounding boxes and moments of the quadrics that are ellipsoids.
 
 use std::f64::consts::PI;
 
@@ -8,26 +8,26 @@ use crate::aabb::Aabb;
 use crate::math::{Dd, HALF_ULP, Vec3};
 use crate::region::{Quadratic, contract};
 
-/// What a sum of products in double-double may be off by, over the sum of their magnitudes.
+/// A bound on the error of a sum of products in double-double, relative to the sum of their magnitudes.
 const DOUBT: f64 = 1e-30;
 
-/// A matrix that is known to less than this part of its determinant is taken for one that is not definite.
+/// A matrix counts as definite only if the relative error of its determinant and minors is below this.
 const DEFINITE: f64 = 1e-6;
 
-/// An ellipsoid: the points `p` with `(p - centre)^T spread^-1 (p - centre) < 1`. If the quadric does not depend on an
-/// axis, it is a cylinder along that axis over the ellipse in the two others.
+/// An ellipsoid: the points `p` with `(p - centre)^T spread^-1 (p - centre) < 1`. If the quadric is independent
+/// of one axis, it is a cylinder along that axis over an ellipse in the other two.
 #[derive(Debug)]
 struct Ellipsoid {
     centre: Vec3,
     spread: [[f64; 3]; 3],
-    /// Half of the size of its box, and how far the middle of that may be off.
+    /// Half the size of its box, and a bound on the error of the box's centre.
     half: Vec3,
     doubt: Vec3,
-    /// The axis that does not matter.
+    /// The axis of which the quadric is independent, if any.
     free: Option<usize>,
 }
 
-/// A number with its magnitude: the sum of the absolute values it was summed from.
+/// A number with the sum of the absolute values of its terms.
 #[derive(Clone, Copy)]
 struct Sized(Dd, f64);
 
@@ -64,8 +64,8 @@ impl std::ops::Mul for Sized {
     }
 }
 
-/// The box of where a form is negative: tight for ellipsoids and for all quadrics along the axes, infinite where it has no
-/// end.
+/// Returns the box of the set where a form is negative: tight for ellipsoids and for all axis-aligned quadrics,
+/// infinite where the set is unbounded.
 pub(super) fn bounds(form: &Form) -> Aabb {
     let along_axes = contract(Aabb::EVERYTHING, &[Quadratic::new(form.quadric_matrix().rows)]);
     match ellipsoid(form) {
@@ -75,7 +75,7 @@ pub(super) fn bounds(form: &Form) -> Aabb {
     }
 }
 
-/// Volume and moments of where a form is negative, if that is an ellipsoid or nothing.
+/// Returns volume and moments of the set where a form is negative, if it is an ellipsoid or empty.
 pub(super) fn moments(form: &Form) -> Option<Moments> {
     match ellipsoid(form) {
         EllipsoidTest::Ellipsoid(Ellipsoid { free: Some(_), .. }) | EllipsoidTest::Other => None,
@@ -95,15 +95,16 @@ enum EllipsoidTest {
     Other,
 }
 
-/// The ellipsoid where a form is negative, by the adjugate of its matrix: with `M = A`, half of the linear part `l` and
-/// the constant `k`, the centre is `-adj l / det` and the spread `adj (l adj l - k det) / det^2`.
+/// Returns the ellipsoid where a form is negative, computed with the adjugate `adj` and the determinant `det` of
+/// its matrix `M`. With half the linear part `l` and the constant `k`, the centre is `-adj l / det` and the
+/// spread is `adj (l adj l - k det) / det^2`.
 fn ellipsoid(form: &Form) -> EllipsoidTest {
     let ([xx, yy, zz], [yz, xz, xy]) = (form.square, form.cross.unwrap_or_default());
     let mut m = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
     let is_free = |i: usize| m[i].iter().chain([&form.linear[i]]).all(|x| x.hi == 0.0);
     let free = (0..3).find(|&i| is_free(i));
     if let Some(i) = free {
-        // A square of its own changes nothing in the two others.
+        // A diagonal entry of its own does not affect the other two axes.
         m[i][i] = Dd::ONE;
     }
     let m = |i: usize, j: usize| Sized::from(m[i % 3][j % 3]);
@@ -119,7 +120,7 @@ fn ellipsoid(form: &Form) -> EllipsoidTest {
     let moved: [Sized; 3] =
         std::array::from_fn(|i| adjugate[i][0] * l[0] + adjugate[i][1] * l[1] + adjugate[i][2] * l[2]);
     let within = l[0] * moved[0] + l[1] * moved[1] + l[2] * moved[2] - Sized::from(form.constant) * det;
-    // `Form` is exact but for what underflow took.
+    // `Form` is exact except for underflow.
     let error = within.error() + f64::MIN_POSITIVE;
     if within.0.hi + error < 0.0 {
         return EllipsoidTest::Nothing;

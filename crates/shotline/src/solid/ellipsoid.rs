@@ -1,4 +1,4 @@
-//! The ellipsoid around the origin, along the axes.
+//! The axis-aligned ellipsoid around the origin.
 
 use std::sync::Arc;
 

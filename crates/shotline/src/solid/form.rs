@@ -1,28 +1,28 @@
-//! Quadrics as this crate computes with them: a symmetric form in coordinates of the solid's own size.
+//! The crate's representation of quadrics: a symmetric form in coordinates of the solid's own size.
 
 use super::quadric_matrix::QuadricMatrix;
 use crate::math::{Dd, Vec3};
 
-/// The function `x M x + 2 l x + k` of `x = (p - centre) * shrink`: negative in the interior.
+/// The function `x M x + 2 l x + k` of `x = (p - centre) * shrink`. It is negative in the interior.
 ///
-/// The coordinates `x` are of the order of 1 on the solid, whatever its size and proportions, so that nothing
-/// overflows and the closest approach to the centre is a good point to work from. They are exact: `shrink`
-/// holds powers of two. A component 0 takes an axis out of the form (a cylinder's own).
-/// The coefficients are kept in double-double: a rounded parameter would be another solid.
+/// The coordinates `x` are of order 1 on the solid, whatever its size and proportions. So nothing overflows, and
+/// the closest approach to the centre is a good point of expansion. They are exact because `shrink` holds powers
+/// of two. A component 0 of `shrink` removes an axis from the form (the axis of a cylinder). The coefficients are
+/// in double-double, because a rounded parameter would describe a different solid.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Form {
     pub centre: Vec3,
     pub shrink: Vec3,
     /// The diagonal of `M`.
     pub square: [Dd; 3],
-    /// The entries of `M` off the diagonal, `yz`, `xz`, `xy`; most forms lie along the axes and have none.
+    /// The off-diagonal entries of `M`: `yz`, `xz`, `xy`. `None` for axis-aligned forms, which most are.
     pub cross: Option<[Dd; 3]>,
     pub linear: [Dd; 3],
     pub constant: Dd,
 }
 
 impl Form {
-    /// The form that is zero everywhere, in coordinates that are those of the solid's frame.
+    /// The form that is zero everywhere, in the coordinates of the solid's frame.
     pub const ZERO: Form = Form {
         centre: Vec3::ZERO,
         shrink: Vec3::ONE,
@@ -32,7 +32,7 @@ impl Form {
         constant: Dd::ZERO,
     };
 
-    /// Whether it has squares and a constant only.
+    /// Whether the form has only squares and a constant.
     pub fn is_about_its_centre(&self) -> bool {
         self.cross.is_none() && self.linear.iter().all(|x| x.hi == 0.0)
     }
@@ -54,7 +54,7 @@ impl Form {
         multiply(rounded(&self.square), self.cross.map(|c| rounded(&c)), v)
     }
 
-    /// The product of the absolute values of `M` with those of `v`: a measure of what rounding did to `M v`.
+    /// The product of the absolute values of `M` and `v`: the scale of the rounding error of `M v`.
     pub fn apply_abs(&self, v: Vec3) -> Vec3 {
         multiply(rounded(&self.square).abs(), self.cross.map(|c| rounded(&c).abs()), v.abs())
     }
@@ -65,7 +65,7 @@ impl Form {
         [xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z]
     }
 
-    /// The same function of homogeneous points of the solid's frame.
+    /// The same function over homogeneous points of the solid's frame.
     pub fn quadric_matrix(&self) -> QuadricMatrix {
         let ([xx, yy, zz], [yz, xz, xy]) = (self.square, self.cross.unwrap_or_default());
         let (k, c) = (self.shrink, self.centre);
@@ -95,7 +95,7 @@ fn multiply(square: Vec3, cross: Option<Vec3>, v: Vec3) -> Vec3 {
     )
 }
 
-/// The square of a number without error.
+/// The square of a number, rounded to double-double.
 pub(super) fn squared(x: Dd) -> Dd {
     x * x
 }

@@ -36,7 +36,8 @@ constructors! {
     fn halfspace(normal: vector, offset: number);
 }
 
-/// A plane across an axis bounds the solid on that axis; any other leaves it without end everywhere.
+/// Returns the box: bounded on one side of an axis if the plane is perpendicular to that axis, otherwise
+/// unbounded.
 fn bounds(normal: Vec3, offset: f64) -> Aabb {
     let mut bounds = Aabb::EVERYTHING;
     for axis in 0..3 {
@@ -52,7 +53,7 @@ fn bounds(normal: Vec3, offset: f64) -> Aabb {
     bounds.widened(4.0)
 }
 
-/// `2 l x + k` with `l = normal / 2` and `k = -offset`, both over a power of two.
+/// `2 l x + k` with `l = normal / 2` and `k = -offset`, both divided by a power of two.
 fn form(normal: Vec3, offset: f64) -> Form {
     let unit = power_of_two_below(normal.abs().max_element());
     let linear = normal / unit * 0.5;

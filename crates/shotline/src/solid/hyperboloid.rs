@@ -38,8 +38,9 @@ constructors! {
     fn hyperboloid(a: number, c: number, z0: number, z1: number);
 }
 
-/// `side ((x/a)^2 + (y/a)^2 - (z/c)^2) - 1` has one sheet around the axis for `side` 1. For `side` -1 the same
-/// with the opposite sign of the constant, `(x/a)^2 + (y/a)^2 - (z/c)^2 + 1`, has two, up and down the axis.
+/// `side ((x/a)^2 + (y/a)^2 - (z/c)^2) - 1` for `side` 1, which has one sheet around the axis. For `side` -1 the
+/// same with the opposite sign of the constant, `(x/a)^2 + (y/a)^2 - (z/c)^2 + 1`, which has two sheets, up and
+/// down the axis.
 pub(super) fn form(a: f64, c: f64, side: f64) -> Form {
     let (unit, unit_z) = (power_of_two_below(a), power_of_two_below(c));
     let inverse_square = |x: f64| squared(Dd::from(x).recip());

@@ -26,7 +26,7 @@ pub(super) static KIND: Kind = Kind {
         let reach = z0.abs().max(z1.abs()) / c;
         let widest = a * ((reach - 1.0) * (reach + 1.0)).sqrt();
         let mut solid = Capped::between(hyperboloid::form(a, c, -1.0), z0, z1, widest);
-        // Where one sheet alone is taken in, the box begins at its vertex.
+        // If only one sheet is included, the box begins at its vertex.
         if z0 >= -c {
             solid.bounds.min.z = z0.max(c);
         }

@@ -1,22 +1,22 @@
-//! Stretches of a line inside a convex piece of a solid, with the surface and the bound at either end.
+//! Intervals of a line inside a convex piece of a solid, with the surface and the error bound at each end.
 
 use crate::contact::{Contact, Sector};
 use crate::crossing::{Crossing, GROUPING};
 use crate::math::{HALF_ULP, Vec3};
 use crate::ray::Line;
 
-/// Where a line enters or leaves.
+/// The point where a line enters or leaves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct End {
     pub t: f64,
     pub t_err: f64,
     pub surface: u32,
-    /// As [`Crossing::reach`].
+    /// See [`Crossing::reach`].
     pub reach: f32,
 }
 
 impl End {
-    /// An end at infinity: no surface is there.
+    /// An end at infinity, where there is no surface.
     const BEFORE_ALL: End = End::new(f64::NEG_INFINITY, 0.0, 0);
     const AFTER_ALL: End = End::new(f64::INFINITY, 0.0, 0);
 
@@ -40,24 +40,24 @@ impl Interval {
     /// The whole line.
     pub const ALL: Interval = Interval { enter: End::BEFORE_ALL, exit: End::AFTER_ALL };
 
-    /// From an end to infinity.
+    /// From a given end to infinity.
     pub fn after(enter: End) -> Interval {
         Interval { enter, ..Interval::ALL }
     }
 
-    /// From minus infinity to an end.
+    /// From minus infinity to a given end.
     pub fn before(exit: End) -> Interval {
         Interval { exit, ..Interval::ALL }
     }
 
-    /// What lies in both; nothing where they only touch.
+    /// Returns the intersection of both. `None` if they share only an end.
     pub fn clip(self, other: Interval) -> Option<Interval> {
         let enter = if other.enter.t > self.enter.t { other.enter } else { self.enter };
         let exit = if other.exit.t < self.exit.t { other.exit } else { self.exit };
         (enter.t < exit.t).then_some(Interval { enter, exit })
     }
 
-    /// The same with its ends on a surface.
+    /// The same interval with both ends on a given surface.
     pub fn on(mut self, surface: u32) -> Interval {
         (self.enter.surface, self.exit.surface) = (surface, surface);
         self
@@ -69,7 +69,7 @@ impl Interval {
         out.push(self.exit.crossing(false));
     }
 
-    /// The stretch of a line that runs within a surface, with the sector in which the interior is.
+    /// Returns the contact for an interval on which the line lies in a surface, with the sector of the interior.
     pub fn contact(self, sector: Sector) -> Contact {
         Contact { enter: self.enter.crossing(true), exit: self.exit.crossing(false), sector }
     }
@@ -81,18 +81,18 @@ pub(super) struct Slab {
     pub axis: usize,
     pub low: f64,
     pub high: f64,
-    /// The number of the surface at `low`; the one at `high` follows it.
+    /// The index of the surface at `low`. The surface at `high` has the next index.
     pub surface: u32,
 }
 
 impl Slab {
-    /// Whether a line cannot be told from a parallel of the planes.
+    /// Whether a line cannot be distinguished from one parallel to the planes.
     pub fn is_parallel(&self, line: &Line) -> bool {
         line.d[self.axis].abs() <= GROUPING * line.d_err[self.axis]
     }
 
-    /// The outward normals of the planes from which a line cannot be told apart: none where it is certain to pass a
-    /// plane or to miss it, both in a slab of no thickness.
+    /// The outward normals of the planes in which the line lies, up to its errors. Neither if the line certainly
+    /// crosses or misses the planes; both in a slab of zero thickness.
     fn touched(&self, line: &Line) -> [Option<Vec3>; 2] {
         let doubt = GROUPING * line.o_err[self.axis];
         let touches = |z: f64| self.is_parallel(line) && (line.o[self.axis] - z).abs() <= doubt;
@@ -100,7 +100,7 @@ impl Slab {
         [touches(self.low).then_some(-normal), touches(self.high).then_some(normal)]
     }
 
-    /// The part of a line between the planes. Within a plane is not between them.
+    /// Returns the interval of a line between the planes. A line in one of the planes is not between them.
     pub fn interval(&self, line: &Line) -> Option<Interval> {
         if self.is_parallel(line) && self.touched(line) != [None, None] {
             return None;
@@ -108,8 +108,8 @@ impl Slab {
         self.between(line)
     }
 
-    /// As [`Slab::interval`], but a line in one of the planes counts as between them, and the outward normal of that
-    /// plane is returned.
+    /// Like [`Slab::interval`], but a line in one of the planes counts as between them, and that plane's outward
+    /// normal is returned.
     pub fn closed(&self, line: &Line) -> Option<(Interval, Option<Vec3>)> {
         match self.touched(line) {
             [None, None] => Some((self.between(line)?, None)),
@@ -129,7 +129,7 @@ impl Slab {
             if !t.is_finite() {
                 return End::new(t, 0.0, surface);
             }
-            // One subtraction and one division; a line of the world is exact.
+            // One subtraction and one division round. Lines in world coordinates have no frame errors.
             let of_frame = if moved > 0.0 { moved / d.abs() } else { 0.0 };
             End::new(t, 2.0 * HALF_ULP * t.abs() + of_frame, surface)
         };

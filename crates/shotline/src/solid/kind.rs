@@ -1,5 +1,5 @@
-//! What a kind of solid declares once: its name, its parameters, how it is built. Scene files, constructors,
-//! documentation and the conformance suite all read it here.
+//! The declaration of a kind of solid: its name, its parameters and how to build it. Scene files, constructors,
+//! documentation and the conformance suite all read it from here.
 
 use std::sync::Arc;
 
@@ -13,11 +13,11 @@ pub struct Kind {
     pub name: &'static str,
     /// One line of documentation.
     pub summary: &'static str,
-    /// The parameters. Those with a default follow those without.
+    /// The parameters. Parameters with a default come last.
     pub params: &'static [Param],
     /// Checks the parameters and builds the solid.
     pub build: fn(&Params) -> Result<Arc<dyn Solid>, ParamError>,
-    /// Parameter sets that the conformance suite tries, in the order of `params`: typical and extreme ones.
+    /// Parameter sets for the conformance suite, typical and extreme ones, in the order of `params`.
     pub examples: &'static [&'static [&'static [f64]]],
 }
 
@@ -28,29 +28,29 @@ pub struct Param {
     pub name: &'static str,
     /// What the numbers measure.
     pub quantity: Quantity,
-    /// How many numbers it takes.
+    /// How many numbers it has.
     pub count: usize,
-    /// The value where none is given; `None` if one must be.
+    /// The default value. `None` if the parameter is required.
     pub default: Option<&'static [f64]>,
     /// One line of documentation.
     pub summary: &'static str,
 }
 
-/// What the numbers of a parameter measure: how they change with the size of the solid.
+/// What the numbers of a parameter measure, which determines how they scale with the size of the solid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
-    /// In the unit of the scene.
+    /// A length in the unit of the scene.
     Length,
-    /// In degrees.
+    /// An angle in degrees.
     Angle,
     /// A vector whose length does not matter.
     Direction,
-    /// Coefficients of a polynomial in coordinates; each grows with this power of the size.
+    /// Coefficients of a polynomial in the coordinates. Each scales with this power of the size.
     Coefficients(&'static [i32]),
 }
 
 impl Quantity {
-    /// The power of the size of the solid with which a number of the parameter grows.
+    /// The power of the solid's size with which the number at an index scales.
     pub fn power_of_length(self, index: usize) -> i32 {
         match self {
             Quantity::Length => 1,
@@ -81,7 +81,7 @@ impl Param {
         Param::new(name, Quantity::Direction, 3, summary)
     }
 
-    /// Coefficients of a polynomial, with the power of the size with which each grows.
+    /// Coefficients of a polynomial, with the power of the size with which each scales.
     pub const fn coefficients(name: &'static str, powers: &'static [i32], summary: &'static str) -> Param {
         Param::new(name, Quantity::Coefficients(powers), powers.len(), summary)
     }
@@ -90,7 +90,7 @@ impl Param {
         Param { name, quantity, count, default: None, summary }
     }
 
-    /// The same with a value for where none is given.
+    /// The same parameter with a default value.
     pub const fn or(self, default: &'static [f64]) -> Param {
         Param { default: Some(default), ..self }
     }
@@ -103,13 +103,13 @@ pub struct Params {
     pub entries: Vec<(&'static str, Arc<[f64]>)>,
 }
 
-/// A parameter that does not make a solid.
+/// A parameter with an invalid value.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{param}: {why}")]
 pub struct ParamError {
-    /// The parameter.
+    /// The name of the parameter.
     pub param: &'static str,
-    /// What is wrong, with the value, and what is expected.
+    /// What is wrong, the value, and what is expected.
     pub why: String,
 }
 
@@ -124,7 +124,7 @@ pub struct InvalidSolid {
 }
 
 impl Params {
-    /// Pairs values with the names that a kind declares, in that order; what is left out gets its default.
+    /// Pairs values with the parameters of a kind, in their order. Omitted values get their defaults.
     pub fn of(kind: &Kind, values: &[&[f64]]) -> Params {
         let given = values.iter().copied().map(Some).chain(std::iter::repeat(None));
         let pair = |(param, value): (&Param, Option<&[f64]>)| {
@@ -146,7 +146,7 @@ impl Params {
         }
     }
 
-    /// A finite number.
+    /// Returns a finite number.
     ///
     /// # Errors
     /// [`ParamError`] if it is missing or not finite.
@@ -154,7 +154,7 @@ impl Params {
         self.get(name, 1).map(|n| n[0])
     }
 
-    /// A finite number above zero.
+    /// Returns a finite number above zero.
     ///
     /// # Errors
     /// [`ParamError`] if it is missing, not finite or not positive.
@@ -167,7 +167,7 @@ impl Params {
         }
     }
 
-    /// Three finite numbers.
+    /// Returns three finite numbers.
     ///
     /// # Errors
     /// [`ParamError`] if it is missing or not finite.
@@ -175,7 +175,7 @@ impl Params {
         self.get(name, 3).map(|n| Vec3::new(n[0], n[1], n[2]))
     }
 
-    /// Ten finite numbers.
+    /// Returns ten finite numbers.
     ///
     /// # Errors
     /// [`ParamError`] if it is missing or not finite.
@@ -183,10 +183,10 @@ impl Params {
         self.get(name, 10).map(|n| std::array::from_fn(|i| n[i]))
     }
 
-    /// Two numbers of which the second must be greater.
+    /// Returns two numbers, the second greater than the first.
     ///
     /// # Errors
-    /// [`ParamError`], naming the second, if they are missing, not finite or not ascending.
+    /// [`ParamError`] if they are missing, not finite or not ascending. It names the second.
     pub fn ascending(&self, low: &'static str, high: &'static str) -> Result<(f64, f64), ParamError> {
         let (a, b) = (self.number(low)?, self.number(high)?);
         if a < b {

@@ -1,7 +1,7 @@
-//! Solids: each answers, in its own frame, where a line crosses its surface: once, completely.
+//! Solids. Each one computes, in its own frame, all crossings of a line with its surface in one call.
 //!
-//! Adding a solid is one file and one line in the registry at the end of this one; that line also stamps the
-//! conformance suite (`testkit`) onto it.
+//! To add a solid, write one file and add one line to the registry at the end of this file. That line also runs
+//! the conformance suite (`testkit`) on it.
 
 mod capped;
 #[cfg(test)]
@@ -46,29 +46,29 @@ pub(crate) use mesh::tetrahedron;
 pub use moments::Moments;
 pub use quadric_matrix::QuadricMatrix;
 
-/// How much of a list is wanted.
+/// How many of the crossings a query needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wanted {
-    /// Everything.
+    /// All crossings.
     All,
-    /// What decides the first boundary.
+    /// Only those that decide the first boundary.
     First,
 }
 
 /// A set with an interior, in its own frame.
 pub trait Solid: Send + Sync + Debug {
-    /// A box that holds the solid; infinite where it has no end. Conservative under rounding.
+    /// Returns a box that contains the solid, infinite where the solid is unbounded. Conservative under rounding.
     fn bounds(&self) -> Aabb;
 
-    /// Appends every crossing of the whole line: ascending, alternating from an entry, an even number.
-    /// Where the interior has no end the list begins at `-inf` or ends at `inf`. Touching leaves nothing,
-    /// or an entry and an exit whose `t` agree within their bounds.
+    /// Appends every crossing of the whole line. The list is ascending and even, and alternates beginning with an
+    /// entry. Where the interior is unbounded, the list begins at `-inf` or ends at `inf`. A tangent point yields
+    /// no crossing, or an entry and an exit whose `t` agree within their bounds.
     fn crossings(&self, line: &Line, out: &mut Vec<Crossing>);
 
-    /// The crossings that matter to a query over a span: folding them over the span gives the same
-    /// boundaries as folding the whole list, or, where only the first is wanted, the same first boundary.
-    /// They alternate from an entry and are even; an entry at `-inf` may stand for what lies before the span.
-    /// Overridden where the whole list is dear (the mesh).
+    /// Appends the crossings that matter to a query over a span. Folding them over the span gives the same
+    /// boundaries as folding the whole list, or the same first boundary if only that is wanted. The list is even
+    /// and alternates beginning with an entry. An entry at `-inf` may stand for everything before the span.
+    /// Overridden where the whole list is expensive (the mesh).
     fn crossings_within(
         &self,
         line: &Line,
@@ -80,75 +80,76 @@ pub trait Solid: Send + Sync + Debug {
         self.crossings(line, out);
     }
 
-    /// Appends the stretches of a line that lie in the surface of the solid, up to rounding: a line in a face, or
-    /// along a generator. Combinations need them to see that two operands share a face in which the line lies. Asked
-    /// right after [`Solid::crossings_within`] of the same line with the same scratch, where that answered nothing or
-    /// left faces in [`Scratch::in_plane`]; contacts stand for the crossings, which do not count then.
+    /// Appends the intervals on which a line lies in the surface of the solid, up to rounding: in a face, or
+    /// along a generator. Combinations need them to detect that two operands share a face in which the line lies.
+    /// Called right after [`Solid::crossings_within`] for the same line and scratch, if that call appended
+    /// nothing or left faces in [`Scratch::in_plane`]. Contacts then replace the crossings.
     fn contacts(&self, _line: &Line, _out: &mut Vec<Contact>, _scratch: &mut Scratch) {}
 
-    /// Whether a line is certainly in the interior from one `t` to another, and so far from the surface that no crossing
-    /// is one event with anything from the first `t` to the second. `false` says nothing: worth an answer only where that
-    /// is much cheaper than [`Solid::crossings`].
+    /// Whether the line is certainly in the interior between two `t`, and so far from the surface there that no
+    /// crossing is coincident with anything in that interval. `false` means unknown. Worth implementing only
+    /// where it is much cheaper than [`Solid::crossings`].
     fn is_clear(&self, _line: &Line, _from: f64, _to: f64) -> bool {
         false
     }
 
-    /// The implicit function of one surface: negative on the side of the interior, zero on the surface,
-    /// with [`Solid::normal`] as its gradient (up to a positive factor).
+    /// The implicit function of one surface: negative on the interior side, zero on the surface.
+    /// [`Solid::normal`] is its gradient, up to a positive factor.
     fn implicit(&self, p: Vec3, surface: u32, primitive: u32) -> f64;
 
-    /// The gradient at a point of a surface: pointing out of the solid, of any non-zero length. Worked out
-    /// on demand only.
+    /// The gradient at a point of a surface. It points out of the solid and has any non-zero length. Computed on
+    /// demand only.
     fn normal(&self, p: Vec3, surface: u32, primitive: u32) -> Vec3;
 
-    /// Whether a point lies in the interior. No promise within rounding of the surface.
+    /// Whether a point lies in the interior. The result is not reliable within rounding of the surface.
     fn contains(&self, p: Vec3) -> bool;
 
     /// The names of the surfaces, in the order of [`Crossing::surface`].
     fn surfaces(&self) -> &'static [&'static str];
 
-    /// Barycentric coordinates of a point of a triangle, weights of its second and third vertex; `None` for
-    /// solids without triangles.
+    /// The barycentric coordinates of a point of a triangle: the weights of its second and third vertex. `None`
+    /// for solids without triangles.
     fn barycentric(&self, _p: Vec3, _primitive: u32) -> Option<[f64; 2]> {
         None
     }
 
-    /// The polygon that a triangle was cut from, counted from 0; `None` for solids without triangles.
+    /// The index, from 0, of the polygon that a triangle was cut from. `None` for solids without triangles.
     fn polygon(&self, _primitive: u32) -> Option<u32> {
         None
     }
 
-    /// The surface as a quadric over homogeneous points, up to a positive factor; `None` where it is none.
+    /// The surface as a quadric over homogeneous points, up to a positive factor. `None` if it is not a quadric.
     fn quadric_matrix(&self, _surface: u32) -> Option<QuadricMatrix> {
         None
     }
 
-    /// The planes in front of none of which the solid is, if it is all that lies behind them: a half-space, a box.
+    /// The planes of a solid that is the intersection of the half-spaces behind them: a half-space or a box.
+    /// `None` for other solids.
     fn half_spaces(&self) -> Option<Vec<Plane>> {
         None
     }
 
-    /// Volume and moments in closed form, exact but for rounding; `None` where there is none. A mesh takes as long
-    /// as a thorough check.
+    /// Volume and moments in closed form, exact except for rounding. `None` if there is no closed form. For a
+    /// mesh this takes as long as a thorough check.
     fn moments(&self) -> Option<Moments> {
         None
     }
 
-    /// The solid as a mesh, if it is one: where it passes through itself it still tells most of its moments.
+    /// The solid as a mesh, if it is one. A mesh that intersects itself can still report most of its moments.
     fn as_mesh(&self) -> Option<&mesh::MeshSolid> {
         None
     }
 
-    /// Bytes used beyond the solid itself.
+    /// Memory used beyond the solid's own struct, in bytes.
     fn memory(&self) -> usize {
         0
     }
 }
 
-/// Declares the registry, gathers the typed constructors and stamps the conformance suite onto each entry.
+/// Declares the registry, gathers the typed constructors and runs the conformance suite on each entry.
 macro_rules! registry {
     ($($module:ident),* $(,)?) => {
-        /// Every kind of solid that is given by parameters.
+        /// Every kind of solid that is defined by parameters.
         pub static KINDS: &[&Kind] = &[$(&$module::KIND),*];
 
         /// What the typed constructors expand to, by the name of the module: the kind, and the macro that holds them.
@@ -199,7 +200,7 @@ registry!(
     tube,
 );
 
-/// The kind of a name.
+/// Returns the kind with a given name.
 pub fn kind(name: &str) -> Option<&'static Kind> {
     KINDS.iter().find(|k| k.name == name).copied()
 }

@@ -4,33 +4,36 @@ use std::f64::consts::PI;
 
 use crate::math::{Affine, Vec3, sum};
 
-/// What a body of density 1 weighs, where its middle is and how it is spread around it.
+/// Volume, centroid and second moments of a body of density 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moments {
     /// The volume, in cubed units of length.
     pub volume: f64,
-    /// The centroid `c`; any point where there is no volume.
+    /// The centroid `c`. Any point if the volume is 0.
     pub centroid: Vec3,
-    /// The integral of `(p - c) (p - c)^T` over the body, a symmetric matrix: units of length to the fifth.
+    /// The integral of `(p - c) (p - c)^T` over the body: a symmetric matrix in units of length to the fifth
+    /// power.
     pub second: [[f64; 3]; 3],
 }
 
 impl Moments {
-    /// Those of no body.
+    /// The moments of an empty body.
     pub const NOTHING: Moments = Moments { volume: 0.0, centroid: Vec3::ZERO, second: [[0.0; 3]; 3] };
 
-    /// From the volume, the centroid and the mean squares of the distances from it along the axes, for bodies
-    /// whose principal axes these are.
+    /// Moments from the volume, the centroid and the mean squared distances from the centroid along the axes. The
+    /// axes must be the body's principal axes.
     pub fn along_axes(volume: f64, centroid: Vec3, mean_squares: Vec3) -> Moments {
         let mut second = [[0.0; 3]; 3];
         (0..3).for_each(|i| second[i][i] = volume * mean_squares[i]);
         Moments { volume, centroid, second }
     }
 
-    /// A solid of revolution around the z axis between two heights, by the square of its radius at a height.
+    /// Moments of a solid of revolution around the z axis between two heights, from its squared radius at a
+    /// height.
     ///
-    /// Exact, but for rounding, where that is a polynomial of degree 2 at most, as for all quadrics: the
-    /// integrands are of degree 4 then, and Gauss and Legendre's rule of three points takes them to degree 5.
+    /// Exact, except for rounding, if the squared radius is a polynomial of degree at most 2, as for all
+    /// quadrics. The integrands are then of degree 4, and the three-point Gauss-Legendre rule is exact up to
+    /// degree 5.
     pub fn of_revolution(z0: f64, z1: f64, square_of_radius: impl Fn(f64) -> f64) -> Moments {
         let (middle, half) = (z0.midpoint(z1), 0.5 * z1 - 0.5 * z0);
         let reach = half * 0.6f64.sqrt();
@@ -47,7 +50,7 @@ impl Moments {
         Moments::along_axes(volume, Vec3::new(0.0, 0.0, middle + up), Vec3::new(across, across, along))
     }
 
-    /// From the integrals of `1`, `x`, `y`, `z`, `x^2`, `y^2`, `z^2`, `yz`, `xz`, `xy`.
+    /// Moments from the integrals of `1`, `x`, `y`, `z`, `x^2`, `y^2`, `z^2`, `yz`, `xz`, `xy`.
     pub fn from_integrals([volume, x, y, z, xx, yy, zz, yz, xz, xy]: [f64; 10]) -> Moments {
         if volume == 0.0 {
             return Moments::NOTHING;
@@ -58,7 +61,7 @@ impl Moments {
         Moments { volume, centroid, second: symmetric(entry) }
     }
 
-    /// The integrals that [`Moments::from_integrals`] takes, in coordinates from a point.
+    /// Returns the integrals that [`Moments::from_integrals`] takes, in coordinates relative to a point.
     pub fn integrals_from(&self, origin: Vec3) -> [f64; 10] {
         let (v, c) = (self.volume, self.centroid - origin);
         let second = |i: usize, j: usize| self.second[i][j] + v * c[i] * c[j];
@@ -67,7 +70,7 @@ impl Moments {
         [v, v * c.x, v * c.y, v * c.z, xx, yy, zz, yz, xz, xy]
     }
 
-    /// Those of the body under an affine map: the volume grows by `|det S|`, and the mean of
+    /// Moments of the body after an affine map. The volume is multiplied by `|det S|`, and the mean of
     /// `(p - c) (p - c)^T` becomes `S M S^T`.
     pub fn placed(&self, map: &Affine) -> Moments {
         if map.is_identity() {
@@ -82,14 +85,14 @@ impl Moments {
         Moments { volume: self.volume * growth, centroid: map.point(self.centroid), second: symmetric(entry) }
     }
 
-    /// Those of bodies apart from each other taken together.
+    /// Moments of the union of disjoint bodies.
     pub fn total(parts: &[Moments]) -> Moments {
         let [first, _, ..] = parts else { return parts.first().copied().unwrap_or(Moments::NOTHING) };
         let volume = sum(parts.iter().map(|p| p.volume));
         if volume == 0.0 {
             return Moments::NOTHING;
         }
-        // From a point among them, so that nothing is lost to their distance from the origin.
+        // Relative to one of the centroids, so that no digits are lost to a large distance from the origin.
         let from = first.centroid;
         let shift = |i: usize| sum(parts.iter().map(|p| p.volume * (p.centroid - from)[i])) / volume;
         let centroid = from + Vec3::new(shift(0), shift(1), shift(2));
@@ -110,7 +113,7 @@ impl Moments {
     }
 }
 
-/// A symmetric matrix by the entries on and above its diagonal.
+/// Builds a symmetric matrix from its entries on and above the diagonal.
 fn symmetric(entry: impl Fn(usize, usize) -> f64) -> [[f64; 3]; 3] {
     std::array::from_fn(|i| std::array::from_fn(|j| entry(i.min(j), i.max(j))))
 }
@@ -125,7 +128,8 @@ mod tests {
 
     #[test]
     fn revolving_a_line_makes_a_cone() {
-        // A cone of radius 2 and height 3 with its apex at z = 1: Steiner and textbooks.
+        // A cone of radius 2 and height 3 with its apex at z = 1. Expected values: textbooks and the parallel
+        // axis theorem.
         let cone = Moments::of_revolution(1.0, 4.0, |z| (2.0 * (z - 1.0) / 3.0).powi(2));
         let volume = PI * 4.0;
         assert!(near(cone.volume, volume, volume) && near(cone.centroid.z, 3.25, 3.25));

@@ -1,22 +1,23 @@
-//! Where a polynomial of the second degree is negative, and how far rounding can have moved its roots.
+//! The set where a polynomial of degree 2 is negative, with bounds on the rounding errors of its roots.
 
 use crate::math::HALF_ULP;
 
-/// By how much a discriminant must exceed its error. The roots are `2 sqrt(D) / a` apart and wrong by about
-/// `error / (2 a sqrt(D))` each: the gap is then 256 bounds wide, where 16 would still make one event of them.
+/// The factor by which a discriminant must exceed its error. The roots are `2 sqrt(D) / a` apart, and each has an
+/// error of about `error / (2 a sqrt(D))`. The gap is then 256 bounds wide; 16 would still make the roots
+/// coincident.
 const SEPARATION: f64 = 64.0;
 
-/// The polynomial `a x^2 + 2 b x + c` with bounds on what rounding has done to it.
+/// The polynomial `a x^2 + 2 b x + c`, with bounds on its rounding errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Quadratic {
     pub a: f64,
     pub b: f64,
     pub c: f64,
-    /// `b^2 - a c`, which may be known better than its three parts.
+    /// `b^2 - a c`, which may be more accurate than `a`, `b` and `c`.
     pub discriminant: f64,
-    /// Sums of the absolute values of the terms that made `a`, `b` and `c`.
+    /// Sums of the absolute values of the terms of `a`, `b` and `c`.
     pub size: [f64; 3],
-    /// The relative error of those terms: `a` is wrong by at most `noise * size[0]`, and so on.
+    /// The relative error of those terms. The error of `a` is at most `noise * size[0]`, and so on.
     pub noise: f64,
 }
 
@@ -32,9 +33,9 @@ pub(super) enum SignIntervals {
 }
 
 impl Quadratic {
-    /// Whether rounding cannot have changed the number of roots: the signs of the leading coefficient and of
-    /// the discriminant stand out of the noise, the latter by as much as keeps two roots apart by many times
-    /// their bounds. Coefficients without terms are exact zeros.
+    /// Whether rounding cannot have changed the number of roots. The leading coefficient and the discriminant
+    /// must exceed their errors, the discriminant by enough to keep two roots many bounds apart. Coefficients
+    /// without terms are exact zeros.
     pub fn is_certain(&self) -> bool {
         let [a, b, c] = self.size;
         if a == 0.0 {
@@ -44,10 +45,10 @@ impl Quadratic {
         self.a.abs() > self.noise * a && self.discriminant.abs() > SEPARATION * self.noise * doubt
     }
 
-    /// Where the polynomial is negative. A double root bounds nothing.
+    /// Returns the set where the polynomial is negative. A double root bounds nothing.
     ///
-    /// The root of larger magnitude comes from a sum without cancellation, the other from the product of both
-    /// (Forsythe 1966; Press et al., Numerical Recipes 5.6).
+    /// The root of larger magnitude is computed from a sum without cancellation, the other from the product of
+    /// both (Forsythe 1966; Press et al., Numerical Recipes 5.6).
     pub fn negative(&self) -> SignIntervals {
         let Quadratic { a, b, c, .. } = *self;
         if a == 0.0 {
@@ -62,7 +63,7 @@ impl Quadratic {
         if a > 0.0 { SignIntervals::Between(low, high) } else { SignIntervals::Outside(low, high) }
     }
 
-    /// Where `2 b x + c` is negative.
+    /// The set where `2 b x + c` is negative.
     fn negative_half(b: f64, c: f64) -> SignIntervals {
         let root = -c / (2.0 * b);
         if b > 0.0 {
@@ -76,20 +77,21 @@ impl Quadratic {
         }
     }
 
-    /// A bound on the error of the polynomial's value at a root, from the rounding of its coefficients.
+    /// A bound on the error of the polynomial's value at a root due to rounding of the coefficients.
     pub fn residual(&self, root: f64) -> f64 {
         let [a, b, c] = self.size;
         self.noise * (c + root.abs() * (2.0 * b + root.abs() * a))
     }
 
-    /// How far a root can be from the true one if the polynomial's value there is wrong by `residual`.
+    /// Bounds the distance from a root to the true root if the polynomial's value at the root is wrong by
+    /// `residual`.
     ///
-    /// The slope at a root is twice the root of the discriminant. Near a tangent, where it vanishes, the
-    /// curvature bounds the shift: the exact shift of a root of `a x^2 - slope x + residual` is returned while
-    /// the roots remain, and the distance at which they have merged where they do not.
+    /// The slope at a root is twice the square root of the discriminant. Near a tangent the slope vanishes and
+    /// the curvature bounds the shift. While both roots exist, the result is the exact shift of a root of
+    /// `a x^2 - slope x + residual`. Where they do not, it is the distance at which they have merged.
     pub fn root_err(&self, root: f64, residual: f64) -> f64 {
         let curvature = self.a.abs();
-        // The last operations, from the discriminant to the root, each rounded once.
+        // The final operations, from the discriminant to the root, are each rounded once.
         let arithmetic = 3.0 * HALF_ULP * root.abs();
         if curvature == 0.0 {
             return residual / (2.0 * self.b.abs()) + arithmetic;

@@ -38,8 +38,9 @@ constructors! {
     fn quadric(coeffs: ten);
 }
 
-/// All coefficients over one power of four, about the origin: wherever the quadric lies, that is where its
-/// coefficients are exact. Of four, so that the same quadric twice as large has the same proportions.
+/// Divides all coefficients by one power of four. The form is centred at the origin, wherever the quadric lies,
+/// because its coefficients are exact there. A power of four keeps the proportions the same if the quadric is
+/// scaled by two.
 fn form(coeffs: [f64; 10]) -> Form {
     let root = power_of_two_below(coeffs.iter().fold(0.0, |m: f64, x| m.max(x.abs())).sqrt());
     let [a, b, c, d, e, f, g, h, i, j] = coeffs.map(|x| x / root / root);
@@ -60,8 +61,8 @@ fn form(coeffs: [f64; 10]) -> Form {
     }
 }
 
-/// Powers of two in the proportions of the square roots of the diagonal: the shape's own, if it lies along the
-/// axes; all 1 where a square is missing and there is nothing to compare.
+/// Powers of two in the proportions of the square roots of the diagonal, which for an axis-aligned quadric are
+/// those of the shape. All 1 if a square is missing.
 fn proportions(square: Vec3) -> Vec3 {
     let root = square.abs().map(f64::sqrt);
     if root.min_element() > 0.0 { root.map(power_of_two_below) } else { Vec3::ONE }

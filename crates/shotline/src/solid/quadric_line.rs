@@ -1,9 +1,10 @@
-//! A quadric met by a line: the polynomial about the closest approach, and the stretches inside.
+//! A quadric along a line: the polynomial about the closest approach to the centre, and the intervals inside.
 //!
-//! Expanded about a far origin the polynomial loses every digit; expanded about the line's closest approach
-//! to the centre, in coordinates of the solid's size, it does not (E. Haines et al., Ray Tracing Gems 7). That
-//! point is held with what rounding left of it, so that it lies on the line far better than its own digits tell.
-//! Signs and roots that f64 leaves in doubt are decided in double-double, about the same point.
+//! Expanded about a far origin, the polynomial loses all its digits. Expanded about the line's closest approach
+//! to the centre, in coordinates of the solid's size, it does not (E. Haines et al., Ray Tracing Gems 7). The
+//! point of closest approach is stored together with its rounding error, so it lies on the line far more
+//! accurately than one f64 point can. Signs and roots that are in doubt in f64 are decided in double-double about
+//! the same point.
 
 use super::form::{Form, rounded};
 use super::interval::{End, Interval};
@@ -12,34 +13,35 @@ use crate::crossing::GROUPING;
 use crate::math::{Dd, HALF_ULP, Vec3, power_of_two_below, two_prod, two_sum};
 use crate::ray::Line;
 
-/// The relative error of a term of a coefficient in f64: a chain of up to seven roundings (the number, two
-/// products, sums of three), in the mean far less, and two for the discriminant.
+/// The relative error of a term of a coefficient in f64. A term has a chain of up to seven roundings (the number,
+/// two products, sums of three), whose error is far smaller on average, and the discriminant adds two.
 const TERM_ERROR: f64 = 5.0 * HALF_ULP;
-/// The same in double-double, with room to spare.
+/// The same in double-double, with a margin.
 pub(super) const TERM_ERROR_WIDE: f64 = HALF_ULP * HALF_ULP * 64.0;
-/// Roots are worked out anew in double-double where rounding moved them by more than so many times what
-/// rounding of the line itself could do.
+/// Roots are recomputed in double-double if rounding moved them by more than this multiple of what rounding of
+/// the line itself could.
 const WELL_CONDITIONED: f64 = 8.0;
-/// A root is looked at for where its doubt ends if that seems to reach so much of the way back from it to the
-/// closest approach.
+/// The end of a root's doubt is searched for if the doubt seems to cover more than this fraction of the way from
+/// the root back to the closest approach.
 const FAR_REACHING: f64 = 0.5;
 
-/// A line in the coordinates of a form: `p + (s - s0) d`, with `s` in proportion to `t`.
+/// A line in the coordinates of a form: `p + (s - s0) d`, with `s` proportional to `t`.
 pub(super) struct LocalLine {
-    /// The line's origin and direction; the direction about 1 long.
+    /// The line's origin and direction. The direction has a length of about 1.
     o: Vec3,
     pub d: Vec3,
-    /// The parameter near the closest approach to the centre, and the point there: rounded, and the rest.
+    /// The parameter near the closest approach to the centre and the point there, as a rounded value and its
+    /// remainder.
     pub s0: f64,
     pub p: Vec3,
     p_rest: Vec3,
-    /// Powers of two, the product of which is `t` over `s`; it may not be representable itself.
+    /// Two powers of two whose product is `t / s`. The product itself may not be representable.
     t_over_s: [f64; 2],
 }
 
 impl LocalLine {
     pub fn new(form: &Form, line: &Line) -> LocalLine {
-        // Twice, so that no component is lost to an extreme length or to an extreme size before it matters.
+        // Scales twice, so that no component underflows or overflows for an extreme length or an extreme size.
         let shorten = 1.0 / power_of_two_below(line.d.abs().max_element());
         let d = line.d * shorten * form.shrink;
         let stretch = 1.0 / power_of_two_below(d.abs().max_element());
@@ -47,7 +49,7 @@ impl LocalLine {
         let o = (line.o - form.centre) * form.shrink;
         let dd = d.length_squared();
         let s0 = if dd > 0.0 { -o.dot(d) / dd } else { 0.0 };
-        // The error-free sums of `math::two_sum`, on all axes at once.
+        // `math::two_sum`, the error-free sum, on all axes at once.
         let two_sum = |a: Vec3, b: Vec3| {
             let hi = a + b;
             let t = hi - a;
@@ -60,17 +62,17 @@ impl LocalLine {
         LocalLine { o, d, s0, p, p_rest, t_over_s: [stretch, shorten] }
     }
 
-    /// The parameter of the ray where that of this line is `s`.
+    /// Converts this line's parameter `s` to the ray's `t`.
     pub fn t(&self, s: f64) -> f64 {
         s * self.t_over_s[0] * self.t_over_s[1]
     }
 
-    /// The parameter of this line where that of the ray is `t`.
+    /// Converts the ray's parameter `t` to this line's `s`.
     pub fn s(&self, t: f64) -> f64 {
         t / self.t_over_s[0] / self.t_over_s[1]
     }
 
-    /// The point `p` again, with all digits.
+    /// The point `p` in double-double.
     fn point_wide(&self, form: &Form, line: &Line) -> [Dd; 3] {
         std::array::from_fn(|i| {
             two_sum(line.o[i], -form.centre[i]) * form.shrink[i] + two_prod(self.s0, self.d[i])
@@ -78,24 +80,25 @@ impl LocalLine {
     }
 }
 
-/// The product of a number with each component of a vector and, but for an error of 2^-78 of it, what rounding left.
-/// Splitting off the upper 26 bits (Dekker 1971) is cheaper than a fused multiply-add where the machine has none.
+/// Returns the product of a number with each component of a vector, and its rounding error, which is accurate up
+/// to 2^-78 of the product. Splitting off the upper 26 bits (Dekker 1971) is cheaper than a fused multiply-add
+/// where the machine has none.
 fn exact_product(a: f64, b: Vec3) -> (Vec3, Vec3) {
     let upper = |x: f64| f64::from_bits(x.to_bits() & !0x7ff_ffff);
     let (a_hi, b_hi) = (upper(a), b.map(upper));
     (a_hi * b_hi, a_hi * (b - b_hi) + (a - a_hi) * b)
 }
 
-/// The polynomial of a form along a line, with what its roots need to be judged.
+/// The polynomial of a form along a line, and what is needed to judge its roots.
 pub(super) struct Expansion {
     poly: Quadratic,
-    /// Half the gradient at `p`, and half its change along `d`.
+    /// Half the gradient at `p`, and half the gradient's change along `d`.
     pub slope: Vec3,
     pub turn: Vec3,
 }
 
 impl Expansion {
-    /// In f64.
+    /// Computes the expansion in f64.
     pub fn new(form: &Form, at: &LocalLine) -> Expansion {
         let (p, d, l) = (at.p, at.d, rounded(&form.linear));
         let turn = form.apply(d);
@@ -113,7 +116,7 @@ impl Expansion {
         Expansion { poly, slope, turn }
     }
 
-    /// The same in double-double, rounded once.
+    /// Computes the expansion in double-double and rounds it once.
     pub fn widened(&self, form: &Form, line: &Line, at: &LocalLine) -> Expansion {
         let p = at.point_wide(form, line);
         let d = [at.d.x, at.d.y, at.d.z].map(Dd::from);
@@ -131,13 +134,13 @@ impl Expansion {
         Expansion { poly, slope: rounded(&slope), turn: rounded(&turn) }
     }
 
-    /// The sizes of the gradient's components at a root.
+    /// The magnitudes of the gradient's components at a root.
     fn gradient(&self, root: f64) -> Vec3 {
         2.0 * (self.slope + self.turn * root).abs()
     }
 }
 
-/// Zero where a double-double number is lost in the rounding of terms of a given size, else the number.
+/// Returns zero if a double-double number is below the rounding error of terms of a given size, else the number.
 fn flush_to_zero(x: Dd, size: f64) -> Dd {
     if x.hi.abs() <= TERM_ERROR_WIDE * size { Dd::ZERO } else { x }
 }
@@ -146,7 +149,7 @@ fn dot_wide(v: [Dd; 3], w: [Dd; 3]) -> Dd {
     v[0] * w[0] + v[1] * w[1] + v[2] * w[2]
 }
 
-/// A root as the end of a stretch, and whether it is as good as the line deserves.
+/// A root as the end of an interval, and whether it is as accurate as the line allows.
 struct Root {
     end: End,
     well_conditioned: bool,
@@ -156,8 +159,8 @@ struct Root {
 pub(super) struct SignDoubt<'a> {
     expansion: &'a Expansion,
     pub at: &'a LocalLine,
-    /// Bounds on what the errors of the line's frame do to its origin and direction, in the form's coordinates: to
-    /// `o`, to one step of `t`, and to one step of `s`.
+    /// Bounds on the effect of the frame's errors on the line, in the form's coordinates: on `o`, on one step of
+    /// `t`, and on one step of `s`.
     pub o: Vec3,
     per_t: Vec3,
     pub per_s: Vec3,
@@ -170,7 +173,7 @@ impl SignDoubt<'_> {
         SignDoubt { expansion, at, o, per_t, per_s }
     }
 
-    /// Whether the sign is certain at `s = s0 + x`, with the room in which crossings are one event.
+    /// Whether the sign is certain at `s = s0 + x`, with a margin of the range in which crossings are coincident.
     fn certain(&self, x: f64) -> bool {
         let Quadratic { a, b, c, .. } = self.expansion.poly;
         let t = self.at.t(self.at.s0 + x);
@@ -179,9 +182,9 @@ impl SignDoubt<'_> {
         value.abs() > GROUPING * (self.expansion.poly.residual(x) + frame)
     }
 
-    /// Whether the line cannot be told from one that lies in the surface: the coefficients are lost in their errors,
-    /// and so is the value where the ray begins. (Near a parallel of an axis the closest approach to it is so far
-    /// away that all is in doubt there.)
+    /// Whether the line cannot be distinguished from one that lies in the surface: the coefficients and the value
+    /// at the ray's origin are within their errors. (For a line nearly parallel to an axis, the closest approach
+    /// is so far away that everything is in doubt there.)
     pub fn vanishes(&self) -> bool {
         let Quadratic { a, b, c, size, noise, .. } = self.expansion.poly;
         let (slope, turn) = (self.expansion.slope.abs(), self.expansion.turn.abs());
@@ -193,9 +196,9 @@ impl SignDoubt<'_> {
             && !self.certain(-self.at.s0)
     }
 
-    /// How far back from a root the sign is in doubt: towards the closest approach to the centre or towards the
-    /// origin of the ray, whichever is less, looked for at halves, quarters and so on of the way. `None` if it is
-    /// in doubt all the way, as near a tangent.
+    /// The distance from a root over which the sign is in doubt, towards the closest approach to the centre or
+    /// towards the ray's origin, whichever is less. The search tests halves, quarters and so on of the way.
+    /// `None` if the sign is in doubt all the way, as near a tangent.
     fn reach_back(&self, root: f64) -> Option<f64> {
         let (s0, b) = (self.at.s0, self.expansion.poly.b);
         let p = self.o + self.per_s * s0.abs();
@@ -219,14 +222,15 @@ impl SignDoubt<'_> {
 }
 
 impl Form {
-    /// The stretches of a line, ascending, on which the form is negative; their ends lie on surface 0.
+    /// Returns the intervals of a line, ascending, on which the form is negative. Their ends lie on surface 0.
     pub fn inside(&self, line: &Line) -> [Option<Interval>; 2] {
         let at = LocalLine::new(self, line);
         let quick = Expansion::new(self, &at);
-        // A parallel of a plane has a sign and no root that would show how far to trust it.
+        // A line parallel to a plane has a sign but no root that would show how far to trust it.
         let is_parallel = quick.poly.a == 0.0 && quick.poly.b == 0.0;
         let doubt = || SignDoubt::new(self, &quick, &at, line);
-        // What is certain of a rounded line may not be so of the line itself, although the roots are: beside an apex.
+        // A result that is certain for the rounded line may not be certain for the exact line, even if its roots
+        // are: beside an apex.
         let is_certain = quick.poly.is_certain()
             && (!is_parallel || doubt().certain(0.0))
             && (line.o_err == Vec3::ZERO && line.d_err == Vec3::ZERO || !doubt().vanishes());
@@ -244,18 +248,19 @@ impl Form {
         self.intervals(&wide, &at, line).0
     }
 
-    /// `false` if the form certainly has a second degree along a line: it is cheap to see that, and so for nearly all.
+    /// Returns `false` if the form is certainly of second degree along the line. This cheap test rejects nearly
+    /// all lines.
     pub(super) fn may_touch(&self, line: &Line) -> bool {
         let d = line.d * self.shrink;
         let turn = self.apply(d);
         let doubt =
             TERM_ERROR * d.abs().dot(self.apply_abs(d)) + 2.0 * turn.abs().dot(line.d_err * self.shrink);
         let curved = d.dot(turn).abs() > GROUPING * doubt;
-        // Numbers out of range say nothing: they compare as not greater.
+        // Numbers out of range compare as not greater (NaN, or infinity with infinity): undecided.
         !curved
     }
 
-    /// The stretches according to one expansion, and whether all their ends are sensible.
+    /// Returns the intervals according to one expansion, and whether all their ends are well conditioned.
     fn intervals(&self, expansion: &Expansion, at: &LocalLine, line: &Line) -> ([Option<Interval>; 2], bool) {
         let mut well_conditioned = true;
         let mut end = |x: f64| {
@@ -282,7 +287,7 @@ impl Form {
         }
         let gradient = expansion.gradient(x);
         let rounded = expansion.poly.residual(x);
-        // What errors of the line's frame and what its own last bits do to the value.
+        // The effect on the value of the errors of the line's frame, and of the line's own last bits.
         let moved = gradient.dot((line.o_err + line.d_err * t.abs()) * self.shrink);
         let attainable = gradient.dot(at.o.abs() + at.d.abs() * s.abs());
         let s_err = expansion.poly.root_err(x, rounded + moved) + HALF_ULP * s.abs();

@@ -3,9 +3,10 @@
 
 use crate::math::{Affine, Vec3};
 
-/// A quadric `x^T Q x = 0` over points `x = [x y z 1]^T`, with a symmetric `Q`; negative in the interior.
+/// A quadric `x^T Q x = 0` over points `x = [x y z 1]^T` with a symmetric `Q`. The value is negative in the
+/// interior.
 ///
-/// Where points move by `T`, the quadric moves by `T^-T Q T^-1`, as `x^T Q x = (T x)^T (T^-T Q T^-1) (T x)`.
+/// If points are mapped by `T`, the quadric becomes `T^-T Q T^-1`, as `x^T Q x = (T x)^T (T^-T Q T^-1) (T x)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QuadricMatrix {
     /// `Q`, row by row.
@@ -13,20 +14,20 @@ pub struct QuadricMatrix {
 }
 
 impl QuadricMatrix {
-    /// The value `x^T Q x` at a point: of no particular unit, negative inside.
+    /// The value `x^T Q x` at a point. It has no particular unit and is negative inside.
     pub fn evaluate(&self, p: Vec3) -> f64 {
         let v = self.polar(p);
         v[0] * p.x + v[1] * p.y + v[2] * p.z + v[3]
     }
 
-    /// The quadric after its points have moved by `T`, given `T^-1`: `T^-T Q T^-1`.
+    /// Returns the quadric after its points were mapped by `T`, given `T^-1`: `T^-T Q T^-1`.
     pub fn transformed(&self, inverse: &Affine) -> QuadricMatrix {
         let m = &inverse.rows;
         let t = [m[0], m[1], m[2], [0.0, 0.0, 0.0, 1.0]];
         let product = |i: usize, j: usize| {
             (0..4).map(|k| t[k][i] * (0..4).map(|l| self.rows[k][l] * t[l][j]).sum::<f64>()).sum()
         };
-        // Filled from one triangle, so that the result is symmetric in every bit.
+        // Computed from one triangle, so that the result is symmetric in every bit.
         QuadricMatrix { rows: std::array::from_fn(|i| std::array::from_fn(|j| product(i.min(j), i.max(j)))) }
     }
 
@@ -47,13 +48,13 @@ mod tests {
     use proptest::prelude::*;
     use std::sync::Arc;
 
-    /// The quadrics among the examples of all kinds.
+    /// All quadrics among the examples of all kinds.
     fn quadrics() -> Vec<(Arc<dyn Solid>, QuadricMatrix)> {
         let examples = KINDS.iter().flat_map(|k| k.examples.iter().map(|e| (k.build)(&Params::of(k, e))));
         examples.filter_map(|solid| solid.ok().and_then(|s| s.quadric_matrix(0).map(|q| (s, q)))).collect()
     }
 
-    /// A measure of what rounding does to `x^T Q x`: the same with absolute values.
+    /// The scale of the rounding error of `x^T Q x`: the same with absolute values.
     fn size(q: &QuadricMatrix, p: Vec3) -> f64 {
         QuadricMatrix { rows: q.rows.map(|r| r.map(f64::abs)) }.evaluate(p.abs())
     }
@@ -86,7 +87,7 @@ mod tests {
                     let (p, moved_p) = (line.at(c.t), t.point(line.at(c.t)));
                     let size = size(&moved, moved_p) * t.condition();
                     prop_assert!(moved.evaluate(moved_p).abs() <= 1e-13 * size);
-                    // The tangent plane goes with the points: n T^-1, of which (T^-1)^T n is the normal.
+                    // The tangent plane moves with the points: `n T^-1`, whose normal is `(T^-1)^T n`.
                     let plane = tangent_plane(&q, p).transformed(&inverse);
                     let difference = plane.normal - tangent_plane(&moved, moved_p).normal;
                     prop_assert!(difference.length() <= 1e-12 * size);

@@ -1,9 +1,9 @@
-//! On which side of a line that lies in a quadric the interior is.
+//! Finds the side of the interior for a line that lies in a quadric.
 //!
-//! To first order it lies behind the tangent plane. Along the line the gradient changes in proportion to `t`. On a
-//! cylinder or a plane it is constant. On a cone it vanishes at the apex, where the interior passes to the other side
-//! of the line. On other ruled surfaces it turns around the line. Where it vanishes along the whole line, as where two
-//! planes meet, the form across the line decides.
+//! To first order the interior lies behind the tangent plane. Along the line the gradient changes linearly in
+//! `t`. On a cylinder or a plane it is constant. On a cone it vanishes at the apex, where the interior changes to
+//! the other side of the line. On other ruled surfaces it rotates around the line. Where it vanishes along the
+//! whole line, as where two planes meet, the form restricted to the plane across the line decides.
 
 use super::form::{Form, rounded};
 use super::interval::{End, Interval};
@@ -13,10 +13,10 @@ use crate::crossing::GROUPING;
 use crate::math::{HALF_ULP, Vec3, unit};
 use crate::ray::Line;
 
-/// Planes that meet at an angle with a cosine so near to 1 cannot be told from one plane.
+/// Two planes count as one if the cosine of their angle is within this distance of 1.
 const ONE_PLANE: f64 = 1e-12;
 
-/// A stretch of a line in the surface, and where the interior is beside it.
+/// An interval on which a line lies in the surface, and the location of the interior beside it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Side {
     pub stretch: Interval,
@@ -30,8 +30,8 @@ enum Inward {
 }
 
 impl Side {
-    /// The sector of the interior around a line, cut off by the plane of a cap if the line lies in one. (A quadric with
-    /// caps has no line on which its gradient vanishes.)
+    /// The sector of the interior around a line, cut by the plane of a cap if the line lies in one. (A quadric
+    /// with caps contains no line on which its gradient vanishes.)
     pub fn sector(&self, cap: Option<Vec3>, line: Vec3) -> Option<Sector> {
         match (self.inward, cap) {
             (Inward::Behind(sheet), None) => Sector::behind(&[sheet], line),
@@ -42,24 +42,24 @@ impl Side {
     }
 }
 
-/// Where the form is negative beside a line on which it and its gradient vanish.
+/// Where the form is negative around a line on which it and its gradient vanish.
 #[derive(Clone, Copy, Debug)]
 enum Across {
     Nowhere,
-    /// In two sectors, opposite to each other: the directions of their borders.
+    /// In two opposite sectors, given by the directions of their borders.
     Between([[Vec3; 2]; 2]),
     /// On both sides of a plane with this normal.
     Everywhere(Vec3),
 }
 
 impl Form {
-    /// Whether a line in the surface has the interior all around it, as one in the plane of `-x^2 < 0`.
+    /// Whether a line in the surface has the interior on all sides, as a line in the plane of `-x^2 < 0` does.
     pub(super) fn surrounds(&self, expansion: &Expansion, doubt: &SignDoubt, line: &Line) -> bool {
         doubt.has_no_gradient(self, expansion) && matches!(self.across(line.d), Across::Everywhere(_))
     }
 
-    /// The stretches of a line that lie in the surface, with the side on which the interior is; `None` if the line does not
-    /// lie in the surface.
+    /// Returns the intervals on which a line lies in the surface, with the side of the interior. `None` if the
+    /// line does not lie in the surface.
     pub(super) fn sides(&self, line: &Line) -> Option<Vec<Side>> {
         if !self.may_touch(line) {
             return None;
@@ -99,7 +99,8 @@ impl Form {
         })
     }
 
-    /// The surface along a line in it, where that has one side; `None` if the line does not lie in it.
+    /// Returns the surface along a line in it, if the interior is on one side. `None` if the line does not lie in
+    /// it.
     pub(super) fn sheet_along(&self, line: &Line) -> Option<Sheet> {
         match self.sides(line)?[..] {
             [Side { inward: Inward::Behind(sheet), .. }] => Some(sheet),
@@ -107,8 +108,8 @@ impl Form {
         }
     }
 
-    /// Where the form is negative across a line on which it and its gradient vanish: at an angle `a` from an axis of
-    /// the form there, it is `mean + swing cos 2 a`.
+    /// Where the form is negative around a line on which it and its gradient vanish. At an angle `a` from a
+    /// principal axis of the form across the line, its value is `mean + swing cos 2 a`.
     fn across(&self, d: Vec3) -> Across {
         let (x, y) = unit(d).any_orthonormal_pair();
         let unit_size = 1.0 / self.shrink.max_element();
@@ -125,20 +126,21 @@ impl Form {
         } else {
             let begin = 0.5 * libm::acos(-mean / swing);
             let (from, to) = (towards(axis + begin), towards(axis - begin));
-            // The first from `begin` to half a turn less, the other opposite to it.
+            // The first sector runs from `begin` to half a turn minus `begin`. The other is opposite to it.
             Across::Between([[from, -to], [-from, to]])
         }
     }
 }
 
-/// Where the gradient vanishes on a line, in steps of `s` from the closest approach, and how far it may be off.
+/// The point of a line at which the gradient vanishes, in steps of `s` from the closest approach, and a bound on
+/// its error.
 struct Apex {
     at_share: f64,
     err: f64,
 }
 
 impl SignDoubt<'_> {
-    /// Bounds on the error of half the gradient at the closest approach, and of its change for a step of `s`.
+    /// Bounds on the errors of half the gradient at the closest approach, and of its change for a step of `s`.
     fn gradient_doubt(&self, form: &Form, expansion: &Expansion) -> [Vec3; 2] {
         let (p, d) = (self.at.p, self.at.d);
         let rounding = |terms: Vec3, value: Vec3| TERM_ERROR_WIDE * terms + HALF_ULP * value.abs();
@@ -153,11 +155,11 @@ impl SignDoubt<'_> {
         is_lost(expansion.slope, slope) && is_lost(expansion.turn, turn)
     }
 
-    /// The surface about a line in it, by the gradient at `s = s0 + x`.
+    /// The surface around a line in it, from the gradient at `s = s0 + x`.
     fn sheet(&self, form: &Form, expansion: &Expansion, x: f64) -> Sheet {
         let [slope_doubt, turn_doubt] = self.gradient_doubt(form, expansion);
         let turn = if is_lost(expansion.turn, turn_doubt) { Vec3::ZERO } else { expansion.turn };
-        // By the largest, so that products of them are in range.
+        // Scaled by the largest component, so that products are in range.
         let size = form.shrink.max_element();
         let shrink = form.shrink / size;
         let gradient = (expansion.slope + turn * x) * shrink;
@@ -178,7 +180,7 @@ impl SignDoubt<'_> {
         }
     }
 
-    /// The place where the gradient vanishes, if there is one.
+    /// Returns the point where the gradient vanishes, if there is one.
     fn apex(&self, form: &Form, expansion: &Expansion) -> Option<Apex> {
         let [slope_doubt, turn_doubt] = self.gradient_doubt(form, expansion);
         let Expansion { slope, turn, .. } = *expansion;

@@ -1,4 +1,4 @@
-//! A sector of a circular tube around the z axis: between two radii, two heights and two angles.
+//! A sector of a circular tube around the z axis, between two radii, two heights and two angles.
 
 use std::sync::Arc;
 
@@ -44,14 +44,14 @@ constructors! {
     fn tube_sector(rmin: number, rmax: number, z0: number, z1: number, phi0: number, dphi: number);
 }
 
-/// The surfaces, by number.
+/// The indices of the surfaces.
 const OUTER: u32 = 0;
 const INNER: u32 = 1;
 const CAPS: u32 = 2;
 const START: u32 = 4;
 const END: u32 = 5;
 
-/// Directions at a smaller angle, in radians, are taken for one.
+/// Directions that differ by less than this angle, in radians, count as one.
 const ONE_DIRECTION: f64 = 1e-9;
 
 #[derive(Debug)]
@@ -64,12 +64,13 @@ struct Tube {
     moments: Moments,
 }
 
-/// What lies behind two planes through the axis, both or, for more than half a turn, either.
+/// The intersection of the half-spaces behind two planes through the axis, or their union for more than half a
+/// turn.
 #[derive(Debug)]
 struct Wedge {
     start: Form,
     end: Form,
-    /// The directions in which it begins and ends.
+    /// The directions of its two ends.
     ends: [Vec3; 2],
     is_reflex: bool,
 }
@@ -82,7 +83,7 @@ impl Tube {
         }
         let (_, rmax) = p.ascending("rmin", "rmax")?;
         let (low, high) = p.ascending("z0", "z1")?;
-        // Exact, so that the middle of the part is not lost where there are many turns.
+        // The remainder is exact. It keeps the middle angle accurate if there are many turns.
         let (phi0, dphi) = (p.number("phi0")? % 360.0, p.number("dphi")?);
         if !(dphi > 0.0 && dphi <= 360.0) {
             return Err(ParamError {
@@ -103,7 +104,7 @@ impl Tube {
         Ok(tube)
     }
 
-    /// Shrinks the box to the angles: the corners, and the points farthest along the axes across.
+    /// Shrinks the box to the sector: its corners, and the extreme points of the outer circle along x and y.
     fn cut_bounds(&mut self, radii: [f64; 2]) {
         let Some(wedge) = &self.wedge else { return };
         let corners = wedge.ends.into_iter().flat_map(|end| radii.map(|r| end * r));
@@ -116,8 +117,9 @@ impl Tube {
         }
     }
 
-    /// The stretches of a line inside. Surfaces in which the line lies may be replaced by the side of them on which it
-    /// is taken to be: `true` for the interior's; otherwise it is outside of what such a surface bounds.
+    /// Returns the intervals of a line inside. For a surface that contains the line, `side` states on which side
+    /// the line is taken to be: `Some(true)` the side of the interior, `Some(false)` the other. For other
+    /// surfaces it returns `None`.
     fn intervals(&self, line: &Line, side: &dyn Fn(u32) -> Option<bool>) -> Vec<Interval> {
         let behind = |form: &Form, surface: u32| match side(surface) {
             Some(is_behind) => is_behind.then_some(Interval::ALL),
@@ -151,7 +153,7 @@ impl Tube {
         }
     }
 
-    /// The surfaces in which a line lies.
+    /// Returns the surfaces in which a line lies.
     fn touched(&self, line: &Line) -> Vec<(u32, Sheet)> {
         let mut touched = Vec::new();
         if let Some((_, Some(cap))) = self.caps.closed(line) {
@@ -170,7 +172,8 @@ impl Tube {
         touched
     }
 
-    /// The form of a surface with a factor that makes it negative on the side of the interior; `None` for the caps.
+    /// Returns the form of a surface and a factor that makes it negative on the interior side. `None` for the
+    /// caps.
     fn form(&self, surface: u32) -> Option<(&Form, f64)> {
         let wedge = self.wedge.as_ref();
         match surface {
@@ -207,7 +210,7 @@ fn plane(x: Dd, y: Dd) -> Form {
     Form { linear: [x * 0.5, y * 0.5, Dd::ZERO], ..Form::ZERO }
 }
 
-/// What a line has beyond a plane, given what it has behind it.
+/// Returns the interval of a line in front of a plane, given its interval behind the plane.
 fn beyond(behind: Option<Interval>) -> Option<Interval> {
     let Some(Interval { enter, exit }) = behind else { return Some(Interval::ALL) };
     if exit.t < f64::INFINITY {
@@ -217,14 +220,14 @@ fn beyond(behind: Option<Interval>) -> Option<Interval> {
     }
 }
 
-/// Stretches without what lies in another one.
+/// Removes an interval from a list of intervals.
 fn without(intervals: Vec<Interval>, hole: Option<Interval>) -> Vec<Interval> {
     let Some(hole) = hole else { return intervals };
     let around = [Interval::before(hole.enter), Interval::after(hole.exit)];
     intervals.into_iter().flat_map(|s| around.map(|rest| s.clip(rest))).flatten().collect()
 }
 
-/// With the x axis in the middle of the sector the axes are principal.
+/// If the x axis bisects the sector, the coordinate axes are principal axes.
 fn moments([rmin, rmax]: [f64; 2], [low, high]: [f64; 2], phi0: f64, dphi: f64) -> Moments {
     let (half, height) = ((0.5 * dphi).to_radians(), high - low);
     let (s, c) = sin_cos_degrees_wide(0.5 * dphi);
@@ -247,8 +250,8 @@ impl Solid for Tube {
         self.intervals(line, &|_| None).into_iter().for_each(|stretch| stretch.push(out));
     }
 
-    /// In the plane of one end of a sector of more than half a turn a line may lie in the surface on one side of the axis
-    /// and in the interior on the other.
+    /// In the plane of one end of a sector of more than half a turn, a line may lie in the surface on one side of
+    /// the axis and in the interior on the other.
     fn crossings_within(
         &self,
         line: &Line,
@@ -338,7 +341,7 @@ mod tests {
 
     type Numbers = [f64; 6];
 
-    /// The same from cylinders and half-spaces.
+    /// The same solid as a combination of cylinders and half-spaces.
     fn combination(scene: &mut Scene, [rmin, rmax, z0, z1, phi0, dphi]: Numbers) -> NodeId {
         let mut node = scene.add_solid("cylinder", &[&[rmax], &[z0], &[z1]]).unwrap();
         if rmin > 0.0 {
@@ -361,7 +364,7 @@ mod tests {
         scene.add_solid("tube", &[&[rmin], &[rmax], &[z0], &[z1], &[phi0], &[dphi]]).unwrap()
     }
 
-    /// What a ray crosses of an object that has another part, far away, so that contacts count.
+    /// Returns what a ray crosses of an object that also has a distant component, so that contacts count.
     fn list(make: impl FnOnce(&mut Scene) -> NodeId, ray: &Ray) -> Vec<(f64, f64)> {
         let mut scene = Scene::default();
         let far = scene.add_solid("box", &[&[90.0; 3], &[91.0; 3]]).unwrap();
@@ -403,7 +406,8 @@ mod tests {
         assert!(crossed > 200, "{crossed}");
     }
 
-    /// Along generators, in the planes of its ends, in caps, along the axis, alone and filled up to a ring.
+    /// Rays along generators, in the planes of the ends, in caps and along the axis, of a tube alone and of one
+    /// completed to a full ring.
     #[test]
     fn rays_in_the_surfaces_of_a_tube_see_what_is_around_them() {
         let mut random = Random::new(92);

@@ -1,4 +1,4 @@
-//! The suite that every accelerator passes.
+//! The conformance suite that every accelerator passes.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -10,10 +10,10 @@ use crate::counters::Counters;
 use crate::math::Vec3;
 use crate::ray::{Line, Span};
 
-/// Runs the suite on the accelerator of a name.
+/// Runs the suite on the accelerator of the given name.
 ///
 /// # Panics
-/// Where it breaks a rule, with the rule and the case.
+/// If the accelerator breaks a rule. The message names the rule and the case.
 pub fn conformance(name: &str) {
     let mut random = Random::new(7);
     for (case, boxes) in cases(&mut random) {
@@ -38,7 +38,7 @@ fn holds_on_a_line(a: &dyn Accelerator, boxes: &[Aabb], line: &Line, span: Span,
     finds_the_nearest_under_a_shrinking_limit(a, &ray, boxes, context);
 }
 
-/// Moves items a little, far and beyond all bounds; the structure follows or is built anew, and holds.
+/// Moves items slightly, far and beyond all bounds. Checks the structure after each refit or rebuild.
 fn follows_what_moves(name: &str, case: &str, boxes: &mut [Aabb], random: &mut Random) {
     let groups = groups(random, boxes.len());
     let build = |boxes: &[Aabb]| {
@@ -67,7 +67,7 @@ fn follows_what_moves(name: &str, case: &str, boxes: &mut [Aabb], random: &mut R
     }
 }
 
-/// Nested groups of some items, outer before inner; some are empty, or the same as the one around them.
+/// Nested ranges of items, outer before inner. Some are empty or equal to the enclosing range.
 fn groups(random: &mut Random, count: usize) -> Vec<Range<u32>> {
     let (mut groups, everything) = (Vec::new(), 0..count as u32);
     let mut open = vec![everything];
@@ -76,7 +76,7 @@ fn groups(random: &mut Random, count: usize) -> Vec<Range<u32>> {
         if range.len() > 3 {
             let cut = |random: &mut Random| range.start + random.below(range.len() + 1) as u32;
             let (a, b) = (cut(random), cut(random));
-            // The lower on top: it comes first.
+            // The lower range is pushed last, so it comes first.
             open.extend([a.max(b)..range.end, range.start..a.min(b)]);
         }
     }
@@ -92,7 +92,7 @@ fn cases(random: &mut Random) -> Vec<Case> {
     cases
 }
 
-/// Boxes of some size scattered in a cube.
+/// Boxes of up to a given size, scattered in a cube.
 fn cloud(random: &mut Random, n: usize, size: f64) -> Vec<Aabb> {
     let mut scattered = || {
         let p = random.point(-1.0, 1.0);
@@ -130,7 +130,7 @@ fn everyday_cases(random: &mut Random) -> Vec<Case> {
     ]
 }
 
-/// Crowds that are small beside the whole, and boxes that have no end.
+/// Clusters that are small compared to the whole, and unbounded boxes.
 fn uneven_cases(random: &mut Random) -> Vec<Case> {
     let plane = Aabb::new(Vec3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, -1.0), Vec3::splat(f64::INFINITY));
     let huge = Aabb::new(Vec3::splat(-1e300), Vec3::splat(1e300));
@@ -152,13 +152,13 @@ fn uneven_cases(random: &mut Random) -> Vec<Case> {
     ]
 }
 
-/// Boxes without volume, also without area or length, and such that end on the same planes.
+/// Boxes without volume, area or length, and boxes that end on the same planes.
 fn flat_cases(random: &mut Random) -> Vec<Case> {
     let points = cloud(random, 300, 0.0);
     let squashed = |keep: Vec3, boxes: Vec<Aabb>| -> Vec<Aabb> {
         boxes.iter().map(|b| Aabb::new(b.min * keep, b.max * keep)).collect()
     };
-    // Corners on few planes, so that many boxes touch the planes that cut them.
+    // Corners lie on few planes, so that many boxes touch the planes that split them.
     let mut whole = || {
         let corner = |v: Vec3| (v * 4.0).round();
         Aabb::around([corner(random.point(-1.0, 1.0)), corner(random.point(-1.0, 1.0))])
@@ -172,14 +172,14 @@ fn flat_cases(random: &mut Random) -> Vec<Case> {
     ]
 }
 
-/// Lines and spans that matter to boxes of any size.
+/// Lines and spans that test boxes of any size.
 fn lines(random: &mut Random, boxes: &[Aabb]) -> Vec<(Line, Span)> {
     let mut out = lines_at_corners(random, boxes);
     out.extend(lines_along_axes(random, boxes));
     out
 }
 
-/// A corner of one of the boxes.
+/// Returns a corner of a random box.
 fn corner(random: &mut Random, boxes: &[Aabb]) -> Vec3 {
     let corner = match boxes.len() {
         0 => Vec3::ZERO,
@@ -191,8 +191,8 @@ fn corner(random: &mut Random, boxes: &[Aabb]) -> Vec3 {
     if corner.is_finite() { corner } else { Vec3::ONE }
 }
 
-/// Lines through corners and past them, from near, from inside and from far away, exact and with errors, over
-/// all of the ray and over short spans.
+/// Lines through corners and past them, from near, from inside and from far away, exact and with errors, over the
+/// whole ray and over short spans.
 fn lines_at_corners(random: &mut Random, boxes: &[Aabb]) -> Vec<(Line, Span)> {
     let span = |a, b| Span::new(a, b).expect("an interval");
     let spans = [Span::FORWARD, span(0.25, 1.5), span(-2.0, 0.5), span(1.0, 1.0), span(1.0, f64::INFINITY)];
@@ -217,7 +217,7 @@ fn lines_at_corners(random: &mut Random, boxes: &[Aabb]) -> Vec<(Line, Span)> {
     out
 }
 
-/// Lines along the axes and in planes between them, through corners of boxes: in faces and along edges. Zeros
+/// Lines along the axes and in axis-aligned planes, through corners of boxes: in faces and along edges. Zeros
 /// have either sign.
 fn lines_along_axes(random: &mut Random, boxes: &[Aabb]) -> Vec<(Line, Span)> {
     let mut out = Vec::new();

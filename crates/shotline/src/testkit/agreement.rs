@@ -1,5 +1,5 @@
-//! What must hold of any world and any ray, however odd: lists alternate and are in order, every query tells the
-//! same story, and every accelerator gives the same bits.
+//! Properties that must hold for any world and any ray: lists alternate and are in order, all queries are
+//! consistent, and all accelerators return the same bits.
 
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
@@ -11,11 +11,11 @@ use crate::query::{Caster, CoherenceHint, Hit, HitKind, Overlaps, QueryError};
 use crate::ray::{Ray, Span};
 use crate::scene::Scene;
 
-/// Compiles a scene with every accelerator and asks everything of each ray, with and without the short ways for few
-/// leaves. Answers whether the scene compiles.
+/// Compiles a scene with every accelerator and runs every query on each ray, with and without the fast paths for
+/// few leaves. Returns whether the scene compiles.
 ///
 /// # Panics
-/// Where a rule is broken, with the ray and the answers.
+/// If a rule is broken. The message contains the ray and the results.
 pub fn hold(scene: &Scene, rays: &[(Ray, Span)]) -> bool {
     let compiled = |accel: &'static str| compile(scene, Options { accel: Some(accel) });
     let plain = accel::NAMES.iter().map(|accel| Ok(compiled(accel)?.plain(accel)));
@@ -38,10 +38,10 @@ pub fn hold(scene: &Scene, rays: &[(Ray, Span)]) -> bool {
     true
 }
 
-/// Asks everything of each ray of one world.
+/// Runs every query on each ray in one world.
 ///
 /// # Panics
-/// Where a rule is broken, with the ray and the answers.
+/// If a rule is broken. The message contains the ray and the results.
 pub fn hold_one(world: &World, rays: &[(Ray, Span)]) {
     let mut hints = Hints::default();
     rays.iter().for_each(|(ray, span)| {
@@ -49,8 +49,8 @@ pub fn hold_one(world: &World, rays: &[(Ray, Span)]) {
     });
 }
 
-/// Spans that begin and end where it matters: at crossings of a ray, just before and behind them, between them, and
-/// around single ones.
+/// Returns spans that begin and end at critical points: at crossings of a ray, just before and after them,
+/// between them, and around single crossings.
 pub fn spans_of(world: &World, ray: &Ray) -> Vec<Span> {
     let mut hits = Vec::new();
     let from = Span::new(-1e12, f64::INFINITY).unwrap_or(Span::FORWARD);
@@ -79,17 +79,17 @@ fn bits(hits: &[Hit]) -> Vec<impl PartialEq> {
     hits.iter().map(bits).collect()
 }
 
-/// What earlier rays met, of whatever kind they were.
+/// Hints left by earlier rays of any kind.
 #[derive(Default)]
 struct Hints {
     closest: CoherenceHint,
     any: CoherenceHint,
 }
 
-/// What is told of a ray where a rule is broken.
+/// The description of a ray for a failure message.
 type Context<'a> = &'a dyn Fn() -> String;
 
-/// The crossings, after every other query has been held to them.
+/// Returns the crossings, after checking every other query against them.
 fn answers(world: &World, ray: &Ray, span: Span, hints: &mut Hints) -> Vec<Hit> {
     let mut caster = Caster::new(world);
     let mut hits = Vec::new();
@@ -142,14 +142,14 @@ fn in_order(hits: &[Hit], span: Span, context: Context) {
     }
 }
 
-/// A part of a ray inside an object: path, object, from and to which `t`.
+/// An interval of a ray inside an object: path, object, entry `t` and exit `t`.
 type Stretch = (u64, u32, f64, f64);
 
 fn by_path(a: &Stretch, b: &Stretch) -> Ordering {
     a.0.cmp(&b.0).then(a.2.total_cmp(&b.2)).then(a.3.total_cmp(&b.3))
 }
 
-/// What lies between the crossings of each path, two by two.
+/// Pairs consecutive crossings of each path into intervals.
 fn between_crossings(hits: &[Hit]) -> Vec<Stretch> {
     let mut open: BTreeMap<u64, f64> = BTreeMap::new();
     let mut stretches = Vec::new();
@@ -163,18 +163,19 @@ fn between_crossings(hits: &[Hit]) -> Vec<Stretch> {
     stretches
 }
 
-/// Holds `contains` to the crossings: halfway between two crossings, where that is far enough from both for the
-/// rounding of the point, it names the objects that the ray is in there. Answers how many points were asked.
+/// Checks `contains` against the crossings. Halfway between two crossings, if that is far enough from both for
+/// the rounding of the point, it must return the objects that the ray is in there. Returns the number of points
+/// checked.
 ///
 /// # Panics
-/// Where it does not, at the point and all around it.
+/// If `contains` is wrong at the point and all around it.
 pub fn contains_agrees(world: &World, ray: &Ray) -> usize {
     let (mut caster, mut hits, mut asked) = (Caster::new(world), Vec::new(), 0);
     caster.crossings(ray, Span::FORWARD, &mut hits).expect("within limits");
     for pair in hits.windows(2) {
         let t = 0.5 * pair[0].t + 0.5 * pair[1].t;
         let (p, d) = (ray.at(t), ray.direction());
-        // How far the nearer of both faces is, square to it; and what rounding of coordinates might be.
+        // The perpendicular distance to the nearer face, and the possible rounding of coordinates.
         let slopes = pair.iter().filter(|h| h.kind == HitKind::Surface).map(|h| h.normal.dot(d).abs());
         let clear = slopes.fold(f64::INFINITY, f64::min) * (pair[1].t - pair[0].t) * 0.5;
         let fine = 1e-12 * ray.origin().abs().max(p.abs()).max_element();
@@ -192,7 +193,7 @@ pub fn contains_agrees(world: &World, ray: &Ray) -> usize {
             let mut held = Vec::new();
             caster.contains(p, &mut held).is_ok() && held != Vec::from_iter(expected.iter().copied())
         };
-        // Near a face that the ray runs along, a point may be held on its other side.
+        // Near a face that the ray runs along, a point may count as on its other side.
         let around = Vec3::AXES.into_iter().flat_map(|axis| [axis * fine, -axis * fine]);
         let refuted = differs(p) && around.into_iter().all(|step| differs(p + step));
         assert!(!refuted, "contains at {p:?}, t = {t}, is not {expected:?}: {ray:?}\n{hits:#?}");
@@ -201,7 +202,7 @@ pub fn contains_agrees(world: &World, ray: &Ray) -> usize {
     asked
 }
 
-/// The crossings of each path go in, out, in, out.
+/// The crossings of each path alternate, beginning with an entry.
 fn alternate(hits: &[Hit], context: Context) {
     let mut inside: BTreeMap<u64, bool> = BTreeMap::new();
     for hit in hits {

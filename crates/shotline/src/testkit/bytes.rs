@@ -1,5 +1,5 @@
-//! A combination of solids and rays at it, described by bytes: what a fuzzer can vary. Many numbers come from a
-//! coarse grid, so that faces coincide, rays graze and rims are met.
+//! A combination of solids and rays at it, decoded from bytes that a fuzzer can vary. Many numbers lie on a
+//! coarse grid, so that faces coincide and rays graze surfaces and meet rims.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use crate::scene::{LocalTransform, Node, NodeId, Op, Rotation, Scene};
 use crate::scratch::Scratch;
 use crate::solid::mesh::{MeshSolid, TriangleMesh, Weld};
 
-/// Bytes being read; zeros come after their end.
+/// A reader of bytes. Returns zeros after the end.
 struct Bytes<'b>(&'b [u8]);
 
 impl Bytes<'_> {
@@ -28,7 +28,7 @@ impl Bytes<'_> {
         usize::from(self.byte()) % n
     }
 
-    /// From -8 to 8, in sixteenths or finer.
+    /// A number from -8 to 8, in sixteenths or finer.
     fn number(&mut self) -> f64 {
         let coarse = f64::from(self.byte() as i8) / 16.0;
         match self.byte() {
@@ -37,7 +37,7 @@ impl Bytes<'_> {
         }
     }
 
-    /// Above 0, up to 8.
+    /// A number above 0, up to 8.
     fn size(&mut self) -> f64 {
         (f64::from(self.byte()) + 1.0) / 32.0
     }
@@ -47,17 +47,17 @@ impl Bytes<'_> {
     }
 }
 
-/// Most leaves of a description.
+/// The maximum number of leaves in a description.
 const LEAVES: usize = 20;
 
-/// Most nodes that a description comes to when shared parts are written out.
+/// The maximum number of nodes of a description, with shared nodes counted at each use.
 const WRITTEN_OUT: usize = 300;
 
-/// Builds what the bytes describe and holds its answers to [`agreement::hold`], to membership by brute force and to
-/// the same model in another size.
+/// Builds the scene that the bytes describe. Checks its results with [`agreement::hold`], against brute-force
+/// membership, and against the same model at another size.
 ///
 /// # Panics
-/// Where an answer is wrong.
+/// If a result is wrong.
 pub fn combination(data: &[u8]) {
     let mut bytes = Bytes(data);
     let rays: Vec<(Ray, Span)> = (0..1 + bytes.below(3)).filter_map(|_| ray(&mut bytes)).collect();
@@ -96,7 +96,7 @@ fn ray(bytes: &mut Bytes) -> Option<(Ray, Span)> {
     Ray::new(o, direction).ok().zip(span.ok())
 }
 
-/// A tree in postfix order: solids are put on a stack, operations take from it.
+/// A tree in postfix order. Solids are pushed onto a stack and operations pop from it.
 fn tree(bytes: &mut Bytes, scene: &mut Scene) -> Option<NodeId> {
     let (mut stack, mut leaves) = (Vec::<(NodeId, usize)>::new(), 0);
     while !bytes.0.is_empty() && leaves < LEAVES {
@@ -137,7 +137,7 @@ fn leaf(bytes: &mut Bytes, scene: &mut Scene) -> NodeId {
     add_varied(scene, |n| choices.next().unwrap_or(0) % n, || bytes.size()).0
 }
 
-/// A pyramid over a triangle, wound outward or inward.
+/// A tetrahedron, wound outward or inward.
 fn mesh(bytes: &mut Bytes, scene: &mut Scene) -> NodeId {
     let vertices = (0..4).map(|_| bytes.vector()).collect();
     let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
@@ -178,7 +178,7 @@ fn crossings(world: &World, ray: &Ray, span: Span) -> Vec<Hit> {
     hits
 }
 
-/// Between crossings, away from rounding, the ray is inside as the list says.
+/// Checks that between crossings, away from rounding, membership matches the list.
 fn agrees_with_membership(membership: &Membership, root: NodeId, ray: &Ray, span: Span, hits: &[Hit]) {
     let step = ray.direction().length();
     let mut ends = vec![(span.t_min(), 0.0)];
@@ -196,8 +196,8 @@ fn agrees_with_membership(membership: &Membership, root: NodeId, ray: &Ray, span
     }
 }
 
-/// The same model and rays in another size, by a power of two, have the same lists. Twice the size is compared
-/// with, not the size itself: there a frame less rounds the ray.
+/// Checks that the same model and rays scaled by a power of two yield the same lists. The reference is twice the
+/// original size, because at the original size one frame fewer rounds the ray.
 fn size_is_no_matter(scene: &Scene, root: NodeId, rays: &[(Ray, Span)], factor: f64) {
     let scaled = |factor: f64| {
         let mut scaled = Scene { objects: Vec::new(), ..scene.clone() };
@@ -217,12 +217,12 @@ fn size_is_no_matter(scene: &Scene, root: NodeId, rays: &[(Ray, Span)], factor: 
     }
 }
 
-/// Welds the triangles that the bytes describe, and holds the result to what welding promises: nothing moves farther than
-/// the distance, welding again changes nothing, faces are kept or said to have collapsed, and vertices in exactly one place
-/// become one without any change to what rays meet.
+/// Welds the triangles that the bytes describe, and checks the properties of welding. No vertex moves farther
+/// than the distance. Welding again changes nothing. Faces are kept or reported as collapsed. Merging vertices at
+/// exactly the same point does not change what rays hit.
 ///
 /// # Panics
-/// Where one of these does not hold.
+/// If one of these does not hold.
 pub fn weld(data: &[u8]) {
     let mut bytes = Bytes(data);
     let distance = [0.0, 1.0 / 16.0, 1e-6, 1.0, 1e-300, 1e300][bytes.below(6)];

@@ -1,14 +1,14 @@
-//! Solids of every kind, from the examples that the kinds declare.
+//! Solids of every kind, derived from the examples of the kinds.
 
 use crate::aabb::Aabb;
 use crate::scene::{LocalTransform, Node, NodeId, Scene};
 use crate::solid::{KINDS, Params};
 
-/// Tries to vary an example before it is taken as it is.
+/// The number of attempts to vary an example before it is used unchanged.
 const TRIES: usize = 4;
 
-/// Adds a solid of one of all kinds: an example of which every number is multiplied by a factor of its own, as long as
-/// that makes a solid. Returns its bounds too.
+/// Adds a solid of a picked kind: one of its examples with every number multiplied by its own factor, if that is
+/// a valid solid. Also returns its bounds.
 pub(super) fn add_varied(
     scene: &mut Scene,
     mut pick: impl FnMut(usize) -> usize,
@@ -29,7 +29,8 @@ pub(super) fn add_varied(
     panic!("{} refuses its own example {example:?}", kind.name)
 }
 
-/// Places a bounded solid about the origin so that its box has a half-size; any other stays where it is.
+/// Places a bounded solid around the origin, scaled so that its box has the given half-size. Leaves an unbounded
+/// solid unchanged.
 pub(super) fn place(scene: &mut Scene, (node, bounds): (NodeId, Aabb), size: f64) -> NodeId {
     let half = 0.5 * bounds.size().max_element();
     if !(half > 0.0 && half.is_finite()) {

@@ -1,4 +1,4 @@
-//! Membership by brute force: a node of the scene is asked about a point, without compiling, sweeping or boxes.
+//! Membership by brute force: tests a point against a node of the scene without compilation, sweep or boxes.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use crate::scene::{Node, NodeId, Op, Scene};
 use crate::solid::Solid;
 use crate::solid::mesh::MeshSolid;
 
-/// What asking a node takes, worked out once.
+/// A node prepared for point tests.
 #[derive(Debug)]
 enum Asked {
     Solid(Arc<dyn Solid>),
@@ -15,22 +15,22 @@ enum Asked {
     Combined(Op, Vec<NodeId>),
 }
 
-/// A scene of which points are asked. Deep scenes need a deep stack.
+/// A scene prepared for point tests. Deep scenes need a deep stack.
 #[derive(Debug)]
 pub struct Membership {
     nodes: Vec<Asked>,
 }
 
 impl Membership {
-    /// Of a scene that has been compiled without an error.
+    /// Prepares a scene that compiles without errors.
     ///
     /// # Panics
-    /// If it would not compile.
+    /// If the scene does not compile.
     pub fn of(scene: &Scene) -> Membership {
         Membership { nodes: scene.nodes.iter().map(asked).collect() }
     }
 
-    /// Whether the interior of a node holds a point.
+    /// Whether a point lies in the interior of a node.
     pub fn holds(&self, node: NodeId, p: Vec3) -> bool {
         match &self.nodes[node.0 as usize] {
             Asked::Solid(solid) => solid.contains(p),
@@ -46,15 +46,15 @@ impl Membership {
         }
     }
 
-    /// Whether membership is not as expected at a point and all around it, as far as a thousand points tell: what
-    /// lies on a surface, or within rounding of it, is not held against anybody.
+    /// Whether membership differs from the expected value at a point and at a thousand points around it. A point
+    /// on a surface, or within rounding of it, refutes nothing.
     pub fn clearly_refutes(&self, node: NodeId, p: Vec3, reach: f64, expected: bool) -> bool {
         let wrong = |q: Vec3| self.holds(node, q) != expected;
         wrong(p) && spread(1000).all(|direction| wrong(p + direction * reach))
     }
 }
 
-/// Directions spread evenly over the sphere, on a spiral in steps of the golden angle.
+/// Directions spread evenly over the sphere, along a spiral in steps of the golden angle.
 fn spread(count: u32) -> impl Iterator<Item = Vec3> {
     (0..count).map(move |i| {
         let z = 1.0 - f64::from(2 * i + 1) / f64::from(count);

@@ -1,26 +1,26 @@
-//! Random closed meshes that are hard on rounding: thin walls, far from the origin for their size, shells of very
-//! different sizes, and vertices that no face uses.
+//! Random closed meshes that are difficult for rounding: thin walls, far from the origin for their size, shells
+//! of very different sizes, and vertices that no face uses.
 
 use super::random::Random;
 use crate::math::{Affine, Vec3};
 use crate::ray::Ray;
 use crate::solid::mesh::TriangleMesh;
 
-/// How a mesh is made; all of it by chance.
+/// The randomly chosen parameters of a mesh.
 #[derive(Clone, Copy, Debug)]
 pub struct Thin {
-    /// The thinnest wall, as a part of the size.
+    /// The thinnest wall, as a fraction of the size.
     pub wall: f64,
-    /// How far from the origin the mesh is, in sizes, along each axis.
+    /// The offset of the mesh from the origin along each axis, in multiples of the size.
     pub offset: Vec3,
     /// The size.
     pub size: f64,
-    /// Whether the mesh is turned, so that no face is square to an axis.
+    /// Whether the mesh is rotated, so that no face is perpendicular to an axis.
     pub turned: bool,
 }
 
 impl Thin {
-    /// Walls of 1e-1 to 1e-9, offsets of 0 to 1e8, sizes from a thousandth to a thousand.
+    /// Walls from 1e-1 to 1e-9, offsets from 0 to 1e8, sizes from 0.001 to 1000.
     pub fn any(random: &mut Random) -> Thin {
         let wall = 10f64.powi(-1 - random.below(9) as i32);
         let far = if random.below(2) == 0 { 0.0 } else { 10f64.powi(random.below(9) as i32) };
@@ -28,15 +28,15 @@ impl Thin {
         Thin { wall, offset: random.point(-far, far), size, turned: random.below(2) == 0 }
     }
 
-    /// About one unit wide and near the origin, with walls of 1e-1 to 1e-6.
+    /// About one unit wide and near the origin, with walls from 1e-1 to 1e-6.
     pub fn near(random: &mut Random) -> Thin {
         let wall = 10f64.powi(-1 - random.below(6) as i32);
         Thin { wall, offset: random.point(-0.3, 0.3), size: 1.0, turned: random.below(2) == 0 }
     }
 
-    /// A mesh made like this: a box or an octahedron with a cavity, a tray, an annulus, a pile of plates, or boxes in
-    /// boxes, often with unused vertices. The corners are rounded where they are, so walls thinner than that may
-    /// have no thickness, or a negative one; the mesh is closed all the same.
+    /// A mesh with these parameters: a box or an octahedron with a cavity, a tray, an annulus, a stack of plates,
+    /// or nested boxes, often with unused vertices. The corners are rounded in their final position. So walls
+    /// thinner than the rounding error may have zero or negative thickness, but the mesh is still closed.
     pub fn mesh(&self, random: &mut Random) -> TriangleMesh {
         let mut mesh = match random.below(6) {
             0 => hollow(cuboid(Vec3::ZERO, Vec3::ONE), self.wall),
@@ -58,7 +58,7 @@ impl Thin {
     }
 }
 
-/// Rays from walls, from near them, within and far, along axes, edges and faces, and across.
+/// Rays from walls, near them, inside them and far away, along axes, edges and faces, and across.
 pub fn rays_at(random: &mut Random, mesh: &TriangleMesh, thin: &Thin, n: usize) -> Vec<Ray> {
     let mut rays = Vec::new();
     while rays.len() < n {
@@ -88,7 +88,7 @@ pub fn rays_at(random: &mut Random, mesh: &TriangleMesh, thin: &Thin, n: usize) 
     rays
 }
 
-/// Puts vertices that no face uses among the others.
+/// Inserts vertices that no face uses among the others.
 pub fn with_unused_vertices(mesh: &mut TriangleMesh, random: &mut Random) {
     let odd = [Vec3::NAN, Vec3::splat(1e30), Vec3::new(1e6, -1e14, 0.0), Vec3::INFINITY, Vec3::ZERO];
     let place = random.below(mesh.vertices.len() + 1);
@@ -98,7 +98,7 @@ pub fn with_unused_vertices(mesh: &mut TriangleMesh, random: &mut Random) {
     }
 }
 
-/// Both meshes as one.
+/// Both meshes as one mesh.
 pub fn joined(mut first: TriangleMesh, second: &TriangleMesh) -> TriangleMesh {
     let offset = first.vertices.len() as u32;
     first.vertices.extend(&second.vertices);
@@ -106,7 +106,7 @@ pub fn joined(mut first: TriangleMesh, second: &TriangleMesh) -> TriangleMesh {
     first
 }
 
-/// Two triangles of a quadrilateral.
+/// Adds the two triangles of a quadrilateral.
 fn quad(mesh: &mut TriangleMesh, [a, b, c, d]: [u32; 4]) {
     mesh.faces.extend([[a, b, c], [a, c, d]]);
 }
@@ -128,8 +128,8 @@ fn octahedron() -> TriangleMesh {
     TriangleMesh::new(vertices, faces)
 }
 
-/// A convex mesh around the middle of the unit cube with a cavity of its shape, and a wall of this thickness or, where
-/// faces are slanted, nearly.
+/// A convex mesh around the middle of the unit cube with a similar cavity. The wall has the given thickness, only
+/// approximately where faces are slanted.
 pub fn hollow(outer: TriangleMesh, wall: f64) -> TriangleMesh {
     let middle = Vec3::splat(0.5);
     let mut cavity = outer.clone();
@@ -138,7 +138,7 @@ pub fn hollow(outer: TriangleMesh, wall: f64) -> TriangleMesh {
     joined(outer, &cavity)
 }
 
-/// The unit square with walls around it, open above.
+/// The unit square with walls around it, open at the top.
 pub fn tray(wall: f64) -> TriangleMesh {
     let square = |low: f64, z: f64| {
         let high = 1.0 - low;
@@ -155,7 +155,7 @@ pub fn tray(wall: f64) -> TriangleMesh {
     mesh
 }
 
-/// A pipe with this wall.
+/// A pipe with the given wall thickness.
 pub fn annulus(sides: u32, wall: f64) -> TriangleMesh {
     let mut mesh = TriangleMesh::default();
     for i in 0..sides {
@@ -171,7 +171,7 @@ pub fn annulus(sides: u32, wall: f64) -> TriangleMesh {
     mesh
 }
 
-/// Plates on each other with gaps of their thickness.
+/// A stack of plates with gaps of the same thickness.
 fn plates(count: u32, wall: f64) -> TriangleMesh {
     let plate = |i: u32| {
         let z = 2.0 * wall * f64::from(i);
@@ -180,7 +180,7 @@ fn plates(count: u32, wall: f64) -> TriangleMesh {
     (1..count).fold(plate(0), |mesh, i| joined(mesh, &plate(i)))
 }
 
-/// Boxes in boxes, wound alike, each smaller than the one around it by the same factor.
+/// Nested boxes with the same winding, each smaller than the enclosing one by the same factor.
 fn nested(count: i32, factor: f64) -> TriangleMesh {
     let shell = |i: i32| {
         let half = Vec3::splat(0.5 * factor.max(1e-4).powi(i));

@@ -1,5 +1,5 @@
-//! Conformance suites: one that every solid passes, one that every accelerator passes, what must hold of any world,
-//! random scenes, and meshes that are hard on rounding.
+//! Conformance suites for solids and for accelerators, properties that must hold in any world, random scenes, and
+//! meshes that are difficult for rounding.
 
 pub mod accel;
 pub mod agreement;

@@ -1,4 +1,4 @@
-//! Closed forms are held to rays.
+//! Checks closed-form moments against estimates from rays.
 
 use crate::compile::{Options, compile};
 use crate::math::{Affine, HALF_ULP, Vec3};
@@ -7,14 +7,14 @@ use crate::query::batch::Run;
 use crate::scene::{Node, Scene};
 use crate::solid::{Kind, Params};
 
-/// Standard errors by which an estimate may be off: with fifteen degrees of freedom less than one in a million is.
+/// The allowed error of an estimate in standard errors. With 15 degrees of freedom, fewer than one in a million
+/// exceed it.
 const FARTHEST: f64 = 8.0;
 
-/// Requires that the closed form of a solid, if it has one, agrees with rays: as it is, and turned, stretched and
-/// far away from its own centre.
+/// Checks that the closed form of a solid, if it has one, agrees with rays: as it is, and rotated and stretched.
 ///
 /// # Panics
-/// Where they disagree.
+/// If they disagree.
 pub fn closed_form_agrees_with_rays(kind: &'static Kind, params: &Params) {
     let stretched = Affine::rotation_xyz(Vec3::new(30.0, -50.0, 70.0))
         .then_after(&Affine::scaling(Vec3::new(0.5, -2.0, 1.25)));
@@ -40,13 +40,13 @@ pub fn closed_form_agrees_with_rays(kind: &'static Kind, params: &Params) {
     }
 }
 
-/// By how many standard errors of the estimate any of its values is away from the exact one.
+/// Returns the largest difference between the estimate and the exact values, in standard errors of the estimate.
 pub fn farthest_off(exact: &Measure, estimate: &Measure) -> f64 {
     let size = estimate.bounds.size().length();
     let reach = estimate.bounds.min.abs().max(estimate.bounds.max.abs()).length();
     let volume = exact.volume.value;
-    // For the rounding that the errors do not hold: what the numbers are made of, and how much of the thinnest side the
-    // rounding of a coordinate is.
+    // Rounding that the standard errors do not include: that of the numbers themselves, and that of a coordinate
+    // relative to the thinnest side.
     let rounding = 64.0 * HALF_ULP * (1.0 + reach / estimate.bounds.size().min_element());
     let scales = |m: &Measure| -> Vec<(Estimate, f64)> {
         let centroid = m.centroid.map(|x| (x, reach));

@@ -1,13 +1,13 @@
-//! A small seeded source of numbers, so that every run of a suite sees the same lines.
+//! A small seeded random number generator, so that every run of a suite uses the same lines.
 
 use crate::math::{SPLIT_MIX64_STEP, Vec3, split_mix64};
 
-/// SplitMix64 (Steele, Lea, Flood 2014): enough for choosing test cases.
+/// SplitMix64 (Steele, Lea, Flood 2014), sufficient for choosing test cases.
 #[derive(Clone, Debug)]
 pub struct Random(u64);
 
 impl Random {
-    /// The sequence of a seed.
+    /// The generator with a given seed.
     pub fn new(seed: u64) -> Random {
         Random(seed)
     }
@@ -19,17 +19,17 @@ impl Random {
         bits
     }
 
-    /// A number from `low` up to `high`.
+    /// A number at least `low` and below `high`.
     pub fn number(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * ((self.bits() >> 11) as f64 / (1u64 << 53) as f64)
     }
 
-    /// A number below `n`.
+    /// An integer below `n`.
     pub fn below(&mut self, n: usize) -> usize {
         (self.bits() % n as u64) as usize
     }
 
-    /// A point of the cube from `low` to `high`.
+    /// A point in the cube from `low` to `high`.
     pub fn point(&mut self, low: f64, high: f64) -> Vec3 {
         Vec3::new(self.number(low, high), self.number(low, high), self.number(low, high))
     }

@@ -1,4 +1,4 @@
-//! Random scenes: combinations, transforms, groups and shared parts of all kinds of solids.
+//! Random scenes: combinations, transforms, groups and shared nodes with solids of all kinds.
 
 use std::sync::Arc;
 
@@ -9,17 +9,17 @@ use crate::aabb::Aabb;
 use crate::math::Vec3;
 use crate::scene::{LocalTransform, Node, NodeId, Op, Rotation, Scene};
 
-/// What leaves of a scene may be.
+/// A function that adds a leaf of the scene.
 type Leaf = fn(&mut Scene, &mut Random) -> NodeId;
 
-/// A scene of a few objects around the origin, about four units wide; each is bounded, and has parameters.
+/// A scene of a few objects around the origin, about four units wide. All solids are bounded and have parameters.
 pub fn random_scene(random: &mut Random) -> Scene {
     let mut scene = Scene::default();
     fill(&mut scene, random, bounded);
     scene
 }
 
-/// As [`random_scene`], with meshes, solids without end, empty groups and priorities.
+/// Like [`random_scene`], with meshes, unbounded solids, empty groups and priorities.
 pub fn random_mixed_scene(random: &mut Random) -> Scene {
     let mut scene = Scene::default();
     fill(&mut scene, random, mixed);
@@ -58,7 +58,7 @@ fn shared_group(scene: &mut Scene, random: &mut Random, shared: &[NodeId]) -> No
     scene.add(Node::Group { members })
 }
 
-/// A tree of operations over placed leaves and shared parts.
+/// A tree of operations over placed leaves and shared nodes.
 fn combination(
     scene: &mut Scene,
     random: &mut Random,

@@ -1,4 +1,4 @@
-//! The suite that every solid passes: rules of the contract, each tried on the same lines.
+//! The conformance suite that every solid passes: the rules of the contract, each tested on the same lines.
 
 use std::fmt::Display;
 use std::sync::Arc;
@@ -11,12 +11,12 @@ use crate::math::{Affine, HALF_ULP, TransformPair, Vec3, two_sum};
 use crate::ray::Line;
 use crate::solid::{Kind, Param, Params, Solid};
 
-/// Lines of each family for each example.
+/// The number of lines per family and example.
 const LINES: usize = 40;
-/// Crossings whose parameters agree within so many times the sum of their bounds are one event.
+/// Crossings are coincident if their `t` differ by at most this multiple of the sum of their bounds.
 const EVENT: f64 = 8.0;
 
-/// A solid and a line that meet a rule.
+/// A solid, a line and the resulting list, to which the rules apply.
 struct Case<'a> {
     kind: &'a Kind,
     params: &'a Params,
@@ -28,7 +28,7 @@ struct Case<'a> {
 /// Runs the suite on all examples of a kind.
 ///
 /// # Panics
-/// Where the solid breaks a rule, with the kind, its parameters, the line and the rule.
+/// If the solid breaks a rule. The message contains the kind, its parameters, the line and the rule.
 pub fn conformance(kind: &'static Kind) {
     assert!(!kind.examples.is_empty(), "{} has no examples", kind.name);
     for example in kind.examples {
@@ -102,7 +102,7 @@ fn normals_are_gradients(case: &Case) {
             let h = Vec3::AXES[i] * step[i];
             (f(p + h) - f(p - h)) / ((p + h)[i] - (p - h)[i])
         };
-        // Compared per step, in which solids of all proportions are about as wide as long.
+        // Compared in units of `step`, in which solids of all proportions are about as wide as long.
         let measured = (Vec3::new(slope(0), slope(1), slope(2)) * step).normalize_or_zero();
         let normal = (case.solid.normal(p, c.surface, c.primitive) * step).normalize_or_zero();
         let detail = format!("{c:?}: normal {normal}, measured {measured}");
@@ -114,7 +114,7 @@ fn entering_is_against_the_normal(case: &Case) {
     for c in case.finite() {
         let along = |t: f64| case.solid.normal(case.line.at(t), c.surface, c.primitive).dot(case.line.d);
         let (before, after) = (along(c.t - 2.0 * c.t_err), along(c.t + 2.0 * c.t_err));
-        // Near a tangent the normal may turn over within the bound.
+        // Near a tangent the normal may flip within the bound.
         if before * after > 0.0 {
             let detail = format!("{c:?}: n . d = {}", along(c.t));
             case.hold((before < 0.0) == c.entering, "entering is against the normal", detail);
@@ -135,7 +135,7 @@ fn parity_is_membership(case: &Case) {
             (false, true) => to - step,
             (false, false) => 0.0,
         };
-        // Nothing lies between two ends at the same infinity, nor is anything promised within an event.
+        // Two ends at the same infinity enclose nothing, and membership within coincident crossings is undefined.
         if from < to && to - from > EVENT * EVENT * (from_err + to_err) {
             let inside = case.solid.contains(case.line.at(t));
             case.hold(inside == (i % 2 == 1), "parity is membership", format!("inside {inside} at {t}"));
@@ -156,8 +156,8 @@ fn the_far_end_sees_the_mirrored_list(case: &Case) {
     case.agree(&mirrored.collect::<Vec<_>>(), "the far end sees the mirrored list");
 }
 
-/// On lines of few digits the origin slides without any rounding: what differs is the solid's own arithmetic,
-/// which its bounds must cover.
+/// For lines with few digits the origin moves without rounding. All differences come from the solid's own
+/// arithmetic, which its bounds must cover.
 fn sliding_the_origin_shifts_the_list(case: &Case) {
     let short = |v: Vec3| v.as_vec3().as_dvec3();
     let (o, d) = (short(case.line.o), short(case.line.d));
@@ -175,7 +175,7 @@ fn sliding_the_origin_shifts_the_list(case: &Case) {
     }
 }
 
-/// Also a million sizes away, where counts must still be right: sizes of the thinnest side.
+/// Also a million sizes away, where counts must still be right. The size is that of the thinnest side.
 fn rigid_motions_change_nothing(case: &Case) {
     let turn = Affine::rotation_xyz(Vec3::new(20.0, -35.0, 130.0));
     let (_, size) = extent(&case.solid.bounds());
@@ -196,8 +196,8 @@ fn directions_scale_exactly(case: &Case) {
     }
 }
 
-/// Directions with subnormal components, and so long that their squares overflow; of few digits, which neither
-/// loses.
+/// Directions with subnormal components, and directions whose squares overflow. They have few digits, so neither
+/// scaling loses any.
 fn extreme_directions_scale_exactly(case: &Case) {
     let short = |v: Vec3| v.as_vec3().as_dvec3();
     let line = Line::exact(case.line.o, short(case.line.d));
@@ -209,7 +209,7 @@ fn extreme_directions_scale_exactly(case: &Case) {
     }
 }
 
-/// The same solid and line many times as large or small.
+/// The same solid and line, scaled by powers of two.
 fn sizes_scale_exactly(case: &Case) {
     for k in [-300, -20, 7, 300] {
         let Ok(solid) = (case.kind.build)(&grown(case.kind, case.params, k)) else {
@@ -221,7 +221,7 @@ fn sizes_scale_exactly(case: &Case) {
     }
 }
 
-/// The parameters of the same solid, so many powers of two as large.
+/// The parameters of the same solid scaled by `2^k`.
 fn grown(kind: &Kind, params: &Params, k: i32) -> Params {
     let grow = |(param, (name, numbers)): (&Param, &(&'static str, Arc<[f64]>))| {
         let power = |i: usize| k * param.quantity.power_of_length(i);
@@ -234,15 +234,17 @@ fn scaled_vector(v: Vec3, k: i32) -> Vec3 {
     Vec3::from(v.to_array().map(|x| scaled(x, k)))
 }
 
-/// A number times a power of two.
+/// A number times `2^k`.
 fn scaled(x: f64, k: i32) -> f64 {
     let half = k / 2;
     x * 2f64.powi(half) * 2f64.powi(k - half)
 }
 
 impl Case<'_> {
+    /// Checks a rule.
+    ///
     /// # Panics
-    /// Where a rule does not hold.
+    /// If the rule does not hold.
     fn hold(&self, holds: bool, rule: &str, detail: impl Display) {
         assert!(
             holds,
@@ -251,16 +253,16 @@ impl Case<'_> {
         );
     }
 
-    /// Requires a line's list to scale exactly with its direction.
+    /// Checks that a line's list scales exactly with the line's direction.
     ///
     /// # Panics
-    /// Where it does not.
+    /// If it does not.
     fn hold_scaled(&self, line: &Line, k: i32) {
         let longer = Line::exact(line.o, scaled_vector(line.d, k));
         let (there, here) = (cast(self.solid, &longer), cast(self.solid, line));
         let same = |(a, b): (&Crossing, &Crossing)| {
             let (t, t_err) = (scaled(b.t, -k), scaled(b.t_err, -k));
-            // Bounds have room for underflow.
+            // The bounds include a margin for underflow.
             a.t == t
                 && a.entering == b.entering
                 && (a.t_err - t_err).abs() <= 1e-3 * t_err + 4.0 * f64::MIN_POSITIVE
@@ -274,12 +276,12 @@ impl Case<'_> {
         );
     }
 
-    /// The crossings at which there is a surface.
+    /// The finite crossings, at which there is a surface.
     fn finite(&self) -> impl Iterator<Item = &Crossing> {
         self.list.iter().filter(|c| c.t.is_finite())
     }
 
-    /// A length that rounding may have moved the point at `t`, or the value of an implicit function there.
+    /// The length by which rounding may have moved the point at `t` or changed an implicit function there.
     fn slack(&self, t: f64) -> f64 {
         let bounds = self.solid.bounds();
         let (centre, size) = extent(&bounds);
@@ -287,9 +289,9 @@ impl Case<'_> {
         32.0 * HALF_ULP * reach.length()
     }
 
-    /// Requires another list to be this one within the bounds of both: as they are, or without the crossings
-    /// that cancel. What is far away compared with the solid counts as infinitely far, since rounding turns a
-    /// parallel line into one that meets a plane there.
+    /// Checks that another list equals this one within the bounds of both, as they are or without coincident
+    /// pairs. Crossings far away compared with the solid's size count as infinitely far, because rounding turns a
+    /// line parallel to a plane into one that crosses it there.
     fn agree(&self, other: &[Crossing], rule: &str) {
         let (centre, size) = extent(&self.solid.bounds());
         let far = ((self.line.o - centre).length() + 1e3 * size.length()) / self.line.d.length();
@@ -316,7 +318,7 @@ fn cast(solid: &dyn Solid, line: &Line) -> Vec<Crossing> {
     list
 }
 
-/// A list without the neighbours that are one event, as the sweep of a boolean expression sees it.
+/// A list without coincident neighbours, as the sweep of a boolean expression sees it.
 fn without_events(list: &[Crossing]) -> Vec<Crossing> {
     let mut kept: Vec<Crossing> = Vec::new();
     for c in list {
@@ -328,7 +330,7 @@ fn without_events(list: &[Crossing]) -> Vec<Crossing> {
     kept
 }
 
-/// Centre and size of a box; where it has no end those of a box of size 2 around the origin.
+/// The centre and size of a box. If the box is unbounded, those of a box of size 2 around the origin.
 fn extent(bounds: &Aabb) -> (Vec3, Vec3) {
     if bounds.is_finite() { (bounds.centre(), bounds.size()) } else { (Vec3::ZERO, Vec3::splat(2.0)) }
 }
@@ -337,7 +339,7 @@ fn extent(bounds: &Aabb) -> (Vec3, Vec3) {
 fn lines(bounds: &Aabb) -> Vec<Line> {
     let mut random = Random::new(1);
     let (centre, size) = extent(bounds);
-    // A little more than the box, so that some lines miss.
+    // The targets fill slightly more than the box, so that some lines miss.
     let (low, high) = (centre - size * 0.55, centre + size * 0.55);
     let mut lines = Vec::new();
     for _ in 0..LINES {

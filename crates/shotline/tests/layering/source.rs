@@ -1,4 +1,5 @@
-//! What the layering tests see of Rust sources: modules and their imports, without comments, strings and tests.
+//! The parts of Rust sources that the layering tests need: modules and their imports, without comments, strings
+//! and tests.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -14,18 +15,18 @@ pub struct File {
     pub imports: Vec<Import>,
 }
 
-/// A path to another place of the same crate.
+/// A path to another item of the same crate.
 pub struct Import {
     pub line: usize,
     pub target: Module,
-    /// The name it is bound to, if it stands in a `use`.
+    /// The name it is bound to, if it is part of a `use`.
     name: Option<String>,
 }
 
 /// The files of one crate.
 pub struct Crate {
     pub files: Vec<File>,
-    /// What a name of a module stands for, if it comes from elsewhere.
+    /// The target of a name in a module, if the name is imported.
     imported: BTreeMap<(Module, String), Module>,
 }
 
@@ -58,7 +59,7 @@ impl Crate {
         Crate { files, imported }
     }
 
-    /// The module of the file that defines what a path names, seen through re-exports.
+    /// Returns the module of the file that defines the target of a path, following re-exports.
     pub fn home(&self, target: &Module) -> Module {
         let is_file = |path: &[String]| self.files.iter().any(|f| f.module == path);
         let mut target = target.clone();
@@ -104,14 +105,14 @@ fn child(module: &[String], name: &str) -> Module {
     [module, &[name.to_string()]].concat()
 }
 
-/// An identifier, number, `::` or sign, with its line.
+/// An identifier, number, `::` or punctuation character, with its line.
 #[derive(Clone)]
 pub struct Token {
     pub text: String,
     pub line: usize,
 }
 
-/// The tokens of a source, without comments, strings and characters.
+/// Returns the tokens of a source, without comments, strings and character literals.
 pub fn tokens(source: &str) -> Vec<Token> {
     let chars: Vec<char> = source.chars().collect();
     let at = |i: usize| chars.get(i).copied().unwrap_or('\0');
@@ -177,7 +178,7 @@ pub fn tokens(source: &str) -> Vec<Token> {
     out
 }
 
-/// Drops what stands under `#[cfg(test)]`; answers also the names of the test modules in files of their own.
+/// Removes items under `#[cfg(test)]`. Also returns the names of test modules that are in separate files.
 fn without_tests(tokens: Vec<Token>) -> (Vec<Token>, Vec<String>) {
     let text = |i: usize| tokens.get(i).map_or("", |t: &Token| t.text.as_str());
     let is_attribute = |i: usize| text(i) == "#" && text(i + 1) == "[";
@@ -214,7 +215,7 @@ fn without_tests(tokens: Vec<Token>) -> (Vec<Token>, Vec<String>) {
     (kept, modules)
 }
 
-/// The place after the bracket that closes the one at `open`.
+/// Returns the index after the bracket that closes the one at `open`.
 fn closing(tokens: &[Token], open: usize) -> usize {
     let mut depth = 0;
     for (i, token) in tokens.iter().enumerate().skip(open) {
@@ -258,7 +259,7 @@ fn imports(tokens: &[Token], module: &[String], modules: &BTreeSet<Module>) -> V
     imports.collect()
 }
 
-/// Reads one branch of a `use`; answers the place after it.
+/// Parses one branch of a `use` and returns the index after it.
 fn use_tree(
     tokens: &[Token],
     mut i: usize,
@@ -293,7 +294,7 @@ fn use_tree(
     end
 }
 
-/// A path from the root of the crate; `None` if it leads to another crate.
+/// Returns a path from the root of the crate. `None` if it leads to another crate.
 fn absolute(path: &[String], module: &[String], modules: &BTreeSet<Module>) -> Option<Module> {
     let mut base = module.to_vec();
     let mut rest = path;

@@ -1,11 +1,11 @@
-//! The crossings of a line with a torus in exact rational arithmetic: real roots of the quartic, isolated by Sturm's
-//! theorem. Slow, and certain.
+//! The crossings of a line with a torus in exact rational arithmetic. The real roots of the quartic are isolated
+//! by Sturm's theorem, which is slow but certain.
 
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
 use shotline::math::Vec3;
 
-/// A polynomial, from the constant upwards, without leading zeros.
+/// The coefficients of a polynomial, from the constant term upwards, without leading zeros.
 type Poly = Vec<BigRational>;
 
 fn exact(x: f64) -> BigRational {
@@ -51,12 +51,12 @@ fn value(p: &Poly, x: &BigRational) -> BigRational {
     p.iter().rev().fold(BigRational::zero(), |sum, c| sum * x + c)
 }
 
-/// What a torus is along a line, exactly.
+/// The exact quartic of a torus along a line.
 pub struct Section {
-    /// The chain of Sturm, first of which is the quartic.
+    /// The Sturm chain, whose first polynomial is the quartic.
     chain: Vec<Poly>,
-    /// `|q|^2 + R^2 - r^2`, negative in the ball around the lemon of a spindle: there the quartic's roots are
-    /// no surface.
+    /// `|q|^2 + R^2 - r^2`, which is negative in a ball around the lemon of a spindle. The quartic's roots in
+    /// that ball are not on the surface.
     ball: Poly,
 }
 
@@ -86,7 +86,7 @@ impl Section {
         Section { chain, ball }
     }
 
-    /// Between how many pairs of neighbours the membership changes, for roots from `lo` to `hi`, neither a root.
+    /// Counts the roots between `lo` and `hi` at which membership changes. Neither end may be a root.
     pub fn changes(&self, lo: f64, hi: f64) -> usize {
         let (lo, hi) = (exact(lo), exact(hi));
         let mut open = vec![(lo.clone(), self.variations(&lo), hi.clone(), self.variations(&hi))];
@@ -109,7 +109,7 @@ impl Section {
         changes
     }
 
-    /// In the tube the quartic is negative; in the lemon of a spindle, where it is not, the ball is.
+    /// The quartic is negative in the tube. In the lemon of a spindle it is not, but the ball function is.
     fn member(&self, t: &BigRational) -> bool {
         value(&self.chain[0], t).is_negative() || value(&self.ball, t).is_negative()
     }

@@ -1,9 +1,9 @@
-//! Rays aimed exactly at edges and vertices of closed meshes, on a grid of dyadic numbers, so that they pass
-//! exactly through them.
+//! Rays aimed at edges and vertices of closed meshes. All coordinates lie on a dyadic grid, so that the rays pass
+//! exactly through the targets.
 //!
-//! From outside, the hits of a mesh that nowhere meets itself enter and leave in turn, and as often; from a point
-//! inside they leave once more. One leak or one double breaks that. Shot from the far end the list is mirrored, and
-//! the list does not depend on the accelerator.
+//! For a mesh without self-intersections, the hits of a ray from outside alternate between entries and exits and
+//! are even in number. From a point inside there is one more exit. A single leak or duplicate breaks that. From
+//! the far end the list must be mirrored, and the list must be independent of the accelerator.
 
 use std::sync::Arc;
 
@@ -18,24 +18,24 @@ use shotline::testkit::random::Random;
 
 use super::Tally;
 
-/// Coordinates are multiples of this: differences and multiples by small numbers are exact.
+/// Coordinates are multiples of this, so that differences and small multiples are exact.
 const GRID: f64 = 1.0 / (1 << 20) as f64;
 
-/// One mesh, with its slow twin.
+/// A mesh with its accelerated and its brute-force solid.
 struct Pair {
     mesh: Arc<TriangleMesh>,
     fast: MeshSolid,
     brute: MeshSolid,
-    /// A point inside of it.
+    /// A point inside the mesh.
     inside: Vec3,
     convex: bool,
 }
 
-/// The meshes that are shot at.
+/// The meshes under test.
 pub struct Meshes(Vec<Pair>);
 
 impl Meshes {
-    /// Balls, rings, a cube, a hollow one and a tray with thin walls, far from the origin and near it.
+    /// Balls, rings, a cube, a hollow cube and a tray with thin walls, near the origin and far from it.
     pub fn new() -> Meshes {
         let mut pairs = Vec::new();
         for shift in [Vec3::ZERO, Vec3::new(1000.0, -2000.0, 500.0), Vec3::new(-1e6, 3e5, 1e6)] {
@@ -51,7 +51,7 @@ impl Meshes {
         Meshes(pairs)
     }
 
-    /// Tries so many rays.
+    /// Tests the given number of rays.
     pub fn run(&self, random: &mut Random, rays: u64, tally: &mut Tally) {
         let mut lists = Lists::default();
         for i in 0..rays {
@@ -74,7 +74,7 @@ impl Meshes {
 /// What is wrong with a list.
 struct Wrong {
     what: String,
-    /// Whether it is allowed where the ray runs in a face: there it is in and out at once.
+    /// Whether it is allowed for a ray that runs in a face, where the ray is in and out at once.
     may_lie_in_a_face: bool,
 }
 
@@ -84,7 +84,7 @@ impl Wrong {
     }
 }
 
-/// Memory for the lists of one ray.
+/// Reused memory for the lists of one ray.
 #[derive(Default)]
 struct Lists {
     all: Vec<Crossing>,
@@ -103,8 +103,8 @@ impl Pair {
         Pair { fast, brute, inside: inside + shift, convex, mesh }
     }
 
-    /// A ray from outside, or from inside, exactly through a vertex or a point of an edge; sometimes along an
-    /// edge, or through two vertices.
+    /// Returns a ray from outside or inside that passes exactly through a vertex or a point of an edge. Some rays
+    /// run along an edge or through two vertices.
     fn ray(&self, random: &mut Random) -> (Vec3, Vec3) {
         let corners = self.mesh.corners(random.below(self.mesh.faces.len()) as u32);
         let (a, b) = (corners[0], corners[1]);
@@ -124,7 +124,7 @@ impl Pair {
         if random.below(8) == 0 && target != self.inside {
             return (self.inside, target - self.inside);
         }
-        // Far enough to be outside, a power of two so that it is exact.
+        // Far enough to be outside. A power of two, so that it is exact.
         let steps = (12.0 / d.length()).log2().ceil().exp2();
         (target - d * steps, d)
     }
@@ -173,7 +173,7 @@ impl Pair {
 }
 
 impl Pair {
-    /// Whether the ray lies in the plane of a face that it meets, exactly or within rounding.
+    /// Whether the ray lies in the plane of some face, exactly or within rounding.
     fn runs_in_a_face(&self, o: Vec3, d: Vec3) -> bool {
         (0..self.mesh.faces.len() as u32).any(|face| {
             let [a, b, c] = self.mesh.corners(face);
@@ -184,11 +184,11 @@ impl Pair {
     }
 }
 
-/// Where the ray from the far end begins: a power of two, so that it passes exactly through the same points.
+/// The `t` at which the reversed ray begins. A power of two, so that it passes exactly through the same points.
 const FAR: f64 = 1024.0;
 
-/// Hits of a mesh that nowhere meets itself, in the order of `t`, are in turn of each kind, up to what lies at
-/// the same `t`.
+/// Checks that the winding number along the ray is always 0 or 1, as for a mesh without self-intersections.
+/// Coincident hits are combined.
 fn winds(hits: &[Crossing], before: i32) -> Result<(), Wrong> {
     let mut winding = before;
     for together in hits.chunk_by(|a, b| b.t - a.t <= 8.0 * (a.t_err + b.t_err)) {
@@ -200,7 +200,7 @@ fn winds(hits: &[Crossing], before: i32) -> Result<(), Wrong> {
     if winding == 0 { Ok(()) } else { Err(Wrong::plainly(format!("{winding} times inside at the end"))) }
 }
 
-/// Crossings without pairs that touch: those that agree within their bounds are one event.
+/// Crossings without coincident pairs.
 fn folded(list: &[Crossing]) -> impl Iterator<Item = &Crossing> {
     list.chunk_by(|a, b| b.t - a.t <= 8.0 * (a.t_err + b.t_err)).filter(|c| c.len() % 2 == 1).map(|c| &c[0])
 }
@@ -218,7 +218,7 @@ fn ring(a: f64, b: f64) -> Vec3 {
     Vec3::new(r * a.cos(), r * a.sin(), -0.75 * b.sin())
 }
 
-/// A closed surface over two angles. Where a whole row is one point, triangles without extent are left out.
+/// A closed surface over two angles. If a whole row is one point (a pole), some triangles there are degenerate.
 fn surface(n: u32, m: u32, at: impl Fn(f64, f64) -> Vec3) -> TriangleMesh {
     use std::f64::consts::{PI, TAU};
     let pole = snapped(at(0.0, 0.0)) == snapped(at(1.0, 0.0));

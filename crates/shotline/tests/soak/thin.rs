@@ -1,6 +1,7 @@
-//! Meshes with thin walls, far from the origin for their size, with unused vertices, and rays that begin on walls, near
-//! them and within: `closest`, `any`, `count` and `segments` are held to the crossings for spans that begin and end at
-//! crossings and beside them, and the crossings to those of every triangle.
+//! Meshes with thin walls, far from the origin for their size, with unused vertices. Rays begin on walls, near
+//! them and inside them. `closest`, `any`, `count` and `segments` are checked against the crossings, for spans
+//! that begin and end at crossings and beside them. The crossings are checked against brute force over all
+//! triangles.
 
 use std::sync::Arc;
 
@@ -15,7 +16,7 @@ use shotline::testkit::random::Random;
 
 use super::Tally;
 
-/// One mesh, prepared with an accelerator and without.
+/// A mesh compiled with an accelerator and with brute force.
 struct Model {
     thin: Thin,
     mesh: TriangleMesh,
@@ -23,17 +24,17 @@ struct Model {
     brute: World,
 }
 
-/// The meshes that are shot at.
+/// The meshes under test.
 pub struct Meshes(Vec<Model>);
 
 impl Meshes {
-    /// So many that every shape is there with thick walls and thin ones, near and far.
+    /// Enough random meshes to include every shape with thick and thin walls, near and far.
     pub fn new() -> Meshes {
         let mut random = Random::new(17);
         Meshes((0..200).map(|_| Model::new(&mut random)).collect())
     }
 
-    /// Tries so many rays.
+    /// Tests the given number of rays.
     pub fn run(&self, random: &mut Random, rays: u64, tally: &mut Tally) {
         let (mut left, mut list, mut other) = (rays, Vec::new(), Vec::new());
         while left > 0 {

@@ -1,9 +1,9 @@
-//! Lists of the torus, certified by the distance from it.
+//! Lists of the torus, certified by the distance function.
 //!
-//! Each crossing: the torus function, in double-double, has different signs an ulp before it and an ulp behind it.
-//! No other: from one crossing to the next the line is marched along in steps that cannot cross the surface, as
-//! the distance changes no faster than the point moves (Hart 1996, "Sphere tracing"), nor its slope faster than
-//! its curvature allows. Where a march comes to a stand, next to a touching, exact arithmetic decides.
+//! For each crossing, the torus function in double-double has different signs one ulp before it and one ulp after
+//! it. To exclude other crossings, the line is marched from one crossing to the next in steps that cannot cross
+//! the surface: the distance changes no faster than the point moves (Hart 1996, "Sphere tracing"), and its slope
+//! no faster than its curvature allows. Where the march gets stuck near a tangent, exact arithmetic decides.
 
 use shotline::crossing::{Crossing, is_alternating};
 use shotline::math::{Dd, Vec3, two_prod};
@@ -14,10 +14,10 @@ use shotline::testkit::random::Random;
 use super::Tally;
 use super::exact::Section;
 
-/// Below this, in sizes of the torus, a distance in f64 says nothing.
+/// Below this, in sizes of the torus, a distance in f64 is meaningless.
 const BLUR: f64 = 1e-14;
 
-/// Tries so many rays.
+/// Tests the given number of rays.
 pub fn run(random: &mut Random, rays: u64, tally: &mut Tally) {
     let mut list = Vec::new();
     for _ in 0..rays {
@@ -42,7 +42,7 @@ pub fn run(random: &mut Random, rays: u64, tally: &mut Tally) {
     }
 }
 
-/// A number with an even chance for every power of two.
+/// A number whose logarithm is uniformly distributed.
 fn scale(random: &mut Random, low: f64, high: f64) -> f64 {
     random.number(low.ln(), high.ln()).exp()
 }
@@ -59,8 +59,8 @@ fn radii(random: &mut Random) -> (f64, f64) {
     (major, major * share)
 }
 
-/// A ray through the surroundings, at a point of the surface, nearly along it, in a plane of symmetry or along the
-/// axis, from near and far.
+/// A ray near the torus: at a random point, at a point of the surface, nearly tangent, in a plane of symmetry or
+/// parallel to the axis, from near and far.
 fn ray(random: &mut Random, major: f64, minor: f64) -> (Vec3, Vec3) {
     let size = major + minor;
     let (ring, tube) = (random.number(0.0, 6.3), random.number(0.0, 6.3));
@@ -70,7 +70,7 @@ fn ray(random: &mut Random, major: f64, minor: f64) -> (Vec3, Vec3) {
     let target = match random.below(6) {
         0 | 1 => random.point(-1.0, 1.0) * size,
         2 => surface,
-        // Nearly tangent: along the surface, at some height above or below it.
+        // Nearly tangent: parallel to the surface, slightly above or below it.
         3 => {
             d = (d - outward * d.dot(outward)).normalize();
             surface
@@ -102,7 +102,7 @@ struct Case {
     d: Vec3,
 }
 
-/// From far away the gap beside the pinch of a horn torus may be narrower than an ulp of `t`.
+/// For a far origin, the gap beside the pinch of a horn torus may be narrower than an ulp of `t`.
 #[test]
 fn two_crossings_may_share_an_ulp() {
     let o = Vec3::new(285587.40977421636, 43495.19513243396, 39509.17313389525);
@@ -121,8 +121,8 @@ enum Verdict {
     Wrong(String),
 }
 
-/// The distance from the surface at a place of the line, negative inside, its slope, and bounds for how fast the
-/// slope changes and how far around that bound holds.
+/// The signed distance from the surface at a point of the line (negative inside), its slope, a bound on how fast
+/// the slope changes, and the distance up to which that bound holds.
 struct Distance {
     value: f64,
     slope: f64,
@@ -138,7 +138,7 @@ impl Case {
         for c in list {
             match (self.inside(c.t.next_down()), self.inside(c.t.next_up())) {
                 (Some(before), Some(after)) if before != after && after == c.entering => {}
-                // Nor where two crossings share an ulp.
+                // Also undecided if two crossings share an ulp.
                 (None, _) | (_, None) => return Verdict::Unsure,
                 (Some(before), Some(after)) if before == after => return Verdict::Unsure,
                 _ => return Verdict::Wrong(format!("no crossing within an ulp of {}", c.t)),
@@ -147,7 +147,7 @@ impl Case {
         self.certify_nothing_else(list)
     }
 
-    /// Whether a place is in the torus, if double-double arithmetic can tell.
+    /// Whether a point is inside the torus. `None` if double-double arithmetic cannot decide.
     fn inside(&self, t: f64) -> Option<bool> {
         let [x, y, z] = std::array::from_fn(|i| two_prod(t, self.d[i]) + Dd::from(self.o[i]));
         let e = (x * x + y * y).sqrt() - Dd::from(self.major);
@@ -176,7 +176,7 @@ impl Case {
         let mut from = -half;
         for c in list {
             let tau = c.t - middle;
-            // Around the crossing the slope keeps its sign: there is no other.
+            // Around the crossing the slope keeps its sign, so there is no other crossing.
             let at = march.distance(tau);
             let way = (0.5 * at.slope.abs() / at.bend).min(at.around);
             let rounding = 4.0 * f64::EPSILON * (c.t.abs() + middle.abs());
@@ -188,7 +188,7 @@ impl Case {
         if march.arrives(from, half, false) { Verdict::Right } else { Verdict::Unsure }
     }
 
-    /// Holds a list against exact arithmetic.
+    /// Compares a list with exact arithmetic.
     fn compare(&self, list: &[Crossing]) -> Result<(), String> {
         let section = Section::new(self.major, self.minor, self.o, self.d);
         let middle = -self.o.dot(self.d) / self.d.length_squared();
@@ -208,7 +208,7 @@ impl Case {
 
 struct March<'a> {
     case: &'a Case,
-    /// The place from which `tau` counts, near the closest approach.
+    /// The point at `tau = 0`, near the closest approach.
     p: Vec3,
     speed: f64,
     blur: f64,
@@ -221,13 +221,13 @@ impl March<'_> {
         let e = rho - self.case.major;
         let from_circle = (e * e + q.z * q.z).sqrt();
         let slope = (e * (q.x * d.x + q.y * d.y) / rho + q.z * d.z) / from_circle;
-        // As far as half the way to the circle and to the axis, the curvature at most doubles.
+        // Up to half the distance to the circle and to the axis, the curvature at most doubles.
         let bend = self.speed * self.speed * 2.0 * (1.0 / from_circle + 1.0 / rho);
         let around = 0.5 * from_circle.min(rho) / self.speed;
         Distance { value: from_circle - self.case.minor, slope, bend, around }
     }
 
-    /// Whether no surface lies between two places, on one side of it.
+    /// Whether the line certainly stays on the given side of the surface between two `tau`.
     fn arrives(&self, from: f64, to: f64, inside: bool) -> bool {
         let mut tau = from;
         for _ in 0..400 {
@@ -240,7 +240,7 @@ impl March<'_> {
             if clear.is_nan() || clear <= 0.0 {
                 return false;
             }
-            // The distance h further on is at least clear + slope h - bend h^2 / 2.
+            // At a further step h the distance is at least clear + slope h - bend h^2 / 2.
             let curved = (slope + (slope * slope + 2.0 * bend * clear).sqrt()) / bend;
             tau += (clear / self.speed).max(0.999 * curved.min(around));
         }

@@ -1,27 +1,27 @@
-//! A line seen from its closest approach.
+//! A line relative to its closest approach.
 //!
-//! Expanded about a far origin the quartic's coefficients lose every digit, and no root finder can bring them
-//! back. So the line is first given a nearby origin, without error.
+//! Expanded about a far origin, the coefficients of the quartic lose all their digits, and no root finder can
+//! recover them. So the line first gets a nearby origin, without rounding error.
 
 use crate::math::{Dd, PowerOfTwo, Vec3, binary_exponent, two_prod};
 use crate::ray::Line;
 
 /// The line `p + tau u` in units of the solid's size, with `p` near the point closest to the centre.
 pub(super) struct Approach {
-    /// The new origin, exact but for some 100 bits.
+    /// The new origin, accurate to about 100 bits.
     pub p: [Dd; 3],
-    /// The direction: that of the line times a power of two, its longest component from 1/2 to 1.
+    /// The direction: the line's, scaled by a power of two so that its longest component is between 1/2 and 1.
     pub u: Vec3,
     /// `u . u`.
     pub uu: f64,
-    /// `tau` of the line's own origin, negated.
+    /// Minus the `tau` of the line's own origin.
     shift: Dd,
-    /// What `shift + tau` has to be multiplied with to give `t`.
+    /// The factor that converts `shift + tau` to `t`.
     t_unit: PowerOfTwo,
 }
 
 impl Approach {
-    /// Moves the origin of a line next to the centre of a solid whose size has the given exponent.
+    /// Moves the origin of a line close to the centre of a solid whose size has the given binary exponent.
     #[inline(always)]
     pub fn new(line: &Line, size_exponent: i32) -> Approach {
         let direction_exponent = binary_exponent(line.d.abs().max_element());
@@ -30,8 +30,8 @@ impl Approach {
         let uu = u.length_squared();
         let mut p = o.to_array().map(Dd::from);
         let mut shift = Dd::ZERO;
-        // Any double near the closest approach will do, as p is computed to match it; from extremely far
-        // the nearest double is not near, and the move is repeated.
+        // Any f64 near the closest approach will do, as p is computed to match it. From extremely far away the
+        // nearest f64 is not near, so the move is repeated.
         for _ in 0..3 {
             let step = -rounded(&p).dot(u) / uu;
             p = std::array::from_fn(|i| p[i] + two_prod(step, u[i]));
@@ -43,26 +43,26 @@ impl Approach {
         Approach { p, u, uu, shift, t_unit: PowerOfTwo::new(size_exponent - direction_exponent) }
     }
 
-    /// The line's own parameter, rounded once.
+    /// Converts `tau` to the line's own parameter, rounded once.
     #[inline(always)]
     pub fn t(&self, tau: Dd) -> f64 {
         self.t_unit.times((self.shift + tau).hi)
     }
 
-    /// The magnitude of `shift + tau`: what an ulp of `t` is relative to, in units of `tau`.
+    /// The magnitude of `shift + tau`, to which an ulp of `t` is relative, in units of `tau`.
     #[inline(always)]
     pub fn reach(&self, tau: f64) -> f64 {
         (self.shift.hi + tau).abs()
     }
 
-    /// A length of `tau` as one of `t`.
+    /// Converts a difference of `tau` to a difference of `t`.
     #[inline(always)]
     pub fn t_length(&self, tau: f64) -> f64 {
         self.t_unit.times(tau)
     }
 }
 
-/// Double-double coordinates rounded to double.
+/// Double-double coordinates rounded to f64.
 #[inline(always)]
 pub(super) fn rounded(p: &[Dd; 3]) -> Vec3 {
     Vec3::new(p[0].hi, p[1].hi, p[2].hi)

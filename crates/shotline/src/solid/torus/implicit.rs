@@ -1,11 +1,11 @@
-//! The torus function along a line, with its derivatives and bounds for its rounding.
+//! The implicit function of the torus along a line, with its derivatives and bounds on its rounding error.
 
 use super::approach::{Approach, rounded};
 use crate::math::{Dd, HALF_ULP, Vec3, two_prod, two_sum};
 
 /// `f(tau) = (rho - R)^2 + z^2 - r^2` on the line `p + tau u`, with `rho^2 = x^2 + y^2`.
 ///
-/// Every sign is that of `f`, not of the quartic: `f` does not cancel for thin rings and has no zero inside a
+/// All signs are those of `f`, not of the quartic. `f` does not cancel for thin rings and has no zero inside a
 /// spindle.
 pub(super) struct TorusFunction<'a> {
     line: &'a Approach,
@@ -15,7 +15,7 @@ pub(super) struct TorusFunction<'a> {
     minor_squared: Dd,
 }
 
-/// A point of the line, and what everything about it is computed from.
+/// A point of the line with the quantities that everything else is computed from.
 #[derive(Clone, Copy)]
 pub(super) struct LinePoint {
     tau: f64,
@@ -34,18 +34,18 @@ impl<'a> TorusFunction<'a> {
     #[inline(always)]
     pub fn at(&self, tau: f64) -> LinePoint {
         let q = self.p + self.line.u * tau;
-        // Never zero, so that it can divide: next to the axis x / rho and y / rho come out as zero.
+        // Positive, so that it can be a divisor. Next to the axis x / rho and y / rho become zero.
         let rho = (q.x * q.x + q.y * q.y).sqrt().max(1e-150);
         LinePoint { tau, q, rho, e: rho - self.major }
     }
 
-    /// `f` in double arithmetic.
+    /// `f` in f64.
     #[inline(always)]
     pub fn value(&self, at: &LinePoint) -> f64 {
         at.e * at.e + at.q.z * at.q.z - self.minor * self.minor
     }
 
-    /// A bound on the error of `value`: the errors of `rho - R` and `z` times their weight, and of the sums.
+    /// A bound on the error of `value`: the weighted errors of `rho - R` and `z`, and those of the sums.
     #[inline(always)]
     pub fn value_error(&self, at: &LinePoint) -> f64 {
         let unit = 16.0 * HALF_ULP;
@@ -55,7 +55,7 @@ impl<'a> TorusFunction<'a> {
         unit * (size * (off + unit * size) + self.minor * self.minor)
     }
 
-    /// `f` with twice the digits: every intermediate is a double and what rounding took from it.
+    /// `f` with twice the digits: every intermediate result is an f64 and its rounding error.
     #[inline(always)]
     pub fn wide_value(&self, tau: Dd) -> f64 {
         let [x, y, z] = std::array::from_fn(|i| {
@@ -74,14 +74,15 @@ impl<'a> TorusFunction<'a> {
         (distance2.hi - self.minor_squared.hi) + (distance2.lo - self.minor_squared.lo)
     }
 
-    /// A bound on the error of `wide_value`: the same sum with the roundings of double-double, with room.
+    /// A bound on the error of `wide_value`: the same sum with double-double rounding errors and a margin.
     #[inline(always)]
     pub fn wide_error(&self, at: &LinePoint) -> f64 {
         self.value_error(at) * (16.0 * HALF_ULP)
     }
 
-    /// `f` with the right sign: in double-double arithmetic where double is not sure of it, and zero where that is
-    /// not sure either, as where a line passes through the point in which a horn torus meets itself.
+    /// `f` with the correct sign. Uses double-double where f64 is not certain of the sign. Returns zero where
+    /// double-double is not certain either, as where a line passes through the point at which a horn torus
+    /// touches itself.
     #[inline(always)]
     pub fn signed_value(&self, tau: f64) -> f64 {
         let at = self.at(tau);
@@ -105,28 +106,28 @@ impl<'a> TorusFunction<'a> {
         at.q.x * self.line.u.x + at.q.y * self.line.u.y
     }
 
-    /// A bound on the rounding of `slope`.
+    /// A bound on the rounding error of `slope`.
     #[inline(always)]
     pub fn slope_error(&self, at: &LinePoint) -> f64 {
         let size = self.p.abs().element_sum() + at.tau.abs() + self.major;
         32.0 * HALF_ULP * size * (1.0 + at.e.abs() / at.rho)
     }
 
-    /// A bound on the second derivatives of the torus function in space, in any direction, as far around as
+    /// A bound on the second derivatives of the torus function in space, in any direction, up to a distance of
     /// half the distance to the axis.
     #[inline(always)]
     pub fn curvature_bound(&self, at: &LinePoint) -> f64 {
         2.0 + 4.0 * (at.e.abs() / at.rho + 0.5)
     }
 
-    /// What moving the point by up to `by`, in each component, can do to `f`.
+    /// A bound on the change of `f` if the point moves by up to `by` in each component.
     #[inline(always)]
     pub fn perturbation_bound(&self, at: &LinePoint, by: Vec3) -> f64 {
         let outward = at.e.abs() / at.rho;
         let q = at.q.abs();
         let first = 2.0 * (outward * (q.x * by.x + q.y * by.y) + q.z * by.z);
         let curved = first + 2.0 * self.curvature_bound(at) * by.length_squared();
-        // Next to the axis f bends without bound, but rho changes by no more than the point moves.
+        // Next to the axis the curvature of f is unbounded, but rho changes by no more than the point moves.
         let across = by.x + by.y;
         curved.min((2.0 * at.e.abs() + across) * across + (2.0 * q.z + by.z) * by.z)
     }

@@ -19,10 +19,10 @@ use crate::ray::Line;
 
 /// `(sqrt(x^2 + y^2) - R)^2 + z^2 < r^2`, a ring around the z axis.
 ///
-/// With `r = R` it is a horn torus, with `r > R` a spindle: a body without a hole. The lemon in which such
-/// a torus meets itself is interior like the rest, not a surface.
+/// `r = R` gives a horn torus and `r > R` a spindle torus, a body without a hole. The lemon in which a spindle
+/// torus overlaps itself is part of the interior, and its boundary is not a surface.
 ///
-/// Counts are certain, but for touchings within rounding, down to `r / R` of about 1e-10.
+/// The number of crossings is certain, except for tangents within rounding, for `r / R` down to about 1e-10.
 #[derive(Clone, Debug)]
 pub struct Torus {
     major: f64,
@@ -56,10 +56,10 @@ constructors! {
 }
 
 impl Torus {
-    /// From the radius `R` of the circle inside the tube and the radius `r` of the tube.
+    /// Creates a torus from the radius `R` of the circle inside the tube and the radius `r` of the tube.
     ///
     /// # Errors
-    /// [`ParamError`] unless both are positive and finite, and so is their sum.
+    /// [`ParamError`] unless both radii are positive and finite, and their sum is finite.
     pub fn new(major: f64, minor: f64) -> Result<Torus, ParamError> {
         for (param, x) in [("R", major), ("r", minor)] {
             if !(x > 0.0 && x.is_finite()) {
@@ -100,7 +100,8 @@ impl Solid for Torus {
         (distance - self.minor) * (distance + self.minor)
     }
 
-    /// From the nearest point of the circle inside the tube; along the axis at the tips of a spindle.
+    /// The vector from the nearest point of the circle inside the tube, scaled. At the tips of a spindle, along
+    /// the axis.
     fn normal(&self, p: Vec3, _surface: u32, _primitive: u32) -> Vec3 {
         let rho = libm::hypot(p.x, p.y);
         if rho == 0.0 {
@@ -114,7 +115,7 @@ impl Solid for Torus {
         self.distance_from_circle(p) < self.minor
     }
 
-    /// Pappus; not of a spindle, whose lemon the formula would count twice.
+    /// By Pappus's theorem. `None` for a spindle, whose lemon the formula would count twice.
     fn moments(&self) -> Option<Moments> {
         let (major2, minor2) = (self.major * self.major, self.minor * self.minor);
         let across = 0.5 * major2 + 0.375 * minor2;

@@ -1,4 +1,4 @@
-//! Lines with the nearest doubles to their exact crossings at `t > 0`, from certified root isolation in
+//! Lines with the f64 values nearest to their exact crossings at `t > 0`, computed by certified root isolation in
 //! rational arithmetic: thin, fat, horn and spindle tori, far origins, near tangents, symmetry planes.
 
 /// A row: `[R, r]`, origin, direction, crossings.

@@ -1,11 +1,12 @@
 //! The crossings of a line with a torus: certain in number, rounded once.
 //!
-//! 1. The line is moved near its closest approach (`approach`), and cut down to where it can meet the torus.
-//! 2. Between two critical points of the quartic there is at most one crossing. They come from its plain
-//!    coefficients: an error there enters the distance from the surface only squared.
-//! 3. The sign of the torus function at the critical points decides (`implicit`), in double-double where
-//!    double is not sure. So the list alternates and is even whatever rounding does.
-//! 4. Newton's steps on the quartic come near each crossing, and a residual in double-double corrects it.
+//! 1. The line gets an origin near its closest approach (`approach`) and is cut to the interval where it can meet
+//!    the torus.
+//! 2. Between two critical points of the quartic there is at most one crossing. The critical points come from the
+//!    f64 coefficients. Their error affects the distance from the surface only to second order.
+//! 3. The sign of the torus function at the critical points decides (`implicit`), in double-double where f64 is
+//!    not certain. So the list alternates and is even despite rounding.
+//! 4. Newton steps on the quartic approach each crossing, and a residual in double-double corrects it.
 
 use super::approach::{Approach, rounded};
 use super::implicit::TorusFunction;
@@ -14,7 +15,7 @@ use crate::math::{Dd, HALF_ULP, PowerOfTwo, Vec3, binary_exponent};
 use crate::ray::Line;
 use crate::roots::{Piece, Roots, bracketed_newton, cubic_between, horner};
 
-/// Two roundings of a number that is not normal any more: the spacing of such numbers is 2^-1074.
+/// The error of two roundings of a subnormal number. Subnormal numbers are 2^-1074 apart.
 const UNDERFLOW: f64 = f64::from_bits(4);
 
 /// Appends the crossings of a whole line with the torus of radii `major` and `minor`.
@@ -39,8 +40,8 @@ pub(super) fn crossings(major: f64, minor: f64, line: &Line, out: &mut Vec<Cross
     search.run(lo, hi, &knots, out);
 }
 
-/// The part of the line within the sphere and the slab around the torus, both slightly enlarged, so that its
-/// ends are outside of the torus.
+/// Returns the interval of the line within the sphere and the slab around the torus. Both are slightly enlarged,
+/// so that its ends are outside the torus.
 #[inline(always)]
 fn chord(line: &Approach, major: f64, minor: f64) -> Option<(f64, f64)> {
     const MARGIN: f64 = 1e-9;
@@ -58,11 +59,12 @@ fn chord(line: &Approach, major: f64, minor: f64) -> Option<(f64, f64)> {
     } else if p.z.abs() > height {
         return None;
     }
-    // A line that misses the sphere has NaN for ends, and one from beyond the range of numbers as well.
+    // If the line misses the sphere the ends are NaN, as they are if it starts beyond the range of numbers.
     (half.is_finite() && lo < hi).then_some((lo, hi))
 }
 
-/// A quarter of the quartic `(|q|^2 + R^2 - r^2)^2 - 4 R^2 rho^2` at `q = p + tau u`, from the constant upwards.
+/// A quarter of the quartic `(|q|^2 + R^2 - r^2)^2 - 4 R^2 rho^2` at `q = p + tau u`, from the constant term
+/// upwards.
 #[inline(always)]
 fn quartic(line: &Approach, major: f64, minor: f64) -> [f64; 5] {
     let (p, u, uu) = (rounded(&line.p), line.u, line.uu);
@@ -78,7 +80,7 @@ fn quartic(line: &Approach, major: f64, minor: f64) -> [f64; 5] {
     ]
 }
 
-/// The zeros of the derivative of a quartic.
+/// Returns the zeros of the derivative of a quartic.
 #[inline(always)]
 fn critical_points([_, a, b, c, d]: [f64; 5], lo: f64, hi: f64) -> Roots {
     cubic_between([a, 2.0 * b, 3.0 * c, 4.0 * d], lo, hi, 1e-6 * (hi - lo))
@@ -89,13 +91,13 @@ struct Search<'a> {
     approach: &'a Approach,
     function: TorusFunction<'a>,
     quartic: [f64; 5],
-    /// Takes lengths of the solid's frame to units of its size.
+    /// Converts lengths of the solid's frame to units of its size.
     unit: PowerOfTwo,
 }
 
 impl Search<'_> {
-    /// The crossings between two places outside of the torus. A step of Newton's is a long chain of operations
-    /// that wait for each other: taken for all crossings side by side, the chains overlap.
+    /// Appends the crossings between two points outside the torus. A Newton step is a long chain of dependent
+    /// operations. The chains overlap because the steps of all crossings are interleaved.
     #[inline(always)]
     fn run(&self, lo: f64, hi: f64, knots: &[f64], out: &mut Vec<Crossing>) {
         let (mut brackets, count) = self.brackets(lo, hi, knots);
@@ -113,7 +115,7 @@ impl Search<'_> {
         }
     }
 
-    /// Where the line passes the surface: between knots on different sides of it.
+    /// Brackets the crossings: the intervals between successive knots on different sides of the surface.
     #[inline(always)]
     fn brackets(&self, lo: f64, hi: f64, knots: &[f64]) -> ([Bracket; 4], usize) {
         let height = |tau: f64| (tau, self.function.signed_value(tau));
@@ -121,7 +123,7 @@ impl Search<'_> {
         let (mut from, mut inside) = (height(lo), false);
         for &knot in knots {
             let to = height(knot);
-            // A knot on the surface touches it, from whichever side: nothing changes.
+            // A knot on the surface is a tangent point, from either side: membership does not change.
             if to.1 != 0.0 && (to.1 < 0.0) != inside {
                 brackets[count] = if inside { Bracket::out(from, to) } else { Bracket::into(from, to) };
                 count += 1;
@@ -136,8 +138,8 @@ impl Search<'_> {
         (brackets, count)
     }
 
-    /// Brings each passage near its crossing by Newton's steps on the quartic: three that nothing guards do
-    /// nearly always.
+    /// Moves each bracket's `tau` near its crossing by Newton steps on the quartic. Three steps without
+    /// safeguards nearly always suffice.
     #[inline(always)]
     fn approximate(&self, brackets: &mut [Bracket]) {
         for _ in 0..3 {
@@ -159,7 +161,7 @@ impl Search<'_> {
         bracketed_newton(bracket.piece, bracket.start, bracket.tolerance, |tau| horner(&self.quartic, tau))
     }
 
-    /// One step of Newton's from an approximation of the crossing of a piece, with the residual in double-double.
+    /// Returns the result of one Newton step towards the crossing of a piece, with the residual in double-double.
     #[inline(always)]
     fn corrected(&self, tau: Dd, piece: Piece) -> Root {
         let f = &self.function;
@@ -180,8 +182,8 @@ impl Search<'_> {
         Root { tau: next, slope: slope.abs() - slope_error, residual, curvature_bound, converged }
     }
 
-    /// Further steps, until what is left cannot be seen in `t`. Next to a touching there may be many, of which
-    /// the first only halve the way.
+    /// Takes further steps until the remaining error cannot be seen in `t`. Near a tangent there may be many, the
+    /// first of which only halve the interval.
     #[cold]
     fn refine(&self, root: &mut Root, piece: Piece) {
         for _ in 0..60 {
@@ -199,13 +201,13 @@ impl Search<'_> {
         Crossing::new(t, (root_error + HALF_ULP * t.abs()).max(UNDERFLOW), !piece.rising, 0)
     }
 
-    /// How far the exact crossing of the exact line can be from the root, if it crosses here at all: where `f`
-    /// can be off by the residual and by the line's own bounds.
+    /// A bound on the distance from the root to the exact crossing of the exact line, if it crosses here at all:
+    /// the range in which `f` may be zero given the residual and the line's own bounds.
     #[inline(always)]
     fn root_error(&self, root: &Root, t: f64, piece: Piece) -> f64 {
         let doubt = root.residual + self.perturbation_bound(root.tau.hi, t);
         let linear = doubt / root.slope;
-        // How much the slope can change over that way, relatively.
+        // The relative change of the slope over that distance.
         let turn = root.curvature_bound * linear / root.slope;
         if root.slope > 0.0 && turn <= 0.125 {
             return linear * (1.0 + 2.0 * turn);
@@ -213,7 +215,7 @@ impl Search<'_> {
         self.root_error_at_tangent(root.tau.hi, t, piece)
     }
 
-    /// As far as it takes until `f` is sure of its sign on both sides.
+    /// The distance at which the sign of `f` is certain on both sides, found by doubling.
     #[cold]
     fn root_error_at_tangent(&self, tau: f64, t: f64, piece: Piece) -> f64 {
         let decided = |tau: f64| {
@@ -230,7 +232,7 @@ impl Search<'_> {
         way
     }
 
-    /// What the line's own bounds can do to `f`.
+    /// A bound on the change of `f` due to the line's own errors.
     #[inline(always)]
     fn perturbation_bound(&self, tau: f64, t: f64) -> f64 {
         let by = self.line.point_err(t);
@@ -241,25 +243,25 @@ impl Search<'_> {
     }
 }
 
-/// A piece of the line with one crossing, on the way to it.
+/// A piece of the line with one crossing, and the current approximation of that crossing.
 #[derive(Clone, Copy, Default)]
 struct Bracket {
     piece: Piece,
     start: f64,
-    /// Near the crossing once the last `step` is not longer than the `tolerance`.
+    /// Close to the crossing once the last `step` is at most `tolerance`.
     tau: f64,
     step: f64,
     tolerance: f64,
 }
 
 impl Bracket {
-    /// Between a knot outside of the tube and one inside, given with the values of `f`.
+    /// Between a knot outside the tube and one inside, each given with its value of `f`.
     #[inline(always)]
     fn into(outer: (f64, f64), inner: (f64, f64)) -> Bracket {
         Bracket::between(inner, outer, false)
     }
 
-    /// Between a knot inside of the tube and one outside.
+    /// Between a knot inside the tube and one outside.
     #[inline(always)]
     fn out(inner: (f64, f64), outer: (f64, f64)) -> Bracket {
         Bracket::between(inner, outer, true)
@@ -267,18 +269,19 @@ impl Bracket {
 
     #[inline(always)]
     fn between(inner: (f64, f64), outer: (f64, f64), rising: bool) -> Bracket {
-        // From its low point in the tube f rises much like a parabola.
+        // From its minimum in the tube, f rises much like a parabola.
         let share = (inner.1 / (inner.1 - outer.1)).sqrt();
         let way = (outer.0 - inner.0) * if share < 1.0 { share } else { 0.5 };
         let start = inner.0 + way;
-        // Next to a touching the quartic is but noise, and only the correction can see the crossing.
+        // Near a tangent the quartic is only noise, and only the double-double correction can locate the
+        // crossing.
         let tolerance = f64::max(1e-5 * way.abs(), 1e-15 / way.abs());
         let piece = Piece { lo: inner.0.min(outer.0), hi: inner.0.max(outer.0), rising };
         Bracket { piece, start, tau: start, step: f64::NAN, tolerance }
     }
 }
 
-/// What is known of the torus function at a computed crossing.
+/// The data on the torus function at a computed crossing.
 #[derive(Clone, Copy, Default)]
 struct Root {
     tau: Dd,
@@ -288,12 +291,12 @@ struct Root {
     residual: f64,
     /// A bound on `|f''|` nearby.
     curvature_bound: f64,
-    /// Whether what is left of the error cannot be seen in `t`.
+    /// Whether the remaining error cannot be seen in `t`.
     converged: bool,
 }
 
 impl Root {
-    /// A place of which nothing is known yet.
+    /// A point for which nothing is known yet.
     #[inline(always)]
     fn unknown(tau: f64) -> Root {
         Root {

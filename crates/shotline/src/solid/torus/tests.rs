@@ -27,7 +27,8 @@ fn the_axis_passes_through_the_hole() {
     assert_eq!(ts(1.0, 0.25, [1.0, 0.0, -3.0], [0.0, 0.0, 1.0]), [2.75, 3.25]);
 }
 
-/// A spindle is crossed on its axis, where it comes to points; what its frame has rounded along the axis stays small.
+/// On its axis a spindle is crossed at its tips. The bounds stay small there even if the frame has rounding
+/// errors.
 #[test]
 fn bounds_stay_small_on_the_axis() {
     let torus = Torus::new(1.625, 3.6875).unwrap();
@@ -41,17 +42,17 @@ fn bounds_stay_small_on_the_axis() {
 #[test]
 fn a_line_in_the_equator_meets_the_tube_twice() {
     assert_eq!(ts(1.0, 0.25, [-4.0, 0.0, 0.0], [1.0, 0.0, 0.0]), [2.75, 3.25, 4.75, 5.25]);
-    // The whole line counts, also what lies behind the origin; and t counts lengths of the direction.
+    // The whole line counts, including what lies behind the origin. `t` is in units of the direction's length.
     assert_eq!(ts(1.0, 0.25, [0.0, 4.0, 0.0], [0.0, 0.5, 0.0]), [-10.5, -9.5, -6.5, -5.5]);
 }
 
 #[test]
 fn touching_is_not_crossing() {
-    // Along the outer equator's tangent, across the top circle, and inside the hole.
+    // Along the tangent of the outer equator, across the top circle, and inside the hole.
     assert_eq!(ts(1.0, 0.25, [1.25, -3.0, 0.0], [0.0, 1.0, 0.0]), []);
     assert_eq!(ts(1.0, 0.25, [-3.0, 0.0, 0.25], [1.0, 0.0, 0.0]), []);
     assert_eq!(ts(1.0, 0.25, [0.75, 0.0, -3.0], [0.0, 0.0, 1.0]), []);
-    // One ulp further in there is a crossing; its ends are sqrt(2 * 1.25 * ulp) apart from the middle.
+    // One ulp further inside there is a crossing. Its ends are sqrt(2 * 1.25 * ulp) from the middle.
     let inner = ts(1.0, 0.25, [1.25f64.next_down(), -3.0, 0.0], [0.0, 1.0, 0.0]);
     let half = (2.5 * f64::EPSILON).sqrt();
     assert_eq!(inner.len(), 2);
@@ -60,7 +61,7 @@ fn touching_is_not_crossing() {
 
 #[test]
 fn touching_from_within_leaves_nothing() {
-    // Along the tangent of the inner equator the line stays inside the tube but for one point.
+    // Along the tangent of the inner equator, the line stays inside the tube except at one point.
     assert_eq!(ts(1.0, 0.25, [0.75, -3.0, 0.0], [0.0, 1.0, 0.0]), [2.0, 4.0]);
 }
 
@@ -73,8 +74,7 @@ fn horn_and_spindle_have_no_inner_surface() {
     assert_eq!(ts(3.0, 5.0, [0.0, 0.0, -9.0], [0.0, 0.0, 1.0]), [5.0, 13.0]);
 }
 
-/// Every crossing correctly rounded, or nearly, and no further off than its own bound.
-/// A horn torus meets itself in a point; on both sides of it a line is inside.
+/// A horn torus touches itself at one point. A line through that point is inside on both sides of it.
 #[test]
 fn the_pinch_of_a_horn_is_no_gap() {
     for (radius, o, d) in [(0.03125, -4.8125, 4.7565535), (1.0, -3.0, 1.0), (1.6875, -1.1, 0.7)] {
@@ -83,6 +83,7 @@ fn the_pinch_of_a_horn_is_no_gap() {
     }
 }
 
+/// Every crossing is within an ulp of the exact one, and its bound is at most two ulps.
 #[test]
 fn exact_lists() {
     for &([major, minor], o, d, exact) in ROWS {
@@ -106,7 +107,7 @@ fn far_origins_and_any_length_of_direction() {
     for away in [1e6, -1e6] {
         let far = cross(&torus, &Line::exact(o - d * away, d));
         assert_eq!(far.len(), near.len());
-        // Moving the origin moves the line by an ulp of its coordinates.
+        // Moving the origin displaces the line by an ulp of its coordinates.
         assert!(far.iter().zip(&near).all(|(f, n)| (f.t - away - n.t).abs() < 1e-8));
     }
     for length in [1e-6, 1e-3, 1e3, 1e6] {
@@ -131,7 +132,7 @@ fn extreme_numbers_end_and_alternate() {
     }
 }
 
-/// The longest directions put all crossings below the smallest normal `t`: the bounds must not make one event of them.
+/// The longest directions give every crossing a subnormal `t`. The bounds must not make the crossings coincident.
 #[test]
 fn crossings_of_the_longest_directions_stay_apart() {
     let torus = Torus::new(1.0, 0.25).unwrap();
@@ -149,7 +150,7 @@ fn bad_radii_are_refused() {
     }
 }
 
-/// Tori from thin to spindle, and lines that pass nearby.
+/// Tori from thin to spindle, and lines that pass near them.
 fn torus_and_line() -> impl Strategy<Value = (Torus, Line)> {
     let vector = || prop::array::uniform3(-1.0..1.0f64).prop_map(Vec3::from);
     let minor = prop_oneof![0.01..1.0f64, 1.0..4.0f64, Just(1.0)];
@@ -160,7 +161,7 @@ fn torus_and_line() -> impl Strategy<Value = (Torus, Line)> {
 }
 
 proptest! {
-    /// Between its crossings the line is where the list says, at 400 places.
+    /// Between its crossings, at 400 points, the line is inside exactly where the list says so.
     #[test]
     fn lists_agree_with_membership((torus, line) in torus_and_line()) {
         let list = cross(&torus, &line);
@@ -174,7 +175,7 @@ proptest! {
         }
     }
 
-    /// At a crossing f is zero, and the gradient agrees with the way the line goes.
+    /// At a crossing f is zero, and the sign of the gradient along the line agrees with `entering`.
     #[test]
     fn crossings_lie_on_the_surface((torus, line) in torus_and_line()) {
         for c in cross(&torus, &line) {
@@ -185,7 +186,7 @@ proptest! {
         }
     }
 
-    /// Powers of two, of the scene or of the direction, change no digit.
+    /// Scaling the scene or the direction by a power of two changes no digit.
     #[test]
     fn powers_of_two_change_no_digit((torus, line) in torus_and_line(), k in -300..300i32, m in -300..300i32) {
         let (size, length) = (2f64.powi(k), 2f64.powi(m));
@@ -198,7 +199,7 @@ proptest! {
         }
     }
 
-    /// A line that is off by no more than its own bounds crosses within the bounds of `t`.
+    /// A line displaced within its own bounds crosses within the bounds of `t`.
     #[test]
     fn bounds_hold_for_lines_that_are_off(
         (torus, line) in torus_and_line(),
@@ -219,7 +220,7 @@ proptest! {
         }
     }
 
-    /// The textbook quartic has the sign of the distance, but for the lemon of a spindle.
+    /// The textbook quartic has the sign of the distance, except in the lemon of a spindle.
     #[test]
     fn the_quartic_agrees_outside_the_lemon(
         minor in 0.05..3.0f64,
