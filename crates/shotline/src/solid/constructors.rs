@@ -2,7 +2,7 @@
 
 /// Declares the typed constructors of a kind, in the file of the solid: the name of its module, then each constructor with
 /// its documentation and its arguments. These are the kind's parameters by name and in order, typed after the methods of
-/// [`Params`](super::Params) that read them: `number`, `vector` or `ten`. Those with a default may be left out.
+/// [`Params`](super::Params) that read them: `number`, `vector` or `coefficients`. Those with a default may be left out.
 ///
 /// The types that return shapes are above this module. So the constructors become a macro of the module's name, which
 /// `shape` expands within `impl Shape`.
@@ -38,7 +38,7 @@ macro_rules! constructors {
 macro_rules! argument {
     (number) => { f64 };
     (vector) => { impl Into<$crate::math::Vec3> };
-    (ten) => { [f64; 10] };
+    (coefficients) => { [f64; 10] };
 }
 
 /// The numbers of an argument.
@@ -49,7 +49,7 @@ macro_rules! numbers {
     (vector $arg:ident) => {
         $arg.into().to_array()
     };
-    (ten $arg:ident) => {
+    (coefficients $arg:ident) => {
         $arg
     };
 }

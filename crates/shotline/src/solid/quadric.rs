@@ -35,7 +35,7 @@ pub(super) static KIND: Kind = Kind {
 constructors! {
     quadric:
     /// The quadric `A x2 + B y2 + C z2 + D xy + E xz + F yz + G x + H y + I z + J < 0`, by its coefficients A to J.
-    fn quadric(coeffs: ten);
+    fn quadric(coeffs: coefficients);
 }
 
 /// Divides all coefficients by one power of four. The form is centred at the origin, wherever the quadric lies,
