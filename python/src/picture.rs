@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use shotline::accel::COUNTERS;
 use shotline::scene::{Camera, Lens};
-use shotline_io::write_whole;
+use shotline_io::atomic_write;
 use shotline_render::{Exposure, Image, LOOKS, Lighting, Sample, Settings, encode_bytes, look};
 
 use crate::scene::{Scene, unwritten};
@@ -142,7 +142,7 @@ pub fn encode_png<'py>(py: Python<'py>, pixels: PyReadonlyArray3<'py, u8>) -> Py
 #[pyfunction]
 pub fn save_png(path: PathBuf, pixels: PyReadonlyArray3<u8>) -> PyResult<()> {
     let png = png(&pixels)?;
-    write_whole(&path, |out| out.write_all(&png)).map_err(unwritten)
+    atomic_write(&path, |out| out.write_all(&png)).map_err(unwritten)
 }
 
 fn png(pixels: &PyReadonlyArray3<u8>) -> PyResult<Vec<u8>> {

@@ -17,7 +17,7 @@ use shotline::query::{Kinds, Overlaps, QueryError, Scope};
 use shotline::ray::Span;
 use shotline::scene::{Node, NodeId, Units};
 use shotline::solid::mesh::WeldError;
-use shotline_io::{Document, Effect, Packed, Problem, Reach, ReadOptions, WriteError};
+use shotline_io::{Diagnostic, Document, Effect, Packed, PathPolicy, ReadOptions, WriteError};
 
 use crate::mesh::Mesh;
 use crate::rays::{PointRows, RayRows};
@@ -179,7 +179,7 @@ impl Scene {
         let options = options(accel)?;
         let world = py.detach(|| compile(&document.scene, options));
         let world = world.map_err(|errors| match document.source.path() {
-            Some(_) => PyValueError::new_err(document.explain(&errors).to_string()),
+            Some(_) => PyValueError::new_err(document.diagnostics(&errors).to_string()),
             None => explained(&document.scene, errors),
         })?;
         Ok(Scene { scene: Arc::new(document.scene), world: Arc::new(world), options, live: OnceLock::new() })
@@ -206,11 +206,11 @@ impl Scene {
     fn parse(py: Python, text: String, meshes: Vec<PyRef<Mesh>>, accel: Option<&str>) -> PyResult<Scene> {
         let packed = Packed { text, meshes: meshes.iter().map(|m| m.mesh.clone()).collect() };
         let document = py.detach(|| packed.unpack()).map_err(|error| {
-            let words = |problem: Problem| match problem.help {
-                Some(help) => format!("{}; {help}", problem.message),
-                None => problem.message,
+            let line = |diagnostic: Diagnostic| match diagnostic.help {
+                Some(help) => format!("{}; {help}", diagnostic.message),
+                None => diagnostic.message,
             };
-            PyValueError::new_err(error.problems.into_iter().map(words).collect::<Vec<_>>().join("\n"))
+            PyValueError::new_err(error.diagnostics.into_iter().map(line).collect::<Vec<_>>().join("\n"))
         })?;
         Scene::of(py, document, accel)
     }
@@ -224,9 +224,9 @@ impl Scene {
         allow_outside: bool,
         weld: Option<&str>,
     ) -> PyResult<(Scene, Vec<(String, bool)>)> {
-        let reach = if allow_outside { Reach::Anywhere } else { Reach::Folder };
+        let paths = if allow_outside { PathPolicy::Anywhere } else { PathPolicy::SceneFolder };
         let weld = weld.map(|weld| weld.parse().map_err(|e: WeldError| PyValueError::new_err(e.to_string())));
-        let options = ReadOptions { reach, weld: weld.transpose()? };
+        let options = ReadOptions { paths, weld: weld.transpose()? };
         let document = py.detach(|| shotline_io::load_with(&path, options));
         let document = document.map_err(|e| PyValueError::new_err(e.to_string()))?;
         let notes = document.notes.iter().map(|n| (n.to_string(), n.effect == Effect::Changed)).collect();

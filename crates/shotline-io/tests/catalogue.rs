@@ -7,7 +7,7 @@ use shotline::query::batch::{self, BatchError, Run};
 use shotline::query::{Caster, Hit, Limits, QueryError};
 use shotline::ray::{InvalidRay, Ray, Span};
 use shotline::scene::{LocalTransform, Node, NodeId, Op, Scene};
-use shotline_io::{Place, parse_scene, write_scene};
+use shotline_io::{Location, parse_scene, write_scene};
 
 fn solid(scene: &mut Scene, kind: &str, values: &[&[f64]]) -> NodeId {
     scene.add_solid(kind, values).expect(kind)
@@ -252,7 +252,7 @@ fn cycles_are_told_by_name() {
                "self": {"op": "union", "args": [{"ref": "self", "scale": 2}]}},
       "objects": [{"node": {"ref": "hen"}}]}"#;
     let document = parse_scene(text, None).expect("a file may say so");
-    let shown = document.explain(&errors(&document.scene)).to_string();
+    let shown = document.diagnostics(&errors(&document.scene)).to_string();
     for part in
         ["2:23: a part contains itself: 'hen' -> 'egg' -> 'hen'", "'self' -> 'self'", "help: break the cycle"]
     {
@@ -451,7 +451,7 @@ fn truncated_file() {
     let whole = file_of(r#"{"node": {"kind": "sphere", "radius": 1.5}}"#);
     for end in 0..whole.len() {
         let error = parse_scene(&whole[..end], None).expect_err("cut off");
-        assert!(error.problems.iter().all(|p| matches!(p.place, Place::Text { .. })), "{error}");
+        assert!(error.diagnostics.iter().all(|p| matches!(p.location, Location::Text { .. })), "{error}");
     }
 }
 

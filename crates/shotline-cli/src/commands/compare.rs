@@ -119,7 +119,7 @@ impl Command {
 
 fn built(document: &Document, accel: &'static str) -> Result<World, Failure> {
     compile::compile(&document.scene, Options { accel: Some(accel) })
-        .map_err(|errors| Failure::new(document.explain(&errors).to_string()))
+        .map_err(|errors| Failure::new(document.diagnostics(&errors).to_string()))
 }
 
 fn entry(name: &'static str, document: &Document, rays: &[Ray]) -> Result<Entry, Failure> {

@@ -7,8 +7,8 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
 use super::npy;
+use crate::atomic_write::atomic_write;
 use crate::error::WriteError;
-use crate::whole::write_whole;
 
 /// A column: what becomes one array.
 #[derive(Clone, Copy, Debug)]
@@ -41,7 +41,7 @@ pub enum Column<'a> {
 /// # Errors
 /// [`WriteError`] if the system refuses.
 pub fn write_npz(path: impl AsRef<Path>, columns: &[(&str, Column)]) -> Result<(), WriteError> {
-    write_whole(path.as_ref(), |out| fill_npz(out, columns))
+    atomic_write(path.as_ref(), |out| fill_npz(out, columns))
 }
 
 /// Writes the bytes of an `.npz` file with columns under their names.

@@ -1,7 +1,8 @@
 //! Scene files: JSON with comments. See `docs/scene-format.md`.
 
+mod appearance;
+mod duplicates;
 mod keys;
-mod looks;
 mod mesh_files;
 mod motions;
 mod names;
@@ -10,8 +11,7 @@ mod placement;
 mod schema;
 mod syntax;
 mod token;
-mod tree;
-mod twice;
+mod value_tree;
 mod values;
 mod write;
 
@@ -23,13 +23,13 @@ use self::keys::{TOP, names};
 use self::mesh_files::Meshes;
 use self::nodes::Graph;
 pub use self::schema::scene_schema;
-use self::tree::ValueId;
+use self::value_tree::ValueId;
 use self::values::Values;
 pub use self::write::write_scene;
 use crate::bytes::{text_start, zero_byte};
+use crate::diagnostic::{Diagnostics, RawDiagnostic};
 use crate::document::{Document, Source};
 use crate::error::ReadError;
-use crate::fault::{Fault, Faults};
 use crate::files::too_large;
 use crate::format::{Content, Format, MeshSource};
 use crate::note::Note;
@@ -41,24 +41,24 @@ pub(crate) const FORMAT: Format = Format {
         let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).trim_ascii_start();
         text.starts_with(b"{") || text.starts_with(b"//") || text.starts_with(b"/*")
     },
-    content: Content::Scene { read },
+    content: Content::Scene { read, write: write_scene, max_bytes: MAX_BYTES },
 };
 
 /// The largest scene file that is read, in bytes.
-pub(crate) const MAX_BYTES: u64 = 256 << 20;
+const MAX_BYTES: u64 = 256 << 20;
 
 /// Reads the bytes of a scene file.
 fn read(path: &Path, bytes: Vec<u8>, meshes: MeshSource) -> Result<Document, ReadError> {
-    if let Err(fault) = text_start(&bytes) {
-        return Err(ReadError::new(Some(path), &bytes, fault.into()));
+    if let Err(diagnostic) = text_start(&bytes) {
+        return Err(ReadError::new(Some(path), &bytes, diagnostic.into()));
     }
     let text = match String::from_utf8(bytes) {
         Ok(text) => text,
         Err(error) => {
             let at = error.utf8_error().valid_up_to();
-            let fault =
-                Fault::text(at..at + 1, "the text is not UTF-8 from here on").help("save the file as UTF-8");
-            return Err(ReadError::new(Some(path), error.as_bytes(), fault.into()));
+            let diagnostic = RawDiagnostic::text(at..at + 1, "the text is not UTF-8 from here on")
+                .help("save the file as UTF-8");
+            return Err(ReadError::new(Some(path), error.as_bytes(), diagnostic.into()));
         }
     };
     // `Path::parent` of a bare file name is the empty path, which cannot be opened.
@@ -73,42 +73,43 @@ pub(crate) fn parse(
     folder: Option<&Path>,
     meshes: MeshSource,
 ) -> Result<Document, ReadError> {
-    let mut faults = Faults::default();
-    let document = document(&text, Meshes::of(folder, meshes), &mut faults);
+    let mut diagnostics = Diagnostics::default();
+    let document = document(&text, Meshes::of(folder, meshes), &mut diagnostics);
     match document {
-        Some((scene, spans, mut notes)) if faults.is_empty() => {
+        Some((scene, spans, mut notes)) if diagnostics.is_empty() => {
             let file = path.map(|path| path.display().to_string());
-            let twice = twice::duplicate_names(&scene, &spans, &text).into_iter();
+            let twice = duplicates::duplicate_names(&scene, &spans, &text).into_iter();
             notes.extend(twice.map(|note| Note { file: file.clone(), ..note }));
             Ok(Document { scene, notes, source: Source::text_of(path, text, spans, find_param) })
         }
-        _ => Err(ReadError::new(path, text.as_bytes(), faults)),
+        _ => Err(ReadError::new(path, text.as_bytes(), diagnostics)),
     }
 }
 
 type Parts = (shotline::scene::Scene, Vec<std::ops::Range<usize>>, Vec<Note>);
 
-fn document(text: &str, meshes: Meshes, faults: &mut Faults) -> Option<Parts> {
+fn document(text: &str, meshes: Meshes, diagnostics: &mut Diagnostics) -> Option<Parts> {
     // Only what comes from outside is suspected; places in the text are 32 bits wide.
     let most = if let Meshes::Given(_) = meshes { u32::MAX.into() } else { MAX_BYTES };
     if text.len() as u64 > most {
-        faults.push(too_large(most));
+        diagnostics.push(too_large(most));
         return None;
     }
     if let Some(at) = text.find('\0') {
-        faults.push(zero_byte(at));
+        diagnostics.push(zero_byte(at));
         return None;
     }
-    let (tree, root) = syntax::parse(text, faults)?;
-    let mut values = Values { tree: &tree, faults };
+    let (tree, root) = syntax::parse(text, diagnostics)?;
+    let mut values = Values { tree: &tree, diagnostics };
     values.object(root, "a scene")?;
     values.only(root, "a scene", &names(TOP).collect::<Vec<_>>());
     check_version(&mut values, root);
     let get = |key: &str| tree.get(root, key);
     let units = get("units").and_then(|at| read_units(&mut values, at));
-    let materials = get("materials").map(|at| looks::read_materials(&mut values, at)).unwrap_or_default();
-    let camera = get("camera").and_then(|at| looks::read_camera(&mut values, at));
-    let lights = get("lights").map(|at| looks::read_lights(&mut values, at)).unwrap_or_default();
+    let materials =
+        get("materials").map(|at| appearance::read_materials(&mut values, at)).unwrap_or_default();
+    let camera = get("camera").and_then(|at| appearance::read_camera(&mut values, at));
+    let lights = get("lights").map(|at| appearance::read_lights(&mut values, at)).unwrap_or_default();
     let motions = get("motions").map(|at| motions::read(&mut values, at)).unwrap_or_default();
     let accel = values.accel(root);
     let mut graph = Graph::new(values, meshes, materials);
@@ -128,14 +129,14 @@ fn read_units(values: &mut Values, at: ValueId) -> Option<Units> {
     if known.is_none() && written != Units::NONE {
         let names = Units::ALL.iter().map(|(name, _)| *name).chain([Units::NONE]);
         let help = values.hint(written, names);
-        values.fault(at, format!("'{written}' is not a unit of length"), help);
+        values.report(at, format!("'{written}' is not a unit of length"), help);
     }
     known.map(|(_, units)| *units)
 }
 
 fn check_version(values: &mut Values, root: ValueId) {
     let Some(at) = values.tree.get(root, "shotline") else {
-        values.fault_at_start(
+        values.report_at_start(
             root,
             "the scene lacks \"shotline\": 1",
             "add \"shotline\": 1, the version of the format",
@@ -144,14 +145,14 @@ fn check_version(values: &mut Values, root: ValueId) {
     };
     if let Some(version) = values.number(at, "\"shotline\"").filter(|v| *v != 1.0) {
         let help = "this program reads version 1; a newer one may read this file";
-        values.fault(at, format!("the file is written for version {version} of the format"), help);
+        values.report(at, format!("the file is written for version {version} of the format"), help);
     }
 }
 
 /// The bytes of a node's parameter, found by reading the node's text once more: errors are rare, and keeping
 /// every parameter's place would cost more memory than the scene.
 fn find_param(node: &str, param: &str) -> Option<std::ops::Range<usize>> {
-    let mut ignored = Faults::default();
+    let mut ignored = Diagnostics::default();
     let (tree, root) = syntax::parse(node, &mut ignored)?;
     tree.get(root, param).map(|at| tree.range(at))
 }

@@ -1,29 +1,29 @@
-//! What must hold of every polygon that is cut, checked in whole numbers by means that share nothing with the cutting.
+//! Properties of every triangulation, checked in integers by code that shares nothing with ear clipping.
 
 use std::collections::HashMap;
 
 use shotline::math::Vec3;
 
-use super::{Cut, cut};
+use super::{Triangulation, triangulate};
 
 type Corner = [i64; 2];
 
-/// Cuts a polygon of small whole numbers in a slanted plane and requires all that is promised.
+/// Triangulates a polygon of small integers in a slanted plane and checks the result.
 ///
 /// # Panics
-/// Where it does not hold.
-pub(crate) fn cut_holds(corners: &[Corner], axis: usize, slopes: [i64; 2]) {
+/// If a property does not hold.
+pub(crate) fn check(corners: &[Corner], axis: usize, slopes: [i64; 2]) {
     if corners.len() < 3 {
         return;
     }
-    let place = |[x, y]: &Corner| {
-        let mut place = [0; 3];
-        (place[(axis + 1) % 3], place[(axis + 2) % 3]) = (*x, *y);
-        place[axis] = slopes[0] * x + slopes[1] * y;
-        Vec3::from(place.map(|x| x as f64))
+    let point = |[x, y]: &Corner| {
+        let mut point = [0; 3];
+        (point[(axis + 1) % 3], point[(axis + 2) % 3]) = (*x, *y);
+        point[axis] = slopes[0] * x + slopes[1] * y;
+        Vec3::from(point.map(|x| x as f64))
     };
-    let places: Vec<Vec3> = corners.iter().map(place).collect();
-    let cut = cut(&places);
+    let points: Vec<Vec3> = corners.iter().map(point).collect();
+    let cut = triangulate(&points);
     let n = corners.len() as u32;
     assert_eq!(cut.triangles.len(), corners.len() - 2);
     assert_eq!(outline(&cut), (0..n).map(|i| ((i, (i + 1) % n), 1)).collect(), "{corners:?}");
@@ -47,8 +47,8 @@ fn area_of(corners: &[Corner], triangle: &[u32; 3]) -> i64 {
     area(a, b, c)
 }
 
-/// The edges of the triangles, each with how much oftener it is run along this way than the other.
-fn outline(cut: &Cut) -> HashMap<(u32, u32), i64> {
+/// The directed edges of the triangles, each with how many times more it occurs than its reverse.
+fn outline(cut: &Triangulation) -> HashMap<(u32, u32), i64> {
     let mut edges = HashMap::new();
     for [a, b, c] in &cut.triangles {
         for (from, to) in [(*a, *b), (*b, *c), (*c, *a)] {
@@ -60,7 +60,7 @@ fn outline(cut: &Cut) -> HashMap<(u32, u32), i64> {
     edges
 }
 
-/// Whether no two edges have a point in common but for the corner between neighbours.
+/// Whether no two edges have a point in common, except the corner between neighbours.
 pub(super) fn is_simple(corners: &[Corner]) -> bool {
     let n = corners.len();
     let edge = |i: usize| (corners[i], corners[(i + 1) % n]);

@@ -2,29 +2,30 @@
 
 use super::header::{Encoding, Scalar, Shape};
 use crate::bytes::{Cursor, Word, without_comment, words};
-use crate::fault::{At, Fault};
+use crate::diagnostic::RawDiagnostic;
+use crate::location::RawLocation;
 use crate::note::{Effect, NoteKind, Notes};
 
 /// Reads one row after another.
 pub(super) trait Rows {
     /// Begins a row.
-    fn begin(&mut self) -> Result<(), Fault>;
+    fn begin(&mut self) -> Result<(), RawDiagnostic>;
 
     /// Appends the numbers of a property.
-    fn property(&mut self, shape: Shape, out: &mut Vec<f64>) -> Result<(), Fault>;
+    fn property(&mut self, shape: Shape, out: &mut Vec<f64>) -> Result<(), RawDiagnostic>;
 
     /// Ends a row.
-    fn end(&mut self, notes: &mut Notes) -> Result<(), Fault>;
+    fn end(&mut self, notes: &mut Notes) -> Result<(), RawDiagnostic>;
 
     /// Ends the last row.
-    fn end_all(&mut self, notes: &mut Notes) -> Result<(), Fault>;
+    fn end_all(&mut self, notes: &mut Notes) -> Result<(), RawDiagnostic>;
 
     /// Where the row read last stands.
-    fn place(&self) -> At;
+    fn location(&self) -> RawLocation;
 
-    /// A fault of the row read last.
-    fn fault(&self, message: String) -> Fault {
-        Fault { at: self.place(), message, help: None }
+    /// A diagnostic of the row read last.
+    fn diagnostic(&self, message: String) -> RawDiagnostic {
+        RawDiagnostic { location: self.location(), message, help: None }
     }
 }
 
@@ -83,7 +84,7 @@ pub(super) struct AsciiRows<'b> {
     beyond: Option<std::ops::Range<usize>>,
     /// How many numbers outside of lists are beyond their types, and where the first stands.
     all_beyond: usize,
-    first_beyond: Option<At>,
+    first_beyond: Option<RawLocation>,
 }
 
 impl<'b> AsciiRows<'b> {
@@ -115,30 +116,34 @@ impl<'b> AsciiRows<'b> {
         true
     }
 
-    fn word(&mut self) -> Result<Word<'b>, Fault> {
+    fn word(&mut self) -> Result<Word<'b>, RawDiagnostic> {
         while self.layout == Layout::Loose && self.next >= self.line.len() && self.next_line() {}
         let word = self.line.get(self.next).copied();
         self.next += 1;
-        word.ok_or_else(|| self.fault("numbers are missing on this line".into()))
+        word.ok_or_else(|| self.diagnostic("numbers are missing on this line".into()))
     }
 
-    fn number(&mut self, ty: Scalar) -> Result<f64, Fault> {
+    fn number(&mut self, ty: Scalar) -> Result<f64, RawDiagnostic> {
         let word = self.word()?;
         let Some((least, most)) = ty.range() else {
             // The digits that are written, also beyond those that a float32 holds.
             let odd = || word.is_odd().then_some(f64::NAN);
-            let fault = || Fault::text(word.range(), format!("'{}' is not such a number", word.shown()));
-            return word.parse::<f64>().or_else(odd).ok_or_else(fault);
+            let diagnostic =
+                || RawDiagnostic::text(word.range(), format!("'{}' is not such a number", word.shown()));
+            return word.parse::<f64>().or_else(odd).ok_or_else(diagnostic);
         };
         let number = word.parse::<i64>().ok_or_else(|| {
-            Fault::text(word.range(), format!("'{}' is not a whole number, as the header says", word.shown()))
+            RawDiagnostic::text(
+                word.range(),
+                format!("'{}' is not a whole number, as the header says", word.shown()),
+            )
         })?;
         self.beyond = (number < least || number > most).then(|| word.range());
         Ok(number as f64)
     }
 
     /// The length of a list or a number in one: names of vertices must not be guessed.
-    fn number_of_list(&mut self, ty: Scalar) -> Result<f64, Fault> {
+    fn number_of_list(&mut self, ty: Scalar) -> Result<f64, RawDiagnostic> {
         let number = self.number(ty)?;
         match self.beyond.take() {
             None => Ok(number),
@@ -146,7 +151,7 @@ impl<'b> AsciiRows<'b> {
                 let (least, most) = ty.range().unwrap_or_default();
                 let message =
                     format!("{number} is not within {least} and {most}, as its type in the header says");
-                Err(Fault::text(range, message))
+                Err(RawDiagnostic::text(range, message))
             }
         }
     }
@@ -159,27 +164,27 @@ impl<'b> AsciiRows<'b> {
 }
 
 impl Rows for AsciiRows<'_> {
-    fn begin(&mut self) -> Result<(), Fault> {
+    fn begin(&mut self) -> Result<(), RawDiagnostic> {
         if self.layout == Layout::Loose && self.next < self.line.len() || self.next_line() {
             return Ok(());
         }
-        Err(Fault::byte(self.cursor.at, "the file ends before its last row"))
+        Err(RawDiagnostic::byte(self.cursor.at, "the file ends before its last row"))
     }
 
-    fn property(&mut self, shape: Shape, out: &mut Vec<f64>) -> Result<(), Fault> {
+    fn property(&mut self, shape: Shape, out: &mut Vec<f64>) -> Result<(), RawDiagnostic> {
         match shape {
             Shape::One(ty) => {
                 out.push(self.number(ty)?);
                 if let Some(range) = self.beyond.take() {
                     self.all_beyond += 1;
-                    self.first_beyond.get_or_insert(At::Text(range));
+                    self.first_beyond.get_or_insert(RawLocation::Text(range));
                 }
             }
             Shape::List { count, item } => {
                 let length = self.number_of_list(count)?;
-                let length = list_length(length).ok_or_else(|| self.fault(BAD_LENGTH.into()))?;
+                let length = list_length(length).ok_or_else(|| self.diagnostic(BAD_LENGTH.into()))?;
                 if length > self.words_left() {
-                    return Err(self.fault("the list is longer than its line".into()));
+                    return Err(self.diagnostic("the list is longer than its line".into()));
                 }
                 for _ in 0..length {
                     out.push(self.number_of_list(item)?);
@@ -189,30 +194,30 @@ impl Rows for AsciiRows<'_> {
         Ok(())
     }
 
-    fn end(&mut self, notes: &mut Notes) -> Result<(), Fault> {
+    fn end(&mut self, notes: &mut Notes) -> Result<(), RawDiagnostic> {
         if let (Layout::Lines, Some(word)) = (self.layout, self.line.get(self.next)) {
-            notes.add(&EXTRA_NUMBERS, At::Text(word.range()));
+            notes.add(&EXTRA_NUMBERS, RawLocation::Text(word.range()));
         }
         Ok(())
     }
 
-    fn end_all(&mut self, notes: &mut Notes) -> Result<(), Fault> {
-        notes.add_many(&BEYOND, self.all_beyond, self.first_beyond.take().unwrap_or(At::File));
+    fn end_all(&mut self, notes: &mut Notes) -> Result<(), RawDiagnostic> {
+        notes.add_many(&BEYOND, self.all_beyond, self.first_beyond.take().unwrap_or(RawLocation::File));
         if self.layout == Layout::Lines {
             while self.next_line() {
-                notes.add(&EXTRA_LINES, self.place());
+                notes.add(&EXTRA_LINES, self.location());
             }
         } else if self.next < self.line.len() || self.next_line() {
-            return Err(self.fault("more numbers than the header says".into()));
+            return Err(self.diagnostic("more numbers than the header says".into()));
         } else {
-            notes.add(&LOOSE_ROWS, At::File);
+            notes.add(&LOOSE_ROWS, RawLocation::File);
         }
         Ok(())
     }
 
-    fn place(&self) -> At {
+    fn location(&self) -> RawLocation {
         let end = self.line.last().map_or(self.start, |w| w.range().end);
-        At::Text(self.start..end)
+        RawLocation::Text(self.start..end)
     }
 }
 
@@ -228,10 +233,12 @@ impl<'b> BinaryRows<'b> {
         BinaryRows { start: cursor.at, cursor, encoding }
     }
 
-    fn number(&mut self, ty: Scalar) -> Result<f64, Fault> {
+    fn number(&mut self, ty: Scalar) -> Result<f64, RawDiagnostic> {
         let at = self.cursor.at;
-        let taken =
-            self.cursor.take(ty.size()).ok_or_else(|| Fault::byte(at, "the file ends within a row"))?;
+        let taken = self
+            .cursor
+            .take(ty.size())
+            .ok_or_else(|| RawDiagnostic::byte(at, "the file ends within a row"))?;
         Ok(decode(taken, ty, self.encoding))
     }
 }
@@ -258,18 +265,21 @@ fn decode(bytes: &[u8], ty: Scalar, encoding: Encoding) -> f64 {
 }
 
 impl Rows for BinaryRows<'_> {
-    fn begin(&mut self) -> Result<(), Fault> {
+    fn begin(&mut self) -> Result<(), RawDiagnostic> {
         self.start = self.cursor.at;
         Ok(())
     }
 
-    fn property(&mut self, shape: Shape, out: &mut Vec<f64>) -> Result<(), Fault> {
+    fn property(&mut self, shape: Shape, out: &mut Vec<f64>) -> Result<(), RawDiagnostic> {
         match shape {
             Shape::One(ty) => out.push(self.number(ty)?),
             Shape::List { count, item } => {
-                let count = list_length(self.number(count)?).ok_or_else(|| self.fault(BAD_LENGTH.into()))?;
+                let count =
+                    list_length(self.number(count)?).ok_or_else(|| self.diagnostic(BAD_LENGTH.into()))?;
                 if count > self.cursor.left() / item.size() {
-                    return Err(self.fault(format!("a list of {count} is longer than the rest of the file")));
+                    return Err(
+                        self.diagnostic(format!("a list of {count} is longer than the rest of the file"))
+                    );
                 }
                 for _ in 0..count {
                     out.push(self.number(item)?);
@@ -279,17 +289,17 @@ impl Rows for BinaryRows<'_> {
         Ok(())
     }
 
-    fn end(&mut self, _: &mut Notes) -> Result<(), Fault> {
+    fn end(&mut self, _: &mut Notes) -> Result<(), RawDiagnostic> {
         Ok(())
     }
 
-    fn end_all(&mut self, notes: &mut Notes) -> Result<(), Fault> {
-        notes.add_many(&EXTRA_BYTES, self.cursor.left(), At::Byte(self.cursor.at));
+    fn end_all(&mut self, notes: &mut Notes) -> Result<(), RawDiagnostic> {
+        notes.add_many(&EXTRA_BYTES, self.cursor.left(), RawLocation::Byte(self.cursor.at));
         Ok(())
     }
 
-    fn place(&self) -> At {
-        At::Byte(self.start)
+    fn location(&self) -> RawLocation {
+        RawLocation::Byte(self.start)
     }
 }
 

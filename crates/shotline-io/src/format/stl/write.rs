@@ -7,7 +7,8 @@ use shotline::math::Vec3;
 use shotline::solid::mesh::TriangleMesh;
 
 use crate::error::WriteError;
-use crate::format::{Encoded, lost_polygons};
+use crate::format::lost_polygons;
+use crate::mesh_file::Encoded;
 
 /// Binary where float32 holds every coordinate, as nearly all programs expect; otherwise text, which loses nothing.
 pub(super) fn write(mesh: &TriangleMesh) -> Result<Encoded, WriteError> {

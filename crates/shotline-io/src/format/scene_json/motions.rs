@@ -7,7 +7,7 @@ use shotline::scene::{Motion, Node, Scene};
 
 use super::keys::{MOTION, names};
 use super::placement::read_rotation;
-use super::tree::ValueId;
+use super::value_tree::ValueId;
 use super::values::Values;
 
 /// The motions, each with its place in the file.
@@ -44,9 +44,9 @@ pub(super) fn check(values: &mut Values, motions: &[(Motion, ValueId)], scene: &
         let name = &*motion.object;
         if !known.contains(name) {
             let hint = values.hint(name, objects());
-            values.fault(*at, format!("there is no object named '{name}' to move"), hint);
+            values.report(*at, format!("there is no object named '{name}' to move"), hint);
         } else if !seen.insert(name) {
-            values.fault(*at, format!("'{name}' has two motions"), "put both into one");
+            values.report(*at, format!("'{name}' has two motions"), "put both into one");
         }
     }
 }

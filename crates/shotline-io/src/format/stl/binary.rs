@@ -3,7 +3,8 @@
 use shotline::math::Vec3;
 
 use super::Triangles;
-use crate::fault::{At, Fault};
+use crate::diagnostic::RawDiagnostic;
+use crate::location::RawLocation;
 use crate::note::{Effect, NoteKind};
 
 /// Bytes before the first triangle.
@@ -79,10 +80,10 @@ const SEEN: usize = 1000;
 ///
 /// # Errors
 /// If there are fewer bytes than triangles promised, or a corner is not finite.
-pub(super) fn read(bytes: &[u8], out: &mut Triangles) -> Result<(), Fault> {
+pub(super) fn read(bytes: &[u8], out: &mut Triangles) -> Result<(), RawDiagnostic> {
     let Some(count) = promised(bytes) else {
         let message = "the file ends within the head of a binary STL, and is no text STL either";
-        return Err(Fault::byte(bytes.len(), message));
+        return Err(RawDiagnostic::byte(bytes.len(), message));
     };
     let held = (bytes.len() - HEAD) / TRIANGLE;
     let rest = (bytes.len() - HEAD) % TRIANGLE;
@@ -95,7 +96,7 @@ pub(super) fn read(bytes: &[u8], out: &mut Triangles) -> Result<(), Fault> {
         }
         let more = &bytes[HEAD + count * TRIANGLE..];
         if rest == 0 && more.chunks_exact(TRIANGLE).all(is_triangle) {
-            out.notes().add_many(&UNCOUNTED, held - count, At::Byte(80));
+            out.notes().add_many(&UNCOUNTED, held - count, RawLocation::Byte(80));
             return read_many(bytes, held, out);
         }
         if count == 0 {
@@ -104,19 +105,19 @@ pub(super) fn read(bytes: &[u8], out: &mut Triangles) -> Result<(), Fault> {
                  number of triangles",
                 bytes.len() - HEAD
             );
-            return Err(Fault::byte(80, message).help("the file is damaged, or it is no STL"));
+            return Err(RawDiagnostic::byte(80, message).help("the file is damaged, or it is no STL"));
         }
-        out.notes().add_many(&SPARE, more.len(), At::Byte(HEAD + count * TRIANGLE));
+        out.notes().add_many(&SPARE, more.len(), RawLocation::Byte(HEAD + count * TRIANGLE));
     }
     read_many(bytes, count, out)
 }
 
-fn cut_off(bytes: &[u8], count: usize, held: usize) -> Fault {
+fn cut_off(bytes: &[u8], count: usize, held: usize) -> RawDiagnostic {
     let (rest, end) = ((bytes.len() - HEAD) % TRIANGLE, HEAD + held * TRIANGLE);
     let part = if rest == 0 { String::new() } else { format!(" and {rest} bytes of another") };
     let message =
         format!("the count at byte 80 says {count} triangles, but the file ends after {held}{part}");
-    Fault::byte(end, message).help("the file is cut off, its count is wrong, or it is no STL")
+    RawDiagnostic::byte(end, message).help("the file is cut off, its count is wrong, or it is no STL")
 }
 
 /// Where the triangles end if the last two bytes of each tell how many bytes follow it.
@@ -129,21 +130,21 @@ fn attributes(bytes: &[u8], count: usize) -> Option<usize> {
     Some(end)
 }
 
-fn read_with_attributes(bytes: &[u8], count: usize, out: &mut Triangles) -> Result<(), Fault> {
+fn read_with_attributes(bytes: &[u8], count: usize, out: &mut Triangles) -> Result<(), RawDiagnostic> {
     let mut at = HEAD;
     for i in 0..count {
         let triangle = &bytes[at..at + TRIANGLE];
         let length = usize::from(u16::from_le_bytes([triangle[TRIANGLE - 2], triangle[TRIANGLE - 1]]));
         read_triangle(triangle, i, at, out)?;
-        out.notes().add_many(&ATTRIBUTES, length, At::Byte(at + TRIANGLE));
+        out.notes().add_many(&ATTRIBUTES, length, RawLocation::Byte(at + TRIANGLE));
         at += TRIANGLE + length;
     }
     Ok(())
 }
 
-fn read_many(bytes: &[u8], count: usize, out: &mut Triangles) -> Result<(), Fault> {
+fn read_many(bytes: &[u8], count: usize, out: &mut Triangles) -> Result<(), RawDiagnostic> {
     if let Some(at) = bytes[..80].windows(6).position(|w| w == b"COLOR=") {
-        out.notes().add(&COLOUR, At::Byte(at));
+        out.notes().add(&COLOUR, RawLocation::Byte(at));
     }
     let (mut words, mut first) = (0, 0);
     for (i, triangle) in bytes[HEAD..].chunks_exact(TRIANGLE).take(count).enumerate() {
@@ -154,16 +155,24 @@ fn read_many(bytes: &[u8], count: usize, out: &mut Triangles) -> Result<(), Faul
             words += 1;
         }
     }
-    out.notes().add_many(&WORDS, words, At::Byte(first));
+    out.notes().add_many(&WORDS, words, RawLocation::Byte(first));
     Ok(())
 }
 
-fn read_triangle(triangle: &[u8], number: usize, at: usize, out: &mut Triangles) -> Result<(), Fault> {
+fn read_triangle(
+    triangle: &[u8],
+    number: usize,
+    at: usize,
+    out: &mut Triangles,
+) -> Result<(), RawDiagnostic> {
     let corners = corners(triangle);
     if !corners.iter().all(|c| c.is_finite()) {
-        return Err(Fault::byte(at, format!("triangle {number} has a coordinate that is NaN or infinite")));
+        return Err(RawDiagnostic::byte(
+            at,
+            format!("triangle {number} has a coordinate that is NaN or infinite"),
+        ));
     }
-    out.add(&corners, || At::Byte(at));
+    out.add(&corners, || RawLocation::Byte(at));
     Ok(())
 }
 

@@ -2,8 +2,10 @@
 
 use std::collections::VecDeque;
 
-use crate::bytes::{Cursor, Word, break_at, text_start, words};
-use crate::fault::{At, Fault};
+use crate::bytes::{Cursor, Word, text_start, words};
+use crate::diagnostic::RawDiagnostic;
+use crate::lines::break_at;
+use crate::location::RawLocation;
 use crate::note::{Effect, NoteKind, Notes};
 
 /// How the numbers are written.
@@ -119,14 +121,14 @@ const STRAY_LINE: NoteKind = NoteKind {
 };
 
 /// Reads the header; what it has beyond the format is noted.
-pub(super) fn read(bytes: &[u8], notes: &mut Notes) -> Result<Header, Fault> {
+pub(super) fn read(bytes: &[u8], notes: &mut Notes) -> Result<Header, RawDiagnostic> {
     let mut cursor = Cursor::new(bytes, text_start(bytes)?);
     let begin = cursor.at;
     // Some programs write all of a header on one line, so a line may hold several statements.
     let mut line: VecDeque<Word> =
         cursor.line().map(|(start, l)| words(l, start).collect()).unwrap_or_default();
     if line.pop_front().is_none_or(|w| w.bytes != b"ply" || w.start != begin) {
-        return Err(Fault::byte(0, "a PLY file begins with the line 'ply'"));
+        return Err(RawDiagnostic::byte(0, "a PLY file begins with the line 'ply'"));
     }
     let breaks_with_cr = break_at(bytes, begin + 3) == 1 && bytes[begin + 3] == b'\r';
     let mut encoding = None;
@@ -134,12 +136,12 @@ pub(super) fn read(bytes: &[u8], notes: &mut Notes) -> Result<Header, Fault> {
     loop {
         while line.is_empty() {
             let Some((start, words_of)) = cursor.line().map(|(start, l)| (start, words(l, start))) else {
-                return Err(Fault::byte(bytes.len(), "the header has no end_header"));
+                return Err(RawDiagnostic::byte(bytes.len(), "the header has no end_header"));
             };
             line.extend(words_of);
             // Before the first table nothing can be mistaken for a part of it: old versions of Blender sign there.
             if elements.is_empty() && line.front().is_some_and(|w| !KEYWORDS.contains(&w.bytes)) {
-                notes.add(&STRAY_LINE, At::Text(start..cursor.at));
+                notes.add(&STRAY_LINE, RawLocation::Text(start..cursor.at));
                 line.clear();
             }
         }
@@ -156,17 +158,18 @@ pub(super) fn read(bytes: &[u8], notes: &mut Notes) -> Result<Header, Fault> {
                 let is_list = line.get(1).is_some_and(|w| w.bytes == b"list");
                 let words = take(&mut line, if is_list { 5 } else { 3 })?;
                 let range = first.start..words.last().map_or(first.start, |w| w.range().end);
-                let property = read_property(&words)
-                    .ok_or_else(|| Fault::text(range.clone(), "this is no property of a known type"))?;
+                let property = read_property(&words).ok_or_else(|| {
+                    RawDiagnostic::text(range.clone(), "this is no property of a known type")
+                })?;
                 let element = elements.last_mut();
                 element
-                    .ok_or_else(|| Fault::text(range, "a property without an element"))?
+                    .ok_or_else(|| RawDiagnostic::text(range, "a property without an element"))?
                     .properties
                     .push(property);
             }
             _ => {
                 let end = line.back().map_or(first.start, |w| w.range().end);
-                return Err(Fault::text(first.start..end, "the header has no such line"));
+                return Err(RawDiagnostic::text(first.start..end, "the header has no such line"));
             }
         }
     }
@@ -176,11 +179,11 @@ pub(super) fn read(bytes: &[u8], notes: &mut Notes) -> Result<Header, Fault> {
 const KEYWORDS: &[&[u8]] = &[b"format", b"element", b"property", b"comment", b"obj_info", b"end_header"];
 
 /// Takes the words of a statement off a line.
-fn take<'b>(line: &mut VecDeque<Word<'b>>, count: usize) -> Result<Vec<Word<'b>>, Fault> {
+fn take<'b>(line: &mut VecDeque<Word<'b>>, count: usize) -> Result<Vec<Word<'b>>, RawDiagnostic> {
     if line.len() < count {
         let end = line.back().map_or(0, |w| w.range().end);
         let start = line.front().map_or(0, |w| w.start);
-        return Err(Fault::text(start..end, "this line of the header is not complete"));
+        return Err(RawDiagnostic::text(start..end, "this line of the header is not complete"));
     }
     Ok(line.drain(..count).collect())
 }
@@ -193,8 +196,8 @@ fn finish(
     elements: Vec<Element>,
     end: usize,
     breaks_with_cr: bool,
-) -> Result<Header, Fault> {
-    let encoding = encoding.ok_or_else(|| Fault::byte(0, "the header has no format line"))?;
+) -> Result<Header, RawDiagnostic> {
+    let encoding = encoding.ok_or_else(|| RawDiagnostic::byte(0, "the header has no format line"))?;
     let blanks = bytes[end..].iter().take_while(|b| matches!(b, b' ' | b'\t')).count();
     let length = match break_at(bytes, end + blanks) {
         2 if breaks_with_cr => 1,
@@ -204,26 +207,27 @@ fn finish(
     Ok(Header { encoding, elements, end })
 }
 
-fn read_encoding(words: &[Word]) -> Result<Encoding, Fault> {
+fn read_encoding(words: &[Word]) -> Result<Encoding, RawDiagnostic> {
     let (word, version) = (words[1], words[2]);
     if version.number() != Ok(1.0) {
         let message = format!("there is no version {} of PLY", version.shown());
-        return Err(Fault::text(version.range(), message).help("the only version is 1.0"));
+        return Err(RawDiagnostic::text(version.range(), message).help("the only version is 1.0"));
     }
     match word.bytes {
         b"ascii" => Ok(Encoding::Ascii),
         b"binary_little_endian" => Ok(Encoding::LittleEndian),
         b"binary_big_endian" => Ok(Encoding::BigEndian),
-        _ => Err(Fault::text(word.range(), format!("there is no PLY format '{}'", word.shown()))
+        _ => Err(RawDiagnostic::text(word.range(), format!("there is no PLY format '{}'", word.shown()))
             .help("there is ascii, binary_little_endian, binary_big_endian")),
     }
 }
 
-fn read_element(words: &[Word]) -> Result<Element, Fault> {
-    let fault = || Fault::text(words[2].range(), format!("'{}' is not a number of rows", words[2].shown()));
+fn read_element(words: &[Word]) -> Result<Element, RawDiagnostic> {
+    let diagnostic =
+        || RawDiagnostic::text(words[2].range(), format!("'{}' is not a number of rows", words[2].shown()));
     Ok(Element {
         name: String::from_utf8_lossy(words[1].bytes).into_owned(),
-        count: words[2].parse().ok_or_else(fault)?,
+        count: words[2].parse().ok_or_else(diagnostic)?,
         count_at: words[2].range(),
         properties: Vec::new(),
     })

@@ -15,7 +15,7 @@ use shotline::solid::{self, Param, Params};
 use super::keys::{ACCEL, MESH, MESH_FILE, OBJECT, OPS, PLACEMENT, WELD, names};
 use super::mesh_files::Meshes;
 use super::placement;
-use super::tree::{Member, ValueId};
+use super::value_tree::{Member, ValueId};
 use super::values::{Values, numbers_in_words};
 use crate::suggest;
 
@@ -95,8 +95,8 @@ impl<'r, 't> Graph<'r, 't> {
             todo.extend(below.into_iter().rev());
         }
         for (id, value) in self.scene.objects.clone().into_iter().zip(roots) {
-            if self.values.faults.is_empty() && !matches!(self.scene.node(id), Node::Object { .. }) {
-                self.values.fault_at_start(*value, "this is not an object", WRAP);
+            if self.values.diagnostics.is_empty() && !matches!(self.scene.node(id), Node::Object { .. }) {
+                self.values.report_at_start(*value, "this is not an object", WRAP);
             }
         }
     }
@@ -134,7 +134,7 @@ impl<'r, 't> Graph<'r, 't> {
             }
             if passed.len() == by_name.len() {
                 let help = "give one of them a shape";
-                self.values.fault(first, "these parts only refer to one another", help);
+                self.values.report(first, "these parts only refer to one another", help);
                 break self.reserve(first);
             }
             passed.push(name);
@@ -169,7 +169,7 @@ impl<'r, 't> Graph<'r, 't> {
 
     fn ref_name(&self, value: ValueId) -> Option<&'r str> {
         match self.values.tree.content(self.values.tree.get(value, "ref")?) {
-            super::tree::Content::Text(name) if self.is_bare_ref(value) => Some(name),
+            super::value_tree::Content::Text(name) if self.is_bare_ref(value) => Some(name),
             _ => None,
         }
     }
@@ -184,7 +184,7 @@ impl<'r, 't> Graph<'r, 't> {
             return *id;
         }
         let help = self.values.hint(name, self.defs.keys().copied());
-        self.values.fault(at, format!("there is no '{name}' in \"defs\""), help);
+        self.values.report(at, format!("there is no '{name}' in \"defs\""), help);
         self.reserve(value)
     }
 
@@ -231,22 +231,22 @@ impl<'r, 't> Graph<'r, 't> {
         match forms[..] {
             [] => {
                 let (needs, help) = missing_form(members, role);
-                self.values.fault_at_start(value, format!("{what} needs {needs}"), help);
+                self.values.report_at_start(value, format!("{what} needs {needs}"), help);
                 None
             }
             [(_, form)] if root && *form != Form::Object => {
-                self.values.fault_at_start(value, "an object needs \"node\"", WRAP);
+                self.values.report_at_start(value, "an object needs \"node\"", WRAP);
                 None
             }
             [(_, Form::Object)] if role == Role::Shape => {
                 let help = "objects stand in \"objects\" and among the args of a group";
-                self.values.fault_at_start(value, "an object cannot stand here", help);
+                self.values.report_at_start(value, "an object cannot stand here", help);
                 None
             }
             [(_, form)] => Some(*form),
             [(a, _), (b, _), ..] => {
                 let help = "it is either a solid, an operation, a reference or an object";
-                self.values.fault_at_start(
+                self.values.report_at_start(
                     value,
                     format!("a node cannot have both \"{a}\" and \"{b}\""),
                     help,
@@ -264,7 +264,7 @@ impl<'r, 't> Graph<'r, 't> {
         }
         let Some(kind) = solid::kind(name) else {
             let help = self.values.hint(name, solid::KINDS.iter().map(|k| k.name).chain([MESH]));
-            self.values.fault(at, format!("there is no kind '{name}'"), help);
+            self.values.report(at, format!("there is no kind '{name}'"), help);
             return None;
         };
         let params: Vec<_> = kind.params.iter().map(|p| p.name).collect();
@@ -313,7 +313,7 @@ impl<'r, 't> Graph<'r, 't> {
         match self.meshes.load(file, weld) {
             Ok(mesh) => Some(Node::Mesh { mesh, file: self.meshes.file(file, weld) }),
             Err(refusal) => {
-                self.values.fault(at, refusal.why, refusal.help);
+                self.values.report(at, refusal.why, refusal.help);
                 None
             }
         }
@@ -328,12 +328,16 @@ impl<'r, 't> Graph<'r, 't> {
             // A distance in quotes would be read, but numbers are written without.
             Ok(weld) if weld == Weld::Auto || !self.values.is_text(at) => Some(weld),
             Ok(_) => {
-                self.values.fault(at, "a distance is a number, without quotes", "give a number, or \"auto\"");
+                self.values.report(
+                    at,
+                    "a distance is a number, without quotes",
+                    "give a number, or \"auto\"",
+                );
                 None
             }
             Err(error) => {
                 let message = format!("{} is not a distance to weld within", error.given);
-                self.values.fault(at, message, "give a number of at least 0, or \"auto\"");
+                self.values.report(at, message, "give a number of at least 0, or \"auto\"");
                 None
             }
         }
@@ -351,7 +355,7 @@ impl<'r, 't> Graph<'r, 't> {
         let args = self.values.array(args_at, "\"args\"")?;
         let (op_at, name) = op?;
         if args.is_empty() && OPS.iter().any(|(op, _)| op == name) && name != "group" {
-            self.values.fault(args_at, format!("this {name} has no args"), "give it at least one");
+            self.values.report(args_at, format!("this {name} has no args"), "give it at least one");
         }
         let op = match name.as_ref() {
             "union" => Some(Op::Union),
@@ -360,7 +364,7 @@ impl<'r, 't> Graph<'r, 't> {
             "group" => None,
             _ => {
                 let help = self.values.hint(name, OPS.iter().map(|(name, _)| *name));
-                self.values.fault(op_at, format!("there is no operation '{name}'"), help);
+                self.values.report(op_at, format!("there is no operation '{name}'"), help);
                 // The args may hold mistakes of their own.
                 Some(Op::Union)
             }
@@ -402,7 +406,7 @@ impl<'r, 't> Graph<'r, 't> {
         let name = self.values.text(at, "\"material\"")?;
         if !self.materials.contains(name.as_ref()) {
             let help = self.values.hint(name, self.scene.materials.iter().map(|(name, _)| name.as_str()));
-            self.values.fault(at, format!("there is no '{name}' in \"materials\""), help);
+            self.values.report(at, format!("there is no '{name}' in \"materials\""), help);
         }
         Some(name.to_string())
     }

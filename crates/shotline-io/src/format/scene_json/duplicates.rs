@@ -6,7 +6,7 @@ use std::ops::Range;
 use shotline::scene::{Node, Scene};
 
 use super::find_param;
-use crate::fault::At;
+use crate::location::RawLocation;
 use crate::note::{Effect, Note, NoteKind, Notes};
 
 const DUPLICATE_NAMES: NoteKind = NoteKind {
@@ -33,7 +33,7 @@ pub(super) fn duplicate_names(scene: &Scene, spans: &[Range<usize>], text: &str)
         // An object without a name is named after its number.
         let at =
             text.get(span.clone()).and_then(|node| find_param(node, "name")).map_or(0, |range| range.start);
-        let at = At::Text(span.start + at..span.end);
+        let at = RawLocation::Text(span.start + at..span.end);
         if count == 1 {
             // The name fits into the sentence where there is but one.
             notes.add(&DUPLICATE_NAMES, at);
@@ -44,7 +44,7 @@ pub(super) fn duplicate_names(scene: &Scene, spans: &[Range<usize>], text: &str)
             return notes;
         }
         notes.quote(&DUPLICATE_NAMES, at, || name.clone());
-        notes.add_many(&DUPLICATE_NAMES, count - 1, At::File);
+        notes.add_many(&DUPLICATE_NAMES, count - 1, RawLocation::File);
     }
     notes.finish(text.as_bytes())
 }

@@ -7,7 +7,8 @@ use shotline::math::Vec3;
 
 use super::Triangles;
 use crate::bytes::{Cursor, Word, words};
-use crate::fault::{At, Fault};
+use crate::diagnostic::RawDiagnostic;
+use crate::location::RawLocation;
 use crate::note::{Effect, NoteKind};
 
 const OUTSIDE: NoteKind = NoteKind {
@@ -42,7 +43,7 @@ const NO_END: NoteKind = NoteKind {
 ///
 /// # Errors
 /// The first word that does not belong where it stands.
-pub(super) fn read(bytes: &[u8], start: usize, out: &mut Triangles) -> Result<(), Fault> {
+pub(super) fn read(bytes: &[u8], start: usize, out: &mut Triangles) -> Result<(), RawDiagnostic> {
     let mut reader = Reader { cursor: Cursor::new(bytes, start), line: Vec::new(), next: 0, solids: 0 };
     let mut is_open = false;
     while let Some(word) = reader.word() {
@@ -55,19 +56,19 @@ pub(super) fn read(bytes: &[u8], start: usize, out: &mut Triangles) -> Result<()
             is_open = false;
             reader.end_line();
         } else if word.is("color") || word.is("colour") {
-            out.notes().add(&COLOURS, At::Text(word.range()));
+            out.notes().add(&COLOURS, RawLocation::Text(word.range()));
             reader.numbers();
         } else if reader.is_of_facet(word) {
             let message = format!("'{}' stands outside of a facet", word.shown());
-            return Err(Fault::text(word.range(), message)
+            return Err(RawDiagnostic::text(word.range(), message)
                 .help("there is no 'facet' before it, or an 'endfacet' too many"));
         } else {
-            out.notes().add(&OUTSIDE, At::Text(word.range()));
+            out.notes().add(&OUTSIDE, RawLocation::Text(word.range()));
             reader.end_line();
         }
     }
     if is_open {
-        out.notes().add(&NO_END, At::Byte(bytes.len()));
+        out.notes().add(&NO_END, RawLocation::Byte(bytes.len()));
     }
     Ok(())
 }
@@ -127,9 +128,10 @@ impl<'b> Reader<'b> {
     }
 
     /// The next word within a facet.
-    fn word_of_facet(&mut self) -> Result<Word<'b>, Fault> {
+    fn word_of_facet(&mut self) -> Result<Word<'b>, RawDiagnostic> {
         let at = self.cursor.at;
-        self.word().ok_or_else(|| Fault::byte(at, "the file ends within a facet").help("it is cut off"))
+        self.word()
+            .ok_or_else(|| RawDiagnostic::byte(at, "the file ends within a facet").help("it is cut off"))
     }
 
     /// Passes over the rest of a line, which is a name or text. If there is a facet on it, all of the file may be, and
@@ -180,7 +182,7 @@ impl<'b> Reader<'b> {
     fn name(&mut self, word: Word, out: &mut Triangles) {
         self.solids += 1;
         if self.solids > 1 {
-            out.notes().add(&JOINED, At::Text(word.range()));
+            out.notes().add(&JOINED, RawLocation::Text(word.range()));
         }
         let rest = self.next..self.line.len();
         let empty = rest.into_iter().find(|i| self.line[*i].is("endsolid"));
@@ -197,7 +199,7 @@ impl<'b> Reader<'b> {
     }
 
     /// Reads a facet behind its first word.
-    fn facet(&mut self, first: Word, out: &mut Triangles) -> Result<(), Fault> {
+    fn facet(&mut self, first: Word, out: &mut Triangles) -> Result<(), RawDiagnostic> {
         let mut corners: Vec<Vec3> = Vec::new();
         loop {
             let word = self.word_of_facet()?;
@@ -210,12 +212,15 @@ impl<'b> Reader<'b> {
                         1 => "1 corner",
                         _ => "2 corners",
                     };
-                    return Err(Fault::text(word.range(), format!("this facet has {count}; it needs three")));
+                    return Err(RawDiagnostic::text(
+                        word.range(),
+                        format!("this facet has {count}; it needs three"),
+                    ));
                 }
-                out.add(&corners, || At::Text(first.range()));
+                out.add(&corners, || RawLocation::Text(first.range()));
                 return Ok(());
             } else if word.is("color") || word.is("colour") {
-                out.notes().add(&COLOURS, At::Text(word.range()));
+                out.notes().add(&COLOURS, RawLocation::Text(word.range()));
                 self.numbers();
             } else if word.is("normal") {
                 // What they say follows from the corners, and often they say it wrong.
@@ -227,7 +232,7 @@ impl<'b> Reader<'b> {
             } else if word.is("facet") || word.is("solid") || word.is("endsolid") {
                 return Err(self.no_endfacet(first, word));
             } else if !(word.is("outer") || word.is("loop") || word.is("endloop") || word.is("end")) {
-                return Err(Fault::text(
+                return Err(RawDiagnostic::text(
                     word.range(),
                     format!("'{}' is no word of an STL file", word.shown()),
                 ));
@@ -235,16 +240,16 @@ impl<'b> Reader<'b> {
         }
     }
 
-    fn no_endfacet(&self, first: Word, word: Word) -> Fault {
+    fn no_endfacet(&self, first: Word, word: Word) -> RawDiagnostic {
         let message = format!("'endfacet' is missing before this '{}'", word.shown());
-        let fault = Fault::text(word.range(), message);
+        let diagnostic = RawDiagnostic::text(word.range(), message);
         if self.solids == 0 && word.is("solid") {
             let words = first.shown();
-            return fault.help(format!(
+            return diagnostic.help(format!(
                 "a '{words}' stands before the first 'solid'; delete what does not belong there"
             ));
         }
-        fault
+        diagnostic
     }
 
     /// Takes a word if it comes next.
@@ -254,14 +259,14 @@ impl<'b> Reader<'b> {
         comes
     }
 
-    fn vertex(&mut self, word: Word) -> Result<Vec3, Fault> {
+    fn vertex(&mut self, word: Word) -> Result<Vec3, RawDiagnostic> {
         let mut place = [0.0; 3];
         for x in &mut place {
             let is_number =
                 |w: &Word| !["vertex", "endloop", "end", "endfacet"].into_iter().any(|end| w.is(end));
             let number = self.peek().filter(is_number);
             *x = number
-                .ok_or_else(|| Fault::text(word.range(), "a vertex has three coordinates"))?
+                .ok_or_else(|| RawDiagnostic::text(word.range(), "a vertex has three coordinates"))?
                 .finite()?;
             self.next += 1;
         }

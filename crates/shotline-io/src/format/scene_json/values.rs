@@ -6,24 +6,24 @@ use std::borrow::Cow;
 use shotline::accel::NAMES;
 
 use super::keys::{ACCEL, PLACEMENT, names};
-use super::tree::{Content, Member, Tree, ValueId};
-use crate::fault::{Fault, Faults};
+use super::value_tree::{Content, Member, Tree, ValueId};
+use crate::diagnostic::{Diagnostics, RawDiagnostic};
 use crate::suggest;
 
 /// A tree being read.
 pub(super) struct Values<'r, 't> {
     pub(super) tree: &'r Tree<'t>,
-    pub(super) faults: &'r mut Faults,
+    pub(super) diagnostics: &'r mut Diagnostics,
 }
 
 impl<'r, 't> Values<'r, 't> {
-    pub(super) fn fault(&mut self, at: ValueId, message: impl Into<String>, help: impl Into<String>) {
-        self.faults.push(Fault::text(self.tree.range(at), message).help(help));
+    pub(super) fn report(&mut self, at: ValueId, message: impl Into<String>, help: impl Into<String>) {
+        self.diagnostics.push(RawDiagnostic::text(self.tree.range(at), message).help(help));
     }
 
     /// What may have been meant. Neither a thousand mistakes nor a million names make this slow.
     pub(super) fn hint<'n>(&self, written: &str, known: impl Iterator<Item = &'n str>) -> String {
-        if self.faults.is_full() {
+        if self.diagnostics.is_full() {
             return String::new();
         }
         suggest::hint(written, &known.take(10_000).collect::<Vec<_>>())
@@ -40,7 +40,10 @@ impl<'r, 't> Values<'r, 't> {
             Content::Array(elements) => format!("an array of {}", elements.len()),
             Content::Object(_) => "an object".to_string(),
         };
-        self.faults.push(Fault::text(self.tree.range(at), format!("{what} must be {expected}, not {found}")));
+        self.diagnostics.push(RawDiagnostic::text(
+            self.tree.range(at),
+            format!("{what} must be {expected}, not {found}"),
+        ));
     }
 
     pub(super) fn is_text(&self, at: ValueId) -> bool {
@@ -64,7 +67,7 @@ impl<'r, 't> Values<'r, 't> {
         let known = NAMES.iter().find(|name| **name == written).copied();
         if known.is_none() {
             let help = self.hint(written, NAMES.iter().copied());
-            self.fault(at, format!("there is no accelerator named '{written}'"), help);
+            self.report(at, format!("there is no accelerator named '{written}'"), help);
         }
         known
     }
@@ -94,7 +97,7 @@ impl<'r, 't> Values<'r, 't> {
         if x.fract() == 0.0 && (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&x) {
             return Some(x as i32);
         }
-        self.fault(at, format!("{what} must be a whole number"), "from -2147483648 to 2147483647");
+        self.report(at, format!("{what} must be a whole number"), "from -2147483648 to 2147483647");
         None
     }
 
@@ -142,20 +145,20 @@ impl<'r, 't> Values<'r, 't> {
     pub(super) fn required(&mut self, at: ValueId, what: &str, key: &str, takes: &str) -> Option<ValueId> {
         let found = self.tree.get(at, key);
         if found.is_none() {
-            self.fault_at_start(at, format!("{what} lacks \"{key}\""), format!("add \"{key}\", {takes}"));
+            self.report_at_start(at, format!("{what} lacks \"{key}\""), format!("add \"{key}\", {takes}"));
         }
         found
     }
 
     /// Reports something about an object as a whole, at its opening bracket.
-    pub(super) fn fault_at_start(
+    pub(super) fn report_at_start(
         &mut self,
         at: ValueId,
         message: impl Into<String>,
         help: impl Into<String>,
     ) {
         let start = self.tree.range(at).start;
-        self.faults.push(Fault::text(start..start + 1, message).help(help));
+        self.diagnostics.push(RawDiagnostic::text(start..start + 1, message).help(help));
     }
 
     /// Reports keys that an object does not have, and answers which keys were probably meant.
@@ -168,8 +171,8 @@ impl<'r, 't> Values<'r, 't> {
             }
             let message = format!("{what} has no key '{key}'");
             let help = help_with_key(key, known).unwrap_or_else(|| self.hint(key, known.iter().copied()));
-            self.faults.push(Fault::text(member.key_range.clone(), message).help(help));
-            if self.faults.is_full() {
+            self.diagnostics.push(RawDiagnostic::text(member.key_range.clone(), message).help(help));
+            if self.diagnostics.is_full() {
                 continue;
             }
             meant.extend(suggest::nearest(key, known.iter().copied()));

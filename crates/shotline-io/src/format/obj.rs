@@ -9,10 +9,13 @@ use std::ops::Range;
 use shotline::math::Vec3;
 use shotline::solid::mesh::TriangleMesh;
 
-use crate::bytes::{Cursor, Word, mark_length, text_start, without_comment, without_zeros, words};
+use crate::bytes::{Cursor, Word, text_start, without_comment, without_zeros, words};
+use crate::diagnostic::RawDiagnostic;
 use crate::error::WriteError;
-use crate::fault::{At, Fault};
-use crate::format::{Content, Encoded, Format, MeshFile, lost_polygons};
+use crate::format::{Content, Format, lost_polygons};
+use crate::lines::mark_length;
+use crate::location::RawLocation;
+use crate::mesh_file::{Encoded, MeshFile};
 use crate::note::{Effect, Note, NoteKind, Notes};
 use crate::polygon::{Corner, Polygons, Vertices};
 
@@ -26,7 +29,7 @@ pub(crate) const FORMAT: Format = Format {
         let first = lines.map(|(_, line)| line).find(|l| !l.trim_ascii().is_empty() && !l.starts_with(b"#"));
         first.is_some_and(|l| [&b"v "[..], b"o ", b"g ", b"mtllib "].iter().any(|word| l.starts_with(word)))
     },
-    content: Content::Mesh { read, write },
+    content: Content::Mesh { read, write, is_lossless: false },
 };
 
 /// The keywords that say nothing of where polygons lie: what they are for, and they.
@@ -102,7 +105,7 @@ struct Face {
     line: Range<usize>,
 }
 
-fn read(bytes: &[u8]) -> Result<MeshFile, Fault> {
+fn read(bytes: &[u8]) -> Result<MeshFile, RawDiagnostic> {
     let mut vertices = Vertices::default();
     let (mut corners, mut faces) = (Vec::new(), Vec::new());
     let (mut notes, mut passed_over) = (Notes::default(), [0; PASSED_OVER.len()]);
@@ -116,7 +119,7 @@ fn read(bytes: &[u8]) -> Result<MeshFile, Fault> {
                 let point = read_vertex(&line, start..end)?;
                 vertices.push(point, || {
                     let odd = line[1..4].iter().find(|w| w.finite().is_err());
-                    At::Text(odd.map_or(start..end, Word::range))
+                    RawLocation::Text(odd.map_or(start..end, Word::range))
                 });
                 if line.len() > 4 {
                     more_than_a_place(&line, &mut passed_over, &mut notes);
@@ -134,14 +137,14 @@ fn read(bytes: &[u8]) -> Result<MeshFile, Fault> {
             None => {}
             Some(keyword) => match PASSED_OVER.iter().position(|(_, words)| words.contains(&keyword)) {
                 Some(kind) => passed_over[kind] += 1,
-                None if CURVED.contains(&keyword) => notes.add(&CURVES, At::Text(start..end)),
-                None if COMMANDS.contains(&keyword) => notes.add(&NOT_RUN, At::Text(start..end)),
-                None => notes.quote(&UNKNOWN, At::Text(start..end), || line[0].shown()),
+                None if CURVED.contains(&keyword) => notes.add(&CURVES, RawLocation::Text(start..end)),
+                None if COMMANDS.contains(&keyword) => notes.add(&NOT_RUN, RawLocation::Text(start..end)),
+                None => notes.quote(&UNKNOWN, RawLocation::Text(start..end), || line[0].shown()),
             },
         }
     }
     if faces.is_empty() {
-        return Err(Fault::file("has no faces").help("a mesh needs lines 'f 1 2 3'"));
+        return Err(RawDiagnostic::file("has no faces").help("a mesh needs lines 'f 1 2 3'"));
     }
     others.finish(&passed_over, &mut notes);
     if let Some(note) = not_read(&passed_over) {
@@ -150,7 +153,7 @@ fn read(bytes: &[u8]) -> Result<MeshFile, Fault> {
     // Only now is it known how many vertices there are: faces may come first.
     let mut polygons = Polygons::new(vertices.len(), notes);
     for face in faces {
-        let added = polygons.add(&corners[face.corners.clone()], || At::Text(face.line.clone()));
+        let added = polygons.add(&corners[face.corners.clone()], || RawLocation::Text(face.line.clone()));
         added.map_err(|corner| no_vertex(&face, corner, vertices.len()))?;
     }
     polygons.finish(vertices, 1, bytes)
@@ -166,9 +169,9 @@ fn not_read(passed_over: &[usize]) -> Option<Note> {
     (count > 0).then(|| Note::new("not_read", Effect::Kept, count, text))
 }
 
-fn no_vertex(face: &Face, corner: Corner, vertices: usize) -> Fault {
+fn no_vertex(face: &Face, corner: Corner, vertices: usize) -> RawDiagnostic {
     let number = i128::from(corner) + 1;
-    Fault::text(
+    RawDiagnostic::text(
         face.line.clone(),
         format!("there is no vertex {number}; the file has {vertices}, counted from 1"),
     )
@@ -199,36 +202,38 @@ fn next_line<'b>(cursor: &mut Cursor<'b>, out: &mut Vec<Word<'b>>) -> Option<(us
 fn more_than_a_place(line: &[Word], passed_over: &mut [usize], notes: &mut Notes) {
     let words = &line[4..];
     if words.iter().any(|w| w.number().is_err()) {
-        return notes.quote(&SURPLUS, At::Text(words[0].range()), || words[0].shown());
+        return notes.quote(&SURPLUS, RawLocation::Text(words[0].range()), || words[0].shown());
     }
     match words {
         [weight] if weight.number().is_ok_and(|w| w != 1.0) => passed_over[WEIGHTS] += 1,
         [_] => {}
         [_, _, _] | [_, _, _, _] => passed_over[COLOURS] += 1,
-        _ => notes.quote(&SURPLUS, At::Text(words[0].range()), || words[0].shown()),
+        _ => notes.quote(&SURPLUS, RawLocation::Text(words[0].range()), || words[0].shown()),
     }
 }
 
-fn read_vertex(line: &[Word], whole: Range<usize>) -> Result<Vec3, Fault> {
+fn read_vertex(line: &[Word], whole: Range<usize>) -> Result<Vec3, RawDiagnostic> {
     let [x, y, z] = line.get(1..4).unwrap_or(&[]) else {
-        return Err(Fault::text(whole, "a vertex has three coordinates"));
+        return Err(RawDiagnostic::text(whole, "a vertex has three coordinates"));
     };
     Ok(Vec3::new(x.number()?, y.number()?, z.number()?))
 }
 
 /// The vertex of `v`, `v/vt`, `v//vn` or `v/vt/vn`; negative numbers count back from the newest vertex.
-fn read_corner(word: &Word, vertices: usize) -> Result<Corner, Fault> {
+fn read_corner(word: &Word, vertices: usize) -> Result<Corner, RawDiagnostic> {
     let length = word.bytes.iter().position(|b| *b == b'/').unwrap_or(word.bytes.len());
     let number = Word { bytes: &word.bytes[..length], start: word.start };
     match number.parse::<i64>() {
         Some(n) if n > 0 => Ok(n - 1),
         Some(n) if n < 0 && n.unsigned_abs() <= vertices as u64 => Ok(vertices as i64 + n),
-        Some(0) => Err(Fault::text(word.range(), "vertices count from 1; there is no vertex 0")),
-        Some(n) => Err(Fault::text(
+        Some(0) => Err(RawDiagnostic::text(word.range(), "vertices count from 1; there is no vertex 0")),
+        Some(n) => Err(RawDiagnostic::text(
             word.range(),
             format!("{n} counts back further than the {vertices} vertices before"),
         )),
-        None => Err(Fault::text(word.range(), format!("'{}' is not a vertex of a face", word.shown()))),
+        None => {
+            Err(RawDiagnostic::text(word.range(), format!("'{}' is not a vertex of a face", word.shown())))
+        }
     }
 }
 
@@ -236,12 +241,17 @@ fn read_corner(word: &Word, vertices: usize) -> Result<Corner, Fault> {
 #[derive(Default)]
 struct Others {
     /// Numbers of what was not there yet: of which of [`PASSED_OVER`], the number and its place.
-    later: Vec<(usize, u64, At)>,
+    later: Vec<(usize, u64, RawLocation)>,
 }
 
 impl Others {
     /// Looks at `v/vt/vn` behind the number of the vertex.
-    fn look_at(&mut self, word: &Word, passed_over: &[usize], notes: &mut Notes) -> Result<(), Fault> {
+    fn look_at(
+        &mut self,
+        word: &Word,
+        passed_over: &[usize],
+        notes: &mut Notes,
+    ) -> Result<(), RawDiagnostic> {
         let Some(slash) = word.bytes.iter().position(|b| *b == b'/') else { return Ok(()) };
         let mut numbers = word.bytes[slash + 1..].split(|b| *b == b'/');
         for kind in [TEXTURES, NORMALS] {
@@ -249,10 +259,10 @@ impl Others {
             match (Word { bytes, start: word.start }).parse::<i64>() {
                 None | Some(0) => return Err(bad_corner(word)),
                 Some(n) if n < 0 && n.unsigned_abs() > passed_over[kind] as u64 => {
-                    notes.add(&NOT_THERE, At::Text(word.range()));
+                    notes.add(&NOT_THERE, RawLocation::Text(word.range()));
                 }
                 Some(n) if n > 0 && n as u64 > passed_over[kind] as u64 => {
-                    self.later.push((kind, n as u64, At::Text(word.range())));
+                    self.later.push((kind, n as u64, RawLocation::Text(word.range())));
                 }
                 Some(_) => {}
             }
@@ -270,8 +280,8 @@ impl Others {
     }
 }
 
-fn bad_corner(word: &Word) -> Fault {
-    Fault::text(word.range(), format!("'{}' is not a corner of a face", word.shown()))
+fn bad_corner(word: &Word) -> RawDiagnostic {
+    RawDiagnostic::text(word.range(), format!("'{}' is not a corner of a face", word.shown()))
         .help("a corner is v, v/vt, v//vn or v/vt/vn: the numbers of a vertex, a texture and a normal")
 }
 

@@ -11,9 +11,12 @@ use std::collections::HashMap;
 
 use shotline::math::Vec3;
 
-use crate::bytes::{mark_length, text_start, without_zeros};
-use crate::fault::{At, Fault};
-use crate::format::{Content, Format, MeshFile};
+use crate::bytes::{text_start, without_zeros};
+use crate::diagnostic::RawDiagnostic;
+use crate::format::{Content, Format};
+use crate::lines::mark_length;
+use crate::location::RawLocation;
+use crate::mesh_file::MeshFile;
 use crate::note::Notes;
 use crate::polygon::{Corner, Polygons, Vertices};
 
@@ -21,7 +24,7 @@ pub(crate) const FORMAT: Format = Format {
     name: "STL",
     extensions: &["stl"],
     detect: |bytes| binary::fits(bytes) || starts_like_text(bytes) || looks_like(bytes),
-    content: Content::Mesh { read, write: write::write },
+    content: Content::Mesh { read, write: write::write, is_lossless: false },
 };
 
 fn starts_like_text(bytes: &[u8]) -> bool {
@@ -61,7 +64,7 @@ fn text_with_facets(bytes: &[u8]) -> bool {
     begins_with_solid(bytes) && has_word(bytes, b"endfacet") && has_word(bytes, b"endloop")
 }
 
-fn read(bytes: &[u8]) -> Result<MeshFile, Fault> {
+fn read(bytes: &[u8]) -> Result<MeshFile, RawDiagnostic> {
     let mut triangles = Triangles::new();
     // Binary files are known by their size; many of them begin with the word "solid".
     if binary::fits(bytes) {
@@ -72,7 +75,7 @@ fn read(bytes: &[u8]) -> Result<MeshFile, Fault> {
             let text = without_zeros(bytes, triangles.notes())?;
             text::read(text, start, &mut triangles)?;
         } else if is_text(bytes) && bytes.len() > 5 && bytes.is_ascii() {
-            return Err(Fault::file(
+            return Err(RawDiagnostic::file(
                 "is a text, but not of an STL: there is no 'solid' and no 'facet' in it",
             ));
         } else {
@@ -98,7 +101,7 @@ impl Triangles {
     }
 
     /// Adds a triangle, or a polygon, which some programs write.
-    fn add(&mut self, corners: &[Vec3], at: impl Fn() -> At) {
+    fn add(&mut self, corners: &[Vec3], at: impl Fn() -> RawLocation) {
         self.face.clear();
         for corner in corners {
             let vertex = self.vertex(*corner);
@@ -112,7 +115,7 @@ impl Triangles {
         // Adding zero turns -0.0 into 0.0, which is the same place.
         let key = (place + Vec3::ZERO).to_array().map(f64::to_bits);
         *self.known.entry(key).or_insert_with(|| {
-            self.vertices.push(place, || At::File);
+            self.vertices.push(place, || RawLocation::File);
             (self.vertices.len() - 1) as u32
         })
     }
@@ -121,9 +124,9 @@ impl Triangles {
         self.polygons.notes()
     }
 
-    fn finish(self, bytes: &[u8]) -> Result<MeshFile, Fault> {
+    fn finish(self, bytes: &[u8]) -> Result<MeshFile, RawDiagnostic> {
         if self.polygons.is_empty() {
-            return Err(Fault::file("has no triangles"));
+            return Err(RawDiagnostic::file("has no triangles"));
         }
         self.polygons.finish(self.vertices, 0, bytes)
     }

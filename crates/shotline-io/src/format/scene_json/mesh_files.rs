@@ -7,10 +7,11 @@ use std::sync::Arc;
 use shotline::scene;
 use shotline::solid::mesh::{TriangleMesh, Weld};
 
-use crate::error::{ReadError, system_words};
-use crate::format::{MeshFile, MeshSource, Reach};
+use crate::error::{ReadError, os_error_message};
+use crate::format::MeshSource;
+use crate::mesh_file::MeshFile;
 use crate::note::Note;
-use crate::weld::ReadOptions;
+use crate::options::{PathPolicy, ReadOptions};
 
 /// The meshes of one scene.
 pub(super) enum Meshes<'a> {
@@ -127,7 +128,7 @@ impl MeshFiles {
                 "read the scene from a file",
             );
         };
-        let confined = self.options.reach == Reach::Folder;
+        let confined = self.options.paths == PathPolicy::SceneFolder;
         let drive = file.as_bytes().get(1) == Some(&b':') && file.as_bytes()[0].is_ascii_alphabetic();
         if confined && (drive || file.starts_with(['/', '\\']) || Path::new(file).is_absolute()) {
             return refuse("the path of this file is absolute", INSIDE);
@@ -135,7 +136,7 @@ impl MeshFiles {
         let found = folder.canonicalize().and_then(|f| Ok((folder.join(file).canonicalize()?, f)));
         match found {
             Err(error) => {
-                let why = system_words(&error);
+                let why = os_error_message(&error);
                 refuse(format!("'{file}' cannot be opened: {why}"), "paths are relative to the scene file")
             }
             Ok((path, folder)) if confined && !path.starts_with(&folder) => {

@@ -4,7 +4,7 @@ use shotline::math::Vec3;
 use shotline::scene::{Camera, Lens, Light, LightSource, Material};
 
 use super::keys::{CAMERA, LIGHT, MATERIAL, names};
-use super::tree::ValueId;
+use super::value_tree::ValueId;
 use super::values::{Values, numbers_in_words};
 
 pub(super) fn read_materials(values: &mut Values, at: ValueId) -> Vec<(String, Material)> {
@@ -42,7 +42,7 @@ pub(super) fn read_camera(values: &mut Values, at: ValueId) -> Option<Camera> {
     let fov = number(values, at, "fov", half_turn);
     let height = number(values, at, "height", positive);
     if let (Some(_), Some(height)) = (values.tree.get(at, "fov"), values.tree.get(at, "height")) {
-        values.fault(
+        values.report(
             height,
             "the camera has a \"fov\" as well",
             "keep \"height\" for a parallel projection only",
@@ -50,7 +50,7 @@ pub(super) fn read_camera(values: &mut Values, at: ValueId) -> Option<Camera> {
     }
     let (eye, target) = (eye?, target?);
     if eye == target {
-        values.fault_at_start(at, "the camera stands at its own target", "move \"eye\" or \"target\"");
+        values.report_at_start(at, "the camera stands at its own target", "move \"eye\" or \"target\"");
     }
     let view = target - eye;
     let along_z = view.x == 0.0 && view.y == 0.0;
@@ -73,12 +73,12 @@ fn read_light(values: &mut Values, at: ValueId) -> Option<Light> {
     let has = |key: &str| usize::from(values.tree.get(at, key).is_some());
     if has("point") + has("direction") + has("ambient") != 1 {
         let help = "give it a \"point\", a \"direction\" or \"ambient\": true";
-        values.fault_at_start(at, "a light has exactly one source", help);
+        values.report_at_start(at, "a light has exactly one source", help);
         return None;
     }
     let source = if let Some(value) = values.tree.get(at, "ambient") {
         if !values.boolean(value, "\"ambient\"")? {
-            values.fault(value, "\"ambient\" can only be true", "leave the light out instead");
+            values.report(value, "\"ambient\" can only be true", "leave the light out instead");
         }
         LightSource::Ambient
     } else if let Some(point) = vector(values, at, "point") {
@@ -86,7 +86,7 @@ fn read_light(values: &mut Values, at: ValueId) -> Option<Light> {
     } else {
         let direction = vector(values, at, "direction")?;
         if direction == Vec3::ZERO {
-            values.fault_at_start(at, "the direction of this light is zero", "give it a direction");
+            values.report_at_start(at, "the direction of this light is zero", "give it a direction");
         }
         LightSource::Directional(direction)
     };
@@ -116,7 +116,7 @@ fn number(values: &mut Values, at: ValueId, key: &str, range: Range) -> Option<f
     let at = values.tree.get(at, key)?;
     let x = values.number(at, &format!("\"{key}\""))?;
     if let Some(expected) = range(x) {
-        values.fault(at, format!("\"{key}\" is {x}"), format!("it must be {expected}"));
+        values.report(at, format!("\"{key}\" is {x}"), format!("it must be {expected}"));
     }
     Some(x)
 }
@@ -130,7 +130,7 @@ fn color(values: &mut Values, at: ValueId) -> Option<[f64; 3]> {
     let at = values.tree.get(at, "color")?;
     let color = values.vector(at, "\"color\"")?;
     if let Some(x) = color.iter().find(|x| share(**x).is_some()) {
-        values.fault(at, format!("\"color\" has the component {x}"), "components go from 0 to 1");
+        values.report(at, format!("\"color\" has the component {x}"), "components go from 0 to 1");
     }
     Some(color)
 }

@@ -11,10 +11,12 @@ use shotline::solid::mesh::TriangleMesh;
 
 use self::header::{Element, Encoding, Header, Shape};
 use self::rows::{AsciiRows, BinaryRows, Layout, Rows};
-use crate::bytes::{Cursor, mark_length, without_zeros};
+use crate::bytes::{Cursor, without_zeros};
+use crate::diagnostic::RawDiagnostic;
 use crate::error::WriteError;
-use crate::fault::Fault;
-use crate::format::{Content, Encoded, Format, MeshFile};
+use crate::format::{Content, Format};
+use crate::lines::mark_length;
+use crate::mesh_file::{Encoded, MeshFile};
 use crate::note::{Effect, Note, NoteKind, Notes};
 use crate::polygon::{Corner, Polygons, Vertices};
 
@@ -25,10 +27,10 @@ pub(crate) const FORMAT: Format = Format {
         let text = &bytes[mark_length(bytes)..];
         text.starts_with(b"ply") && text.get(3).is_some_and(u8::is_ascii_whitespace)
     },
-    content: Content::Mesh { read, write },
+    content: Content::Mesh { read, write, is_lossless: true },
 };
 
-fn read(bytes: &[u8]) -> Result<MeshFile, Fault> {
+fn read(bytes: &[u8]) -> Result<MeshFile, RawDiagnostic> {
     let mut notes = Notes::default();
     let header = header::read(bytes, &mut notes)?;
     if header.encoding != Encoding::Ascii {
@@ -40,11 +42,11 @@ fn read(bytes: &[u8]) -> Result<MeshFile, Fault> {
     let read_as =
         |layout| Tables::new(&header, bytes, notes.clone())?.read(&mut AsciiRows::new(cursor(), layout));
     // What is wrong with a text is said of its lines, unless its numbers fit without them.
-    read_as(Layout::Lines).or_else(|fault| read_as(Layout::Loose).map_err(|_| fault))
+    read_as(Layout::Lines).or_else(|diagnostic| read_as(Layout::Loose).map_err(|_| diagnostic))
 }
 
 /// Refuses counts for which the file has too few bytes.
-fn check_count(element: &Element, header: &Header, bytes: usize) -> Result<(), Fault> {
+fn check_count(element: &Element, header: &Header, bytes: usize) -> Result<(), RawDiagnostic> {
     let left = bytes - header.end;
     // The last row of a text may lack its break.
     let most = (left + 1) / element.least_row(header.encoding).max(1);
@@ -55,7 +57,8 @@ fn check_count(element: &Element, header: &Header, bytes: usize) -> Result<(), F
         "the header promises {} rows of '{}', but the {left} bytes after it hold {most} at most",
         element.count, element.name
     );
-    Err(Fault::text(element.count_at.clone(), message).help("the file is cut off or its header is broken"))
+    Err(RawDiagnostic::text(element.count_at.clone(), message)
+        .help("the file is cut off or its header is broken"))
 }
 
 /// The tables on their way to a mesh.
@@ -89,11 +92,11 @@ const SEAMS: NoteKind = NoteKind {
 };
 
 impl<'f> Tables<'f> {
-    fn new(header: &'f Header, bytes: &'f [u8], notes: Notes) -> Result<Tables<'f>, Fault> {
+    fn new(header: &'f Header, bytes: &'f [u8], notes: Notes) -> Result<Tables<'f>, RawDiagnostic> {
         let count_of = |name: &str| header.elements.iter().find(|e| e.name == name).map_or(0, |e| e.count);
         if count_of("face") == 0 && count_of("tristrips") == 0 {
             let help = "a mesh needs an element 'face' with its list of vertices";
-            return Err(Fault::file("has no faces").help(help));
+            return Err(RawDiagnostic::file("has no faces").help(help));
         }
         for element in &header.elements {
             check_count(element, header, bytes.len())?;
@@ -102,7 +105,7 @@ impl<'f> Tables<'f> {
         Ok(Tables { header, bytes, vertices: Vertices::default(), polygons, not_read: Vec::new() })
     }
 
-    fn read(mut self, rows: &mut impl Rows) -> Result<MeshFile, Fault> {
+    fn read(mut self, rows: &mut impl Rows) -> Result<MeshFile, RawDiagnostic> {
         for element in &self.header.elements {
             match element.name.as_str() {
                 "vertex" => self.read_vertices(element, rows)?,
@@ -124,12 +127,12 @@ impl<'f> Tables<'f> {
         self.polygons.finish(self.vertices, 0, self.bytes)
     }
 
-    fn read_vertices(&mut self, element: &'f Element, rows: &mut impl Rows) -> Result<(), Fault> {
+    fn read_vertices(&mut self, element: &'f Element, rows: &mut impl Rows) -> Result<(), RawDiagnostic> {
         let mut columns = [0; 3];
         for (column, name) in columns.iter_mut().zip(["x", "y", "z"]) {
             let found =
                 element.properties.iter().position(|p| p.name == name && matches!(p.shape, Shape::One(_)));
-            *column = found.ok_or_else(|| Fault::file(format!("has vertices without '{name}'")))?;
+            *column = found.ok_or_else(|| RawDiagnostic::file(format!("has vertices without '{name}'")))?;
         }
         self.leave_out(element, &columns);
         let mut numbers = Vec::new();
@@ -144,7 +147,7 @@ impl<'f> Tables<'f> {
                 }
             }
             rows.end(self.polygons.notes())?;
-            self.vertices.push(Vec3::from(xyz), || rows.place());
+            self.vertices.push(Vec3::from(xyz), || rows.location());
         }
         Ok(())
     }
@@ -155,13 +158,13 @@ impl<'f> Tables<'f> {
         element: &'f Element,
         rows: &mut R,
         add: fn(&mut Tables<'f>, &[Corner], &R) -> Result<(), Corner>,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), RawDiagnostic> {
         let is_corners = |name: &str| matches!(name, "vertex_indices" | "vertex_index");
         let corners = element.properties.iter().position(|p| {
             is_corners(&p.name) && matches!(p.shape, Shape::List { item, .. } if item.is_integer())
         });
         let missing = || {
-            Fault::file(format!(
+            RawDiagnostic::file(format!(
                 "has an element '{}' without a list of whole numbers 'vertex_indices'",
                 element.name
             ))
@@ -186,7 +189,7 @@ impl<'f> Tables<'f> {
                 if Some(p) == number {
                     self.polygons.number(numbers[0] as i64).map_err(|least| {
                         let (name, given) = (&element.name, numbers[0]);
-                        rows.fault(format!(
+                        rows.diagnostic(format!(
                             "{name} {i} has the polygon number {given}, but numbers ascend, here from {least}"
                         ))
                     })?;
@@ -195,30 +198,32 @@ impl<'f> Tables<'f> {
             rows.end(self.polygons.notes())?;
             add(self, &polygon, rows).map_err(|corner| {
                 let (name, count) = (&element.name, self.polygons.vertices());
-                rows.fault(format!("{name} {i} names vertex {corner}, but there are {count}, counted from 0"))
+                rows.diagnostic(format!(
+                    "{name} {i} names vertex {corner}, but there are {count}, counted from 0"
+                ))
             })?;
         }
         Ok(())
     }
 
     fn add_face(&mut self, corners: &[Corner], rows: &impl Rows) -> Result<(), Corner> {
-        self.polygons.add(corners, || rows.place())
+        self.polygons.add(corners, || rows.location())
     }
 
     /// Every three corners in a row are a triangle, and every second of these is wound the other way.
     fn add_strips(&mut self, corners: &[Corner], rows: &impl Rows) -> Result<(), Corner> {
         for strip in corners.split(|corner| *corner == END_OF_STRIP).filter(|strip| !strip.is_empty()) {
             if strip.len() < 3 {
-                self.polygons.add(strip, || rows.place())?;
+                self.polygons.add(strip, || rows.location())?;
                 continue;
             }
-            self.polygons.notes().add(&STRIPS, rows.place());
+            self.polygons.notes().add(&STRIPS, rows.location());
             for (i, corners) in strip.windows(3).enumerate() {
                 let [a, b, c] = *corners else { continue };
                 if a == b || b == c || c == a {
-                    self.polygons.notes().add(&SEAMS, rows.place());
+                    self.polygons.notes().add(&SEAMS, rows.location());
                 } else {
-                    self.polygons.add(&if i % 2 == 0 { [a, b, c] } else { [b, a, c] }, || rows.place())?;
+                    self.polygons.add(&if i % 2 == 0 { [a, b, c] } else { [b, a, c] }, || rows.location())?;
                 }
             }
         }
@@ -231,7 +236,7 @@ impl<'f> Tables<'f> {
         self.not_read.extend(others.map(|(_, property)| property.name.as_str()));
     }
 
-    fn skip(&mut self, element: &Element, rows: &mut impl Rows) -> Result<(), Fault> {
+    fn skip(&mut self, element: &Element, rows: &mut impl Rows) -> Result<(), RawDiagnostic> {
         if element.properties.is_empty() {
             return Ok(());
         }
@@ -249,7 +254,7 @@ impl<'f> Tables<'f> {
 }
 
 /// Binary, in float64: nothing is lost.
-pub(crate) fn write(mesh: &TriangleMesh) -> Result<Encoded, WriteError> {
+fn write(mesh: &TriangleMesh) -> Result<Encoded, WriteError> {
     let numbered =
         if mesh.polygons.is_empty() { String::new() } else { format!("property uint {POLYGON}\n") };
     let head = format!(

@@ -3,32 +3,34 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use super::tree::Content;
-use crate::fault::Fault;
+use super::value_tree::Content;
+use crate::diagnostic::RawDiagnostic;
 
 /// What a bare word means.
-pub(super) fn word(text: &str, range: Range<usize>) -> Result<Content<'static>, Fault> {
+pub(super) fn word(text: &str, range: Range<usize>) -> Result<Content<'static>, RawDiagnostic> {
     let written = &text[range.clone()];
     match written {
         "null" => Ok(Content::Null),
         "true" => Ok(Content::Bool(true)),
         "false" => Ok(Content::Bool(false)),
-        "NaN" | "nan" | "Infinity" | "inf" => Err(Fault::text(range, format!("{written} is not a number"))
-            .help("numbers are finite; for something without end use a half-space or a quadric")),
-        _ => Err(Fault::text(range, format!("'{written}' stands without quotes"))
+        "NaN" | "nan" | "Infinity" | "inf" => {
+            Err(RawDiagnostic::text(range, format!("{written} is not a number"))
+                .help("numbers are finite; for something without end use a half-space or a quadric"))
+        }
+        _ => Err(RawDiagnostic::text(range, format!("'{written}' stands without quotes"))
             .help(format!("write \"{written}\", or true, false or null"))),
     }
 }
 
 /// The number that is spelled by a run of characters.
-pub(super) fn number(text: &str, range: Range<usize>) -> Result<f64, Fault> {
+pub(super) fn number(text: &str, range: Range<usize>) -> Result<f64, RawDiagnostic> {
     let written = &text[range.clone()];
     if let Some(why) = misspelled(written) {
-        return Err(Fault::text(range, format!("'{}' is not a number: {why}", cut(written))));
+        return Err(RawDiagnostic::text(range, format!("'{}' is not a number: {why}", cut(written))));
     }
     match written.parse::<f64>() {
         Ok(x) if x.is_finite() => Ok(x),
-        _ => Err(Fault::text(range, format!("{} is too large for a float64", cut(written)))
+        _ => Err(RawDiagnostic::text(range, format!("{} is too large for a float64", cut(written)))
             .help("the largest float64 is about 1.8e308")),
     }
 }
@@ -80,12 +82,15 @@ fn misspelled(written: &str) -> Option<&'static str> {
 pub(super) fn unescape<'t>(
     text: &'t str,
     range: Range<usize>,
-    report: &mut dyn FnMut(Fault),
+    report: &mut dyn FnMut(RawDiagnostic),
 ) -> Cow<'t, str> {
     let body = &text[range.clone()];
     if let Some(at) = body.find(|c: char| c < ' ') {
         let at = range.start + at;
-        report(Fault::text(at..at + 1, "a control character in a string").help("write it as \\t or \\u00XX"));
+        report(
+            RawDiagnostic::text(at..at + 1, "a control character in a string")
+                .help("write it as \\t or \\u00XX"),
+        );
     }
     if !body.contains('\\') {
         return Cow::Borrowed(body);
@@ -102,7 +107,7 @@ pub(super) fn unescape<'t>(
             }
             Err((length, why)) => {
                 out.push('\u{FFFD}');
-                report(Fault::text(range.start + at..range.start + at + length, why));
+                report(RawDiagnostic::text(range.start + at..range.start + at + length, why));
                 at += length;
             }
         }
@@ -183,14 +188,14 @@ mod tests {
 
     #[test]
     fn escapes_are_resolved_and_lone_surrogates_refused() {
-        let mut faults = Vec::new();
+        let mut diagnostics = Vec::new();
         let text = r#"a\n\u00e9\ud83d\ude00\/"#;
-        assert_eq!(unescape(text, 0..text.len(), &mut |f| faults.push(f)), "a\né😀/");
-        assert!(faults.is_empty());
+        assert_eq!(unescape(text, 0..text.len(), &mut |f| diagnostics.push(f)), "a\né😀/");
+        assert!(diagnostics.is_empty());
         for bad in [r"\ud800", r"\ud800\u0041", r"\udc00x", r"\u12", r"\q", r"\u+123", r"\é"] {
-            faults.clear();
-            unescape(bad, 0..bad.len(), &mut |f| faults.push(f));
-            assert!(!faults.is_empty(), "{bad}");
+            diagnostics.clear();
+            unescape(bad, 0..bad.len(), &mut |f| diagnostics.push(f));
+            assert!(!diagnostics.is_empty(), "{bad}");
         }
     }
 }

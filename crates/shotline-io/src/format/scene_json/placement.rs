@@ -4,7 +4,7 @@ use shotline::math::{Affine, Vec3};
 use shotline::scene::{LocalTransform, Rotation};
 
 use super::keys::{self, ROTATION};
-use super::tree::{Content, ValueId};
+use super::value_tree::{Content, ValueId};
 use super::values::{Values, numbers_in_words};
 
 /// The placement among the keys of a node, if it has any.
@@ -15,7 +15,7 @@ pub(super) fn read(values: &mut Values, node: ValueId) -> Option<LocalTransform>
     if let Some(at) = matrix {
         for other in [scale, rotate, translate].into_iter().flatten() {
             let help = "put everything into the matrix, or use \"scale\", \"rotate\" and \"translate\" only";
-            values.fault(other, "this node has a \"transform\" as well", help);
+            values.report(other, "this node has a \"transform\" as well", help);
         }
         let numbers = values.numbers(at, "\"transform\"", 12)?;
         let rows = numbers.try_into().ok()?;
@@ -50,7 +50,7 @@ pub(super) fn read_rotation(values: &mut Values, at: ValueId) -> Option<Rotation
     let degrees = degrees.and_then(|a| values.number(a, "\"degrees\""));
     let (axis, degrees) = (Vec3::from(axis?), degrees?);
     if axis == Vec3::ZERO {
-        values.fault(at, "the axis of this rotation is zero", "give it a direction");
+        values.report(at, "the axis of this rotation is zero", "give it a direction");
     }
     Some(Rotation::About { axis, degrees })
 }

@@ -1,4 +1,4 @@
-//! Output files that appear whole or not at all: written beside their place and then moved into it.
+//! Atomic writes: an output file appears complete or not at all. It is written beside its path and then renamed.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
@@ -8,43 +8,43 @@ use std::sync::{Mutex, PoisonError};
 
 use crate::error::WriteError;
 
-/// What a file is written through.
+/// The buffered writer of a file.
 pub type Output<'f> = BufWriter<&'f File>;
 
-/// Links to links that are followed, at most.
-const MOST_LINKS: usize = 40;
+/// The longest chain of symbolic links that is followed.
+const MAX_LINKS: usize = 40;
 
-/// The files that are being written, under the names that they do not keep.
+/// The temporary files that are being written.
 static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
-/// Writes a file. If `fill` fails or the program ends, whatever stood at the path before stands there still. A link
-/// stays a link, and the file keeps its permissions; a file that is write-protected is left alone.
+/// Writes a file. If `fill` fails or the program ends, the path keeps its previous contents. A symbolic link stays a
+/// link, and the file keeps its permissions; a write-protected file is not changed.
 ///
 /// # Errors
-/// [`WriteError::Io`] if the system refuses or `fill` fails.
-pub fn write_whole(path: &Path, fill: impl FnOnce(&mut Output) -> io::Result<()>) -> Result<(), WriteError> {
+/// [`WriteError::Io`] if the operating system refuses or `fill` fails.
+pub fn atomic_write(path: &Path, fill: impl FnOnce(&mut Output) -> io::Result<()>) -> Result<(), WriteError> {
     write(path, fill).map_err(|source| WriteError::Io { path: path.into(), source })
 }
 
-/// Writes to something that can only be written to, such as standard output: all at once, after `fill` has succeeded.
+/// Writes to a stream, such as standard output: all at once, after `fill` has succeeded.
 ///
 /// # Errors
-/// Those of `fill` and of the writer.
+/// Those of `fill` and of the stream.
 pub fn write_stream(
     stream: &mut impl Write,
     fill: impl FnOnce(&mut Output) -> io::Result<()>,
 ) -> io::Result<()> {
     let mut file = tempfile::tempfile()?;
-    through(&file, fill)?;
+    fill_file(&file, fill)?;
     file.rewind()?;
     io::copy(&mut file, stream)?;
     stream.flush()
 }
 
-/// Removes the files that are being written, for a program that is about to end without finishing them.
+/// Removes the temporary files of unfinished writes, for a program that is about to end.
 pub fn remove_unfinished() {
     for path in std::mem::take(&mut *UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)) {
-        // What is gone already need not be removed.
+        // A file that is already gone need not be removed.
         let _ = fs::remove_file(path);
     }
 }
@@ -53,7 +53,7 @@ fn write(path: &Path, fill: impl FnOnce(&mut Output) -> io::Result<()>) -> io::R
     let target = target_of(path)?;
     let before = fs::metadata(&target).ok();
     if before.as_ref().is_some_and(|m| !m.is_file()) {
-        // A device or a pipe cannot be replaced, only written to.
+        // A device or a pipe cannot be replaced by a file.
         return write_stream(&mut OpenOptions::new().write(true).open(&target)?, fill);
     }
     if before.as_ref().is_some_and(|m| m.permissions().readonly()) {
@@ -70,13 +70,13 @@ fn write(path: &Path, fill: impl FnOnce(&mut Output) -> io::Result<()>) -> io::R
     builder.prefix(".shotline-");
     #[cfg(unix)]
     {
-        // Temporary files are private; a new output file is as open as the user's mask says.
+        // Temporary files are private; a new output file has the permissions of the user's umask.
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
     let file = builder.tempfile_in(folder)?;
     let _unfinished = Unfinished::new(file.path());
-    through(file.as_file(), fill)?;
+    fill_file(file.as_file(), fill)?;
     if let Some(before) = before {
         file.as_file().set_permissions(before.permissions())?;
     }
@@ -84,23 +84,23 @@ fn write(path: &Path, fill: impl FnOnce(&mut Output) -> io::Result<()>) -> io::R
     Ok(())
 }
 
-/// What a path stands for: links are followed, also to what does not exist yet.
+/// The path with symbolic links resolved, including links to files that do not exist yet.
 fn target_of(path: &Path) -> io::Result<PathBuf> {
     let mut target = path.to_path_buf();
-    for _ in 0..MOST_LINKS {
+    for _ in 0..MAX_LINKS {
         let Ok(link) = fs::read_link(&target) else { return Ok(target) };
         target = target.parent().unwrap_or(Path::new("")).join(link);
     }
     Err(io::Error::other("too many links to links"))
 }
 
-fn through(file: &File, fill: impl FnOnce(&mut Output) -> io::Result<()>) -> io::Result<()> {
+fn fill_file(file: &File, fill: impl FnOnce(&mut Output) -> io::Result<()>) -> io::Result<()> {
     let mut out = BufWriter::with_capacity(1 << 18, file);
     fill(&mut out)?;
     out.flush()
 }
 
-/// A file among those that are not finished, while the value lives.
+/// Registers a temporary file as unfinished for as long as the value lives.
 struct Unfinished(PathBuf);
 
 impl Unfinished {
@@ -121,11 +121,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_failed_write_leaves_what_was_there() {
+    fn a_failed_write_leaves_the_previous_contents() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.txt");
-        write_whole(&path, |out| out.write_all(b"first")).unwrap();
-        let failed = write_whole(&path, |out| {
+        atomic_write(&path, |out| out.write_all(b"first")).unwrap();
+        let failed = atomic_write(&path, |out| {
             out.write_all(b"second")?;
             Err(io::Error::other("no more"))
         });
@@ -137,7 +137,7 @@ mod tests {
     #[test]
     fn a_missing_folder_is_an_error() {
         let path = tempfile::tempdir().unwrap().path().join("none/a.txt");
-        let error = write_whole(&path, |_| Ok(())).unwrap_err().to_string();
+        let error = atomic_write(&path, |_| Ok(())).unwrap_err().to_string();
         assert!(
             error.ends_with("a.txt: cannot be written: there is no such folder; make the folder first"),
             "{error}"
@@ -146,32 +146,32 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_link_stays_a_link_even_to_what_does_not_exist_yet() {
+    fn a_link_stays_a_link_even_if_its_target_does_not_exist_yet() {
         let folder = tempfile::tempdir().unwrap();
         let (link, target) = (folder.path().join("link"), folder.path().join("target"));
         std::os::unix::fs::symlink("target", &link).unwrap();
         for text in ["first", "second"] {
-            write_whole(&link, |out| out.write_all(text.as_bytes())).unwrap();
+            atomic_write(&link, |out| out.write_all(text.as_bytes())).unwrap();
             assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
             assert_eq!(fs::read(&target).unwrap(), text.as_bytes());
         }
         std::os::unix::fs::symlink("round", folder.path().join("round")).unwrap();
-        assert!(write_whole(&folder.path().join("round"), |_| Ok(())).is_err());
+        assert!(atomic_write(&folder.path().join("round"), |_| Ok(())).is_err());
     }
 
     #[cfg(unix)]
     #[test]
-    fn permissions_are_kept_and_protected_files_left_alone() {
+    fn permissions_are_kept_and_protected_files_not_changed() {
         use std::os::unix::fs::PermissionsExt;
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.txt");
-        write_whole(&path, |out| out.write_all(b"first")).unwrap();
+        atomic_write(&path, |out| out.write_all(b"first")).unwrap();
         let with_mode = |mode| fs::set_permissions(&path, fs::Permissions::from_mode(mode)).unwrap();
         with_mode(0o600);
-        write_whole(&path, |out| out.write_all(b"second")).unwrap();
+        atomic_write(&path, |out| out.write_all(b"second")).unwrap();
         assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o600);
         with_mode(0o444);
-        let error = write_whole(&path, |out| out.write_all(b"third")).unwrap_err().to_string();
+        let error = atomic_write(&path, |out| out.write_all(b"third")).unwrap_err().to_string();
         assert!(error.contains("write-protected"), "{error}");
         assert_eq!(fs::read(&path).unwrap(), b"second");
     }

@@ -8,19 +8,19 @@ use std::collections::HashSet;
 use std::ops::Range;
 
 use super::token;
-use super::tree::{Content, Member, Tree, ValueId};
-use crate::fault::{Fault, Faults};
+use super::value_tree::{Content, Member, Tree, ValueId};
+use crate::diagnostic::{Diagnostics, RawDiagnostic};
 
 /// Brackets within brackets, at most. A solid nested in a boolean operation takes two levels.
 pub(super) const MAX_DEPTH: usize = 20_000;
 
-/// Reads a text. `None` if its brackets are not sound; all mistakes are in `faults`.
-pub(super) fn parse<'t>(text: &'t str, faults: &mut Faults) -> Option<(Tree<'t>, ValueId)> {
-    let mut parser = Parser { text, at: 0, tree: Tree::default(), open: Vec::new(), faults };
+/// Reads a text. `None` if its brackets are not sound; all mistakes are in `diagnostics`.
+pub(super) fn parse<'t>(text: &'t str, diagnostics: &mut Diagnostics) -> Option<(Tree<'t>, ValueId)> {
+    let mut parser = Parser { text, at: 0, tree: Tree::default(), open: Vec::new(), diagnostics };
     match parser.document() {
         Ok(root) => Some((parser.tree, root)),
-        Err(fault) => {
-            parser.faults.push(fault);
+        Err(diagnostic) => {
+            parser.diagnostics.push(diagnostic);
             None
         }
     }
@@ -31,7 +31,7 @@ struct Parser<'t, 'f> {
     at: usize,
     tree: Tree<'t>,
     open: Vec<Open>,
-    faults: &'f mut Faults,
+    diagnostics: &'f mut Diagnostics,
 }
 
 /// A container whose end has not come yet.
@@ -43,7 +43,7 @@ struct Open {
 }
 
 impl<'t> Parser<'t, '_> {
-    fn document(&mut self) -> Result<ValueId, Fault> {
+    fn document(&mut self) -> Result<ValueId, RawDiagnostic> {
         self.skip_trivia()?;
         let root = self.begin_value()?;
         while !self.open.is_empty() {
@@ -52,20 +52,20 @@ impl<'t> Parser<'t, '_> {
         self.skip_trivia()?;
         match self.peek() {
             None => Ok(root),
-            Some(c) => Err(Fault::text(self.here(c), "something follows the end of the scene")
+            Some(c) => Err(RawDiagnostic::text(self.here(c), "something follows the end of the scene")
                 .help("a file holds one { ... }; is there a closing bracket too many?")),
         }
     }
 
     /// Reads a comma, a closing bracket or the beginning of a member of the innermost open container.
-    fn step(&mut self) -> Result<(), Fault> {
+    fn step(&mut self) -> Result<(), RawDiagnostic> {
         self.skip_trivia()?;
         let Some(open) = self.open.last_mut() else { return Ok(()) };
         let (id, brace, ready) = (open.id, open.brace, open.ready);
         let Some(c) = self.text[self.at..].chars().next() else {
             let opening = self.tree.range(id);
             let bracket = if brace { '{' } else { '[' };
-            return Err(Fault::text(
+            return Err(RawDiagnostic::text(
                 opening,
                 format!("the end of the file comes before the end of this '{bracket}'"),
             ));
@@ -75,7 +75,8 @@ impl<'t> Parser<'t, '_> {
             ',' => {
                 open.ready = true;
                 if ready {
-                    self.faults.push(Fault::text(self.at..self.at + 1, "nothing stands before this comma"));
+                    self.diagnostics
+                        .push(RawDiagnostic::text(self.at..self.at + 1, "nothing stands before this comma"));
                 }
                 self.at += 1;
                 return Ok(());
@@ -83,7 +84,7 @@ impl<'t> Parser<'t, '_> {
             _ => open.ready = false,
         }
         if !ready {
-            self.faults.push(Fault::text(self.here(c), "a comma is missing before this"));
+            self.diagnostics.push(RawDiagnostic::text(self.here(c), "a comma is missing before this"));
         }
         let key = if brace { Some(self.key()?) } else { None };
         let value = self.begin_value()?;
@@ -97,24 +98,27 @@ impl<'t> Parser<'t, '_> {
         Ok(())
     }
 
-    fn close(&mut self, id: ValueId, brace: bool, found: char) -> Result<(), Fault> {
+    fn close(&mut self, id: ValueId, brace: bool, found: char) -> Result<(), RawDiagnostic> {
         let (opening, expected) = if brace { ('{', '}') } else { ('[', ']') };
         if found != expected {
-            let fault = Fault::text(self.at..self.at + 1, format!("'{found}' closes a '{opening}'"));
-            return Err(fault.help(format!("use '{expected}', or is one missing before?")));
+            let diagnostic =
+                RawDiagnostic::text(self.at..self.at + 1, format!("'{found}' closes a '{opening}'"));
+            return Err(diagnostic.help(format!("use '{expected}', or is one missing before?")));
         }
         self.at += 1;
         self.tree.end_at(id, self.at);
         self.open.pop();
-        report_duplicates(self.tree.members(id), self.faults);
+        report_duplicates(self.tree.members(id), self.diagnostics);
         Ok(())
     }
 
     /// Reads a scalar, or the opening bracket of a container, which is put on the stack.
-    fn begin_value(&mut self) -> Result<ValueId, Fault> {
+    fn begin_value(&mut self) -> Result<ValueId, RawDiagnostic> {
         let start = self.at;
         let content = match self.peek() {
-            None => return Err(Fault::text(start..start, "a value is missing at the end of the file")),
+            None => {
+                return Err(RawDiagnostic::text(start..start, "a value is missing at the end of the file"));
+            }
             Some('{') => return self.open(true),
             Some('[') => return self.open(false),
             Some('"' | '\'') => Content::Text(self.string()?.0),
@@ -126,16 +130,20 @@ impl<'t> Parser<'t, '_> {
                 let range = self.run(|c| c.is_alphanumeric() || c == '_' || c == '$');
                 self.or_report(token::word(self.text, range))
             }
-            Some(c) => return Err(Fault::text(self.here(c), format!("a value is expected, not '{c}'"))),
+            Some(c) => {
+                return Err(RawDiagnostic::text(self.here(c), format!("a value is expected, not '{c}'")));
+            }
         };
         Ok(self.tree.add(start..self.at, content))
     }
 
-    fn open(&mut self, brace: bool) -> Result<ValueId, Fault> {
+    fn open(&mut self, brace: bool) -> Result<ValueId, RawDiagnostic> {
         if self.open.len() >= MAX_DEPTH {
-            let fault =
-                Fault::text(self.at..self.at + 1, format!("brackets are nested more than {MAX_DEPTH} deep"));
-            return Err(fault.help("name the inner parts in \"defs\" and use {\"ref\": NAME}"));
+            let diagnostic = RawDiagnostic::text(
+                self.at..self.at + 1,
+                format!("brackets are nested more than {MAX_DEPTH} deep"),
+            );
+            return Err(diagnostic.help("name the inner parts in \"defs\" and use {\"ref\": NAME}"));
         }
         let content = if brace { Content::Object(Vec::new()) } else { Content::Array(Vec::new()) };
         let id = self.tree.add(self.at..self.at + 1, content);
@@ -144,34 +152,37 @@ impl<'t> Parser<'t, '_> {
         Ok(id)
     }
 
-    fn key(&mut self) -> Result<(std::borrow::Cow<'t, str>, Range<usize>), Fault> {
+    fn key(&mut self) -> Result<(std::borrow::Cow<'t, str>, Range<usize>), RawDiagnostic> {
         let (key, range) = match self.peek() {
             Some('"' | '\'') => self.string()?,
             Some(c) if c.is_alphanumeric() || c == '_' || c == '$' => {
                 let range = self.run(|c| c.is_alphanumeric() || c == '_' || c == '$');
                 let key = &self.text[range.clone()];
-                self.faults.push(
-                    Fault::text(range.clone(), format!("the key '{key}' stands without quotes"))
+                self.diagnostics.push(
+                    RawDiagnostic::text(range.clone(), format!("the key '{key}' stands without quotes"))
                         .help(format!("write \"{key}\"")),
                 );
                 (key.into(), range)
             }
             other => {
                 let c = other.unwrap_or(' ');
-                return Err(Fault::text(self.here(c), format!("a key in quotes is expected, not '{c}'")));
+                return Err(RawDiagnostic::text(
+                    self.here(c),
+                    format!("a key in quotes is expected, not '{c}'"),
+                ));
             }
         };
         self.skip_trivia()?;
         match self.peek() {
             Some(':') => self.at += 1,
-            _ => return Err(Fault::text(range, "a ':' and a value must follow this key")),
+            _ => return Err(RawDiagnostic::text(range, "a ':' and a value must follow this key")),
         }
         self.skip_trivia()?;
         Ok((key, range))
     }
 
     /// A string and its range with the quotes.
-    fn string(&mut self) -> Result<(std::borrow::Cow<'t, str>, Range<usize>), Fault> {
+    fn string(&mut self) -> Result<(std::borrow::Cow<'t, str>, Range<usize>), RawDiagnostic> {
         let start = self.at;
         let bytes = self.text.as_bytes();
         let quote = bytes[start];
@@ -181,19 +192,19 @@ impl<'t> Parser<'t, '_> {
         }
         if bytes.get(end) != Some(&quote) {
             let shown = self.text[start..].find(['\n', '\r']).unwrap_or(self.text.len() - start);
-            return Err(Fault::text(start..start + shown, "this string does not end on its line"));
+            return Err(RawDiagnostic::text(start..start + shown, "this string does not end on its line"));
         }
         self.at = end + 1;
         if quote == b'\'' {
-            self.faults.push(Fault::text(start..self.at, "strings stand in double quotes"));
+            self.diagnostics.push(RawDiagnostic::text(start..self.at, "strings stand in double quotes"));
         }
-        let faults = &mut *self.faults;
-        Ok((token::unescape(self.text, start + 1..end, &mut |f| faults.push(f)), start..self.at))
+        let diagnostics = &mut *self.diagnostics;
+        Ok((token::unescape(self.text, start + 1..end, &mut |f| diagnostics.push(f)), start..self.at))
     }
 
-    fn or_report(&mut self, content: Result<Content<'t>, Fault>) -> Content<'t> {
-        content.unwrap_or_else(|fault| {
-            self.faults.push(fault);
+    fn or_report(&mut self, content: Result<Content<'t>, RawDiagnostic>) -> Content<'t> {
+        content.unwrap_or_else(|diagnostic| {
+            self.diagnostics.push(diagnostic);
             Content::Wrong
         })
     }
@@ -215,7 +226,7 @@ impl<'t> Parser<'t, '_> {
     }
 
     /// Moves past blanks, comments and a byte order mark at the start.
-    fn skip_trivia(&mut self) -> Result<(), Fault> {
+    fn skip_trivia(&mut self) -> Result<(), RawDiagnostic> {
         if self.at == 0 && self.text.starts_with('\u{FEFF}') {
             self.at = '\u{FEFF}'.len_utf8();
         }
@@ -229,7 +240,7 @@ impl<'t> Parser<'t, '_> {
             } else if let Some(comment) = rest.strip_prefix("/*") {
                 match comment.find("*/") {
                     Some(end) => self.at += end + 4,
-                    None => return Err(Fault::text(self.at..self.at + 2, "this comment has no end")),
+                    None => return Err(RawDiagnostic::text(self.at..self.at + 2, "this comment has no end")),
                 }
             } else {
                 return Ok(());
@@ -238,13 +249,15 @@ impl<'t> Parser<'t, '_> {
     }
 }
 
-fn report_duplicates(members: &[Member], faults: &mut Faults) {
+fn report_duplicates(members: &[Member], diagnostics: &mut Diagnostics) {
     let mut seen = HashSet::new();
     for member in members {
         if !seen.insert(&member.key) {
-            let fault =
-                Fault::text(member.key_range.clone(), format!("the key '{}' stands here twice", member.key));
-            faults.push(fault.help("keep one of them"));
+            let diagnostic = RawDiagnostic::text(
+                member.key_range.clone(),
+                format!("the key '{}' stands here twice", member.key),
+            );
+            diagnostics.push(diagnostic.help("keep one of them"));
         }
     }
 }
@@ -254,9 +267,9 @@ mod tests {
     use super::*;
 
     fn messages(text: &str) -> Vec<String> {
-        let mut faults = Faults::default();
-        parse(text, &mut faults);
-        faults.listed.into_iter().map(|f| f.message).collect()
+        let mut diagnostics = Diagnostics::default();
+        parse(text, &mut diagnostics);
+        diagnostics.listed.into_iter().map(|f| f.message).collect()
     }
 
     #[test]
