@@ -37,7 +37,7 @@ pub struct Scene {
 /// The `RayQuery` of the Python half, read by attribute.
 #[derive(FromPyObject)]
 struct RayQuery<'py> {
-    count: usize,
+    ray_count: usize,
     origins: PyReadonlyArrayDyn<'py, f64>,
     directions: Option<PyReadonlyArrayDyn<'py, f64>>,
     t_min: f64,
@@ -54,7 +54,7 @@ impl RayQuery<'_> {
         py: Python,
         query: impl FnOnce(&RayRows, Scope, Run) -> Result<T, BatchError> + Send,
     ) -> PyResult<T> {
-        let RayQuery { count, origins, directions, threads, progress, .. } = self;
+        let RayQuery { ray_count: count, origins, directions, threads, progress, .. } = self;
         let span = Span::new(self.t_min, self.t_max).map_err(|e| PyValueError::new_err(e.to_string()))?;
         let kinds = if self.surfaces_only { Kinds::Surfaces } else { Kinds::All };
         let scope = Scope { span, kinds };
@@ -384,7 +384,7 @@ impl Scene {
         overlaps: &str,
     ) -> PyResult<(Bound<'py, PyArray2<f64>>, u64)> {
         let overlaps = overlap_policy(overlaps)?;
-        let count = rays.count;
+        let count = rays.ray_count;
         let by = match by {
             "material" => By::Material,
             "object" => By::Object,
@@ -401,7 +401,7 @@ impl Scene {
 
     /// The work of finding the closest crossing, (rays, counters).
     fn cost<'py>(&self, py: Python<'py>, rays: RayQuery<'py>) -> PyResult<Bound<'py, PyArray2<i64>>> {
-        let count = rays.count;
+        let count = rays.ray_count;
         let costs = rays.run(py, |rays, scope, run| batch::cost(&self.world, rays, scope, run))?;
         costs.into_pyarray(py).reshape([count, COUNTERS.len()])
     }

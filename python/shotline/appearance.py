@@ -1,4 +1,4 @@
-"""What things look like and are made of, and from where they are seen."""
+"""Materials, cameras and lights."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ _INFINITY = float("inf")
 
 
 def _given(**keys: Any) -> dict[str, Any]:
-    """Only what was given; vectors as lists."""
+    """The keys that have a value; vectors as lists."""
     return {k: list(v) if isinstance(v, tuple) else v for k, v in keys.items() if v is not None}
 
 
 def _set(owner: Any, name: str, value: Any) -> None:
-    """Sets a field of a frozen dataclass while it is made."""
+    """Sets a field of a frozen dataclass during construction."""
     object.__setattr__(owner, name, value)
 
 
@@ -29,7 +29,7 @@ def _vector(owner: Any, name: str) -> None:
 
 
 def _number(owner: Any, name: str, least: float = 0.0, most: float = _INFINITY) -> None:
-    """A finite number from the least to the most, if there is one."""
+    """Checks a field that may be None: a finite number from `least` to `most`."""
     value = getattr(owner, name)
     if value is None:
         return
@@ -48,14 +48,14 @@ def _color(owner: Any) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Material:
-    """What an object is made of. Everything is optional.
+    """The material of an object. Everything is optional.
 
     `mu` is the linear attenuation coefficient, one over the scene's unit of length, at least 0. `density` is in g/cm^3,
-    whatever the scene's unit of length; in a scene without units it is mass per cubed length. The rest is for pictures,
-    from 0 to 1: `color` as sRGB, the strength of the highlight `specular`, and the share of light that is mirrored,
-    `mirror`; `shininess` is the exponent of the highlight (Phong).
+    independent of the scene's unit of length; in a scene without units it is mass per cubed length. The rest is for pictures,
+    from 0 to 1: `color` as sRGB, the strength of the highlight `specular`, and the share of light that is
+    reflected, `mirror`; `shininess` is the exponent of the highlight (Phong).
 
-    Raises ValueError for numbers out of range, TypeError for what are no numbers.
+    Raises ValueError for numbers out of range, TypeError for values that are not numbers.
     """
 
     mu: float | None = None
@@ -78,11 +78,11 @@ class Material:
 
 @dataclass(frozen=True, kw_only=True)
 class Camera:
-    """Where a picture is seen from: at `eye`, looking at `target`, in world coordinates. `up` is up in the picture: z if
-    not given, y for a view along z.
+    """A camera at `eye` that looks at `target`, in world coordinates. `up` points up in the picture: z if not given, y for a
+    view along z.
 
-    With `fov`, the vertical angle of view in degrees, it is in perspective; with `height`, that of the picture in world
-    units, parallel. With neither, `fov` is 40. Raises ValueError for both, and for numbers out of range.
+    With `fov`, the vertical angle of view in degrees, the projection is perspective; with `height`, the height of the
+    picture in world units, it is parallel. With neither, `fov` is 40. Raises ValueError for both, and for numbers out of range.
     """
 
     eye: Vector
@@ -118,7 +118,7 @@ class Camera:
 class Light:
     """A light: from a `point`, from far away travelling in a `direction`, or from everywhere (`ambient`).
 
-    `color` is sRGB from 0 to 1, white if not given; `intensity` is 1 if not given, and does not weaken with distance.
+    `color` is sRGB from 0 to 1, white if not given; `intensity` is 1 if not given, and does not decrease with distance.
     """
 
     point: Vector | None = None
