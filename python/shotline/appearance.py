@@ -51,7 +51,8 @@ class Material:
     """The material of an object. Everything is optional.
 
     `mu` is the linear attenuation coefficient, one over the scene's unit of length, at least 0. `density` is in g/cm^3,
-    independent of the scene's unit of length; in a scene without units it is mass per cubed length. The rest is for pictures,
+    independent of the scene's unit of length; in a scene without units it is mass per cubed length. The rest is for
+    pictures,
     from 0 to 1: `color` as sRGB, the strength of the highlight `specular`, and the share of light that is
     reflected, `mirror`; `shininess` is the exponent of the highlight (Phong).
 
@@ -78,11 +79,12 @@ class Material:
 
 @dataclass(frozen=True, kw_only=True)
 class Camera:
-    """A camera at `eye` that looks at `target`, in world coordinates. `up` points up in the picture: z if not given, y for a
-    view along z.
+    """A camera at `eye` that looks at `target`, in world coordinates. `up` points up in the picture: z if not given, y
+    for a view along z.
 
     With `fov`, the vertical angle of view in degrees, the projection is perspective; with `height`, the height of the
-    picture in world units, it is parallel. With neither, `fov` is 40. Raises ValueError for both, and for numbers out of range.
+    picture in world units, it is parallel. With neither, `fov` is 40. Raises ValueError for both, and for numbers out
+    of range.
     """
 
     eye: Vector

@@ -135,7 +135,8 @@ class Random:
         return rays[:, 0], rays[:, 1]
 
     def _chunk(self, number: int) -> np.ndarray:
-        """Rays of shape (_CHUNK, origin and direction, 3). Uses only operations that IEEE 754 rounds in one way; no sine."""
+        """Rays of shape (_CHUNK, origin and direction, 3). Uses only operations that IEEE 754 rounds in one way; no
+        sine."""
         bits = np.random.Philox(key=self._seed, counter=[0, number, 0, 0])
         rays = np.empty((self._CHUNK, 2, 3))
         rays[:, 0] = self._min + (self._max - self._min) * _uniform(bits, self._CHUNK)

@@ -63,8 +63,8 @@ _IN_FLIGHT = 2
 
 
 class Block(NamedTuple):
-    """A range of rays on a worker: its number, the rays `start` to `stop - 1`, and their origins and directions as the beam
-    generated them; `d` is None if `o` holds both."""
+    """A range of rays on a worker: its number, the rays `start` to `stop - 1`, and their origins and directions as the
+    beam generated them; `d` is None if `o` holds both."""
 
     number: int
     start: int
@@ -103,10 +103,11 @@ def cast(
     """Cast many rays at a scene, on the workers of a Dask cluster.
 
     Args:
-        scene: it is sent once in the lifetime of the scene and the client. A worker process builds it once, and keeps the
-            two scenes used last.
-        rays: a beam, which generates its rays on the workers (see `shotline.beams`); preferred, because no rays are sent.
-            Or a pair of arrays (o, d), or one array (..., 6), as queries take them; each block is sent its own rows.
+        scene: it is sent once in the lifetime of the scene and the client. A worker process builds it once, and keeps
+            the two scenes used last.
+        rays: a beam, which generates its rays on the workers (see `shotline.beams`); preferred, because no rays are
+            sent. Or a pair of arrays (o, d), or one array (..., 6), as queries take them; each block is sent its own
+            rows.
         client: a `dask.distributed.Client`; None for the default client. No client is started.
         query: "closest", "any", "count", "crossings", "segments" or "thickness".
         block: rays per block, the unit of work. Without `reduce`, blocks are made smaller, down to 25,000 rays, if some
@@ -115,13 +116,13 @@ def cast(
         surfaces_only: as in queries.
         overlaps: as in `segments` and `thickness`, and only for those.
         by: as in `thickness`, and only for that: "material", if not given, or "object".
-        reduce: called on the worker as reduce(result, block) with the result of the query for the rays of a `Block`. What
-            it returns is sent back in place of the result. It is sent by cloudpickle.
+        reduce: called on the worker as reduce(result, block) with the result of the query for the rays of a `Block`.
+            What it returns is sent back in place of the result. It is sent by cloudpickle.
         combine: combines two return values of `reduce`, in the order of the rays; addition if not given.
         progress: True, a callable of (done, total) in rays, or a bar with `update` such as tqdm's.
 
-    Each block runs on one thread, and a worker runs as many blocks as it has threads. Workers may join and leave: blocks
-    of lost workers are run again. An interrupt (Ctrl-C) and errors cancel blocks that have not started.
+    Each block runs on one thread, and a worker runs as many blocks as it has threads. Workers may join and leave:
+    blocks of lost workers are run again. An interrupt (Ctrl-C) and errors cancel blocks that have not started.
 
     Returns:
         The result of the query on one machine, with the same bits, in the shape of the rays or of the beam. With
@@ -193,8 +194,8 @@ def render(
 ) -> Image:
     """A picture, rendered in rows on the workers of a Dask cluster, with the same bits as `scene.render`.
 
-    `block` is the number of rows of a block; `client`, blocks, errors and `progress`, in rows, are as in `cast`, the other
-    arguments as in `Scene.render`. The range of a `BlockError` counts rows, not rays.
+    `block` is the number of rows of a block; `client`, blocks, errors and `progress`, in rows, are as in `cast`, the
+    other arguments as in `Scene.render`. The range of a `BlockError` counts rows, not rays.
     """
     client = _client(client)
     settings, view = picture_args(camera, size, samples, look, lighting, background, counter)
@@ -339,7 +340,8 @@ _sent_scenes: weakref.WeakKeyDictionary[Scene, dict[tuple[str, str | None], Futu
 
 
 def _send_scene(client: Client, scene: Scene) -> Future[Any]:
-    """The pickled scene on the cluster. It is a task, not data of a worker, so that it survives the loss of a worker."""
+    """The pickled scene on the cluster. It is a task, not data of a worker, so that it survives the loss of a
+    worker."""
     futures = _sent_scenes.setdefault(scene, {})
     name = client.id, scene._accel
     if name not in futures or futures[name].status in ("cancelled", "error", "lost"):
@@ -351,7 +353,8 @@ def _send_scene(client: Client, scene: Scene) -> Future[Any]:
 
 
 def _submit(client: Client, key: str, function: Callable[..., Any], *args: Any) -> Future[Any]:
-    # Rays are sent with their task on purpose, so that it can be run again anywhere; few blocks are in flight at a time.
+    # Rays are sent with their task on purpose, so that it can be run again anywhere; few blocks are in flight at a
+    # time.
     with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1 TB"}):
         return client.submit(function, *args, key=key, pure=False)
 

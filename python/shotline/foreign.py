@@ -11,8 +11,8 @@ from .values import floats
 
 
 class Polygons(NamedTuple):
-    """Faces with any number of corners: the vertex indices of their corners, one face after the other, and the number of
-    corners of each."""
+    """Faces with any number of corners: the vertex indices of their corners, one face after the other, and the number
+    of corners of each."""
 
     corners: np.ndarray
     sizes: np.ndarray
@@ -43,8 +43,8 @@ class Instance(NamedTuple):
 def surface(source: Any) -> Surface:
     """The faces of a mesh of another package.
 
-    Lines and points are left out and noted. Raises ValueError for volume meshes and curved cells, TypeError for anything
-    that is not a mesh.
+    Lines and points are left out and noted. Raises ValueError for volume meshes and curved cells, TypeError for
+    anything that is not a mesh.
     """
     if is_scene(source):
         return _of_scene(source)

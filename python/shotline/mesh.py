@@ -20,19 +20,20 @@ class Mesh(Node):
     """A triangle mesh, as a node of a scene.
 
     `vertices` has shape (n, 3), float64 in the scene's units; `faces` has shape (m, 3), three vertex indices each,
-    counter-clockwise seen from outside. Both are copied. Faces of more corners, as an array of shape (m, k) or as a list of
+    counter-clockwise seen from outside. Both are copied. Faces of more corners, as an array of shape (m, k) or as a
+    list of
     faces of any sizes, are triangulated as the readers of files do: exactly, convex or not, and every edge is kept;
     `polygons` says which face each triangle is from.
 
     Instead of two arrays, a mesh of another package may be given: of trimesh, pyvista (`PolyData`), meshio or Open3D
     (legacy and tensor meshes), or a `trimesh.Scene`, whose meshes are transformed and joined; `Scene(scene)` keeps
-    them apart. Anything that is not a face, such as lines and points, is left out with a warning. Faces keep the order of
-    the source, and strips follow them.
+    them apart. Anything that is not a face, such as lines and points, is left out with a warning. Faces keep the order
+    of the source, and strips follow them.
 
     `weld` merges vertices up to this distance apart, in the units of the vertices, or with "auto" those within rounding
     error of each other (64 units in the last place of float64) and a thousand times farther from all others. Each is
-    moved to the nearest vertex that is kept, so none is moved farther than the distance. `weld_note` says what was merged. Faces that
-    collapse are dropped, and the others are renumbered.
+    moved to the nearest vertex that is kept, so none is moved farther than the distance. `weld_note` says what was
+    merged. Faces that collapse are dropped, and the others are renumbered.
 
     A closed mesh is a solid. An open mesh has hits, but no inside: combinations, segments and `contains` refuse it.
     Warns of polygons that cross themselves and of anything left out. Raises ValueError for faces with vertex indices

@@ -20,9 +20,9 @@ _ACCELERATORS = _native.accelerators()[0]
 class Node:
     """A node of a scene, in its own coordinates: a solid, a mesh, a combination, a group, or a transformed node.
 
-    `a | b`, `a & b` and `a - b` combine; `translate`, `rotate`, `scale` and `transform` transform, and `part` and `named`
-    give names. They can be chained in any order and number: each applies to the result so far. None of them changes the
-    node itself; each returns a new one.
+    `a | b`, `a & b` and `a - b` combine; `translate`, `rotate`, `scale` and `transform` transform, and `part` and
+    `named` give names. They can be chained in any order and number: each applies to the result so far. None of them
+    changes the node itself; each returns a new one.
 
     Nodes constructed in the same way from equal numbers are equal and have equal hashes. A scene still has two nodes
     then; only the identical node is shared and compiled once.
@@ -80,7 +80,8 @@ class Node:
         return Placed((("rotate", {"axis": direction, "degrees": angle}),), self)
 
     def scale(self, *factors: Any) -> Placed:
-        """Scale about the origin, by one factor or by three along the axes. A negative factor reflects; zero is refused."""
+        """Scale about the origin, by one factor or by three along the axes. A negative factor reflects; zero is
+        refused."""
         given = factors[0] if len(factors) == 1 else factors
         values = floats(given, "scale", "a real number or three").reshape(-1)
         if values.size not in (1, 3):
@@ -91,8 +92,8 @@ class Node:
         return Placed((("scale", factors),), self)
 
     def transform(self, matrix: ArrayLike) -> Placed:
-        """Apply an affine map, of shape (3, 4), (4, 4) or (12,): the parent's coordinates from the node's own. The last row
-        of a 4x4 matrix must be 0, 0, 0, 1.
+        """Apply an affine map, of shape (3, 4), (4, 4) or (12,): the parent's coordinates from the node's own. The last
+        row of a 4x4 matrix must be 0, 0, 0, 1.
 
         Raises ValueError for a matrix that is singular, or so nearly singular that hardly any digits would remain.
         """
@@ -124,7 +125,8 @@ class Node:
 
 
 def _digest(root: Node) -> bytes:
-    """A digest of a node and all nodes below it, each of which stores its own. Not recursive, since nodes may be deep."""
+    """A digest of a node and all nodes below it, each of which stores its own. Not recursive, since nodes may be
+    deep."""
     stack = [root]
     while stack:
         node = stack[-1]
@@ -332,7 +334,8 @@ class Placed(Node):
 
     @property
     def matrix(self) -> np.ndarray:
-        """All transforms as one affine map of shape (3, 4), float64: composed in double-double arithmetic and rounded once."""
+        """All transforms as one affine map of shape (3, 4), float64: composed in double-double arithmetic and rounded
+        once."""
         return np.array(self._matrix()).reshape(3, 4)
 
     def _matrix(self) -> tuple[float, ...]:
@@ -393,11 +396,11 @@ class Part(Node):
 class Object(Node):
     """A shape with a name, a material and a priority: what hits and segments refer to.
 
-    Where objects overlap, the one of higher priority owns the segment; the priority is 0 if not given. Scenes and groups
-    contain objects, combinations do not.
+    Where objects overlap, the one of higher priority owns the segment; the priority is 0 if not given. Scenes and
+    groups contain objects, combinations do not.
 
-    An object of an object, even if that was transformed in between, is the same shape at the same position under the new
-    name; it keeps material and priority if none are given.
+    An object of an object, even if that was transformed in between, is the same shape at the same position under the
+    new name; it keeps material and priority if none are given.
 
     >>> bolt = Sphere(radius=1).named("bolt", material="steel").translate(5, 0, 0).named("left bolt")
     >>> bolt.name, bolt.material, bolt.node

@@ -42,8 +42,8 @@ class Queries:
             d: directions, (..., 3), of any length but zero; broadcast against `o`.
             t_min: only crossings from here on; a ray that is inside there has a crossing at `t_min` itself.
             t_max: only crossings up to here.
-            surfaces_only: count only real surfaces: not the crossing at `t_min` of a ray that begins inside, nor that at
-                `t_max` of a ray that ends inside. This is what a LiDAR in a room or a user of Embree means by a hit.
+            surfaces_only: count only real surfaces: not the crossing at `t_min` of a ray that begins inside, nor that
+                at `t_max` of a ray that ends inside. This is what a LiDAR in a room or a user of Embree means by a hit.
             threads: 0 for one per core. The bits are the same for any number.
             progress: True, a callable of (done, total), or a bar with `update` such as tqdm's.
 
@@ -53,10 +53,10 @@ class Queries:
             `Closest`, its arrays of the broadcast shape (...).
 
         Raises:
-            ValueError: for shapes that do not match, and for a ray with NaN, infinite numbers or a zero direction: the error
-                names its row, numbered in C order, before any work is done. Also for a ray that takes more than 10^7
-                steps, or has more than 2^20 crossings where they are listed, as with parts nested over and over. The
-                error has the number of the row as `row`.
+            ValueError: for shapes that do not match, and for a ray with NaN, infinite numbers or a zero direction: the
+                error names its row, numbered in C order, before any work is done. Also for a ray that takes more than
+                10^7 steps, or has more than 2^20 crossings where they are listed, as with parts nested over and over.
+                The error has the number of the row as `row`.
             TypeError: for values that are not real numbers.
             MemoryError: for results that do not fit into memory.
         """
@@ -105,8 +105,8 @@ class Queries:
         threads: int = 0,
         progress: Any = None,
     ) -> Crossings:
-        """Every crossing of each ray, in order: see `Crossings`. Arguments and errors are those of `closest`; also ValueError
-        for more than 10^9 rows. With `surfaces_only` rows of kind start and end are left out, so that the
+        """Every crossing of each ray, in order: see `Crossings`. Arguments and errors are those of `closest`; also
+        ValueError for more than 10^9 rows. With `surfaces_only` rows of kind start and end are left out, so that the
         list of a ray that begins inside starts with an exit.
 
         >>> torus = Scene(Torus(R=2, r=0.5))
@@ -134,8 +134,8 @@ class Queries:
         ValueError that names both objects and the position; with "priority" the later object owns it, and an
         `OverlapWarning` reports the number of overlaps; with "all" both keep it.
         The `path` of a segment is -1 where parts of several paths of the object join.
-        Arguments and errors are those of `closest`; also ValueError for a mesh that is not closed, and for `surfaces_only`, which
-        does not apply to segments.
+        Arguments and errors are those of `closest`; also ValueError for a mesh that is not closed, and for
+        `surfaces_only`, which does not apply to segments.
         """
         _not_surfaces_only("segments", surfaces_only)
         _, query = _ray_query(o, d, t_min, t_max, threads, progress)
@@ -162,7 +162,8 @@ class Queries:
         the sum of a row is the length of the ray inside objects. By "object" there is a column for each of
         `object_names`.
 
-        It is the sum of `segments`, and has the arguments and errors of that; also ValueError for more than 10^9 numbers.
+        It is the sum of `segments`, and has the arguments and errors of that; also ValueError for more than 10^9
+        numbers.
 
         >>> scene = Scene(Sphere(radius=1).named("ball", material="lead"), materials={"lead": {"mu": 1.2}})
         >>> scene.thickness([[-5, 0, 0], [-5, 0.6, 0]], [2, 0, 0]).round(12).tolist()
@@ -189,23 +190,25 @@ class Queries:
         threads: int = 0,
         progress: Any = None,
     ) -> Cost:
-        """The work of finding the first crossing of each ray: see `Cost`. Arguments and errors are those of `closest`."""
+        """The work of finding the first crossing of each ray: see `Cost`. Arguments and errors are those of
+        `closest`."""
         shape, query = _ray_query(o, d, t_min, t_max, threads, progress, surfaces_only)
         return Cost(*(column.reshape(shape) for column in self._native.cost(query).T))
 
     def contains(self, p: ArrayLike, *, threads: int = 0, progress: Any = None) -> np.ndarray:
-        """Whether points of shape (..., 3) are inside any object: (...) bool. The result is not defined within rounding error
-        of a surface.
+        """Whether points of shape (..., 3) are inside any object: (...) bool. The result is not defined within rounding
+        error of a surface.
 
-        Raises ValueError for a point with NaN or infinite numbers, which names its row, and for a mesh that is not closed.
+        Raises ValueError for a point with NaN or infinite numbers, which names its row, and for a mesh that is not
+        closed.
         """
         positions = points(p, "p")
         inside = self._native.contains(positions.reshape(-1, 3), threads_of(threads), callback(progress))
         return inside.reshape(positions.shape[:-1])
 
     def objects_at(self, p: ArrayLike, *, threads: int = 0, progress: Any = None) -> tuple[np.ndarray, np.ndarray]:
-        """The objects that contain each of n points: `splits`, (n + 1,) int64, and `object`, (rows,) int32; those of point
-        i are `object[splits[i] : splits[i + 1]]`, ascending. Takes and raises what `contains` does."""
+        """The objects that contain each of n points: `splits`, (n + 1,) int64, and `object`, (rows,) int32; those of
+        point i are `object[splits[i] : splits[i + 1]]`, ascending. Takes and raises what `contains` does."""
         positions = points(p, "p")
         return self._native.objects_containing(positions.reshape(-1, 3), threads_of(threads), callback(progress))
 
@@ -243,13 +246,14 @@ class Queries:
 
     @property
     def bounds(self) -> np.ndarray:
-        """The least and the greatest corner of a box around everything, (2, 3) float64; infinite where the scene is unbounded."""
+        """The least and the greatest corner of a box around everything, (2, 3) float64; infinite where the scene is
+        unbounded."""
         return np.array(self._native.bounds())
 
     @property
     def stats(self) -> dict[str, Any]:
-        """Sizes: nodes, objects, leaves, virtual_leaves (every instance counted), memory_bytes; and condition, the largest
-        condition number of a matrix from the world to a solid."""
+        """Sizes: nodes, objects, leaves, virtual_leaves (every instance counted), memory_bytes; and condition, the
+        largest condition number of a matrix from the world to a solid."""
         return self._native.stats()
 
 
@@ -288,7 +292,8 @@ def threads_of(threads: int) -> int:
 
 
 def number_of(value: int, what: str, limit: int) -> int:
-    """A checked number of a surface, path or object, from 0 to below `limit`; the native half checks the exact range."""
+    """A checked number of a surface, path or object, from 0 to below `limit`; the native half checks the exact
+    range."""
     count = integer(value, what)
     if not 0 <= count < limit:
         raise IndexError(f"the scene has no such {what}: {count}")

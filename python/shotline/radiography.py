@@ -54,8 +54,8 @@ class Detector:
 
     @classmethod
     def facing(cls, source: ArrayLike, center: ArrayLike, *, pixel: float, shape: tuple[int, int]) -> Detector:
-        """A detector of square pixels that faces a source. Its rows are perpendicular to z, or to y if the line from the
-        source is along z."""
+        """A detector of square pixels that faces a source. Its rows are perpendicular to z, or to y if the line from
+        the source is along z."""
         axis = points(center, "center") - points(source, "source")
         if not np.isfinite(axis).all() or not axis.any():
             raise ValueError("the source is in the middle of the detector")
@@ -106,7 +106,8 @@ def radiograph(
             of the beam. World coordinates.
         detector: the pixels.
         mu: linear attenuation coefficients, one over world units. None takes those of the scene's materials, all of
-            which must have one. A mapping by material name overrides some or all of them. An array is in the order of `scene.material_names`, with shape (materials,), or (materials, energies) for several at once.
+            which must have one. A mapping by material name overrides some or all of them. An array is in the order of
+            `scene.material_names`, with shape (materials,), or (materials, energies) for several at once.
         beam: "cone" or "parallel". A parallel beam starts before every bounded object.
         overlaps: as in `Scene.segments`.
         quantity: "attenuation" is the optical depth, the sum of mu times length; "transmission" is exp(-attenuation),
@@ -119,8 +120,8 @@ def radiograph(
         materials + 1).
 
     Raises:
-        ValueError: for a material without mu, for a mu that is negative or not finite, for unknown material names, for a
-            scene in which nothing has a material, and as in `Scene.segments`.
+        ValueError: for a material without mu, for a mu that is negative or not finite, for unknown material names, for
+            a scene in which nothing has a material, and as in `Scene.segments`.
 
     >>> ball = Scene(Sphere(radius=1).named("ball", material="lead"), materials={"lead": {"mu": 0.7}})
     >>> plate = Detector.facing([-10, 0, 0], [10, 0, 0], pixel=0.5, shape=(3, 3))

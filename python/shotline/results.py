@@ -80,8 +80,8 @@ class Closest(_Table, _ClosestFields):
     """The first crossing of each ray; all arrays have the rays' shape (...).
 
     t: (...) float64, in lengths of the direction; inf for a miss.
-    normal: (..., 3) float64, of unit length, pointing out of the solid, in world coordinates; NaN for a miss and for a ray
-        that begins inside, where there is no surface.
+    normal: (..., 3) float64, of unit length, pointing out of the solid, in world coordinates; NaN for a miss and for a
+        ray that begins inside, where there is no surface.
     object, surface: (...) int32, for `scene.object_names` and `scene.surface_name`; -1 for a miss.
     primitive: (...) int32, the triangle of a mesh; -1 for none.
     path: (...) int64, the instance, for `scene.path_name`; -1 for a miss.
@@ -157,8 +157,8 @@ class _CrossingsFields(NamedTuple):
 
 
 class Crossings(_Ragged, _CrossingsFields):
-    """Every crossing of n rays, a row each, grouped by ray, ascending in t. For each path entering and exiting alternate;
-    with `surfaces_only`, crossings of kind start and end are left out.
+    """Every crossing of n rays, a row each, grouped by ray, ascending in t. For each path entering and exiting
+    alternate; with `surfaces_only`, crossings of kind start and end are left out.
 
     ray_splits: (n + 1,) int64; the rows of ray i are `ray_splits[i]` to `ray_splits[i + 1]`. Rays of several axes are
         numbered in C order.
@@ -202,14 +202,15 @@ class Measures(_Table, _MeasuresFields):
     """Volume, mass, centroid and inertia of objects, a row each. Each `_err` is one standard error, and 0 where the
     value is exact except for rounding.
 
-    object: (n,) int32. volume: (n,) float64, all instances together; in cubed scene units. NaN, as all other values, for an unbounded
-        object.
+    object: (n,) int32. volume: (n,) float64, all instances together; in cubed scene units. NaN, as all other values,
+        for an unbounded object.
     mass: (n,) float64, NaN without a density. In grams, by the density of the material in g/cm^3; in a scene without
         units it is the volume times the density, in the units of these.
     centroid: (n, 3) float64, world coordinates; NaN where there is no volume.
     inertia: (n, 3, 3) float64, about the centroid along the world's axes, for density 1; multiply by the density for
         the inertia of the mass.
-    exact: (n,) bool. bounds: (n, 2, 3) float64, the corners of a box around the object. rays: (n,) int64, the rays cast.
+    exact: (n,) bool. bounds: (n, 2, 3) float64, the corners of a box around the object. rays: (n,) int64, the rays
+        cast.
     """
 
     __slots__ = ()

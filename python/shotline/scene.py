@@ -37,8 +37,10 @@ class Scene(Queries):
 
     `objects` are objects (`node.named("bolt", material="steel")`) or plain nodes, which become objects named `object0`
     and so on. A `trimesh.Scene` may be given instead: its nodes become objects of the same names, and meshes
-    with several instances are shared. `materials` maps names to `Material`s or dicts of their parameters. `units` is the
-    unit of length: "nm", "um", "mm", "cm", "m", "km", "in" or "ft"; "none" or None for a scene without one. No length is converted.
+    with several instances are shared. `materials` maps names to `Material`s or dicts of their parameters. `units` is
+    the
+    unit of length: "nm", "um", "mm", "cm", "m", "km", "in" or "ft"; "none" or None for a scene without one. No length
+        is converted.
 
     `accel` names the accelerator of all nodes that have none of their own: a combination, a mesh or a shared group made
     with `accel=` keeps that. No result depends on it. `load(path, accel=...)` also overrides the accelerators of nodes.
@@ -168,11 +170,13 @@ class Scene(Queries):
             camera: the camera; None for that of the scene, or one that frames everything.
             size: width and height in pixels.
             samples: samples per pixel; more give smoother edges.
-            look: the render mode: "lit", "normal", "depth", "thickness" (with a legend in the scene's units), "xray" or "cost".
+            look: the render mode: "lit", "normal", "depth", "thickness" (with a legend in the scene's units), "xray" or
+                "cost".
             lighting: "sharp" or, with 32 samples or more, "soft".
             background: "studio", "white", "black", "transparent" or a colour such as "#336699"; None takes
                 that of the look.
-            counter: the counter that the look "cost" shows: "boxes", "cells", "planes", "solids", "tags", "heap" or "all".
+            counter: the counter that the look "cost" shows: "boxes", "cells", "planes", "solids", "tags", "heap" or
+                "all".
 
         Returns:
             `Image`, an array of shape (height, width, 3), or 4 with a transparent background, uint8 sRGB.
@@ -186,8 +190,8 @@ class Scene(Queries):
     def plot_ray(
         self, o: ArrayLike, d: ArrayLike, *, ax: Any = None, t_min: float = 0.0, t_max: float = math.inf
     ) -> Any:
-        """Draw the intervals of one ray inside each path as bars over t, with `matplotlib`. Triangles mark the crossings;
-        they point right where the ray enters and left where it exits.
+        """Draw the intervals of one ray inside each path as bars over t, with `matplotlib`. Triangles mark the
+        crossings; they point right where the ray enters and left where it exits.
 
         Args:
             o, d: one ray, (3,) each.
@@ -224,8 +228,8 @@ class Scene(Queries):
     # --- saving, pickling and hashing
 
     def save(self, path: str | os.PathLike[str]) -> list[str]:
-        """Write a scene file, or the meshes to a mesh file, by the extension of its name. The file appears complete or not
-        at all. Returns what was lost, and which other files were written."""
+        """Write a scene file, or the meshes to a mesh file, by the extension of its name. The file appears complete or
+        not at all. Returns what was lost, and which other files were written."""
         return self._native.save(os.fspath(path))
 
     def _pack(self) -> tuple[str, list[_native.Mesh]]:

@@ -1,7 +1,7 @@
 """Serializes scenes to the text of a scene file, the one form in which Python passes a scene to the native half.
 
-A file can refer only to nodes in `defs`. So `defs` holds the nodes that have several parents, those that have a name, and
-those at which deep nesting is split, since readers refuse deep nesting.
+A file can refer only to nodes in `defs`. So `defs` holds the nodes that have several parents, those that have a name,
+and those at which deep nesting is split, since readers refuse deep nesting.
 """
 
 from __future__ import annotations

@@ -18,8 +18,8 @@ def floats(values: ArrayLike, what: str, wanted: str = "an array of real numbers
     """Real numbers as float64 in C order; not copied if they are that already. `wanted` describes, for errors, what the
     argument must be.
 
-    Raises TypeError for anything other than real numbers, ValueError for rows of several lengths and for masked entries, which
-    have no value.
+    Raises TypeError for anything other than real numbers, ValueError for rows of several lengths and for masked
+    entries, which have no value.
     """
     refuse_masked(values, what)
     try:
