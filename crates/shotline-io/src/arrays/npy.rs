@@ -2,15 +2,15 @@
 
 use crate::diagnostic::RawDiagnostic;
 
-/// What a header says.
+/// The content of a header.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Header {
     /// The type, as in `<f8`.
     pub(super) descr: String,
-    /// Whether the first index runs fastest.
+    /// Whether the array is in Fortran order.
     pub(super) fortran: bool,
     pub(super) shape: Vec<u64>,
-    /// Where the numbers begin.
+    /// The offset of the numbers.
     pub(super) data: usize,
 }
 
@@ -32,7 +32,7 @@ pub(super) fn header(descr: &str, shape: &[usize]) -> Vec<u8> {
 
 pub(super) fn read_header(bytes: &[u8]) -> Result<Header, RawDiagnostic> {
     if !bytes.starts_with(MAGIC) {
-        return Err(RawDiagnostic::byte(0, "this is no .npy file"));
+        return Err(RawDiagnostic::byte(0, "this is not a .npy file"));
     }
     let cut = || RawDiagnostic::byte(bytes.len(), "the file ends within its header");
     let version = *bytes.get(6).ok_or_else(cut)?;

@@ -86,7 +86,7 @@ fn item_size(header: &Header) -> Result<usize, RawDiagnostic> {
     }
 }
 
-/// A float32 or a float64, whichever has so many bytes.
+/// A float32 or a float64, by the number of bytes.
 fn decode(bytes: &[u8], big: bool) -> f64 {
     let mut raw = [0; 8];
     raw[..bytes.len()].copy_from_slice(bytes);
@@ -140,14 +140,14 @@ mod tests {
     }
 
     #[test]
-    fn wrong_arrays_are_refused_with_what_was_found() {
+    fn errors_of_arrays_name_what_was_found() {
         let message = |bytes: &[u8]| parse_rays(bytes).unwrap_err().diagnostics[0].message.clone();
         assert!(message(&file("<f8", false, &[4, 3], &[0; 96])).contains("shape (4, 3)"));
         assert!(message(&file("<f8", false, &[6], &[0; 48])).contains("shape (6,)"));
         assert!(message(&file("<i8", false, &[1, 6], &[0; 48])).contains("'<i8'"));
         assert!(message(&file("<f8", false, &[2, 6], &[0; 48])).contains("promises 2 rows"));
         assert!(message(&file("<f8", false, &[usize::MAX, 6], &[0; 48])).contains("promises"));
-        assert!(message(b"PK\x03\x04").contains("no .npy"));
+        assert!(message(b"PK\x03\x04").contains("not a .npy"));
     }
 
     #[test]

@@ -1,7 +1,7 @@
-//! Wavefront OBJ: its vertices and faces; names, normals, textures and materials are passed over.
+//! Wavefront OBJ: vertices and faces; names, normals, textures and materials are skipped.
 //!
-//! Our own reader. `tobj`, the well-kept library, renumbers the vertices, reads NaN, and its errors say neither line
-//! nor number.
+//! Own reader: the maintained library, `tobj`, renumbers the vertices, accepts NaN, and its errors have neither line nor
+//! number.
 
 use std::fmt::Write;
 use std::ops::Range;
@@ -22,7 +22,7 @@ use crate::polygon::{Corner, Polygons, Vertices};
 pub(crate) const FORMAT: Format = Format {
     name: "OBJ",
     extensions: &["obj"],
-    // OBJ has no mark of its own: its first line that is not a comment tells the format.
+    // OBJ has no signature; the first line that is not a comment identifies it.
     detect: |bytes| {
         let mut cursor = Cursor::new(&bytes[..bytes.len().min(4096)], mark_length(bytes));
         let lines = std::iter::from_fn(|| cursor.line());
@@ -32,8 +32,8 @@ pub(crate) const FORMAT: Format = Format {
     content: Content::Mesh { read, write, is_lossless: false },
 };
 
-/// The keywords that say nothing of where polygons lie: what they are for, and they.
-const PASSED_OVER: &[(&str, &[&[u8]])] = &[
+/// What is skipped because it does not affect the shape, with its keywords.
+const SKIPPED: &[(&str, &[&[u8]])] = &[
     ("normals", &[b"vn"]),
     ("texture coordinates", &[b"vt"]),
     ("colours of vertices", &[]),
@@ -84,11 +84,11 @@ const NOT_THERE: NoteKind = NoteKind {
     many: "# corners of faces name textures or normals that the file does not have",
 };
 
-/// Of [`PASSED_OVER`], what corners of faces name.
+/// The indices in [`SKIPPED`] of what corners of faces refer to.
 const NORMALS: usize = 0;
 const TEXTURES: usize = 1;
 
-/// Of [`PASSED_OVER`], what a line `v` may say beyond a place.
+/// The indices in [`SKIPPED`] of what a line `v` may have besides a position.
 const COLOURS: usize = 2;
 const WEIGHTS: usize = 3;
 
@@ -99,7 +99,7 @@ const SURPLUS: NoteKind = NoteKind {
     many: "# vertices have words behind their coordinates that are neither a weight nor a colour; they were dropped",
 };
 
-/// A face as written, with numbers counted from 0 and its place.
+/// A face as written: the range of its corners, counted from 0, and its line.
 struct Face {
     corners: Range<usize>,
     line: Range<usize>,
@@ -108,11 +108,11 @@ struct Face {
 fn read(bytes: &[u8]) -> Result<MeshFile, RawDiagnostic> {
     let mut vertices = Vertices::default();
     let (mut corners, mut faces) = (Vec::new(), Vec::new());
-    let (mut notes, mut passed_over) = (Notes::default(), [0; PASSED_OVER.len()]);
+    let (mut notes, mut skipped) = (Notes::default(), [0; SKIPPED.len()]);
     let start = text_start(bytes)?;
     let bytes = without_zeros(bytes, &mut notes)?;
     let mut cursor = Cursor::new(bytes, start);
-    let (mut line, mut others) = (Vec::new(), Others::default());
+    let (mut line, mut attributes) = (Vec::new(), AttributeNumbers::default());
     while let Some((start, end)) = next_line(&mut cursor, &mut line) {
         match line.first().map(|w: &Word| w.bytes) {
             Some(b"v") => {
@@ -122,21 +122,21 @@ fn read(bytes: &[u8]) -> Result<MeshFile, RawDiagnostic> {
                     RawLocation::Text(odd.map_or(start..end, Word::range))
                 });
                 if line.len() > 4 {
-                    more_than_a_place(&line, &mut passed_over, &mut notes);
+                    count_extra_numbers(&line, &mut skipped, &mut notes);
                 }
             }
-            // The second is the outline of a face, which is a face since version 3 of the format.
+            // "fo" is the outline of a face, which is a face since version 3 of the format.
             Some(b"f" | b"fo") => {
                 let first = corners.len();
                 for word in &line[1..] {
                     corners.push(read_corner(word, vertices.len())?);
-                    others.look_at(word, &passed_over, &mut notes)?;
+                    attributes.check(word, &skipped, &mut notes)?;
                 }
                 faces.push(Face { corners: first..corners.len(), line: start..end });
             }
             None => {}
-            Some(keyword) => match PASSED_OVER.iter().position(|(_, words)| words.contains(&keyword)) {
-                Some(kind) => passed_over[kind] += 1,
+            Some(keyword) => match SKIPPED.iter().position(|(_, words)| words.contains(&keyword)) {
+                Some(kind) => skipped[kind] += 1,
                 None if CURVED.contains(&keyword) => notes.add(&CURVES, RawLocation::Text(start..end)),
                 None if COMMANDS.contains(&keyword) => notes.add(&NOT_RUN, RawLocation::Text(start..end)),
                 None => notes.quote(&UNKNOWN, RawLocation::Text(start..end), || line[0].shown()),
@@ -146,11 +146,11 @@ fn read(bytes: &[u8]) -> Result<MeshFile, RawDiagnostic> {
     if faces.is_empty() {
         return Err(RawDiagnostic::file("has no faces").help("a mesh needs lines 'f 1 2 3'"));
     }
-    others.finish(&passed_over, &mut notes);
-    if let Some(note) = not_read(&passed_over) {
+    attributes.finish(&skipped, &mut notes);
+    if let Some(note) = not_read(&skipped) {
         notes.push(note);
     }
-    // Only now is it known how many vertices there are: faces may come first.
+    // Faces may precede vertices, so the number of vertices is known only now.
     let mut polygons = Polygons::new(vertices.len(), notes);
     for face in faces {
         let added = polygons.add(&corners[face.corners.clone()], || RawLocation::Text(face.line.clone()));
@@ -159,9 +159,9 @@ fn read(bytes: &[u8]) -> Result<MeshFile, RawDiagnostic> {
     polygons.finish(vertices, 1, bytes)
 }
 
-/// One note on everything that says nothing of the shape.
-fn not_read(passed_over: &[usize]) -> Option<Note> {
-    let found = PASSED_OVER.iter().zip(passed_over).filter(|(_, lines)| **lines > 0);
+/// One note of everything that does not affect the shape.
+fn not_read(skipped: &[usize]) -> Option<Note> {
+    let found = SKIPPED.iter().zip(skipped).filter(|(_, lines)| **lines > 0);
     let (kinds, lines): (Vec<&str>, Vec<usize>) = found.map(|((kind, _), lines)| (*kind, *lines)).unzip();
     let count = lines.iter().sum();
     let were = if count == 1 { "line was" } else { "lines were" };
@@ -177,8 +177,8 @@ fn no_vertex(face: &Face, corner: Corner, vertices: usize) -> RawDiagnostic {
     )
 }
 
-/// Reads the words of a line that may go on after a backslash; answers where it begins and ends. A comment does not go
-/// on: `# in C:\parts\` ends with its line.
+/// Reads the words of a line, which a backslash continues on the next; returns where it begins and ends. A comment is not
+/// continued: `# in C:\parts\` ends with its line.
 fn next_line<'b>(cursor: &mut Cursor<'b>, out: &mut Vec<Word<'b>>) -> Option<(usize, usize)> {
     out.clear();
     let (start, whole) = cursor.line()?;
@@ -199,15 +199,15 @@ fn next_line<'b>(cursor: &mut Cursor<'b>, out: &mut Vec<Word<'b>>) -> Option<(us
 
 /// Counts what a vertex has beyond three coordinates. A fourth number is a weight and three more a colour, with or
 /// without opacity; neither moves the vertex of a polygon. A weight of 1 says nothing.
-fn more_than_a_place(line: &[Word], passed_over: &mut [usize], notes: &mut Notes) {
+fn count_extra_numbers(line: &[Word], skipped: &mut [usize], notes: &mut Notes) {
     let words = &line[4..];
     if words.iter().any(|w| w.number().is_err()) {
         return notes.quote(&SURPLUS, RawLocation::Text(words[0].range()), || words[0].shown());
     }
     match words {
-        [weight] if weight.number().is_ok_and(|w| w != 1.0) => passed_over[WEIGHTS] += 1,
+        [weight] if weight.number().is_ok_and(|w| w != 1.0) => skipped[WEIGHTS] += 1,
         [_] => {}
-        [_, _, _] | [_, _, _, _] => passed_over[COLOURS] += 1,
+        [_, _, _] | [_, _, _, _] => skipped[COLOURS] += 1,
         _ => notes.quote(&SURPLUS, RawLocation::Text(words[0].range()), || words[0].shown()),
     }
 }
@@ -237,31 +237,26 @@ fn read_corner(word: &Word, vertices: usize) -> Result<Corner, RawDiagnostic> {
     }
 }
 
-/// The numbers of corners for what is not read, held to what the file has of it.
+/// Checks the numbers of textures and normals in corners against how many the file has.
 #[derive(Default)]
-struct Others {
-    /// Numbers of what was not there yet: of which of [`PASSED_OVER`], the number and its place.
+struct AttributeNumbers {
+    /// Numbers beyond the count so far: the index in [`SKIPPED`], the number and its location.
     later: Vec<(usize, u64, RawLocation)>,
 }
 
-impl Others {
-    /// Looks at `v/vt/vn` behind the number of the vertex.
-    fn look_at(
-        &mut self,
-        word: &Word,
-        passed_over: &[usize],
-        notes: &mut Notes,
-    ) -> Result<(), RawDiagnostic> {
+impl AttributeNumbers {
+    /// Checks `v/vt/vn` after the number of the vertex.
+    fn check(&mut self, word: &Word, skipped: &[usize], notes: &mut Notes) -> Result<(), RawDiagnostic> {
         let Some(slash) = word.bytes.iter().position(|b| *b == b'/') else { return Ok(()) };
         let mut numbers = word.bytes[slash + 1..].split(|b| *b == b'/');
         for kind in [TEXTURES, NORMALS] {
             let Some(bytes) = numbers.next().filter(|bytes| !bytes.is_empty()) else { continue };
             match (Word { bytes, start: word.start }).parse::<i64>() {
                 None | Some(0) => return Err(bad_corner(word)),
-                Some(n) if n < 0 && n.unsigned_abs() > passed_over[kind] as u64 => {
+                Some(n) if n < 0 && n.unsigned_abs() > skipped[kind] as u64 => {
                     notes.add(&NOT_THERE, RawLocation::Text(word.range()));
                 }
-                Some(n) if n > 0 && n as u64 > passed_over[kind] as u64 => {
+                Some(n) if n > 0 && n as u64 > skipped[kind] as u64 => {
                     self.later.push((kind, n as u64, RawLocation::Text(word.range())));
                 }
                 Some(_) => {}
@@ -270,10 +265,10 @@ impl Others {
         if numbers.next().is_some() { Err(bad_corner(word)) } else { Ok(()) }
     }
 
-    /// Notes the numbers of what never came.
-    fn finish(self, passed_over: &[usize], notes: &mut Notes) {
+    /// Notes the numbers that are still beyond the count at the end.
+    fn finish(self, skipped: &[usize], notes: &mut Notes) {
         for (kind, number, at) in self.later {
-            if number > passed_over[kind] as u64 {
+            if number > skipped[kind] as u64 {
                 notes.add(&NOT_THERE, at);
             }
         }
@@ -285,7 +280,7 @@ fn bad_corner(word: &Word) -> RawDiagnostic {
         .help("a corner is v, v/vt, v//vn or v/vt/vn: the numbers of a vertex, a texture and a normal")
 }
 
-/// Numbers in their shortest form that reads back the same: nothing is lost.
+/// Writes numbers in the shortest form that reads back as the same float64: nothing is lost.
 fn write(mesh: &TriangleMesh) -> Result<Encoded, WriteError> {
     let mut out = String::new();
     for v in &mesh.vertices {

@@ -1,4 +1,4 @@
-//! The header of a PLY file: which elements follow, how many of each and of what they are made.
+//! The header of a PLY file: the elements, their counts and their properties.
 
 use std::collections::VecDeque;
 
@@ -8,7 +8,7 @@ use crate::lines::break_at;
 use crate::location::RawLocation;
 use crate::note::{Effect, NoteKind, Notes};
 
-/// How the numbers are written.
+/// The encoding of the numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Encoding {
     Ascii,
@@ -57,7 +57,7 @@ impl Scalar {
         self.range().is_some()
     }
 
-    /// The least and the largest number of a type of whole numbers.
+    /// The least and the largest number of an integer type.
     pub(super) fn range(self) -> Option<(i64, i64)> {
         match self {
             Scalar::I8 => Some((i8::MIN.into(), i8::MAX.into())),
@@ -71,7 +71,7 @@ impl Scalar {
     }
 }
 
-/// What a property holds.
+/// The type of a property.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Shape {
     One(Scalar),
@@ -84,19 +84,19 @@ pub(super) struct Property {
     pub(super) shape: Shape,
 }
 
-/// A table of the file.
+/// An element: a table of the file.
 #[derive(Clone, Debug)]
 pub(super) struct Element {
     pub(super) name: String,
     pub(super) count: usize,
-    /// Where the count stands, for messages.
+    /// The location of the count, for messages.
     pub(super) count_at: std::ops::Range<usize>,
     pub(super) properties: Vec<Property>,
 }
 
 impl Element {
-    /// The fewest bytes that a row takes: its numbers, or its words with a break after each.
-    pub(super) fn least_row(&self, encoding: Encoding) -> usize {
+    /// The minimum number of bytes of a row: its numbers, or its words with a separator after each.
+    pub(super) fn min_row_bytes(&self, encoding: Encoding) -> usize {
         let least = |p: &Property| match (p.shape, encoding) {
             (_, Encoding::Ascii) => 2,
             (Shape::One(scalar), _) | (Shape::List { count: scalar, .. }, _) => scalar.size(),
@@ -109,7 +109,7 @@ impl Element {
 pub(super) struct Header {
     pub(super) encoding: Encoding,
     pub(super) elements: Vec<Element>,
-    /// Where the tables begin.
+    /// The offset of the tables.
     pub(super) end: usize,
 }
 
@@ -120,7 +120,7 @@ const STRAY_LINE: NoteKind = NoteKind {
     many: "# lines of the header that say nothing known were passed over",
 };
 
-/// Reads the header; what it has beyond the format is noted.
+/// Reads the header. Lines that are not part of the format are noted.
 pub(super) fn read(bytes: &[u8], notes: &mut Notes) -> Result<Header, RawDiagnostic> {
     let mut cursor = Cursor::new(bytes, text_start(bytes)?);
     let begin = cursor.at;
@@ -139,7 +139,7 @@ pub(super) fn read(bytes: &[u8], notes: &mut Notes) -> Result<Header, RawDiagnos
                 return Err(RawDiagnostic::byte(bytes.len(), "the header has no end_header"));
             };
             line.extend(words_of);
-            // Before the first table nothing can be mistaken for a part of it: old versions of Blender sign there.
+            // Before the first element an unknown line cannot be a part of one: old versions of Blender write their name there.
             if elements.is_empty() && line.front().is_some_and(|w| !KEYWORDS.contains(&w.bytes)) {
                 notes.add(&STRAY_LINE, RawLocation::Text(start..cursor.at));
                 line.clear();
@@ -159,7 +159,7 @@ pub(super) fn read(bytes: &[u8], notes: &mut Notes) -> Result<Header, RawDiagnos
                 let words = take(&mut line, if is_list { 5 } else { 3 })?;
                 let range = first.start..words.last().map_or(first.start, |w| w.range().end);
                 let property = read_property(&words).ok_or_else(|| {
-                    RawDiagnostic::text(range.clone(), "this is no property of a known type")
+                    RawDiagnostic::text(range.clone(), "this is not a property of a known type")
                 })?;
                 let element = elements.last_mut();
                 element
@@ -175,7 +175,7 @@ pub(super) fn read(bytes: &[u8], notes: &mut Notes) -> Result<Header, RawDiagnos
     }
 }
 
-/// The words with which statements of a header begin.
+/// The first words of the statements of a header.
 const KEYWORDS: &[&[u8]] = &[b"format", b"element", b"property", b"comment", b"obj_info", b"end_header"];
 
 /// Takes the words of a statement off a line.
@@ -188,8 +188,8 @@ fn take<'b>(line: &mut VecDeque<Word<'b>>, count: usize) -> Result<Vec<Word<'b>>
     Ok(line.drain(..count).collect())
 }
 
-/// The header ends with one line break behind its last word, of the kind that it uses: a byte of a table may look like
-/// the second half of one. On a line with the tables it ends with the word.
+/// The header ends with one line break after its last word, of the kind that the header uses: the first byte of a table
+/// may look like the second half of one. If the tables follow on the same line, the header ends with the word.
 fn finish(
     bytes: &[u8],
     encoding: Option<Encoding>,

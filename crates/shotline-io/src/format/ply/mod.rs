@@ -1,7 +1,7 @@
 //! PLY, the Stanford polygon format: text and both binary forms.
 //!
-//! Our own reader. `ply-rs-bw`, the maintained library, gives no byte offset for a broken binary file, and a
-//! header that promises four thousand million rows without columns fills the memory.
+//! Own reader: the maintained library, `ply-rs-bw`, gives no byte offset for a broken binary file, and a header that
+//! declares four thousand million rows without columns exhausts the memory.
 
 mod header;
 mod rows;
@@ -41,15 +41,15 @@ fn read(bytes: &[u8]) -> Result<MeshFile, RawDiagnostic> {
     let cursor = || Cursor::new(bytes, header.end);
     let read_as =
         |layout| Tables::new(&header, bytes, notes.clone())?.read(&mut AsciiRows::new(cursor(), layout));
-    // What is wrong with a text is said of its lines, unless its numbers fit without them.
+    // If neither layout fits, the error of the one by lines is reported.
     read_as(Layout::Lines).or_else(|diagnostic| read_as(Layout::Loose).map_err(|_| diagnostic))
 }
 
 /// Refuses counts for which the file has too few bytes.
 fn check_count(element: &Element, header: &Header, bytes: usize) -> Result<(), RawDiagnostic> {
     let left = bytes - header.end;
-    // The last row of a text may lack its break.
-    let most = (left + 1) / element.least_row(header.encoding).max(1);
+    // The last row of a text may have no line break.
+    let most = (left + 1) / element.min_row_bytes(header.encoding).max(1);
     if element.properties.is_empty() || element.count <= most {
         return Ok(());
     }
@@ -61,7 +61,7 @@ fn check_count(element: &Element, header: &Header, bytes: usize) -> Result<(), R
         .help("the file is cut off or its header is broken"))
 }
 
-/// The tables on their way to a mesh.
+/// Reads the tables to a mesh.
 struct Tables<'f> {
     header: &'f Header,
     bytes: &'f [u8],
@@ -70,11 +70,11 @@ struct Tables<'f> {
     not_read: Vec<&'f str>,
 }
 
-/// A strip of triangles may end within a list, which goes on with another.
+/// Ends a strip of triangles within a list, which continues with another strip.
 const END_OF_STRIP: Corner = -1;
 
-/// The property of a face that holds the number of the polygon it was cut from: written where triangles and polygons are
-/// not numbered alike.
+/// The property of a face that holds the number of the polygon it was cut from. Written if triangles and polygons are
+/// numbered differently.
 const POLYGON: &str = "shotline_polygon";
 
 const STRIPS: NoteKind = NoteKind {
@@ -210,7 +210,7 @@ impl<'f> Tables<'f> {
         self.polygons.add(corners, || rows.location())
     }
 
-    /// Every three corners in a row are a triangle, and every second of these is wound the other way.
+    /// Every three consecutive corners are a triangle; every second triangle has its orientation reversed.
     fn add_strips(&mut self, corners: &[Corner], rows: &impl Rows) -> Result<(), Corner> {
         for strip in corners.split(|corner| *corner == END_OF_STRIP).filter(|strip| !strip.is_empty()) {
             if strip.len() < 3 {
@@ -230,7 +230,7 @@ impl<'f> Tables<'f> {
         Ok(())
     }
 
-    /// Notes the properties that say nothing of where faces lie.
+    /// Notes the properties that do not affect the shape.
     fn leave_out(&mut self, element: &'f Element, read: &[usize]) {
         let others = element.properties.iter().enumerate().filter(|(p, _)| !read.contains(p));
         self.not_read.extend(others.map(|(_, property)| property.name.as_str()));
@@ -253,7 +253,7 @@ impl<'f> Tables<'f> {
     }
 }
 
-/// Binary, in float64: nothing is lost.
+/// Writes binary PLY in float64: nothing is lost.
 fn write(mesh: &TriangleMesh) -> Result<Encoded, WriteError> {
     let numbered =
         if mesh.polygons.is_empty() { String::new() } else { format!("property uint {POLYGON}\n") };

@@ -20,7 +20,7 @@ pub(super) trait Rows {
     /// Ends the last row.
     fn end_all(&mut self, notes: &mut Notes) -> Result<(), RawDiagnostic>;
 
-    /// Where the row read last stands.
+    /// The location of the row read last.
     fn location(&self) -> RawLocation;
 
     /// A diagnostic of the row read last.
@@ -64,12 +64,12 @@ const LOOSE_ROWS: NoteKind = NoteKind {
     many: "rows do not stand on lines of their own; the numbers were read one after another",
 };
 
-/// How the rows of a text stand on its lines.
+/// How the rows of a text relate to its lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Layout {
     /// A row is a line, as the format says.
     Lines,
-    /// Rows follow each other whatever the lines, and must take up the file exactly.
+    /// Rows follow each other regardless of lines, and must fill the file exactly.
     Loose,
 }
 
@@ -80,9 +80,9 @@ pub(super) struct AsciiRows<'b> {
     line: Vec<Word<'b>>,
     next: usize,
     start: usize,
-    /// The place of the number read last, if it is beyond its type.
+    /// The range of the number read last, if it is out of the range of its type.
     beyond: Option<std::ops::Range<usize>>,
-    /// How many numbers outside of lists are beyond their types, and where the first stands.
+    /// The count of numbers outside of lists that are out of range, and the location of the first.
     all_beyond: usize,
     first_beyond: Option<RawLocation>,
 }
@@ -101,7 +101,7 @@ impl<'b> AsciiRows<'b> {
         }
     }
 
-    /// Goes to the next line that has words; answers whether there is one.
+    /// Moves to the next line that has words; returns whether there is one.
     fn next_line(&mut self) -> bool {
         self.line.clear();
         self.next = 0;
@@ -126,7 +126,7 @@ impl<'b> AsciiRows<'b> {
     fn number(&mut self, ty: Scalar) -> Result<f64, RawDiagnostic> {
         let word = self.word()?;
         let Some((least, most)) = ty.range() else {
-            // The digits that are written, also beyond those that a float32 holds.
+            // Reads all digits, also those beyond the precision of a float32.
             let odd = || word.is_odd().then_some(f64::NAN);
             let diagnostic =
                 || RawDiagnostic::text(word.range(), format!("'{}' is not such a number", word.shown()));
@@ -142,7 +142,7 @@ impl<'b> AsciiRows<'b> {
         Ok(number as f64)
     }
 
-    /// The length of a list or a number in one: names of vertices must not be guessed.
+    /// The length of a list or a number in one. It must be in range: vertex indices must not be guessed.
     fn number_of_list(&mut self, ty: Scalar) -> Result<f64, RawDiagnostic> {
         let number = self.number(ty)?;
         match self.beyond.take() {
@@ -156,7 +156,7 @@ impl<'b> AsciiRows<'b> {
         }
     }
 
-    /// How many words may follow, at most.
+    /// An upper bound on the number of words that follow.
     fn words_left(&self) -> usize {
         let on_line = self.line.len().saturating_sub(self.next);
         if self.layout == Layout::Lines { on_line } else { on_line + self.cursor.left() / 2 + 1 }
@@ -221,7 +221,7 @@ impl Rows for AsciiRows<'_> {
     }
 }
 
-/// A row is so many bytes.
+/// The rows of a binary file.
 pub(super) struct BinaryRows<'b> {
     pub(super) cursor: Cursor<'b>,
     pub(super) encoding: Encoding,
@@ -305,7 +305,7 @@ impl Rows for BinaryRows<'_> {
 
 const BAD_LENGTH: &str = "the length of a list is negative";
 
-/// List lengths are whole numbers of at most 32 bits, or text.
+/// The length of a list; `None` if negative.
 fn list_length(count: f64) -> Option<usize> {
     (count >= 0.0).then_some(count as usize)
 }

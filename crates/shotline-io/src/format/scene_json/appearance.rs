@@ -27,7 +27,7 @@ fn read_material(values: &mut Values, at: ValueId) -> Material {
     }
 }
 
-/// The view that a camera without a lens gets.
+/// The vertical angle of view, in degrees, of a camera without "fov" and "height".
 pub(super) const DEFAULT_FOV: f64 = 40.0;
 
 pub(super) fn read_camera(values: &mut Values, at: ValueId) -> Option<Camera> {
@@ -93,7 +93,7 @@ fn read_light(values: &mut Values, at: ValueId) -> Option<Light> {
     Some(Light { source, color, intensity })
 }
 
-/// What a number must be, if it is not that.
+/// Returns the valid range, as text, if a number is outside of it.
 type Range = fn(f64) -> Option<&'static str>;
 
 fn not_negative(x: f64) -> Option<&'static str> {

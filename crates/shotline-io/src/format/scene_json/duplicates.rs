@@ -1,4 +1,4 @@
-//! Notes of names that several objects of a scene file have.
+//! Notes of names that several objects of a scene file share.
 
 use std::collections::HashSet;
 use std::ops::Range;
@@ -16,8 +16,8 @@ const DUPLICATE_NAMES: NoteKind = NoteKind {
     many: "# objects have the name of an earlier one, and each such name stands for all that have it",
 };
 
-/// Notes the objects with a name that an earlier one has. `spans` are the bytes of each node in the text. An object that is
-/// placed several times is one object.
+/// Notes the objects that have the name of an earlier one. `spans` are the bytes of each node in the text. An object with
+/// several instances counts once.
 pub(super) fn duplicate_names(scene: &Scene, spans: &[Range<usize>], text: &str) -> Vec<Note> {
     let (mut names, mut notes) = (HashSet::new(), Notes::default());
     let (mut first, mut count) = (None, 0);
@@ -30,17 +30,17 @@ pub(super) fn duplicate_names(scene: &Scene, spans: &[Range<usize>], text: &str)
         }
     }
     if let Some((name, span)) = first {
-        // An object without a name is named after its number.
+        // An object without a name has no key "name".
         let at =
             text.get(span.clone()).and_then(|node| find_param(node, "name")).map_or(0, |range| range.start);
         let at = RawLocation::Text(span.start + at..span.end);
         if count == 1 {
-            // The name fits into the sentence where there is but one.
+            // A note of a single name quotes it within the sentence.
             notes.add(&DUPLICATE_NAMES, at);
             let mut notes = notes.finish(text.as_bytes());
-            let said =
+            let insert_name =
                 |note: &mut Note| note.text = note.text.replace("a name", &format!("the name '{name}'"));
-            notes.iter_mut().for_each(said);
+            notes.iter_mut().for_each(insert_name);
             return notes;
         }
         notes.quote(&DUPLICATE_NAMES, at, || name.clone());

@@ -1,9 +1,9 @@
-//! The keys of a scene file with their documentation, declared once: the reader takes them from here, and so do
-//! the schema and the suggestions for mistyped ones.
+//! The keys of a scene file with their documentation, declared once for the reader, the schema and the suggestions for
+//! mistyped keys.
 
 use self::Shape::{Boolean, Integer, Number, Numbers, Text};
 
-/// What a key takes.
+/// The type of the value of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Shape {
     Number,
@@ -11,7 +11,7 @@ pub(super) enum Shape {
     Integer,
     Boolean,
     Text,
-    /// Something with keys of its own.
+    /// A value with keys of its own, or of several types.
     Other,
 }
 
@@ -56,7 +56,7 @@ pub(super) const OBJECT: &[Key] = &[
     key("node", Shape::Other, "Its shape."),
 ];
 
-/// How a node is placed.
+/// The transform of a node.
 pub(super) const PLACEMENT: &[Key] = &[
     key("transform", Numbers(12), "A 3x4 matrix row by row, parent from local; instead of the other three."),
     key("scale", Shape::Other, "One factor or three along the axes; applied first."),
@@ -64,7 +64,7 @@ pub(super) const PLACEMENT: &[Key] = &[
     key("translate", Numbers(3), "A shift; applied last."),
 ];
 
-/// The accelerator of a mesh, a combination, or a group that is placed several times.
+/// The accelerator of a mesh, a combination, or a group with several instances.
 pub(super) const ACCEL: Key = key("accel", Text, "The accelerator of this part. No answer depends on it.");
 
 /// A rotation about an axis.
@@ -121,14 +121,13 @@ pub(super) const OPS: &[(&str, &str)] = &[
     ("group", "A collection: each member is a body of its own."),
 ];
 
-/// The kind that is read from a file.
+/// The kind of a mesh, which is read from a file.
 pub(super) const MESH: &str = "mesh";
 
-/// The parameter of that kind.
-pub(super) const MESH_FILE: Key =
-    key("file", Text, "A PLY, OBJ or STL file, relative to the scene file and not outside of its folder.");
+/// The file of a mesh; the schema describes it with the names of the mesh formats.
+pub(super) const MESH_FILE: Key = key("file", Text, "");
 
-/// How its vertices are welded.
+/// The welding of a mesh.
 pub(super) const WELD: Key = key(
     "weld",
     Shape::Other,

@@ -1,4 +1,4 @@
-//! The meshes named by a scene: files below the scene's folder, read once each, or those that are at hand.
+//! The meshes that a scene names: files below its folder, each read once, or meshes in memory.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -16,12 +16,12 @@ use crate::options::{PathPolicy, ReadOptions};
 /// The meshes of one scene.
 pub(super) enum Meshes<'a> {
     Files(MeshFiles),
-    /// These, named by their number.
+    /// Meshes in memory, named by their index.
     Given(&'a [Arc<TriangleMesh>]),
 }
 
 impl<'a> Meshes<'a> {
-    /// Files are named relative to a folder; without one there are none.
+    /// File names are relative to the folder; without one the scene can name no files.
     pub(super) fn of(folder: Option<&Path>, source: MeshSource<'a>) -> Meshes<'a> {
         match source {
             MeshSource::Given(meshes) => Meshes::Given(meshes),
@@ -35,7 +35,7 @@ impl<'a> Meshes<'a> {
         }
     }
 
-    /// The mesh of a name in the scene, welded if its node says so.
+    /// The mesh that a node names, welded if the node says so.
     pub(super) fn load(&mut self, name: &str, weld: Option<Weld>) -> Result<Arc<TriangleMesh>, Refusal> {
         match self {
             Meshes::Files(files) => files.load(name, weld),
@@ -70,12 +70,12 @@ pub(super) struct MeshFiles {
     folder: Option<PathBuf>,
     reader: fn(&Path) -> Result<MeshFile, ReadError>,
     options: ReadOptions,
-    /// By their paths and how they are welded.
+    /// By path and by how the mesh is welded.
     read: HashMap<(PathBuf, Option<u64>), Result<Arc<TriangleMesh>, Refusal>>,
     notes: Vec<Note>,
 }
 
-/// Why a mesh file is not used.
+/// Why a mesh file is refused.
 #[derive(Clone, Debug)]
 pub(super) struct Refusal {
     pub(super) why: String,
@@ -87,13 +87,13 @@ fn refuse<T>(why: impl Into<String>, help: impl Into<String>) -> Result<T, Refus
 }
 
 impl MeshFiles {
-    /// The mesh of a file named as in the scene.
+    /// The mesh of a file, by its name in the scene.
     fn load(&mut self, file: &str, weld: Option<Weld>) -> Result<Arc<TriangleMesh>, Refusal> {
         let weld = self.weld(weld);
-        // No distance has the bits of a NaN.
+        // `u64::MAX` are the bits of a NaN, which no distance has.
         let bits =
             weld.map(|weld| if let Weld::Within(distance) = weld { distance.to_bits() } else { u64::MAX });
-        let path = self.found(file)?;
+        let path = self.resolve(file)?;
         let key = (path, bits);
         if let Some(known) = self.read.get(&key) {
             return known.clone();
@@ -113,13 +113,13 @@ impl MeshFiles {
         mesh
     }
 
-    /// How a mesh is welded whose node asks for this.
-    fn weld(&self, asked: Option<Weld>) -> Option<Weld> {
-        asked.or(self.options.weld)
+    /// How to weld a mesh: as its node says, or else as the options say.
+    fn weld(&self, of_node: Option<Weld>) -> Option<Weld> {
+        of_node.or(self.options.weld)
     }
 
-    /// The file's true path, links resolved, if it lies within reach.
-    fn found(&self, file: &str) -> Result<PathBuf, Refusal> {
+    /// The path of a file, links resolved, if the path policy allows it.
+    fn resolve(&self, file: &str) -> Result<PathBuf, Refusal> {
         const INSIDE: &str = "copy it into the folder of the scene file and name it relative to that; \
                               or, if you trust the scene, allow it with --allow-outside (in Python allow_outside=True)";
         let Some(folder) = &self.folder else {

@@ -66,7 +66,7 @@ fn read(path: &Path, bytes: Vec<u8>, meshes: MeshSource) -> Result<Document, Rea
     parse(text, Some(path), Some(folder), meshes)
 }
 
-/// Reads the text of a scene; mesh files are looked for in the folder, if there is one.
+/// Reads the text of a scene; mesh files are looked up in the folder, if there is one.
 pub(crate) fn parse(
     text: String,
     path: Option<&Path>,
@@ -78,21 +78,22 @@ pub(crate) fn parse(
     match document {
         Some((scene, spans, mut notes)) if diagnostics.is_empty() => {
             let file = path.map(|path| path.display().to_string());
-            let twice = duplicates::duplicate_names(&scene, &spans, &text).into_iter();
-            notes.extend(twice.map(|note| Note { file: file.clone(), ..note }));
+            let duplicates = duplicates::duplicate_names(&scene, &spans, &text).into_iter();
+            notes.extend(duplicates.map(|note| Note { file: file.clone(), ..note }));
             Ok(Document { scene, notes, source: Source::text_of(path, text, spans, find_param) })
         }
         _ => Err(ReadError::new(path, text.as_bytes(), diagnostics)),
     }
 }
 
-type Parts = (shotline::scene::Scene, Vec<std::ops::Range<usize>>, Vec<Note>);
+/// A scene, the bytes of each node, and notes.
+type Parsed = (shotline::scene::Scene, Vec<std::ops::Range<usize>>, Vec<Note>);
 
-fn document(text: &str, meshes: Meshes, diagnostics: &mut Diagnostics) -> Option<Parts> {
-    // Only what comes from outside is suspected; places in the text are 32 bits wide.
-    let most = if let Meshes::Given(_) = meshes { u32::MAX.into() } else { MAX_BYTES };
-    if text.len() as u64 > most {
-        diagnostics.push(too_large(most));
+fn document(text: &str, meshes: Meshes, diagnostics: &mut Diagnostics) -> Option<Parsed> {
+    // The limit applies to files only; offsets in the text have 32 bits.
+    let max = if let Meshes::Given(_) = meshes { u32::MAX.into() } else { MAX_BYTES };
+    if text.len() as u64 > max {
+        diagnostics.push(too_large(max));
         return None;
     }
     if let Some(at) = text.find('\0') {
@@ -149,8 +150,8 @@ fn check_version(values: &mut Values, root: ValueId) {
     }
 }
 
-/// The bytes of a node's parameter, found by reading the node's text once more: errors are rare, and keeping
-/// every parameter's place would cost more memory than the scene.
+/// The bytes of a parameter of a node, found by parsing the text of the node again: errors are rare, and storing the
+/// range of every parameter would take more memory than the scene.
 fn find_param(node: &str, param: &str) -> Option<std::ops::Range<usize>> {
     let mut ignored = Diagnostics::default();
     let (tree, root) = syntax::parse(node, &mut ignored)?;

@@ -10,7 +10,7 @@ use super::placement::read_rotation;
 use super::value_tree::ValueId;
 use super::values::Values;
 
-/// The motions, each with its place in the file.
+/// The motions, each with its value in the tree.
 pub(super) fn read(values: &mut Values, at: ValueId) -> Vec<(Motion, ValueId)> {
     let motions = values.array(at, "\"motions\"").unwrap_or(&[]);
     motions.iter().filter_map(|&at| Some((read_motion(values, at)?, at))).collect()
@@ -30,7 +30,7 @@ fn read_motion(values: &mut Values, at: ValueId) -> Option<Motion> {
     Some(Motion { object: object?.to_string(), rotate, about, translate })
 }
 
-/// Each motion moves an object, and no object has two.
+/// Checks that each motion moves an object, and that no object has two.
 pub(super) fn check(values: &mut Values, motions: &[(Motion, ValueId)], scene: &Scene) {
     let objects = || {
         scene

@@ -1,19 +1,19 @@
-//! Which nodes are written in `defs`, and under which names: those that have a name there already, those with
-//! several parents, a placed node that is placed again (a node of a file has one placement), and one in so many of a
-//! deep nest, which readers would refuse.
+//! Chooses the nodes that are written in `defs`, and their names: nodes that have a name already, nodes with several
+//! parents, transforms of transforms (a node of a file has one transform), and nodes at regular depths of deep nesting,
+//! which readers would refuse otherwise.
 
 use std::collections::{HashMap, HashSet};
 
 use shotline::scene::{Node, NodeId, Scene};
 
-/// Nodes written within one another before the next gets a name: each comes to three brackets at most.
-const NESTED: usize = 500;
+/// The depth of nested nodes at which the next gets a name; each node takes at most three brackets.
+const MAX_NESTING: usize = 500;
 
 /// The names of a scene's shared nodes.
 pub(super) struct Names {
-    /// What `defs` holds: the names of the scene, then new ones.
+    /// The entries of `defs`: the names of the scene, then new ones.
     pub(super) defs: Vec<(String, NodeId)>,
-    /// The name under which a node is referred to.
+    /// The name by which a node is referred to.
     pub(super) of: HashMap<NodeId, String>,
 }
 
@@ -35,9 +35,9 @@ impl Names {
     }
 }
 
-/// The nodes without a name that need one, in the order in which they are met.
+/// The nodes without a name that need one, in the order of the traversal.
 fn nameless(scene: &Scene, named: &HashMap<NodeId, String>) -> Vec<NodeId> {
-    let mut met: HashSet<NodeId> = HashSet::new();
+    let mut visited: HashSet<NodeId> = HashSet::new();
     let mut found: Vec<NodeId> = Vec::new();
     let mut needs: HashSet<NodeId> = HashSet::new();
     let mut need = |id: NodeId, found: &mut Vec<NodeId>| {
@@ -48,11 +48,11 @@ fn nameless(scene: &Scene, named: &HashMap<NodeId, String>) -> Vec<NodeId> {
     let mut todo: Vec<(NodeId, usize)> = scene.objects.iter().rev().map(|id| (*id, 0)).collect();
     todo.extend(scene.defs.iter().rev().map(|(_, id)| (*id, 0)));
     while let Some((id, mut depth)) = todo.pop() {
-        if !met.insert(id) {
+        if !visited.insert(id) {
             need(id, &mut found);
             continue;
         }
-        if depth == NESTED {
+        if depth == MAX_NESTING {
             need(id, &mut found);
             depth = 0;
         }

@@ -1,8 +1,8 @@
-//! Nodes of a scene file to nodes of the scene.
+//! Builds the nodes of a scene from the values of a scene file.
 //!
-//! A part of `defs` has one node, and every `{"ref"}` to it without a placement is that node's number: sharing,
-//! forward references and cycles (which the compiler reports) need nothing more. Work is kept in a list, so a
-//! deep nest needs no deep stack.
+//! Each entry of `defs` is one node, and every `{"ref"}` to it without a transform is the id of that node. So sharing,
+//! forward references and cycles (which the compiler reports) need no further work. Tasks are kept in a list, so deep
+//! nesting needs no deep stack.
 
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
@@ -19,11 +19,11 @@ use super::value_tree::{Member, ValueId};
 use super::values::{Values, numbers_in_words};
 use crate::suggest;
 
-/// A scene being built.
+/// A scene under construction.
 pub(super) struct Graph<'r, 't> {
     pub(super) values: Values<'r, 't>,
     pub(super) scene: Scene,
-    /// Where each node was written.
+    /// The bytes of each node in the text.
     pub(super) spans: Vec<Range<usize>>,
     pub(super) meshes: Meshes<'r>,
     defs: HashMap<&'r str, NodeId>,
@@ -31,21 +31,21 @@ pub(super) struct Graph<'r, 't> {
     unnamed: usize,
 }
 
-/// A node whose number is given out and whose contents are still to be read.
+/// A node whose id is reserved and whose contents are still to be read.
 struct Task {
     value: ValueId,
     id: NodeId,
     role: Role,
 }
 
-/// What may stand in a place.
+/// What a node may be.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Role {
     /// A shape.
     Shape,
     /// A shape or an object.
     Member,
-    /// An object, at this place of the list of objects.
+    /// An object, at this index of the list of objects.
     Root(usize),
 }
 
@@ -61,7 +61,7 @@ const FORMS: [(&str, Form); 4] =
     [("kind", Form::Leaf), ("op", Form::Combination), ("ref", Form::Ref), ("node", Form::Object)];
 
 impl<'r, 't> Graph<'r, 't> {
-    /// Nothing but materials yet.
+    /// A graph with materials only.
     pub(super) fn new(
         values: Values<'r, 't>,
         meshes: Meshes<'r>,
@@ -78,7 +78,7 @@ impl<'r, 't> Graph<'r, 't> {
         }
     }
 
-    /// Reads the parts and the objects.
+    /// Reads the definitions and the objects.
     pub(super) fn read(&mut self, defs: Option<ValueId>, objects: Option<ValueId>) {
         let mut todo = Vec::new();
         if let Some(members) = defs.and_then(|at| self.values.object(at, "\"defs\"")) {
@@ -101,7 +101,7 @@ impl<'r, 't> Graph<'r, 't> {
         }
     }
 
-    /// Gives every part its node; a part that only names another gets the node of that.
+    /// Assigns a node to every definition; one that only refers to another gets the node of that.
     fn define(&mut self, members: &'r [Member<'t>], todo: &mut Vec<Task>) {
         let by_name: HashMap<&str, ValueId> = members.iter().map(|m| (m.key.as_ref(), m.value)).collect();
         for member in members {
@@ -121,7 +121,7 @@ impl<'r, 't> Graph<'r, 't> {
         }
     }
 
-    /// The node at the end of a chain of parts that only name one another, for all of them.
+    /// Follows a chain of definitions that only refer to one another, and assigns the node at its end to all of them.
     fn follow(&mut self, first: ValueId, by_name: &HashMap<&str, ValueId>) -> NodeId {
         let (mut at, mut passed) = (first, Vec::new());
         let id = loop {
@@ -149,7 +149,7 @@ impl<'r, 't> Graph<'r, 't> {
         self.scene.add(Node::Group { members: Vec::new() })
     }
 
-    /// The number of a node that stands below another.
+    /// The id of a child node.
     fn child(&mut self, value: ValueId, role: Role, todo: &mut Vec<Task>) -> NodeId {
         if self.is_bare_ref(value) {
             return self.reference(value);
@@ -221,7 +221,7 @@ impl<'r, 't> Graph<'r, 't> {
         self.scene.nodes[id.0 as usize] = node;
     }
 
-    /// Which of the forms of a node this is; reports a node of no form, of several, or of one that is not allowed in its place.
+    /// The form of a node. Reports a node of no form, of several forms, or of one that is not allowed here.
     fn form(&mut self, value: ValueId, role: Role) -> Option<Form> {
         let members = self.values.object(value, "a node")?;
         let present = |key: &str| members.iter().any(|m| m.key == key);
@@ -325,7 +325,7 @@ impl<'r, 't> Graph<'r, 't> {
             false => Weld::within(self.values.number(at, "\"weld\"")?),
         };
         match weld {
-            // A distance in quotes would be read, but numbers are written without.
+            // `parse` accepts a distance in quotes, but the format does not.
             Ok(weld) if weld == Weld::Auto || !self.values.is_text(at) => Some(weld),
             Ok(_) => {
                 self.values.report(
@@ -365,7 +365,7 @@ impl<'r, 't> Graph<'r, 't> {
             _ => {
                 let help = self.values.hint(name, OPS.iter().map(|(name, _)| *name));
                 self.values.report(op_at, format!("there is no operation '{name}'"), help);
-                // The args may hold mistakes of their own.
+                // The args are still read, to report errors in them.
                 Some(Op::Union)
             }
         };
@@ -395,8 +395,8 @@ impl<'r, 't> Graph<'r, 't> {
     }
 
     fn default_name(&mut self, role: Role) -> String {
-        if let Role::Root(place) = role {
-            return format!("object{place}");
+        if let Role::Root(index) = role {
+            return format!("object{index}");
         }
         self.unnamed += 1;
         format!("object{}", self.unnamed - 1)
@@ -415,7 +415,7 @@ impl<'r, 't> Graph<'r, 't> {
 const WRAP: &str =
     "an object is {\"name\": ..., \"material\": ..., \"node\": {...}} with its shape in \"node\"";
 
-/// What to say about a node that is of no form.
+/// The message and the help for a node of no form.
 fn missing_form(members: &[Member], role: Role) -> (&'static str, String) {
     if matches!(role, Role::Root(_)) {
         return ("\"node\"", WRAP.into());

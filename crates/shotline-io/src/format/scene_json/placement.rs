@@ -1,4 +1,4 @@
-//! How a node is placed: a matrix, or readable steps.
+//! The transform of a node: a matrix, or readable steps.
 
 use shotline::math::{Affine, Vec3};
 use shotline::scene::{LocalTransform, Rotation};
@@ -7,7 +7,7 @@ use super::keys::{self, ROTATION};
 use super::value_tree::{Content, ValueId};
 use super::values::{Values, numbers_in_words};
 
-/// The placement among the keys of a node, if it has any.
+/// The transform of a node, if it has one.
 pub(super) fn read(values: &mut Values, node: ValueId) -> Option<LocalTransform> {
     let tree = values.tree;
     let [matrix, scale, rotate, translate] =
@@ -21,7 +21,7 @@ pub(super) fn read(values: &mut Values, node: ValueId) -> Option<LocalTransform>
         let rows = numbers.try_into().ok()?;
         return Some(LocalTransform::Matrix(Affine::from_row_major(rows)));
     }
-    // Without any step there is no placement.
+    // Without any step there is no transform.
     scale.or(rotate).or(translate)?;
     Some(LocalTransform::Steps {
         scale: scale.and_then(|at| read_scale(values, at)),

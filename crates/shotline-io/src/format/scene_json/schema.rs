@@ -1,4 +1,4 @@
-//! The JSON Schema of scene files, made from the tables that the reader itself uses.
+//! The JSON Schema of scene files, generated from the tables that the reader uses.
 
 use serde_json::{Map, Value, json};
 use shotline::accel::NAMES;
@@ -9,6 +9,7 @@ use super::keys::{
     ACCEL, CAMERA, Key, LIGHT, MATERIAL, MESH, MESH_FILE, MOTION, OBJECT, OPS, PLACEMENT, ROTATION, Shape,
     TOP, WELD, names,
 };
+use crate::format::mesh_format_names;
 
 /// The schema as text, as published in `docs/scene.schema.json`.
 pub fn scene_schema() -> String {
@@ -77,8 +78,8 @@ fn light() -> Value {
     light
 }
 
-/// Leaves of every kind, operations and references. Each form is looked at only if its key says so: with `oneOf` a
-/// validator would try every operation at every level of a nest, which takes ages.
+/// Leaves of every kind, operations and references. Each form is selected by its key. With `oneOf` a validator would try
+/// every operation at every level of nesting, which takes exponential time.
 fn shape() -> Value {
     let leaves = solid::KINDS.iter().map(|kind| when("kind", json!({ "const": kind.name }), leaf(kind)));
     let mut forms: Vec<Value> = leaves.collect();
@@ -120,9 +121,16 @@ fn leaf(kind: &solid::Kind) -> Value {
 
 fn mesh() -> Value {
     let weld = json!({ "anyOf": [{ "type": "number", "minimum": 0 }, { "const": "auto" }], "description": WELD.about });
-    let own = [("kind", json!({ "const": MESH })), (WELD.name, weld), (ACCEL.name, accelerator(ACCEL.about))];
+    let about =
+        format!("A {} file, relative to the scene file and not outside of its folder.", mesh_format_names());
+    let own = [
+        (MESH_FILE.name, described(MESH_FILE.shape, &about)),
+        ("kind", json!({ "const": MESH })),
+        (WELD.name, weld),
+        (ACCEL.name, accelerator(ACCEL.about)),
+    ];
     let own = own.map(|(key, value)| (key.to_string(), value)).into_iter().collect();
-    placed(std::slice::from_ref(&MESH_FILE), &["kind", MESH_FILE.name], own, "A triangle mesh from a file.")
+    placed(&[], &["kind", MESH_FILE.name], own, "A triangle mesh from a file.")
 }
 
 fn about(keys: &[Key], name: &str) -> &'static str {
@@ -141,7 +149,7 @@ fn operation(op: &str, about: &str) -> Value {
     placed(&[], &["op", "args"], own, about)
 }
 
-/// An object that may also carry a placement: a matrix or steps.
+/// An object that may also have a transform: a matrix or steps.
 fn placed(keys: &[Key], required: &[&str], own: Map<String, Value>, about: &str) -> Value {
     let mut schema = closed(keys, required, own);
     for key in names(PLACEMENT) {
@@ -153,7 +161,7 @@ fn placed(keys: &[Key], required: &[&str], own: Map<String, Value>, about: &str)
     schema
 }
 
-/// The schema of a key of a placement.
+/// The schema of a key of a transform.
 fn placement(key: &Key) -> Value {
     let mut schema = match key.name {
         "scale" => json!({ "anyOf": [bare(Shape::Number), bare(Shape::Numbers(3))] }),

@@ -1,8 +1,8 @@
 //! JSON with comments and trailing commas, read into a [`Tree`].
 //!
-//! Our own reader, because none of the existing ones fits: `jsonc-parser` stops at 512 levels of brackets, about
-//! 200 solids nested in one another, and at the first mistake; `serde_json` keeps no positions. This one keeps an
-//! explicit stack, so that depth costs memory only, and goes on after every mistake that leaves the brackets sound.
+//! Own parser, because no existing one fits: `jsonc-parser` stops at 512 levels of brackets, about
+//! 200 solids nested in one another, and at the first error; `serde_json` keeps no positions. This one has an
+//! explicit stack, so that depth only takes memory, and continues after every error that leaves the brackets balanced.
 
 use std::collections::HashSet;
 use std::ops::Range;
@@ -11,10 +11,10 @@ use super::token;
 use super::value_tree::{Content, Member, Tree, ValueId};
 use crate::diagnostic::{Diagnostics, RawDiagnostic};
 
-/// Brackets within brackets, at most. A solid nested in a boolean operation takes two levels.
+/// The maximum depth of nested brackets. A solid nested in a boolean operation takes two levels.
 pub(super) const MAX_DEPTH: usize = 20_000;
 
-/// Reads a text. `None` if its brackets are not sound; all mistakes are in `diagnostics`.
+/// Parses a text. Returns `None` if its brackets are not balanced; all errors are in `diagnostics`.
 pub(super) fn parse<'t>(text: &'t str, diagnostics: &mut Diagnostics) -> Option<(Tree<'t>, ValueId)> {
     let mut parser = Parser { text, at: 0, tree: Tree::default(), open: Vec::new(), diagnostics };
     match parser.document() {
@@ -34,11 +34,11 @@ struct Parser<'t, 'f> {
     diagnostics: &'f mut Diagnostics,
 }
 
-/// A container whose end has not come yet.
+/// A container that is not closed yet.
 struct Open {
     id: ValueId,
     brace: bool,
-    /// Whether a member may begin: the opening bracket or a comma stands before.
+    /// Whether a member may begin: after the opening bracket or a comma.
     ready: bool,
 }
 
@@ -112,7 +112,7 @@ impl<'t> Parser<'t, '_> {
         Ok(())
     }
 
-    /// Reads a scalar, or the opening bracket of a container, which is put on the stack.
+    /// Reads a scalar, or the opening bracket of a container, which is pushed on the stack.
     fn begin_value(&mut self) -> Result<ValueId, RawDiagnostic> {
         let start = self.at;
         let content = match self.peek() {
@@ -181,7 +181,7 @@ impl<'t> Parser<'t, '_> {
         Ok((key, range))
     }
 
-    /// A string and its range with the quotes.
+    /// A string, and its range with the quotes.
     fn string(&mut self) -> Result<(std::borrow::Cow<'t, str>, Range<usize>), RawDiagnostic> {
         let start = self.at;
         let bytes = self.text.as_bytes();
@@ -217,7 +217,7 @@ impl<'t> Parser<'t, '_> {
         self.at..(self.at + c.len_utf8()).min(self.text.len())
     }
 
-    /// Moves past the characters that belong together.
+    /// Moves past a run of characters.
     fn run(&mut self, belongs: fn(char) -> bool) -> Range<usize> {
         let rest = &self.text[self.at..];
         let start = self.at;
@@ -225,7 +225,7 @@ impl<'t> Parser<'t, '_> {
         start..self.at
     }
 
-    /// Moves past blanks, comments and a byte order mark at the start.
+    /// Moves past white space, comments and a byte order mark at the start.
     fn skip_trivia(&mut self) -> Result<(), RawDiagnostic> {
         if self.at == 0 && self.text.starts_with('\u{FEFF}') {
             self.at = '\u{FEFF}'.len_utf8();
@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn habits_are_accepted() {
+    fn common_extensions_are_accepted() {
         for text in [
             "\u{FEFF}{}",
             "[1, 2,]",
@@ -287,13 +287,13 @@ mod tests {
     }
 
     #[test]
-    fn several_mistakes_are_all_reported() {
+    fn all_errors_are_reported() {
         let found = messages("{\"a\": NaN, \"a\": 1e400, b: 'x' \"c\": 01, \"d\": \"\\ud800\",, \"e\": +1}");
         assert_eq!(found.len(), 10, "{found:#?}");
     }
 
     #[test]
-    fn broken_brackets_end_the_reading() {
+    fn unbalanced_brackets_end_parsing() {
         for text in [
             "", "{", "[1", "{\"a\"", "{\"a\":", "{\"a\":}", "[}", "{]", "{} {}", "[1] x", "\"abc", "\"a\\",
             "/*", "@", "{1:2}",

@@ -1,4 +1,4 @@
-//! Words, strings and numbers of JSON, with its strict grammar and helpful complaints.
+//! Words, strings and numbers of JSON, with its strict grammar and helpful messages.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::value_tree::Content;
 use crate::diagnostic::RawDiagnostic;
 
-/// What a bare word means.
+/// The value of a bare word.
 pub(super) fn word(text: &str, range: Range<usize>) -> Result<Content<'static>, RawDiagnostic> {
     let written = &text[range.clone()];
     match written {
@@ -22,7 +22,7 @@ pub(super) fn word(text: &str, range: Range<usize>) -> Result<Content<'static>, 
     }
 }
 
-/// The number that is spelled by a run of characters.
+/// The number that a run of characters denotes.
 pub(super) fn number(text: &str, range: Range<usize>) -> Result<f64, RawDiagnostic> {
     let written = &text[range.clone()];
     if let Some(why) = misspelled(written) {
@@ -39,7 +39,7 @@ fn cut(written: &str) -> &str {
     written.get(..40).unwrap_or(written)
 }
 
-/// What offends the grammar `-?(0|[1-9][0-9]*)(.[0-9]+)?([eE][+-]?[0-9]+)?`.
+/// Why a number violates the grammar `-?(0|[1-9][0-9]*)(.[0-9]+)?([eE][+-]?[0-9]+)?`.
 fn misspelled(written: &str) -> Option<&'static str> {
     let mut rest = written.strip_prefix('-').unwrap_or(written);
     let digits = |rest: &mut &str| {
@@ -77,8 +77,8 @@ fn misspelled(written: &str) -> Option<&'static str> {
     if rest.is_empty() { None } else { Some("something follows the digits") }
 }
 
-/// The text between two quotes, with its escapes resolved. `range` is without the quotes. Complaints go to
-/// `report`; what they are about is replaced by U+FFFD.
+/// The text between two quotes, with its escapes resolved. `range` excludes the quotes. Errors go to
+/// `report`; invalid escapes are replaced by U+FFFD.
 pub(super) fn unescape<'t>(
     text: &'t str,
     range: Range<usize>,
@@ -116,7 +116,7 @@ pub(super) fn unescape<'t>(
     Cow::Owned(out)
 }
 
-/// The character of the escape at the start of a text and its length; or the length to skip and why.
+/// The character and the length of the escape at the start of a text; or the length to skip and the error.
 fn escape(text: &str) -> Result<(char, usize), (usize, &'static str)> {
     let Some(letter) = text.chars().nth(1) else {
         return Err((1, "the escape has no end"));

@@ -1,22 +1,22 @@
-//! The values of a JSON text, each with the bytes it was read from. They lie in one list and name their children
-//! by number, so that neither walking nor dropping them needs a stack as deep as the text.
+//! The values of a JSON text, each with its byte range. They are stored in one list and refer to their children by index,
+//! so that neither traversing nor dropping them needs a stack as deep as the text.
 
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// A value's number in its [`Tree`].
+/// The index of a value in its [`Tree`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ValueId(u32);
 
-/// A value and where it stands.
+/// A value and its byte range.
 #[derive(Debug)]
 pub(super) struct Value<'t> {
-    /// Texts are below 4 GiB.
+    /// Texts are smaller than 4 GiB.
     span: (u32, u32),
     pub(super) content: Content<'t>,
 }
 
-/// What a value is.
+/// The content of a value.
 #[derive(Debug)]
 pub(super) enum Content<'t> {
     Null,
@@ -25,7 +25,7 @@ pub(super) enum Content<'t> {
     Text(Cow<'t, str>),
     Array(Vec<ValueId>),
     Object(Vec<Member<'t>>),
-    /// Something that has been reported already; it is not reported again.
+    /// An invalid value, which has been reported already.
     Wrong,
 }
 
@@ -67,7 +67,7 @@ impl<'t> Tree<'t> {
         self.values[id.0 as usize].span.1 = end as u32;
     }
 
-    /// The members of an object; none for anything else.
+    /// The members of an object; empty for any other value.
     pub(super) fn members(&self, id: ValueId) -> &[Member<'t>] {
         match self.content(id) {
             Content::Object(members) => members,

@@ -1,5 +1,5 @@
-//! Typed access to the values of a tree. What has the wrong type is reported once, at its place, and read as
-//! nothing.
+//! Typed access to the values of a tree. A value of the wrong type is reported once, with its location, and read as
+//! `None`.
 
 use std::borrow::Cow;
 
@@ -21,7 +21,7 @@ impl<'r, 't> Values<'r, 't> {
         self.diagnostics.push(RawDiagnostic::text(self.tree.range(at), message).help(help));
     }
 
-    /// What may have been meant. Neither a thousand mistakes nor a million names make this slow.
+    /// Suggests a known name. Bounded, so that neither a thousand errors nor a million names make this slow.
     pub(super) fn hint<'n>(&self, written: &str, known: impl Iterator<Item = &'n str>) -> String {
         if self.diagnostics.is_full() {
             return String::new();
@@ -60,9 +60,9 @@ impl<'r, 't> Values<'r, 't> {
         }
     }
 
-    /// The accelerator that a part chooses.
-    pub(super) fn accel(&mut self, part: ValueId) -> Option<&'static str> {
-        let at = self.tree.get(part, ACCEL.name)?;
+    /// The accelerator that a node or the scene chooses.
+    pub(super) fn accel(&mut self, owner: ValueId) -> Option<&'static str> {
+        let at = self.tree.get(owner, ACCEL.name)?;
         let written = self.text(at, "\"accel\"")?;
         let known = NAMES.iter().find(|name| **name == written).copied();
         if known.is_none() {
@@ -72,7 +72,7 @@ impl<'r, 't> Values<'r, 't> {
         known
     }
 
-    /// So many numbers.
+    /// An array of `count` numbers.
     pub(super) fn numbers(&mut self, at: ValueId, what: &str, count: usize) -> Option<Vec<f64>> {
         match self.tree.content(at) {
             Content::Array(elements) if elements.len() == count => {
@@ -93,7 +93,7 @@ impl<'r, 't> Values<'r, 't> {
 
     pub(super) fn integer(&mut self, at: ValueId, what: &str) -> Option<i32> {
         let x = self.number(at, what)?;
-        // Whole numbers of this size are exact in float64.
+        // Integers of this size are exact in float64.
         if x.fract() == 0.0 && (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&x) {
             return Some(x as i32);
         }
@@ -141,7 +141,7 @@ impl<'r, 't> Values<'r, 't> {
         }
     }
 
-    /// The value of a key; its absence is reported, with what the key takes.
+    /// The value of a key; if it is absent, that is reported with what the key takes.
     pub(super) fn required(&mut self, at: ValueId, what: &str, key: &str, takes: &str) -> Option<ValueId> {
         let found = self.tree.get(at, key);
         if found.is_none() {
@@ -150,7 +150,7 @@ impl<'r, 't> Values<'r, 't> {
         found
     }
 
-    /// Reports something about an object as a whole, at its opening bracket.
+    /// Reports a diagnostic of an object as a whole, at its opening bracket.
     pub(super) fn report_at_start(
         &mut self,
         at: ValueId,
@@ -161,7 +161,7 @@ impl<'r, 't> Values<'r, 't> {
         self.diagnostics.push(RawDiagnostic::text(start..start + 1, message).help(help));
     }
 
-    /// Reports keys that an object does not have, and answers which keys were probably meant.
+    /// Reports unknown keys of an object, and returns the known keys that were probably meant.
     pub(super) fn only<'k>(&mut self, at: ValueId, what: &str, known: &[&'k str]) -> Vec<&'k str> {
         let mut meant = Vec::new();
         for member in self.tree.members(at) {
@@ -181,7 +181,7 @@ impl<'r, 't> Values<'r, 't> {
     }
 }
 
-/// What a parameter of so many numbers takes.
+/// What a parameter of `count` numbers takes, as text.
 pub(super) fn numbers_in_words(count: usize) -> String {
     match count {
         1 => "a number".into(),
@@ -190,12 +190,12 @@ pub(super) fn numbers_in_words(count: usize) -> String {
     }
 }
 
-/// Help with keys that other programs have or that stand in the wrong place.
+/// Help for keys that other programs use or that belong elsewhere.
 fn help_with_key(key: &str, known: &[&str]) -> Option<String> {
-    let place = matches!(key, "center" | "centre" | "position" | "pos" | "origin" | "location");
-    if place && known.contains(&"translate") {
+    let is_position = matches!(key, "center" | "centre" | "position" | "pos" | "origin" | "location");
+    if is_position && known.contains(&"translate") {
         return Some("solids are placed with \"translate\": [x, y, z]".into());
     }
-    let placement = names(PLACEMENT).any(|placement| placement == key);
-    placement.then(|| "place the shape in \"node\" instead".into())
+    let is_placement = names(PLACEMENT).any(|placement| placement == key);
+    is_placement.then(|| "place the shape in \"node\" instead".into())
 }

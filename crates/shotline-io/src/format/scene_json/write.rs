@@ -31,7 +31,7 @@ struct Writer<'s> {
     refused: Option<String>,
 }
 
-/// What is still to be written. Kept in a list, so that deep scenes need no deep stack.
+/// An item still to be written. Items are kept in a list, so that deep scenes need no deep stack.
 enum Step {
     Text(String),
     /// A node in full.
@@ -40,7 +40,7 @@ enum Step {
         depth: usize,
     },
     /// A node, or a reference to it if it has a name.
-    Place {
+    NodeOrRef {
         id: NodeId,
         depth: usize,
     },
@@ -62,7 +62,7 @@ impl Writer<'_> {
         if !self.names.defs.is_empty() {
             sections.push(section("defs", '{', self.defs(), '}'));
         }
-        let objects = self.scene.objects.iter().map(|id| vec![Step::Place { id: *id, depth: 2 }]);
+        let objects = self.scene.objects.iter().map(|id| vec![Step::NodeOrRef { id: *id, depth: 2 }]);
         sections.push(section("objects", '[', objects.collect(), ']'));
         if let Some(accel) = self.scene.accel {
             sections.push(vec![Step::Text(format!("  \"accel\": {}", quoted(accel)))]);
@@ -97,7 +97,7 @@ impl Writer<'_> {
                     out.push_str(&text);
                     continue;
                 }
-                Step::Place { id, depth } => match self.names.of.get(&id) {
+                Step::NodeOrRef { id, depth } => match self.names.of.get(&id) {
                     Some(name) => {
                         out.push_str(&format!("{{ \"ref\": {} }}", quoted(name)));
                         continue;
@@ -115,17 +115,18 @@ impl Writer<'_> {
     fn defs(&self) -> Vec<Vec<Step>> {
         let entry = |(name, id): &(String, NodeId)| {
             let key = Step::Text(format!("{}: ", quoted(name)));
-            // A second name of a part refers to its first.
+            // A second name of a node refers to the first.
             let first = self.names.of.get(id) == Some(name);
             vec![
                 key,
-                if first { Step::Body { id: *id, depth: 2 } } else { Step::Place { id: *id, depth: 2 } },
+                if first { Step::Body { id: *id, depth: 2 } } else { Step::NodeOrRef { id: *id, depth: 2 } },
             ]
         };
         self.names.defs.iter().map(entry).collect()
     }
 
-    /// The keys of a node. A transform lends its keys to its child, which is not a transform or has a name.
+    /// The keys of a node. The keys of a transform are written with those of its child, which is not a transform or has a
+    /// name.
     fn fields(&mut self, id: NodeId) -> Vec<Field> {
         let Node::Transform { transform, child } = self.scene.node(id) else { return self.own_fields(id) };
         let mut fields = match self.names.of.get(child) {
@@ -140,7 +141,7 @@ impl Writer<'_> {
 
     fn own_fields(&mut self, id: NodeId) -> Vec<Field> {
         let mut fields = self.fields_of_kind(id);
-        // Behind the key that says what the node is.
+        // After the key that determines the form of the node.
         let accel = self.scene.accels.get(&id).map(|name| format!("\"accel\": {}", quoted(name)));
         fields.splice(1.min(fields.len())..1.min(fields.len()), accel.map(Field::Plain));
         fields
@@ -204,7 +205,7 @@ impl Writer<'_> {
             LocalTransform::Matrix(matrix) => {
                 return vec![format!("\"transform\": {}", self.numbers(matrix.rows.as_flattened()))];
             }
-            // A placement without steps must have some key.
+            // A transform without steps must have some key.
             LocalTransform::Steps { scale: None, rotate: None, translate: None } => {
                 (Some(Vec3::ONE), None, None)
             }
@@ -283,7 +284,7 @@ impl Writer<'_> {
         }
         let text = format!("{x:?}");
         match text.strip_suffix(".0") {
-            // Readers that know whole numbers would lose the sign of "-0".
+            // Readers with an integer type would lose the sign of "-0".
             Some(whole) if whole != "-0" => whole.to_string(),
             _ => text,
         }
@@ -311,7 +312,7 @@ fn braced(keys: &[String]) -> String {
     if keys.is_empty() { "{}".into() } else { format!("{{ {} }}", keys.join(", ")) }
 }
 
-/// A key of the file with entries of their own, one a line.
+/// A key of the file whose entries are written one per line.
 fn section(key: &str, open: char, entries: Vec<Vec<Step>>, close: char) -> Vec<Step> {
     if entries.is_empty() {
         return vec![Step::Text(format!("  \"{key}\": {open}{close}"))];
@@ -322,12 +323,12 @@ fn section(key: &str, open: char, entries: Vec<Vec<Step>>, close: char) -> Vec<S
     steps
 }
 
-fn separate(steps: &mut Vec<Step>, parts: Vec<Vec<Step>>, separator: &str) {
-    for (i, part) in parts.into_iter().enumerate() {
+fn separate(steps: &mut Vec<Step>, entries: Vec<Vec<Step>>, separator: &str) {
+    for (i, entry) in entries.into_iter().enumerate() {
         if i > 0 {
             steps.push(Step::Text(separator.into()));
         }
-        steps.extend(part);
+        steps.extend(entry);
     }
 }
 
@@ -338,25 +339,25 @@ fn layout(fields: Vec<Field>, depth: usize) -> Vec<Step> {
             fields.into_iter().filter_map(|f| if let Field::Plain(k) = f { Some(k) } else { None }).collect();
         return vec![Step::Text(braced(&keys))];
     }
-    // Indenting a nest of thousands would make blanks out of most of the file.
+    // Without a limit, the indentation of thousands of levels would be most of the file.
     let pad = |depth: usize| "  ".repeat(depth.min(32));
     let (inner, innermost) = (pad(depth + 1), pad(depth + 2));
-    let parts = fields.into_iter().map(|field| match field {
+    let entries = fields.into_iter().map(|field| match field {
         Field::Plain(key) => vec![Step::Text(key)],
         Field::Node(key, id) => {
-            vec![Step::Text(format!("\"{key}\": ")), Step::Place { id, depth: depth + 1 }]
+            vec![Step::Text(format!("\"{key}\": ")), Step::NodeOrRef { id, depth: depth + 1 }]
         }
         Field::Nodes(key, ids) if ids.is_empty() => vec![Step::Text(format!("\"{key}\": []"))],
         Field::Nodes(key, ids) => {
             let mut steps = vec![Step::Text(format!("\"{key}\": [\n{innermost}"))];
-            let nodes = ids.into_iter().map(|id| vec![Step::Place { id, depth: depth + 2 }]).collect();
+            let nodes = ids.into_iter().map(|id| vec![Step::NodeOrRef { id, depth: depth + 2 }]).collect();
             separate(&mut steps, nodes, &format!(",\n{innermost}"));
             steps.push(Step::Text(format!("\n{inner}]")));
             steps
         }
     });
     let mut steps = vec![Step::Text(format!("{{\n{inner}"))];
-    separate(&mut steps, parts.collect(), &format!(",\n{inner}"));
+    separate(&mut steps, entries.collect(), &format!(",\n{inner}"));
     steps.push(Step::Text(format!("\n{}}}", pad(depth))));
     steps
 }

@@ -10,7 +10,7 @@ use crate::note::{Effect, NoteKind};
 /// Bytes before the first triangle.
 const HEAD: usize = 84;
 
-/// Bytes of a triangle: a normal, three corners, and two bytes that mean nothing, or the number of bytes that follow.
+/// Bytes of a triangle: a normal, three corners, and two bytes without meaning or with the number of bytes that follow.
 const TRIANGLE: usize = 50;
 
 const SPARE: NoteKind = NoteKind {
@@ -48,41 +48,42 @@ const UNCOUNTED: NoteKind = NoteKind {
     many: "the file holds # triangles more than the count at byte 80 says; they were read",
 };
 
-/// How many triangles the head promises.
-fn promised(bytes: &[u8]) -> Option<usize> {
+/// The number of triangles that the header declares.
+fn declared(bytes: &[u8]) -> Option<usize> {
     let count = bytes.get(80..HEAD)?;
     Some(u32::from_le_bytes([count[0], count[1], count[2], count[3]]) as usize)
 }
 
-/// Whether the size is exactly that of as many triangles as the head promises.
+/// Whether the size is exactly that of the declared number of triangles.
 pub(super) fn fits(bytes: &[u8]) -> bool {
-    promised(bytes)
+    declared(bytes)
         .is_some_and(|n| n.checked_mul(TRIANGLE).and_then(|n| n.checked_add(HEAD)) == Some(bytes.len()))
 }
 
-/// Whether bytes of a size that does not fit may still be meant: the triangles that are promised or held are triangles.
+/// Whether bytes of a size that does not fit are probably still an STL: the declared or present triangles look valid.
 pub(super) fn looks_like(bytes: &[u8]) -> bool {
-    let Some(count) = promised(bytes) else { return false };
+    let Some(count) = declared(bytes) else { return false };
     let held = (bytes.len() - HEAD) / TRIANGLE;
     let most = if count == 0 || count > held { held } else { count };
     // Four random bytes are often a number, but seldom one of an ordinary size.
     let is_ordinary = |x: f64| x == 0.0 || (1e-12..1e12).contains(&x.abs());
-    let is_meant =
+    let is_plausible =
         |t: &[u8]| is_triangle(t) && corners(t).iter().all(|c| c.to_array().into_iter().all(is_ordinary));
-    let plain = most > 0 && bytes[HEAD..].chunks_exact(TRIANGLE).take(most.min(SEEN)).all(is_meant);
+    let plain =
+        most > 0 && bytes[HEAD..].chunks_exact(TRIANGLE).take(most.min(MAX_EXAMINED)).all(is_plausible);
     plain || (count > 0 && attributes(bytes, count) == Some(bytes.len()))
 }
 
-/// Triangles that are looked at to tell whether a file is an STL, at most.
-const SEEN: usize = 1000;
+/// The maximum number of triangles that are examined to detect an STL.
+const MAX_EXAMINED: usize = 1000;
 
 /// Reads the triangles.
 ///
 /// # Errors
-/// If there are fewer bytes than triangles promised, or a corner is not finite.
+/// If there are fewer triangles than declared, or a corner is not finite.
 pub(super) fn read(bytes: &[u8], out: &mut Triangles) -> Result<(), RawDiagnostic> {
-    let Some(count) = promised(bytes) else {
-        let message = "the file ends within the head of a binary STL, and is no text STL either";
+    let Some(count) = declared(bytes) else {
+        let message = "the file ends within the head of a binary STL, and is not a text STL either";
         return Err(RawDiagnostic::byte(bytes.len(), message));
     };
     let held = (bytes.len() - HEAD) / TRIANGLE;
@@ -105,7 +106,7 @@ pub(super) fn read(bytes: &[u8], out: &mut Triangles) -> Result<(), RawDiagnosti
                  number of triangles",
                 bytes.len() - HEAD
             );
-            return Err(RawDiagnostic::byte(80, message).help("the file is damaged, or it is no STL"));
+            return Err(RawDiagnostic::byte(80, message).help("the file is damaged, or it is not an STL"));
         }
         out.notes().add_many(&SPARE, more.len(), RawLocation::Byte(HEAD + count * TRIANGLE));
     }
@@ -117,10 +118,10 @@ fn cut_off(bytes: &[u8], count: usize, held: usize) -> RawDiagnostic {
     let part = if rest == 0 { String::new() } else { format!(" and {rest} bytes of another") };
     let message =
         format!("the count at byte 80 says {count} triangles, but the file ends after {held}{part}");
-    RawDiagnostic::byte(end, message).help("the file is cut off, its count is wrong, or it is no STL")
+    RawDiagnostic::byte(end, message).help("the file is cut off, its count is wrong, or it is not an STL")
 }
 
-/// Where the triangles end if the last two bytes of each tell how many bytes follow it.
+/// The end of the triangles if the last two bytes of each are the number of bytes that follow it.
 fn attributes(bytes: &[u8], count: usize) -> Option<usize> {
     let mut end = HEAD;
     for _ in 0..count {

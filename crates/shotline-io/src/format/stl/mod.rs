@@ -1,7 +1,7 @@
-//! STL: triangles without shared vertices, as text or binary. Corners with the same coordinates become one vertex,
-//! or no mesh would be closed.
+//! STL: triangles without shared vertices, as text or binary. Corners with the same coordinates become one vertex;
+//! otherwise no mesh would be closed.
 //!
-//! Our own reader. `stl_io`, the well-kept library, reads text in float32 and says no place when a file is broken.
+//! Own reader: the maintained library, `stl_io`, reads text in float32 and gives no location when a file is broken.
 
 mod binary;
 mod text;
@@ -36,19 +36,19 @@ fn begins_with_solid(bytes: &[u8]) -> bool {
     start.len() > 5 && start[..5].eq_ignore_ascii_case(b"solid")
 }
 
-/// A zero byte is near the beginning of nearly every binary file and of no text, which may be filled up with zeros.
+/// Nearly every binary file has a zero byte near its beginning; a text has zero bytes only as padding at its end.
 fn is_text(bytes: &[u8]) -> bool {
     let end = bytes.iter().rposition(|b| *b != 0).map_or(0, |last| last + 1);
     !bytes[..end.min(512)].contains(&0)
 }
 
-/// Whether a word of the format is in a text, in whatever case.
+/// Whether a text contains a word of the format, ignoring case.
 fn has_word(bytes: &[u8], word: &[u8]) -> bool {
     bytes.windows(word.len()).any(|w| w.eq_ignore_ascii_case(word))
 }
 
-/// Whether it is an STL though neither its size nor its beginning says so: a text with a facet in it, or a binary file with
-/// as many triangles as it counts and something behind them, with attributes, or with a wrong count.
+/// Whether a file is an STL although neither its size nor its beginning says so: a text with a facet, or a binary file
+/// with extra bytes after its triangles, with attributes, or with a wrong count.
 fn looks_like(bytes: &[u8]) -> bool {
     if is_text(bytes) {
         return has_word(bytes, b"endfacet") && has_word(bytes, b"vertex");
@@ -56,7 +56,7 @@ fn looks_like(bytes: &[u8]) -> bool {
     binary::looks_like(bytes)
 }
 
-/// Whether it is a text STL: a text that begins like one or has facets, also one that zero bytes have damaged.
+/// Whether a file is a text STL: a text that begins like one or has facets, even if damaged by zero bytes.
 fn text_with_facets(bytes: &[u8]) -> bool {
     if is_text(bytes) {
         return starts_like_text(bytes) || has_word(bytes, b"facet");
@@ -85,7 +85,7 @@ fn read(bytes: &[u8]) -> Result<MeshFile, RawDiagnostic> {
     triangles.finish(bytes)
 }
 
-/// Triangles being gathered. Joins corners with the same coordinates.
+/// Collects triangles, and joins corners with the same coordinates.
 struct Triangles {
     vertices: Vertices,
     known: HashMap<[u64; 3], u32>,
@@ -95,27 +95,27 @@ struct Triangles {
 
 impl Triangles {
     fn new() -> Triangles {
-        // Corners are numbered here, so that none can be out of range.
+        // Corners are numbered here, so none can be out of range.
         let polygons = Polygons::new(usize::MAX, Notes::default());
         Triangles { vertices: Vertices::default(), known: HashMap::new(), polygons, face: Vec::new() }
     }
 
-    /// Adds a triangle, or a polygon, which some programs write.
+    /// Adds a triangle, or a polygon, as some programs write.
     fn add(&mut self, corners: &[Vec3], at: impl Fn() -> RawLocation) {
         self.face.clear();
         for corner in corners {
             let vertex = self.vertex(*corner);
             self.face.push(vertex.into());
         }
-        // Every number is that of a vertex.
+        // Cannot fail: every number is that of a vertex.
         let _ = self.polygons.add(&self.face, at);
     }
 
-    fn vertex(&mut self, place: Vec3) -> u32 {
-        // Adding zero turns -0.0 into 0.0, which is the same place.
-        let key = (place + Vec3::ZERO).to_array().map(f64::to_bits);
+    fn vertex(&mut self, point: Vec3) -> u32 {
+        // Adding zero turns -0.0 into 0.0, which is the same point.
+        let key = (point + Vec3::ZERO).to_array().map(f64::to_bits);
         *self.known.entry(key).or_insert_with(|| {
-            self.vertices.push(place, || RawLocation::File);
+            self.vertices.push(point, || RawLocation::File);
             (self.vertices.len() - 1) as u32
         })
     }

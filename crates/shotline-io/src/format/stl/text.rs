@@ -1,7 +1,8 @@
 //! Text STL: `solid ... facet normal ... outer loop, vertex x y z (three times), endloop, endfacet ... endsolid`.
 //!
-//! The words are read one after another, whatever the lines: some programs write all of a file on one. A comment is from a
-//! `#` at the beginning of a word to the end of the line. In a name on the only line of a text `#` is part of the name.
+//! Words are read one after another, regardless of lines: some programs write a whole file on one line. A comment extends
+//! from a `#` at the beginning of a word to the end of the line. In a name on the only line of a text `#` is part of the
+//! name.
 
 use shotline::math::Vec3;
 
@@ -42,7 +43,7 @@ const NO_END: NoteKind = NoteKind {
 /// Reads a text that begins at a byte.
 ///
 /// # Errors
-/// The first word that does not belong where it stands.
+/// The first unexpected word.
 pub(super) fn read(bytes: &[u8], start: usize, out: &mut Triangles) -> Result<(), RawDiagnostic> {
     let mut reader = Reader { cursor: Cursor::new(bytes, start), line: Vec::new(), next: 0, solids: 0 };
     let mut is_open = false;
@@ -73,10 +74,10 @@ pub(super) fn read(bytes: &[u8], start: usize, out: &mut Triangles) -> Result<()
     Ok(())
 }
 
-/// How many words are looked at to tell a facet from a name or a sentence.
-const AHEAD: usize = 8;
+/// The lookahead, in words, to distinguish a facet from a name or a sentence.
+const LOOKAHEAD: usize = 8;
 
-/// Takes the words of the next line that has some, without its comment; returns whether there is one.
+/// Reads the words of the next line that has any, without its comment; returns whether there is one.
 fn next_line<'b>(cursor: &mut Cursor<'b>, out: &mut Vec<Word<'b>>) -> bool {
     out.clear();
     while let Some((start, line)) = cursor.line() {
@@ -96,8 +97,8 @@ fn next_line<'b>(cursor: &mut Cursor<'b>, out: &mut Vec<Word<'b>>) -> bool {
     false
 }
 
-/// The first word that is not of a normal.
-fn behind_normal<'b>(words: &[Word<'b>]) -> Option<Word<'b>> {
+/// The first word after a normal.
+fn after_normal<'b>(words: &[Word<'b>]) -> Option<Word<'b>> {
     words.iter().find(|w| !w.is("normal") && w.number().is_err()).copied()
 }
 
@@ -110,7 +111,7 @@ struct Reader<'b> {
 }
 
 impl<'b> Reader<'b> {
-    /// The next word without taking it.
+    /// The next word, without consuming it.
     fn peek(&mut self) -> Option<Word<'b>> {
         while self.next >= self.line.len() {
             self.next = 0;
@@ -134,8 +135,8 @@ impl<'b> Reader<'b> {
             .ok_or_else(|| RawDiagnostic::byte(at, "the file ends within a facet").help("it is cut off"))
     }
 
-    /// Passes over the rest of a line, which is a name or text. If there is a facet on it, all of the file may be, and
-    /// the line is passed over up to that, or to the solid that begins before it.
+    /// Skips the rest of a line, which is a name or text. If it contains a facet, the whole file may be on this line; then
+    /// the line is skipped up to that facet, or to the solid that begins before it.
     fn end_line(&mut self) {
         let rest = self.next..self.line.len();
         let facet = rest.clone().find(|i| self.begins_facet(*i)).unwrap_or(rest.end);
@@ -143,32 +144,32 @@ impl<'b> Reader<'b> {
         self.next = solid.filter(|_| facet < self.line.len()).unwrap_or(facet);
     }
 
-    /// A few words from one of the line on, on this line and the next: a facet is known by so many.
+    /// The next [`LOOKAHEAD`] words from a word of the line, on this line and the next.
     fn following(&self, i: usize) -> Vec<Word<'b>> {
-        let mut words: Vec<Word> = self.line.iter().skip(i).take(AHEAD).copied().collect();
-        if words.len() < AHEAD {
+        let mut words: Vec<Word> = self.line.iter().skip(i).take(LOOKAHEAD).copied().collect();
+        if words.len() < LOOKAHEAD {
             let mut next = Vec::new();
             next_line(&mut self.cursor.clone(), &mut next);
-            words.extend(next.into_iter().take(AHEAD));
+            words.extend(next.into_iter().take(LOOKAHEAD));
         }
         words
     }
 
-    /// Whether the words from a word of the line on are the beginning of a facet, and not a name or prose:
-    /// `facet`, a normal or none, and what may come behind that, on this line or the next.
+    /// Whether a facet begins at a word of the line, and not a name or prose: `facet`, an optional normal, and a word that
+    /// may follow, on this line or the next.
     fn begins_facet(&self, i: usize) -> bool {
         if !self.line[i].is("facet") {
             return false;
         }
-        let after = behind_normal(&self.following(i + 1));
+        let after = after_normal(&self.following(i + 1));
         after.is_some_and(|w| ["outer", "vertex", "color", "colour"].iter().any(|word| w.is(word)))
     }
 
-    /// Whether the word `facet`, which was read outside of solids, is one of a sentence: neither the rest of its
-    /// line nor the next line goes on as a facet does.
+    /// Whether the word `facet`, read outside of solids, is part of a sentence: neither the rest of its line nor the next
+    /// line continues a facet.
     fn is_prose(&self) -> bool {
         !self.begins_facet(self.next - 1)
-            && behind_normal(&self.line[self.next..(self.next + AHEAD).min(self.line.len())]).is_some()
+            && after_normal(&self.line[self.next..(self.next + LOOKAHEAD).min(self.line.len())]).is_some()
     }
 
     /// Whether a word at the beginning of a statement is data of a facet.
@@ -178,7 +179,7 @@ impl<'b> Reader<'b> {
             || (word.is("vertex") && next.is_some_and(|w| w.number().is_ok()))
     }
 
-    /// Passes over the name of a solid.
+    /// Skips the name of a solid.
     fn name(&mut self, word: Word, out: &mut Triangles) {
         self.solids += 1;
         if self.solids > 1 {
@@ -191,21 +192,21 @@ impl<'b> Reader<'b> {
         self.next = empty.filter(|i| *i < self.next).unwrap_or(self.next);
     }
 
-    /// Passes over numbers.
+    /// Skips numbers.
     fn numbers(&mut self) {
         while self.peek().is_some_and(|w| w.number().is_ok()) {
             self.next += 1;
         }
     }
 
-    /// Reads a facet behind its first word.
+    /// Reads a facet after its first word.
     fn facet(&mut self, first: Word, out: &mut Triangles) -> Result<(), RawDiagnostic> {
         let mut corners: Vec<Vec3> = Vec::new();
         loop {
             let word = self.word_of_facet()?;
             if word.is("vertex") {
                 corners.push(self.vertex(word)?);
-            } else if word.is("endfacet") || (word.is("end") && self.takes("facet")) {
+            } else if word.is("endfacet") || (word.is("end") && self.accept("facet")) {
                 if corners.len() < 3 {
                     let count = match corners.len() {
                         0 => "no corners",
@@ -223,7 +224,7 @@ impl<'b> Reader<'b> {
                 out.notes().add(&COLOURS, RawLocation::Text(word.range()));
                 self.numbers();
             } else if word.is("normal") {
-                // What they say follows from the corners, and often they say it wrong.
+                // Normals follow from the corners, and those in files are often wrong.
                 for _ in 0..3 {
                     if self.peek().is_some_and(|w| !w.is("outer") && !w.is("vertex")) {
                         self.next += 1;
@@ -234,7 +235,7 @@ impl<'b> Reader<'b> {
             } else if !(word.is("outer") || word.is("loop") || word.is("endloop") || word.is("end")) {
                 return Err(RawDiagnostic::text(
                     word.range(),
-                    format!("'{}' is no word of an STL file", word.shown()),
+                    format!("'{}' is not a word of an STL file", word.shown()),
                 ));
             }
         }
@@ -252,16 +253,16 @@ impl<'b> Reader<'b> {
         diagnostic
     }
 
-    /// Takes a word if it comes next.
-    fn takes(&mut self, word: &str) -> bool {
+    /// Consumes a word if it is next.
+    fn accept(&mut self, word: &str) -> bool {
         let comes = self.peek().is_some_and(|w| w.is(word));
         self.next += usize::from(comes);
         comes
     }
 
     fn vertex(&mut self, word: Word) -> Result<Vec3, RawDiagnostic> {
-        let mut place = [0.0; 3];
-        for x in &mut place {
+        let mut point = [0.0; 3];
+        for x in &mut point {
             let is_number =
                 |w: &Word| !["vertex", "endloop", "end", "endfacet"].into_iter().any(|end| w.is(end));
             let number = self.peek().filter(is_number);
@@ -270,6 +271,6 @@ impl<'b> Reader<'b> {
                 .finite()?;
             self.next += 1;
         }
-        Ok(place.into())
+        Ok(point.into())
     }
 }

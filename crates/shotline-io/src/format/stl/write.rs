@@ -10,7 +10,7 @@ use crate::error::WriteError;
 use crate::format::lost_polygons;
 use crate::mesh_file::Encoded;
 
-/// Binary where float32 holds every coordinate, as nearly all programs expect; otherwise text, which loses nothing.
+/// Writes binary STL, as nearly all programs expect, if float32 holds every coordinate; otherwise text, which is lossless.
 pub(super) fn write(mesh: &TriangleMesh) -> Result<Encoded, WriteError> {
     let single = |x: f64| f64::from(x as f32).to_bits() == x.to_bits();
     let vertices = mesh.vertices.len();
@@ -24,7 +24,7 @@ pub(super) fn write(mesh: &TriangleMesh) -> Result<Encoded, WriteError> {
         ));
         write_text(mesh)
     };
-    let lost = vertices - places(mesh);
+    let lost = vertices - distinct_corners(mesh);
     if lost > 0 {
         notes.push(format!(
             "vertices lost: {lost} of {vertices}; STL names none, so those of no face go, and those in one place \
@@ -35,9 +35,9 @@ pub(super) fn write(mesh: &TriangleMesh) -> Result<Encoded, WriteError> {
     Ok(Encoded { bytes, notes })
 }
 
-/// In how many places the faces have corners.
-fn places(mesh: &TriangleMesh) -> usize {
-    // Adding zero turns -0.0 into 0.0, which is the same place.
+/// The number of distinct corner positions of the faces.
+fn distinct_corners(mesh: &TriangleMesh) -> usize {
+    // Adding zero turns -0.0 into 0.0, which is the same position.
     let key = |c: Vec3| (c + Vec3::ZERO).to_array().map(f64::to_bits);
     triangles(mesh).flatten().map(key).collect::<HashSet<_>>().len()
 }
