@@ -29,6 +29,9 @@ pub struct Format {
     pub(crate) content: Content,
 }
 
+/// Encodes a mesh.
+pub(crate) type WriteMesh = fn(&TriangleMesh) -> Result<Encoded, WriteError>;
+
 /// What a format holds.
 #[derive(Debug)]
 pub(crate) enum Content {
@@ -42,7 +45,7 @@ pub(crate) enum Content {
     /// One mesh.
     Mesh {
         read: fn(&[u8]) -> Result<MeshFile, RawDiagnostic>,
-        write: fn(&TriangleMesh) -> Result<Encoded, WriteError>,
+        write: WriteMesh,
         /// Whether it keeps every bit of a mesh, the numbers of its polygons included.
         is_lossless: bool,
     },
@@ -89,8 +92,7 @@ pub(crate) fn mesh_format_names() -> String {
 }
 
 /// A format that keeps every bit of a mesh, and how it writes one.
-pub(crate) fn lossless_mesh_format()
--> Option<(&'static Format, fn(&TriangleMesh) -> Result<Encoded, WriteError>)> {
+pub(crate) fn lossless_mesh_format() -> Option<(&'static Format, WriteMesh)> {
     FORMATS.iter().find_map(|format| match format.content {
         Content::Mesh { write, is_lossless: true, .. } => Some((*format, write)),
         _ => None,
