@@ -12,17 +12,17 @@ scene is written in; nothing is converted. Everything is float64.
 """
 
 from ._native import __version__
+from .appearance import Camera, Light, Material
 from .image import Image
-from .looks import Camera, Light, Material
 from .mesh import Mesh
 from .nodes import Difference, Group, Intersection, Node, Object, Union
 from .queries import OverlapWarning
 from .radiography import Detector, radiograph
 from .results import Closest, Cost, Crossings, Measures, Segments
 from .scene import ReadWarning, Scene, _unpacked, load  # noqa: F401
+from .serialize import DuplicateNameWarning
 from .solids import *  # noqa: F403
 from .solids import __all__ as _solids
-from .text import DuplicateNameWarning
 
 __all__ = [
     "Camera",

@@ -1,9 +1,9 @@
-"""Rays that are made where they are needed: small objects that say how many rays they have and make any stretch of them.
+"""Beams: small objects that know how many rays they have and generate any range of them where they are needed.
 
-A beam has `len(beam)`, `beam.rays(start, stop)`, which answers origins and directions of the rays numbered from `start`
-to before `stop`, (stop - start, 3) or (3,) for one that all have, and, if it likes, `beam.shape`, the shape in which
-answers come. The rays of a number are the same bits, whatever stretch they are made with. Any object that has these is
-a beam; it travels to other machines by pickle.
+A beam has `len(beam)` and `beam.rays(start, stop)`, which returns the origins and directions of the rays numbered from
+`start` up to, but not including, `stop`: (stop - start, 3), or (3,) for one that all rays share. It may have
+`beam.shape`, the shape of results. A ray has the same bits in whatever range it is generated. Any object with these is
+a beam; it is sent to other machines by pickle.
 
 >>> beam = Cone(source=(0, 0, -100), center=(0, 0, 100), u=(0.5, 0, 0), v=(0, 0.5, 0), shape=(2, 3))
 >>> len(beam), beam.shape
@@ -29,7 +29,7 @@ __all__ = ["Cone", "Function", "Parallel", "Random"]
 
 
 class _Panel:
-    """Pixels in rows and columns, perhaps in several views."""
+    """Pixels in rows and columns, in one or several views."""
 
     def __init__(self, shape: tuple[int, int], **vectors: ArrayLike) -> None:
         self._rows, self._columns = (_count(size, "shape") for size in shape)
@@ -69,7 +69,7 @@ class Parallel(_Panel):
         v: to that of the one below.
         shape: rows and columns.
 
-    Each vector is (3,), or (views, 3) for a panel that moves; rays are numbered by view, row, column, and answers have
+    Each vector is (3,), or (views, 3) for a panel that moves; rays are numbered by view, row, column, and results have
     the shape ([views,] rows, columns). ValueError for other shapes.
     """
 
@@ -79,7 +79,7 @@ class Parallel(_Panel):
         super().__init__(shape, direction=direction, center=center, u=u, v=v)
 
     def rays(self, start: int, stop: int) -> tuple[np.ndarray, np.ndarray]:
-        """Origins and directions of the rays from `start` to before `stop`: (stop - start, 3) float64 each."""
+        """Origins and directions of the rays `start` to `stop - 1`: (stop - start, 3) float64 each."""
         view, pixels = self._pixels(start, stop)
         return pixels, self._vectors["direction"][view]
 
@@ -87,8 +87,8 @@ class Parallel(_Panel):
 class Cone(_Panel):
     """Rays from a point to the centres of the pixels of a flat panel, as of an X-ray tube or a pinhole.
 
-    The panel is at t = 1, so that `t_max=1` ends all rays there. `source` is the point, in world coordinates; the rest
-    is as of `Parallel`.
+    The panel is at t = 1, so that `t_max=1` ends all rays there. `source` is the point, in world coordinates; the other
+    arguments are those of `Parallel`.
     """
 
     def __init__(
@@ -97,14 +97,14 @@ class Cone(_Panel):
         super().__init__(shape, source=source, center=center, u=u, v=v)
 
     def rays(self, start: int, stop: int) -> tuple[np.ndarray, np.ndarray]:
-        """Origins and directions of the rays from `start` to before `stop`: (stop - start, 3) float64 each."""
+        """Origins and directions of the rays `start` to `stop - 1`: (stop - start, 3) float64 each."""
         view, pixels = self._pixels(start, stop)
         source = self._vectors["source"][view]
         return source, pixels - source
 
 
 class Random:
-    """Rays that start anywhere in a box, or at a point, in any direction.
+    """Rays with random origins in a box, or at a point, and random directions.
 
     Args:
         count: how many rays.
@@ -112,10 +112,10 @@ class Random:
         min, max: corners of the box in world coordinates, (3,); equal ones are a point.
 
     Directions are isotropic, of length 1 but for rounding. Numbers come from Philox (Salmon et al. 2011), whose counter
-    is set for each few thousand rays, so that a stretch costs only its own rays.
+    is set for each chunk of a few thousand rays, so that a range costs only its own chunks.
     """
 
-    # Rays made at a time. Another number would give other rays.
+    # Rays per chunk. Another number would give other rays.
     _CHUNK = 8192
 
     def __init__(self, count: int, *, seed: int, min: ArrayLike = (0, 0, 0), max: ArrayLike = (0, 0, 0)) -> None:
@@ -128,20 +128,21 @@ class Random:
         return self._count
 
     def rays(self, start: int, stop: int) -> tuple[np.ndarray, np.ndarray]:
-        """Origins and directions of the rays from `start` to before `stop`: (stop - start, 3) float64 each."""
+        """Origins and directions of the rays `start` to `stop - 1`: (stop - start, 3) float64 each."""
         first = start // self._CHUNK
         chunks = [self._chunk(number) for number in range(first, -(-stop // self._CHUNK))]
         rays = np.concatenate([np.empty((0, 2, 3)), *chunks])[start - first * self._CHUNK :][: stop - start]
         return rays[:, 0], rays[:, 1]
 
     def _chunk(self, number: int) -> np.ndarray:
-        """Rays of (_CHUNK, origin and direction, 3). Only of operations that IEEE 754 rounds in one way; no sine."""
+        """Rays of shape (_CHUNK, origin and direction, 3). Uses only operations that IEEE 754 rounds in one way; no
+        sine."""
         bits = np.random.Philox(key=self._seed, counter=[0, number, 0, 0])
         rays = np.empty((self._CHUNK, 2, 3))
         rays[:, 0] = self._min + (self._max - self._min) * _uniform(bits, self._CHUNK)
         made = 0
         while made < self._CHUNK:
-            # Points of the ball; those near its centre would lose digits.
+            # Points of the unit ball; those near its centre would lose digits.
             x, y, z = (2 * _uniform(bits, 2 * self._CHUNK) - 1).T
             squared = x * x + y * y + z * z
             kept = np.flatnonzero((squared <= 1) & (squared > 2**-20))[: self._CHUNK - made]
@@ -153,9 +154,9 @@ class Random:
 
 
 class Function:
-    """Rays made by a function of (start, stop), which answers origins and directions as `rays` of any beam does.
+    """Rays from a function of (start, stop), which returns origins and directions as `rays` of any beam does.
 
-    It must make the same rays for a number, whatever the stretch, and travels by cloudpickle: a lambda will do.
+    It must give the same ray for a number in every range. It is sent by cloudpickle, so a lambda works.
     """
 
     def __init__(
@@ -178,5 +179,5 @@ def _count(value: Any, what: str, least: int = 1) -> int:
 
 
 def _uniform(bits: np.random.Philox, count: int) -> np.ndarray:
-    """From 0 to before 1, in steps of 2^-53: (count, 3)."""
+    """Uniform numbers in [0, 1), multiples of 2^-53: (count, 3)."""
     return ((bits.random_raw(3 * count) >> np.uint64(11)) * 2.0**-53).reshape(count, 3)

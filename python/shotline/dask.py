@@ -1,4 +1,4 @@
-"""Casts on the workers of a Dask cluster, bit for bit what one machine answers: `pip install shotline[dask]`.
+"""Casts on the workers of a Dask cluster, with the same bits as on one machine: `pip install shotline[dask]`.
 
 >>> import shotline, shotline.dask
 >>> from dask.distributed import Client
@@ -11,7 +11,7 @@
 ((500, 500), 3.0)
 """
 
-# Dask is not typed throughout.
+# Dask is not fully typed.
 # mypy: disable-error-code="no-untyped-call"
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ from typing import Any, NamedTuple, NoReturn
 import numpy as np
 
 from . import __version__, _native
+from .appearance import Camera
 from .beams import Cone, Function, Parallel, Random
-from .image import Image, settings
-from .looks import Camera
+from .image import Image, picture_args
 from .progress import callback
-from .rays import rays as checked
+from .rays import rays as checked_rays
 from .results import Closest, Crossings, Segments
 from .scene import Scene
 from .values import choice
-from .values import number as real
+from .values import number as real_number
 
 try:
     import cloudpickle  # type: ignore[import-untyped,unused-ignore]
@@ -55,16 +55,16 @@ __all__ = ["Block", "BlockError", "Cone", "Function", "Parallel", "Random", "cas
 _TABLES = {"crossings": Crossings, "segments": Segments}
 _QUERIES = ("closest", "any", "count", "crossings", "segments", "thickness")
 
-# Fewer rays than this in a block are not worth what Dask does for one: see docs/dask.md.
-_LEAST = 25_000
+# The fewest rays of a block for which the overhead of Dask is small: see docs/dask.md.
+_MIN_BLOCK = 25_000
 
-# Blocks that wait or run for each thread of the workers, so that none is idle and the rays sent stay few.
-_AHEAD = 2
+# Blocks in flight for each thread of the workers: enough to keep all busy, and few enough to hold little memory.
+_IN_FLIGHT = 2
 
 
 class Block(NamedTuple):
-    """A stretch of rays on a worker: its number, the rays `start` to before `stop`, and their origins and directions as
-    the beam made them; `d` is None where `o` holds both."""
+    """A range of rays on a worker: its number, the rays `start` to `stop - 1`, and their origins and directions as the
+    beam generated them; `d` is None if `o` holds both."""
 
     number: int
     start: int
@@ -74,8 +74,7 @@ class Block(NamedTuple):
 
 
 class BlockError(RuntimeError):
-    """A block of rays that has no answer. `number`, `start` and `stop` tell which; `__cause__` is what its worker
-    raised."""
+    """A block of rays that failed. `number`, `start` and `stop` identify it; `__cause__` is what its worker raised."""
 
     def __init__(self, number: int, start: int, stop: int, why: str) -> None:
         super().__init__(number, start, stop, why)
@@ -101,46 +100,47 @@ def cast(
     combine: Callable[[Any, Any], Any] = operator.add,
     progress: Any = None,
 ) -> Any:
-    """Ask a scene about many rays, on the workers of a Dask cluster.
+    """Cast many rays at a scene, on the workers of a Dask cluster.
 
     Args:
-        scene: it is sent once for as long as it and the client live. A worker process builds it once, and keeps the two
-            scenes that it was asked last.
-        rays: a beam, which makes its rays on the workers (see `shotline.beams`): best, as nothing is sent. Or a pair
-            of arrays (o, d), or one array (..., 6), as queries take them: each block is sent its own rows.
-        client: a `dask.distributed.Client`; without it, the one that is in use. None is started.
+        scene: it is sent once in the lifetime of the scene and the client. A worker process builds it once, and keeps
+            the two scenes used last.
+        rays: a beam, which generates its rays on the workers (see `shotline.beams`); preferred, because no rays are
+            sent. Or a pair of arrays (o, d), or one array (..., 6), as queries take them; each block is sent its own
+            rows.
+        client: a `dask.distributed.Client`; None for the default client. No client is started.
         query: "closest", "any", "count", "crossings", "segments" or "thickness".
-        block: rays of a block, the unit of work. Without `reduce`, blocks are made smaller, down to 25,000 rays, where
-            threads of workers would get none; with it, they are this long on any cluster, but for the last one.
-        t_min, t_max: as of queries; in lengths of the directions.
-        surfaces_only: as of queries.
-        overlaps: as of `segments` and `thickness`, and only for those.
-        by: as of `thickness`, and only for that: "material", if not given, or "object".
-        reduce: called on the worker as reduce(answer, block) with what the query answers for the rays of a `Block`. What
-            it returns is sent back in place of the answer. It travels by cloudpickle.
-        combine: joins what `reduce` returned for two stretches of rays, in the order of the rays: added, if not given.
+        block: rays per block, the unit of work. Without `reduce`, blocks are made smaller, down to 25,000 rays, if some
+            threads of workers would get none; with it, all blocks but the last have this length on any cluster.
+        t_min, t_max: as in queries; in lengths of the directions.
+        surfaces_only: as in queries.
+        overlaps: as in `segments` and `thickness`, and only for those.
+        by: as in `thickness`, and only for that: "material", if not given, or "object".
+        reduce: called on the worker as reduce(result, block) with the result of the query for the rays of a `Block`.
+            What it returns is sent back in place of the result. It is sent by cloudpickle.
+        combine: combines two return values of `reduce`, in the order of the rays; addition if not given.
         progress: True, a callable of (done, total) in rays, or a bar with `update` such as tqdm's.
 
-    Each block runs on one thread, and a worker runs as many blocks as it has threads. Workers may come and go: blocks
-    of lost ones are run again. An interrupt (Ctrl-C) and errors cancel what has not begun.
+    Each block runs on one thread, and a worker runs as many blocks as it has threads. Workers may join and leave:
+    blocks of lost workers are run again. An interrupt (Ctrl-C) and errors cancel blocks that have not started.
 
     Returns:
-        What the query of the scene itself returns, the same bits, of the shape of the rays or of the beam. With
-        `reduce`, what was combined: the same bits on any cluster for the same `block`.
+        The result of the query on one machine, with the same bits, in the shape of the rays or of the beam. With
+        `reduce`, the combined value: the same bits on any cluster for the same `block`.
 
     Raises:
-        BlockError: for a block that raised on its worker (a bad ray is named by its row in all rays, which is `row` of
-            the `__cause__`), and for one that
-            ended its worker process time and again (Dask's setting allowed-failures).
+        BlockError: for a block that raised on its worker (an invalid ray is named by its row among all rays, which is
+            `row` of the `__cause__`), and for a block that ended its worker process repeatedly (Dask's setting
+            allowed-failures).
         RuntimeError: without a client, and if the workers cannot unpickle the scene, the beam or `reduce`.
-        TypeError, ValueError: for arguments that do not fit, before anything is sent.
+        TypeError, ValueError: for invalid arguments, before anything is sent.
     """
     client = _client(client)
     if not isinstance(scene, Scene):
         raise TypeError(f"scene must be a Scene, not {type(scene).__name__}")
     if query not in _QUERIES:
         raise ValueError(f"query is {query!r}, but must be one of {', '.join(_QUERIES)}")
-    options: dict[str, Any] = {"t_min": real(t_min, "t_min"), "t_max": real(t_max, "t_max")}
+    options: dict[str, Any] = {"t_min": real_number(t_min, "t_min"), "t_max": real_number(t_max, "t_max")}
     if surfaces_only:
         if query in ("segments", "thickness"):
             raise ValueError(f"surfaces_only is for closest, any, count and crossings, not for {query}")
@@ -155,27 +155,27 @@ def cast(
         options["by"] = choice(by, "by", ("material", "object"))
     if (block := operator.index(block)) < 1:
         raise ValueError(f"block is {block}, but must be at least 1")
-    beam, sent = (rays, None) if hasattr(rays, "rays") else (None, _Sent(rays))
+    beam, sent = (rays, None) if hasattr(rays, "rays") else (None, _ClientRays(rays))
     count = len(rays) if sent is None else len(sent)
     shape = tuple(getattr(rays, "shape", (count,))) if sent is None else sent.shape
     if reduce is None:
         share = -(-count // max(1, sum(client.nthreads().values())))
-        block = min(block, max(share, _LEAST))
-    # Without rays there is one empty block, which tells the types.
+        block = min(block, max(share, _MIN_BLOCK))
+    # Without rays there is one empty block, whose result has the types of the columns.
     spans = [(start, min(start + block, count)) for start in range(0, max(count, 1), block)]
-    answers: Any = _Ragged(_TABLES[query]) if query in _TABLES else _Rows(count, shape, query)
+    results: Any = _RaggedResults(_TABLES[query]) if query in _TABLES else _RowResults(count, shape, query)
     if reduce is not None:
-        answers = _Folded(combine)
-    tell = callback(progress)
+        results = _Reduction(combine)
+    report = callback(progress)
     done = 0
     run = _Run(client, scene, _Job(__version__, beam, query, options, reduce), sent, spans)
-    with closing(run.parts()) as parts:
-        for number, part in parts:
-            answers.put(number, spans[number][0], part)
+    with closing(run.blocks()) as blocks:
+        for number, value in blocks:
+            results.put(number, spans[number][0], value)
             done += spans[number][1] - spans[number][0]
-            if tell:
-                tell(done, count)
-    return answers.whole()
+            if report:
+                report(done, count)
+    return results.finish()
 
 
 def render(
@@ -192,30 +192,30 @@ def render(
     block: int = 32,
     progress: Any = None,
 ) -> Image:
-    """A picture, its rows exposed on the workers of a Dask cluster: bit for bit what `scene.render` makes.
+    """A picture, rendered in rows on the workers of a Dask cluster, with the same bits as `scene.render`.
 
-    `block` is the number of rows of a block; `client`, blocks, errors and `progress`, in rows, are as of `cast`, the rest as of
-    `Scene.render`. A `BlockError` tells rows where that of `cast` tells rays.
+    `block` is the number of rows of a block; `client`, blocks, errors and `progress`, in rows, are as in `cast`, the
+    other arguments as in `Scene.render`. The range of a `BlockError` counts rows, not rays.
     """
     client = _client(client)
-    style, sight = settings(camera, size, samples, look, lighting, background, counter)
-    # Bad settings are an error before anything is sent.
-    _native.expose(scene._native, (*style[:2], 1, *style[3:]), sight, (0, 1), 1)
+    settings, view = picture_args(camera, size, samples, look, lighting, background, counter)
+    # Invalid settings raise before anything is sent.
+    _native.expose(scene._native, settings._replace(samples=1), view, (0, 1), 1)
     width, height = size
     if (block := operator.index(block)) < 1:
         raise ValueError(f"block is {block}, but must be at least 1")
     spans = [(top, min(top + block, height)) for top in range(0, height, block)]
     exposed = np.empty((height, width, 4))
-    tell = callback(progress)
+    report = callback(progress)
     done = 0
-    job = _Job(__version__, None, "render", {"style": style, "sight": sight}, None)
-    with closing(_Run(client, scene, job, None, spans, _expose).parts()) as parts:
-        for number, part in parts:
-            exposed[slice(*spans[number])] = part
-            done += len(part)
-            if tell:
-                tell(done, height)
-    return Image(_native.develop(scene._native, style, sight, exposed))
+    job = _Job(__version__, None, "render", {"settings": settings, "view": view}, None)
+    with closing(_Run(client, scene, job, None, spans, _expose).blocks()) as blocks:
+        for number, rows in blocks:
+            exposed[slice(*spans[number])] = rows
+            done += len(rows)
+            if report:
+                report(done, height)
+    return Image(_native.develop(scene._native, settings, view, exposed))
 
 
 def _client(client: Client | None) -> Client:
@@ -228,7 +228,7 @@ def _client(client: Client | None) -> Client:
     if not isinstance(client, Client):
         raise TypeError(f"client must be a dask.distributed.Client, not {type(client).__name__}")
     if client.asynchronous:
-        raise TypeError("the client is asynchronous; cast waits for its answer, so it takes a synchronous one")
+        raise TypeError("the client is asynchronous; cast waits for its result, so it needs a synchronous one")
     return client
 
 
@@ -236,7 +236,7 @@ def _client(client: Client | None) -> Client:
 
 
 class _Job(NamedTuple):
-    """What all blocks have in common."""
+    """What all blocks share."""
 
     version: str
     beam: Any
@@ -246,86 +246,86 @@ class _Job(NamedTuple):
 
 
 class _Unpicklable(RuntimeError):
-    """What the workers cannot unpickle."""
+    """The workers cannot unpickle something."""
 
 
 _unpickling = threading.Lock()
 
 
-# For two scenes and two jobs: Dask drops copies that no task is waiting for, and scenes would be built again.
+# For two scenes and two jobs. Dask drops copies that no task waits for; without the cache scenes would be built again.
 @functools.lru_cache(maxsize=4)
 def _unpickled(pickled: bytes, what: str) -> Any:
     try:
         return cloudpickle.loads(pickled)
     except Exception as error:
-        raise _Unpicklable(f"the workers could not unpickle {what}: {_words(error)}") from error
+        raise _Unpicklable(f"the workers could not unpickle {what}: {_message(error)}") from error
 
 
 def _unpack(scene_bytes: bytes, job_bytes: bytes) -> tuple[Scene, _Job]:
-    """The scene and the job, built by one of the threads.
+    """The scene and the job, built by one thread at a time.
 
-    They travel as bytes, so that what cannot be unpickled is an error of the block: where Dask unpickles what one
-    worker sends to another, it tries again for ever.
+    They are sent as bytes, so that a failure to unpickle is an error of the block. If Dask itself unpickled them on a
+    transfer between workers, it would retry forever.
     """
     with _unpickling:
-        wanted = _unpickled(job_bytes, "the beam or reduce")
-        if wanted.version != __version__:
-            raise RuntimeError(f"the worker has shotline {__version__}, but the client {wanted.version}")
-        return _unpickled(scene_bytes, "the scene"), wanted
+        job = _unpickled(job_bytes, "the beam or reduce")
+        if job.version != __version__:
+            raise RuntimeError(f"the worker has shotline {__version__}, but the client {job.version}")
+        return _unpickled(scene_bytes, "the scene"), job
 
 
-def _answer(
+def _cast_block(
     scene_bytes: bytes, job_bytes: bytes, number: int, start: int, stop: int, sent: tuple[Any, Any] | None
 ) -> Any:
-    """What is sent back for a block: what `reduce` returns, or the columns of the answer, a row a ray."""
+    """The value to send back for a block: that of `reduce`, or the columns of the result, a row for each ray."""
     scene, job = _unpack(scene_bytes, job_bytes)
     o, d = job.beam.rays(start, stop) if sent is None else sent
-    shape = checked(o, d).shape
+    shape = checked_rays(o, d).shape
     if math.prod(shape) != stop - start:
         raise ValueError(f"the beam made {math.prod(shape)} rays, not {stop - start}")
     try:
-        answer = getattr(scene, job.query)(o, d, threads=1, **job.options)
+        result = getattr(scene, job.query)(o, d, threads=1, **job.options)
     except ValueError as error:
-        raise _of_all_rays(error, start) from None
+        raise _renumbered(error, start) from None
     if job.reduce is not None:
-        return job.reduce(answer, Block(number, start, stop, o, d))
+        return job.reduce(result, Block(number, start, stop, o, d))
     if job.query in _TABLES:
-        return list(answer)
-    columns = answer if job.query == "closest" else [answer]
+        return list(result)
+    columns = result if job.query == "closest" else [result]
     return [column.reshape(stop - start, *column.shape[len(shape) :]) for column in columns]
 
 
-def _of_all_rays(error: ValueError, start: int) -> ValueError:
-    """The error of a row of a block that begins at a ray as the error of that row of all rays."""
+def _renumbered(error: ValueError, start: int) -> ValueError:
+    """The error of a row of a block that starts at ray `start`, renumbered to the row among all rays."""
     row = getattr(error, "row", None)
     if row is None:
         return error
-    told = ValueError(str(error).replace(f"ray {row}", f"ray {start + row}", 1))
-    setattr(told, "row", start + row)  # noqa: B010
-    return told
+    renumbered = ValueError(str(error).replace(f"ray {row}", f"ray {start + row}", 1))
+    setattr(renumbered, "row", start + row)  # noqa: B010
+    return renumbered
 
 
 def _expose(scene_bytes: bytes, job_bytes: bytes, number: int, start: int, stop: int, sent: None) -> np.ndarray:
     """Rows of a picture."""
     scene, job = _unpack(scene_bytes, job_bytes)
-    return _native.expose(scene._native, job.options["style"], job.options["sight"], (start, stop), 1)
+    return _native.expose(scene._native, job.options["settings"], job.options["view"], (start, stop), 1)
 
 
 # --- on the client
 
 
-class _Sent:
-    """Rays that the client has."""
+class _ClientRays:
+    """Rays in arrays of the client."""
 
     def __init__(self, rays: Any) -> None:
         o, d = rays if isinstance(rays, tuple) and len(rays) == 2 else (rays, None)
-        self.shape, self._count, self._o, self._d = checked(o, d)
+        self.shape, self._count, self._o, self._d = checked_rays(o, d)
 
     def __len__(self) -> int:
         return self._count
 
-    def part(self, start: int, stop: int) -> tuple[np.ndarray, np.ndarray | None]:
-        """One vector for all rays stays one."""
+    def rows(self, start: int, stop: int) -> tuple[np.ndarray, np.ndarray | None]:
+        """The rows of a block. A single vector for all rays stays single."""
 
         def cut(vectors: np.ndarray) -> np.ndarray:
             return vectors[start:stop] if vectors.ndim == 2 else vectors
@@ -333,13 +333,16 @@ class _Sent:
         return cut(self._o), None if self._d is None else cut(self._d)
 
 
-# The scenes that clients have sent, by client and accelerator.
-_shipped: weakref.WeakKeyDictionary[Scene, dict[tuple[str, str | None], Future[Any]]] = weakref.WeakKeyDictionary()
+# The scenes that were sent, by client and accelerator.
+_sent_scenes: weakref.WeakKeyDictionary[Scene, dict[tuple[str, str | None], Future[Any]]] = (
+    weakref.WeakKeyDictionary()
+)
 
 
-def _ship(client: Client, scene: Scene) -> Future[Any]:
-    """The scene on the cluster, pickled. It is a task, not data of a worker, so that losing that worker does not lose it."""
-    futures = _shipped.setdefault(scene, {})
+def _send_scene(client: Client, scene: Scene) -> Future[Any]:
+    """The pickled scene on the cluster. It is a task, not data of a worker, so that it survives the loss of a
+    worker."""
+    futures = _sent_scenes.setdefault(scene, {})
     name = client.id, scene._accel
     if name not in futures or futures[name].status in ("cancelled", "error", "lost"):
         for stale in [key for key, future in futures.items() if future.client.status == "closed"]:
@@ -350,49 +353,50 @@ def _ship(client: Client, scene: Scene) -> Future[Any]:
 
 
 def _submit(client: Client, key: str, function: Callable[..., Any], *args: Any) -> Future[Any]:
-    # Blocks in flight are few, so it is meant that rays are sent with their task: it can be run anywhere again.
+    # Rays are sent with their task on purpose, so that it can be run again anywhere; few blocks are in flight at a
+    # time.
     with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1 TB"}):
         return client.submit(function, *args, key=key, pure=False)
 
 
 class _Run:
-    """Blocks on their way through the cluster."""
+    """The blocks of one call on the cluster."""
 
     def __init__(
         self,
         client: Client,
         scene: Scene,
         job: _Job,
-        sent: _Sent | None,
+        sent: _ClientRays | None,
         spans: list[tuple[int, int]],
-        task: Callable[..., Any] = _answer,
+        task: Callable[..., Any] = _cast_block,
     ) -> None:
         self.client, self.sent, self.spans, self.task = client, sent, spans, task
         self.id = uuid.uuid4().hex
-        self.scene = _ship(client, scene)
+        self.scene = _send_scene(client, scene)
         self.job = _submit(client, f"shotline-job-{self.id}", bytes, cloudpickle.dumps(job))
         self.running: dict[Future[Any], int] = {}
         self.arriving = as_completed(loop=client.loop)
 
-    def parts(self) -> Generator[tuple[int, Any], None, None]:
-        """The answers of blocks with their numbers, as they come.
+    def blocks(self) -> Generator[tuple[int, Any], None, None]:
+        """The values of blocks with their numbers, in order of completion.
 
-        Dask counts for each block how many workers died that had it, so a block that kills its worker takes down those
-        beside it. Blocks it gives up are suspects, and run alone, where only the guilty one fails again.
+        Dask counts for each block how many of its workers died, so a block that kills its worker also fails the blocks
+        that ran beside it. Blocks that Dask gives up are run again one at a time; then only the faulty one fails again.
         """
         todo, suspects, alone = deque(range(len(self.spans))), deque[int](), None
         try:
             while todo or suspects or self.running:
                 if not suspects and alone is None:
-                    ahead = max(2, _AHEAD * sum(self.client.nthreads().values()))
-                    while todo and len(self.running) < ahead:
+                    in_flight = max(2, _IN_FLIGHT * sum(self.client.nthreads().values()))
+                    while todo and len(self.running) < in_flight:
                         self._start(todo.popleft())
                 elif not self.running:
                     alone = suspects.popleft()
                     self._start(alone, "-alone")
-                number, part, error = self._arrived()
+                number, value, error = self._next_result()
                 if error is None:
-                    yield number, part
+                    yield number, value
                 elif number != alone and isinstance(error, KilledWorker):
                     suspects.append(number)
                 else:
@@ -403,21 +407,21 @@ class _Run:
             self.client.cancel([*self.running, self.job])
             raise
 
-    def _arrived(self) -> tuple[int, Any, Exception | None]:
-        """The next block that is done: its number, and its answer or why there is none."""
+    def _next_result(self) -> tuple[int, Any, Exception | None]:
+        """The next block that is done: its number, and its value or its error."""
         future = next(self.arriving)
         try:
-            number, part, failure = self.running[future], future.result(), None
+            number, value, failure = self.running[future], future.result(), None
         except Exception as error:
-            number, part, failure = self.running[future], None, error
-            # The traceback holds on to it.
+            number, value, failure = self.running[future], None, error
+            # The traceback keeps a reference to the future, so it must be cancelled.
             self.client.cancel([future])
         del self.running[future]
-        return number, part, failure
+        return number, value, failure
 
     def _start(self, number: int, note: str = "") -> None:
         start, stop = self.spans[number]
-        sent = self.sent.part(start, stop) if self.sent is not None else None
+        sent = self.sent.rows(start, stop) if self.sent is not None else None
         key = f"shotline-block-{self.id}-{number}{note}"
         future = _submit(self.client, key, self.task, self.scene, self.job, number, start, stop, sent)
         self.running[future] = number
@@ -426,17 +430,17 @@ class _Run:
     def _raise(self, number: int, error: BaseException) -> NoReturn:
         if isinstance(error, _Unpicklable):
             raise RuntimeError(str(error)) from error
-        raise BlockError(number, *self.spans[number], _words(error)) from error
+        raise BlockError(number, *self.spans[number], _message(error)) from error
 
 
-def _words(error: BaseException) -> str:
+def _message(error: BaseException) -> str:
     if isinstance(error, KilledWorker):
         return f"{error.allowed_failures + 1} workers died while they had it; their logs may say why"
     return str(error) if isinstance(error, ValueError) else f"{type(error).__name__}: {error}"
 
 
-class _Rows:
-    """Answers of a row a ray, put in their places."""
+class _RowResults:
+    """Results with one row for each ray."""
 
     def __init__(self, count: int, shape: tuple[int, ...], query: str) -> None:
         if math.prod(shape) != count:
@@ -444,48 +448,48 @@ class _Rows:
         self.count, self.shape, self.query = count, shape, query
         self.columns: list[np.ndarray] = []
 
-    def put(self, number: int, start: int, part: list[np.ndarray]) -> None:
+    def put(self, number: int, start: int, columns: list[np.ndarray]) -> None:
         if not self.columns:
-            self.columns = [np.empty((self.count, *new.shape[1:]), new.dtype) for new in part]
-        for column, new in zip(self.columns, part, strict=True):
+            self.columns = [np.empty((self.count, *new.shape[1:]), new.dtype) for new in columns]
+        for column, new in zip(self.columns, columns, strict=True):
             column[start : start + len(new)] = new
 
-    def whole(self) -> Any:
+    def finish(self) -> Any:
         columns = [column.reshape(self.shape + column.shape[1:]) for column in self.columns]
         return Closest(*columns) if self.query == "closest" else columns[0]
 
 
-class _Ragged:
-    """Answers of any number of rows a ray, joined when all are there."""
+class _RaggedResults:
+    """Results with any number of rows for each ray, joined at the end."""
 
     def __init__(self, table: type) -> None:
         self.table = table
-        self.parts: dict[int, list[np.ndarray]] = {}
+        self.blocks: dict[int, list[np.ndarray]] = {}
 
-    def put(self, number: int, start: int, part: list[np.ndarray]) -> None:
-        self.parts[number] = part
+    def put(self, number: int, start: int, columns: list[np.ndarray]) -> None:
+        self.blocks[number] = columns
 
-    def whole(self) -> Any:
-        splits, *columns = zip(*(self.parts.pop(number) for number in sorted(self.parts)), strict=True)
-        rows = np.cumsum([0, *(part[-1] for part in splits)])
-        shifted = [part[1:] + before for part, before in zip(splits, rows, strict=False)]
+    def finish(self) -> Any:
+        splits, *columns = zip(*(self.blocks.pop(number) for number in sorted(self.blocks)), strict=True)
+        rows = np.cumsum([0, *(block[-1] for block in splits)])
+        shifted = [block[1:] + before for block, before in zip(splits, rows, strict=False)]
         return self.table(np.concatenate([splits[0][:1], *shifted]), *map(np.concatenate, columns))
 
 
-class _Folded:
-    """What `reduce` returned, combined in the order of the blocks as soon as it can be."""
+class _Reduction:
+    """The values of `reduce`, combined in the order of the blocks as soon as possible."""
 
     def __init__(self, combine: Callable[[Any, Any], Any]) -> None:
         self.combine, self.total = combine, None
         self.next = 0
         self.waiting: dict[int, Any] = {}
 
-    def put(self, number: int, start: int, part: Any) -> None:
-        self.waiting[number] = part
+    def put(self, number: int, start: int, value: Any) -> None:
+        self.waiting[number] = value
         while self.next in self.waiting:
-            new = self.waiting.pop(self.next)
-            self.total = self.combine(self.total, new) if self.next else new
+            value = self.waiting.pop(self.next)
+            self.total = self.combine(self.total, value) if self.next else value
             self.next += 1
 
-    def whole(self) -> Any:
+    def finish(self) -> Any:
         return self.total

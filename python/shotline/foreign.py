@@ -1,4 +1,4 @@
-"""Meshes and scenes that other packages hold, as arrays: told by the attributes that they document."""
+"""Meshes and scenes of other packages as arrays. They are recognised by the attributes that those packages document."""
 
 from __future__ import annotations
 
@@ -11,20 +11,21 @@ from .values import floats
 
 
 class Polygons(NamedTuple):
-    """Faces of any numbers of corners: the vertices at their corners, one face after the other, and how many each has."""
+    """Faces with any number of corners: the vertex indices of their corners, one face after the other, and the number
+    of corners of each."""
 
     corners: np.ndarray
     sizes: np.ndarray
 
     @classmethod
     def of(cls, blocks: Sequence[np.ndarray]) -> Polygons:
-        """Blocks of faces, each of faces of one size."""
+        """From blocks, each with faces of one size."""
         corners = np.concatenate([block.reshape(-1) for block in blocks])
         return cls(corners, np.repeat([block.shape[1] for block in blocks], [len(block) for block in blocks]))
 
 
 class Surface(NamedTuple):
-    """A surface, and what of its source is not in it. The faces are `Polygons` or whatever `Mesh` takes."""
+    """A surface, and notes of what was left out. The faces are `Polygons` or anything that `Mesh` takes."""
 
     vertices: Any
     faces: Any
@@ -32,7 +33,7 @@ class Surface(NamedTuple):
 
 
 class Instance(NamedTuple):
-    """A mesh in a scene: its name there, the mesh, and the matrix (4, 4) that takes it to the scene."""
+    """An instance of a mesh in a scene: its name, the mesh, and the matrix (4, 4), scene from mesh."""
 
     name: str
     mesh: Any
@@ -42,8 +43,8 @@ class Instance(NamedTuple):
 def surface(source: Any) -> Surface:
     """The faces of a mesh of another package.
 
-    Lines and points are left out, and noted. Raises ValueError for volume meshes and curved cells, TypeError for what is
-    not a mesh.
+    Lines and points are left out and noted. Raises ValueError for volume meshes and curved cells, TypeError for
+    anything that is not a mesh.
     """
     if is_scene(source):
         return _of_scene(source)
@@ -58,12 +59,12 @@ def surface(source: Any) -> Surface:
 
 
 def is_scene(source: Any) -> bool:
-    """Whether it is a scene of trimesh: named geometries, and a graph that places them."""
+    """Whether it is a scene of trimesh: named geometries, and a graph of their instances."""
     return hasattr(source, "geometry") and hasattr(getattr(source, "graph", None), "nodes_geometry")
 
 
 def instances(scene: Any) -> tuple[list[Instance], list[str]]:
-    """Every placement of a mesh in a scene of trimesh, in the order of its nodes, and what is left out."""
+    """Every instance of a mesh in a scene of trimesh, in the order of its nodes, and notes of what is left out."""
     found, notes = [], []
     for node in scene.graph.nodes_geometry:
         matrix, name = scene.graph[node]
@@ -76,14 +77,14 @@ def instances(scene: Any) -> tuple[list[Instance], list[str]]:
 
 
 def _of_scene(scene: Any) -> Surface:
-    """All meshes of a scene where they are, as one."""
+    """All meshes of a scene, transformed and joined."""
     found, notes = instances(scene)
     if not found:
         raise ValueError("the scene holds no mesh")
     vertices, faces, count = [], [], 0
     for _, mesh, matrix in found:
         points, corners = floats(mesh.vertices, "vertices"), np.asarray(mesh.faces)
-        # A mirror turns faces inside out.
+        # A reflection inverts the orientation of faces.
         mirrored = np.linalg.det(matrix[:3, :3]) < 0
         vertices.append(points @ matrix[:3, :3].T + matrix[:3, 3])
         faces.append((corners[:, ::-1] if mirrored else corners) + count)
@@ -103,7 +104,7 @@ def _of_meshio(source: Any) -> Surface:
     if points.ndim == 2 and points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points))])
     faces, left_out, refused = [], dict[str, int](), dict[str, int]()
-    # Of polygons the dictionary joins only those of one size.
+    # Not from the dictionary where possible: it has only polygons of one size.
     blocks = [(block.type, block.data) for block in getattr(source, "cells", ())] or source.cells_dict.items()
     for kind, data in blocks:
         cells = np.asarray(data)
@@ -129,7 +130,7 @@ def _of_pyvista(source: Any) -> Surface:
     points = floats(source.points, "points")
     cells = np.asarray(source.faces)
     sizes = _sizes(cells)
-    # Each face stands behind the number of its corners.
+    # Each face follows the number of its corners.
     is_count = np.zeros(len(cells), bool)
     is_count[np.cumsum(sizes + 1) - sizes - 1] = True
     is_face = np.repeat(sizes >= 3, sizes)
@@ -153,7 +154,7 @@ def _of_pyvista(source: Any) -> Surface:
 
 
 def _sizes(cells: np.ndarray) -> np.ndarray:
-    """How many corners each face has, where each stands after that number."""
+    """The number of corners of each face, in an array where each face follows its number of corners."""
     if cells.size % 4 == 0 and (cells[::4] == 3).all():
         return np.full(cells.size // 4, 3)
     sizes, start = [], 0
@@ -164,13 +165,13 @@ def _sizes(cells: np.ndarray) -> np.ndarray:
 
 
 def _of_strip(strip: np.ndarray) -> np.ndarray:
-    """The triangles of a strip: every second one runs the other way."""
+    """The triangles of a strip; every second one has its orientation reversed."""
     faces = np.column_stack([strip[:-2], strip[1:-1], strip[2:]])
     faces[1::2] = faces[1::2, [1, 0, 2]]
     return faces
 
 
-# --- what all have in common
+# --- shared by all packages
 
 
 def _left_out(counts: dict[str, int]) -> list[str]:

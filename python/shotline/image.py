@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native
-from .looks import Camera
-from .values import text, whole
+from .appearance import Camera
+from .native_args import PictureSettings, View
+from .values import bounded_integer, text
 
 
 class Image(np.ndarray[Any, np.dtype[np.uint8]]):
@@ -24,14 +25,14 @@ class Image(np.ndarray[Any, np.dtype[np.uint8]]):
     """
 
     def __new__(cls, pixels: ArrayLike) -> Image:
-        """From an array of that shape and type; it is not copied."""
+        """Wrap an array of that shape and type without copying it."""
         array = np.asarray(pixels)
         if array.dtype != np.uint8 or array.ndim != 3 or array.shape[2] not in (3, 4) or array.size == 0:
             raise ValueError(f"a picture is uint8 of shape (h, w, 3 or 4), not {array.dtype} of {array.shape}")
         return array.view(cls)
 
     def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
-        """What is computed from a picture is an ordinary array or a number."""
+        """Results of computations on a picture are ordinary arrays or numbers."""
         plain = np.asarray(array)
         return plain[()] if plain.ndim == 0 else plain
 
@@ -40,7 +41,7 @@ class Image(np.ndarray[Any, np.dtype[np.uint8]]):
         return _native.encode_png(np.ascontiguousarray(self, np.uint8))
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write a PNG file, whole or not at all."""
+        """Write a PNG file. It appears complete or not at all."""
         path = os.fspath(path)
         if not path.lower().endswith(".png"):
             raise ValueError(f"pictures are saved as .png, not as {path}")
@@ -50,8 +51,8 @@ class Image(np.ndarray[Any, np.dtype[np.uint8]]):
         return self.to_png() if self.ndim == 3 and self.dtype == np.uint8 and self.shape[2] in (3, 4) else None
 
 
-# The core refuses less than this, in terms of pixels; these are what it can be told.
-_MOST = 2**32 - 1
+# The largest number that the native half accepts; the core has lower limits, which its errors state.
+_MAX = 2**32 - 1
 
 
 def picture_size(size: Any) -> tuple[int, int]:
@@ -60,10 +61,12 @@ def picture_size(size: Any) -> tuple[int, int]:
         width, height = size
     except (TypeError, ValueError):
         raise TypeError(f"size is width and height in pixels, as in (800, 600), not {size!r}") from None
-    return whole(width, "the width in size", 0, _MOST), whole(height, "the height in size", 0, _MOST)
+    return bounded_integer(width, "the width in size", 0, _MAX), bounded_integer(
+        height, "the height in size", 0, _MAX
+    )
 
 
-def settings(
+def picture_args(
     camera: Camera | None,
     size: tuple[int, int],
     samples: int,
@@ -71,13 +74,15 @@ def settings(
     lighting: str,
     background: str | None,
     counter: str,
-) -> tuple[_native.Style, _native.Sight | None]:
-    """What `Scene.render` takes in the terms of the core."""
+) -> tuple[PictureSettings, View | None]:
+    """The arguments of `Scene.render` in the form that the native half takes."""
     width, height = picture_size(size)
     if camera is not None and not isinstance(camera, Camera):
         raise TypeError(f"camera must be a Camera, not {type(camera).__name__}")
-    samples = whole(samples, "samples", 0, _MOST)
+    samples = bounded_integer(samples, "samples", 0, _MAX)
     look, lighting, counter = text(look, "look"), text(lighting, "lighting"), text(counter, "counter")
     background = None if background is None else text(background, "background")
-    sight = (camera.eye, camera.target, camera.up or (0.0, 0.0, 1.0), camera.fov, camera.height) if camera else None
-    return (width, height, samples, look, lighting, counter, background), sight
+    view = (
+        View(camera.eye, camera.target, camera.up or (0.0, 0.0, 1.0), camera.fov, camera.height) if camera else None
+    )
+    return PictureSettings(width, height, samples, look, lighting, counter, background), view

@@ -1,4 +1,4 @@
-"""Triangle meshes from arrays and from what other packages hold."""
+"""Triangle meshes from arrays and from meshes of other packages."""
 
 from __future__ import annotations
 
@@ -17,27 +17,28 @@ from .values import floats, refuse_masked
 
 
 class Mesh(Node):
-    """A triangle mesh, as a part of a scene.
+    """A triangle mesh, as a node of a scene.
 
-    `vertices` has shape (n, 3), float64 in the scene's units; `faces` has shape (m, 3), three numbers of vertices each,
-    counter-clockwise seen from outside. Both are copied. Faces of more corners, as an array of shape (m, k) or as a list of
-    faces of any sizes, are cut into triangles as the readers of files do it: exactly, convex or not, and every edge is
-    kept; `polygons` says which face each triangle is from.
+    `vertices` has shape (n, 3), float64 in the scene's units; `faces` has shape (m, 3), three vertex indices each,
+    counter-clockwise seen from outside. Both are copied. Faces of more corners, as an array of shape (m, k) or as a
+    list of
+    faces of any sizes, are triangulated as the readers of files do: exactly, convex or not, and every edge is kept;
+    `polygons` says which face each triangle is from.
 
-    Instead of two arrays one mesh of another package may be given: of trimesh, pyvista (`PolyData`), meshio or Open3D
-    (legacy and tensor meshes), or a `trimesh.Scene`, whose meshes are joined where they are; `Scene(scene)` keeps them
-    apart. What is not a face, such as lines and points, is left out with a warning. Faces come in the order of the source,
-    and strips after them.
+    Instead of two arrays, a mesh of another package may be given: of trimesh, pyvista (`PolyData`), meshio or Open3D
+    (legacy and tensor meshes), or a `trimesh.Scene`, whose meshes are transformed and joined; `Scene(scene)` keeps
+    them apart. Anything that is not a face, such as lines and points, is left out with a warning. Faces keep the order
+    of the source, and strips follow them.
 
-    `weld` merges vertices up to this distance apart, in the units of the vertices, or with "auto" those within rounding of
-    each other (64 units in the last place of float64) and a thousand times farther from all others; each goes to the nearest
-    of the vertices that stay, so none is moved farther than the distance. `weld_note` says what was merged. Faces that
-    collapse are dropped, and the others are renumbered.
+    `weld` merges vertices up to this distance apart, in the units of the vertices, or with "auto" those within rounding
+    error of each other (64 units in the last place of float64) and a thousand times farther from all others. Each is
+    moved to the nearest vertex that is kept, so none is moved farther than the distance. `weld_note` says what was
+    merged. Faces that collapse are dropped, and the others are renumbered.
 
-    A closed mesh is a solid. One that is not has hits, but no inside: combinations, segments and `contains` refuse it.
-    Warns of polygons that cross themselves and of what is left out. Raises ValueError
-    for faces that name vertices which do not exist, for NaN in a vertex of a face, for no face at all, and for volume
-    meshes; TypeError for what is not a mesh.
+    A closed mesh is a solid. An open mesh has hits, but no inside: combinations, segments and `contains` refuse it.
+    Warns of polygons that cross themselves and of anything left out. Raises ValueError for faces with vertex indices
+    that do not exist, for NaN in a vertex of a face, for a mesh without faces, and for volume meshes; TypeError for
+    anything that is not a mesh.
 
     >>> corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
     >>> mesh = Mesh(corners, [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
@@ -85,13 +86,13 @@ class Mesh(Node):
 
     @property
     def polygons(self) -> np.ndarray:
-        """For each triangle the number of the face that it was cut from, (m,) uint32; a copy."""
+        """For each triangle the index of the face it is a part of, (m,) uint32; a copy."""
         polygons = self._native.polygons()
         return np.arange(self._native.counts()[1], dtype=np.uint32) if polygons is None else polygons
 
     @property
     def is_closed(self) -> bool:
-        """Whether along every edge as many faces run one way as the other, so that the mesh is a solid."""
+        """Whether every edge has as many faces in one direction as in the other, so that the mesh is a solid."""
         return self._native.is_closed()
 
     @property
@@ -101,7 +102,7 @@ class Mesh(Node):
 
     @property
     def weld_note(self) -> str | None:
-        """What welding merged and dropped, in words; None if it was not asked for."""
+        """What welding merged and dropped, as text; None for a mesh that was not welded."""
         return self._weld_note
 
     def _keys(self) -> dict[str, Any]:
@@ -113,7 +114,7 @@ class Mesh(Node):
         return self._accel, len(vertices), *(blake2b(array.data).hexdigest() for array in arrays)
 
     def __reduce__(self) -> Any:
-        return _again, (self.vertices, self.faces, self._native.polygons(), self._accel, self._weld_note)
+        return _unpickled, (self.vertices, self.faces, self._native.polygons(), self._accel, self._weld_note)
 
     def __repr__(self) -> str:
         state = "closed" if self.is_closed else "open"
@@ -121,7 +122,7 @@ class Mesh(Node):
         return f"<Mesh: {vertices} vertices, {faces} faces, {state}>"
 
 
-def _again(
+def _unpickled(
     vertices: np.ndarray,
     faces: np.ndarray,
     polygons: np.ndarray | None,
@@ -134,14 +135,14 @@ def _again(
 
 
 def weld_text(weld: float | str | None) -> str | None:
-    """A distance within which to weld, as text."""
+    """The `weld` argument as text."""
     if isinstance(weld, bool) or not isinstance(weld, (int, float, str, np.number, type(None))):
         raise TypeError(f'weld is a distance or "auto", not {type(weld).__name__}')
     if isinstance(weld, str) and weld != "auto":
         raise ValueError(f'weld is a distance or "auto", not {weld!r}')
     if weld is None or isinstance(weld, str):
         return weld
-    # As it was given: messages quote it.
+    # In the form it was given, since messages quote it.
     return str(int(weld)) if isinstance(weld, (int, np.integer)) else repr(float(weld))
 
 
@@ -173,7 +174,7 @@ def _polygons(faces: Any) -> Polygons:
     try:
         rows = [np.asarray(faces)]
     except ValueError:
-        # Of several lengths.
+        # Rows of several lengths.
         rows = [np.asarray(face).reshape(1, -1) for face in faces]
     if rows[0].size == 0:
         rows[0] = rows[0].reshape(0, 3).astype(np.uint32)

@@ -1,4 +1,4 @@
-"""Parts of scenes. They are immutable, so a part may stand in many places: it is then one shared part, built once."""
+"""The nodes of scenes. They are immutable, so a node may have several parents; it is then shared and compiled once."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native
-from .values import choice, floats, number, numbers, text, whole
+from .values import bounded_integer, choice, floats, number, numbers, text
 
 Vector = tuple[float, float, float]
 
@@ -18,17 +18,17 @@ _ACCELERATORS = _native.accelerators()[0]
 
 
 class Node:
-    """A part of a scene, in its own coordinates: a solid, a mesh, a combination, a group, or one of these placed.
+    """A node of a scene, in its own coordinates: a solid, a mesh, a combination, a group, or a transformed node.
 
-    `a | b`, `a & b` and `a - b` combine; `translate`, `rotate`, `scale` and `transform` place, and `part` and `named`
-    give names. All of them can be written in any order and as often as wanted: each places, combines or names what was
-    made so far. None of them changes the node itself: each returns a new one.
+    `a | b`, `a & b` and `a - b` combine; `translate`, `rotate`, `scale` and `transform` transform, and `part` and
+    `named` give names. They can be chained in any order and number: each applies to the result so far. None of them
+    changes the node itself; each returns a new one.
 
-    Nodes that were made in the same way from equal numbers are equal, and their hashes too. To a scene they are still
-    two parts; only one and the same node is built once.
+    Nodes constructed in the same way from equal numbers are equal and have equal hashes. A scene still has two nodes
+    then; only the identical node is shared and compiled once.
     """
 
-    # The digest is made when it is first needed.
+    # The digest is computed on first use.
     __slots__ = ("_digest",)
     _digest: bytes
 
@@ -63,7 +63,7 @@ class Node:
         return Placed((("translate", _three(offset, "translate")),), self)
 
     def rotate(self, *angles: Any, axis: ArrayLike | None = None, degrees: float | None = None) -> Placed:
-        """Turn by angles in degrees about x, then y, then z; or with `axis` and `degrees` about an axis through the
+        """Rotate by angles in degrees about x, then y, then z; or with `axis` and `degrees` about an axis through the
         origin, counter-clockwise seen from its tip. Quarter turns are exact."""
         if axis is None and degrees is None:
             if len(angles) == 2:
@@ -80,7 +80,8 @@ class Node:
         return Placed((("rotate", {"axis": direction, "degrees": angle}),), self)
 
     def scale(self, *factors: Any) -> Placed:
-        """Scale about the origin, by one factor or by three along the axes. A negative one mirrors; zero is refused."""
+        """Scale about the origin, by one factor or by three along the axes. A negative factor reflects; zero is
+        refused."""
         given = factors[0] if len(factors) == 1 else factors
         values = floats(given, "scale", "a real number or three").reshape(-1)
         if values.size not in (1, 3):
@@ -91,40 +92,41 @@ class Node:
         return Placed((("scale", factors),), self)
 
     def transform(self, matrix: ArrayLike) -> Placed:
-        """Place by an affine map, of shape (3, 4), (4, 4) or (12,): the parent's coordinates from the node's own. The
-        last row of a 4x4 matrix must be 0, 0, 0, 1.
+        """Apply an affine map, of shape (3, 4), (4, 4) or (12,): the parent's coordinates from the node's own. The last
+        row of a 4x4 matrix must be 0, 0, 0, 1.
 
-        Raises ValueError for a matrix that is singular, or so nearly that hardly a digit would be left.
+        Raises ValueError for a matrix that is singular, or so nearly singular that hardly any digits would remain.
         """
         return Placed((("transform", affine(matrix)),), self)
 
     def part(self, name: str) -> Part:
-        """Give a shared part a name, which then stands in the names of paths, as in `arm[2]/bolt`."""
+        """Give a shared node a name, which appears in the names of paths, as in `arm[2]/bolt`."""
         return Part(self, name)
 
     def named(self, name: str, material: str | None = None, priority: int | None = None) -> Object:
-        """Make an object of it: see `Object`."""
+        """Make an object of this node: see `Object`."""
         return Object(self, name, material, priority)
 
-    # What a scene file says of the node, without its children; and those.
+    # The keys of the node in a scene file, without its children; and the children.
     def _keys(self) -> dict[str, Any]:
         return {}
 
     def _children(self) -> tuple[Node, ...]:
         return ()
 
-    # All that makes it what it is, without its children.
+    # What determines the node besides its children, for equality.
     def _own(self) -> Any:
         return self._keys()
 
-    # The first object in it: where there is one, it cannot be an operand.
+    # The first object in the node, or None. A node that contains an object cannot be an operand.
     @property
     def _object(self) -> Object | None:
         return None
 
 
 def _digest(root: Node) -> bytes:
-    """A digest of a node and all below it; kept by each of them. Without recursion: nodes may be deep."""
+    """A digest of a node and all nodes below it, each of which stores its own. Not recursive, since nodes may be
+    deep."""
     stack = [root]
     while stack:
         node = stack[-1]
@@ -143,12 +145,12 @@ def _digest(root: Node) -> bytes:
 
 
 def _three(values: tuple[Any, ...], what: str) -> tuple[float, ...]:
-    """Three numbers that are given as such or as one vector."""
+    """Three numbers, given separately or as one vector."""
     return numbers(values[0] if len(values) == 1 else values, 3, what)
 
 
 def affine(matrix: ArrayLike) -> tuple[float, ...]:
-    """The 12 numbers of an affine map, row by row."""
+    """The 12 numbers of an affine map in row-major order."""
     array = floats(matrix, "the matrix")
     if array.shape == (4, 4):
         if array[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
@@ -161,17 +163,17 @@ def affine(matrix: ArrayLike) -> tuple[float, ...]:
 
 def _checked(node: Any) -> Node:
     if not isinstance(node, Node):
-        raise TypeError(f"a part of a scene is wanted, not {type(node).__name__}")
+        raise TypeError(f"a node of a scene is expected, not {type(node).__name__}")
     return node
 
 
-def _words(node: Node) -> str:
-    """A node in a few words: those of a large one would fill pages."""
+def _short_repr(node: Node) -> str:
+    """A short representation of a node, also of a large one."""
     return repr(node) if not node._children() or isinstance(node, (Placed, Part)) else f"<{type(node).__name__}>"
 
 
 class Solid(Node):
-    """A solid given by parameters: the classes of `shotline.solids`."""
+    """A parametric solid: the base of the classes of `shotline.solids`."""
 
     __slots__ = ("_values",)
     _kind = ""
@@ -217,11 +219,11 @@ class Solid(Node):
 
 
 def _default(numbers: tuple[float, ...] | None) -> str:
-    """The value of a parameter that is left out, as text; dots where it must be given."""
+    """The default of a parameter as text; dots if it has none."""
     if numbers is None:
         return "..."
-    words = [f"{x:g}" for x in numbers]
-    return words[0] if len(words) == 1 else f"({', '.join(words)})"
+    texts = [f"{x:g}" for x in numbers]
+    return texts[0] if len(texts) == 1 else f"({', '.join(texts)})"
 
 
 def _parameter(value: Any, count: int, name: str) -> tuple[float, ...]:
@@ -229,11 +231,11 @@ def _parameter(value: Any, count: int, name: str) -> tuple[float, ...]:
 
 
 def accelerator(name: str | None) -> str | None:
-    """The name of an accelerator, or None for the one that is chosen elsewhere."""
+    """A checked name of an accelerator; None for the default of the scene."""
     return None if name is None else choice(name, "accel", _ACCELERATORS)
 
 
-class _Several(Node):
+class _NodeList(Node):
     __slots__ = ("_accel", "_args", "_inner")
     _op = ""
 
@@ -257,12 +259,12 @@ class _Several(Node):
         return self._args
 
     def __repr__(self) -> str:
-        shown = [_words(arg) for arg in self._args[:4]]
+        shown = [_short_repr(arg) for arg in self._args[:4]]
         more = [f"... {len(self._args) - 4} more"] if len(self._args) > 4 else []
         return f"{type(self).__name__}({', '.join(shown + more)})"
 
 
-class _Combination(_Several):
+class _Combination(_NodeList):
     __slots__ = ()
 
     def __init__(self, *args: Node | Iterable[Node], accel: str | None = None) -> None:
@@ -274,9 +276,9 @@ class _Combination(_Several):
 
 
 class Union(_Combination):
-    """All points in any of the parts: `a | b`. Parts that touch have no seam.
+    """All points in any of the operands: `a | b`. Operands that touch leave no seam.
 
-    `accel` names an accelerator for this combination; no answer depends on it.
+    `accel` names an accelerator for this combination; no result depends on it.
     """
 
     __slots__ = ()
@@ -284,46 +286,46 @@ class Union(_Combination):
 
 
 class Intersection(_Combination):
-    """All points in each of the parts: `a & b`."""
+    """All points in each of the operands: `a & b`."""
 
     __slots__ = ()
     _op = "intersection"
 
 
 class Difference(_Combination):
-    """All points in the first part and in none of the others: `a - b`."""
+    """All points in the first operand and in none of the others: `a - b`."""
 
     __slots__ = ()
     _op = "difference"
 
 
-class Group(_Several):
-    """Parts side by side, without boolean meaning: each is a body of its own, with its own path and its own list of
-    crossings. Where a combination has a group as an operand, it counts as the union of its parts.
+class Group(_NodeList):
+    """A collection of nodes without boolean meaning: each is a body of its own, with its own path and its own list of
+    crossings. As an operand of a combination, a group counts as the union of its members.
 
-    Parts may be objects (a volume with its contents). `accel` matters for a group that stands in several places.
+    Members may be objects (a volume with its contents). `accel` matters only for a group with several instances.
     """
 
     __slots__ = ()
     _op = "group"
 
 
-def _chain(kind: type[_Several], left: Node, right: Node) -> tuple[Node, ...]:
-    """The parts of a combination: chains are one operation of many parts, ((a - b) - c) - d."""
-    if type(left) is kind and isinstance(left, _Several) and left._accel is None:
+def _chain(kind: type[_NodeList], left: Node, right: Node) -> tuple[Node, ...]:
+    """The operands of a combination. A chain such as ((a - b) - c) - d becomes one operation with many operands."""
+    if type(left) is kind and isinstance(left, _NodeList) and left._accel is None:
         return (*left._args, right)
     return (left, right)
 
 
 class Placed(Node):
-    """A node with a placement: what `translate`, `rotate`, `scale` and `transform` return."""
+    """A transformed node: what `translate`, `rotate`, `scale` and `transform` return."""
 
     __slots__ = ("_child", "_inner", "_steps")
     _child: Node
     _steps: tuple[tuple[str, Any], ...]
 
     def __init__(self, steps: tuple[tuple[str, Any], ...], child: Node) -> None:
-        # The innermost step is the first. Placements of placements are one, so that the matrix is rounded once.
+        # The innermost step is the first. Nested transforms are merged, so that the matrix is rounded once.
         if isinstance(child, Placed):
             steps, child = (*child._steps, *steps), child._child
         self._steps, self._child, self._inner = steps, child, child._object
@@ -332,7 +334,8 @@ class Placed(Node):
 
     @property
     def matrix(self) -> np.ndarray:
-        """The whole placement as an affine map of shape (3, 4), float64: worked out exactly and rounded once."""
+        """All transforms as one affine map of shape (3, 4), float64: composed in double-double arithmetic and rounded
+        once."""
         return np.array(self._matrix()).reshape(3, 4)
 
     def _matrix(self) -> tuple[float, ...]:
@@ -358,7 +361,7 @@ class Placed(Node):
         return self._inner
 
     def __repr__(self) -> str:
-        shown = _words(self._child)
+        shown = _short_repr(self._child)
         for name, value in self._steps:
             if isinstance(value, dict):
                 shown += f".{name}(axis={value['axis']}, degrees={value['degrees']})"
@@ -368,7 +371,7 @@ class Placed(Node):
 
 
 class Part(Node):
-    """A node with a name of its own: see `Node.part`."""
+    """A named node: see `Node.part`."""
 
     __slots__ = ("_child", "_inner", "_name")
 
@@ -387,17 +390,17 @@ class Part(Node):
         return self._inner
 
     def __repr__(self) -> str:
-        return f"{_words(self._child)}.part({self._name!r})"
+        return f"{_short_repr(self._child)}.part({self._name!r})"
 
 
 class Object(Node):
-    """A part with a name, a material and a priority: what hits and segments refer to.
+    """A shape with a name, a material and a priority: what hits and segments refer to.
 
-    Where objects overlap, the one of the higher priority owns the segment; it is 0 if not given. Objects stand in a
-    scene and in groups, not in combinations.
+    Where objects overlap, the one of higher priority owns the segment; the priority is 0 if not given. Scenes and
+    groups contain objects, combinations do not.
 
-    An object of an object, however that was placed meanwhile, is the same shape in the same place under the new name;
-    its material and priority stay where none are given.
+    An object of an object, even if that was transformed in between, is the same shape at the same position under the
+    new name; it keeps material and priority if none are given.
 
     >>> bolt = Sphere(radius=1).named("bolt", material="steel").translate(5, 0, 0).named("left bolt")
     >>> bolt.name, bolt.material, bolt.node
@@ -409,7 +412,7 @@ class Object(Node):
     def __init__(self, node: Node, name: str, material: str | None = None, priority: int | None = None) -> None:
         self._name = text(name, "the name of an object")
         self._material = None if material is None else text(material, "material (the name of one)")
-        self._priority = 0 if priority is None else whole(priority, "priority", -(2**31), 2**31 - 1)
+        self._priority = 0 if priority is None else bounded_integer(priority, "priority", -(2**31), 2**31 - 1)
         placed = placed_object(_checked(node))
         if placed is not None:
             steps, inner = placed
@@ -456,12 +459,12 @@ class Object(Node):
     def __repr__(self) -> str:
         rest = [] if self._material is None else [f"material={self._material!r}"]
         rest += [f"priority={self._priority}"] if self._priority else []
-        return f"{_words(self._node)}.named({', '.join([repr(self._name), *rest])})"
+        return f"{_short_repr(self._node)}.named({', '.join([repr(self._name), *rest])})"
 
 
 def placed_object(node: Node) -> tuple[tuple[tuple[str, Any], ...], Object] | None:
-    """The object that a node is, placed and named as a part any number of times, and the steps of its placements,
-    innermost first; None for a node of another kind. An object's own shape never is one."""
+    """The object within a node that transforms it and names it as a part any number of times, and the steps of these
+    transforms, innermost first; None for any other node. The shape of an object never contains an object."""
     steps: tuple[tuple[str, Any], ...] = ()
     while isinstance(node, (Placed, Part)):
         if isinstance(node, Placed):

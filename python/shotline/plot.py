@@ -1,17 +1,16 @@
-"""Drawings of rays, with matplotlib."""
+"""Plots of rays, with matplotlib."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-if TYPE_CHECKING:
-    from .scene import Scene
+from .queries import Queries
 
 
-def plot_ray(scene: Scene, o: ArrayLike, d: ArrayLike, *, ax: Any, t_min: float, t_max: float) -> Any:
+def plot_ray(scene: Queries, o: ArrayLike, d: ArrayLike, *, ax: Any, t_min: float, t_max: float) -> Any:
     """See `Scene.plot_ray`."""
     try:
         from matplotlib import pyplot
@@ -26,13 +25,13 @@ def plot_ray(scene: Scene, o: ArrayLike, d: ArrayLike, *, ax: Any, t_min: float,
     finite = hits.t[np.isfinite(hits.t)]
     end = float(finite.max() + 0.05 * np.ptp(finite) + 1e-9) if len(finite) else 1.0
     for row, path in enumerate(paths):
-        mine = hits.path == path
-        t, entering, kind = np.minimum(hits.t[mine], end), hits.entering[mine], hits.kind[mine]
-        color = f"C{int(hits.object[mine][0]) % 10}"
+        in_path = hits.path == path
+        t, entering, kind = np.minimum(hits.t[in_path], end), hits.entering[in_path], hits.kind[in_path]
+        color = f"C{int(hits.object[in_path][0]) % 10}"
         if entering[::2].all() and not entering[1::2].any() and len(t) % 2 == 0:
             ax.barh([row] * (len(t) // 2), t[1::2] - t[::2], left=t[::2], height=0.5, color=color, alpha=0.45)
-        for way, marker in ((True, ">"), (False, "<")):
-            surface = (entering == way) & (kind == 0)
+        for direction, marker in ((True, ">"), (False, "<")):
+            surface = (entering == direction) & (kind == 0)
             ax.plot(t[surface], np.full(surface.sum(), row), marker, color=color, markersize=7)
     ax.set_yticks(range(len(paths)), [scene.path_name(path) for path in paths])
     ax.set_ylim(len(paths) - 0.5 if paths else 0.5, -0.5)

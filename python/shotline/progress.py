@@ -1,4 +1,4 @@
-"""Progress of long calls, told in the ways that people use."""
+"""Progress callbacks of long calls."""
 
 from __future__ import annotations
 
@@ -6,52 +6,52 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-Told = Callable[[int, int], Any]
+ProgressCallback = Callable[[int, int], Any]
 
 
-def callback(progress: Any) -> Told | None:
-    """What the core calls with (done, total), from `True`, a callable, or a bar with `update` (tqdm)."""
+def callback(progress: Any) -> ProgressCallback | None:
+    """The function that the core calls with (done, total), from `True`, a callable, or a bar with `update` (tqdm)."""
     if progress is None or progress is False:
         return None
     if progress is True:
         return _bar()
     if hasattr(progress, "update"):
-        return _steps(progress)
+        return _increments(progress)
     if not callable(progress):
         raise TypeError("progress is True, a callable of (done, total), or a bar such as tqdm's")
-    tell: Told = progress
-    return tell
+    report: ProgressCallback = progress
+    return report
 
 
-def _steps(bar: Any) -> Told:
-    """A bar takes steps, and its total may be unknown when it is made."""
-    told = 0
+def _increments(bar: Any) -> ProgressCallback:
+    """Converts totals to the increments that a bar takes; its total may be unknown when it is created."""
+    reported = 0
 
-    def tell(done: int, total: int) -> None:
-        nonlocal told
+    def report(done: int, total: int) -> None:
+        nonlocal reported
         if getattr(bar, "total", total) is None:
             bar.total = total
-        bar.update(done - told)
-        told = done
+        bar.update(done - reported)
+        reported = done
 
-    return tell
+    return report
 
 
-def _bar() -> Told:
-    """tqdm's bar if it is installed, else a plain line on stderr."""
+def _bar() -> ProgressCallback:
+    """A bar of tqdm if it is installed, else a plain line on stderr."""
     try:
         from tqdm.auto import tqdm
     except ImportError:
         return _line
     bar = tqdm(total=None, unit="ray", unit_scale=True)
-    tell = _steps(bar)
+    report = _increments(bar)
 
-    def tell_and_close(done: int, total: int) -> None:
-        tell(done, total)
+    def report_and_close(done: int, total: int) -> None:
+        report(done, total)
         if done >= total:
             bar.close()
 
-    return tell_and_close
+    return report_and_close
 
 
 def _line(done: int, total: int) -> None:

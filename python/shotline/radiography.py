@@ -1,4 +1,4 @@
-"""Radiographs: what of a beam comes through a scene, by the law of Beer and Lambert."""
+"""Radiographs: the attenuation of a beam by a scene, after the law of Beer and Lambert."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .beams import Cone, Parallel
-from .progress import Told, callback
+from .progress import ProgressCallback, callback
 from .rays import points
 from .scene import Scene
-from .values import floats, number, whole
+from .values import bounded_integer, floats, number
 
-# Rays at a time: what they take beside the picture stays in bounds.
+# Rays per query, which bounds the memory beside the picture.
 _BLOCK = 1 << 20
 
 
@@ -47,23 +47,22 @@ class Detector:
         except (TypeError, ValueError):
             raise TypeError(f"shape is rows and columns, as in (300, 400), not {self.shape!r}") from None
         for size, what in ((rows, "the number of rows in shape"), (columns, "the number of columns in shape")):
-            whole(size, what, 1, 2**31 - 1)
+            bounded_integer(size, what, 1, 2**31 - 1)
 
     def _vectors(self) -> dict[str, ArrayLike]:
         return {"center": self.center, "u": self.u, "v": self.v}
 
     @classmethod
     def facing(cls, source: ArrayLike, center: ArrayLike, *, pixel: float, shape: tuple[int, int]) -> Detector:
-        """A detector of square pixels that faces a source; its rows are level, at right angles to z, or to y where the
-        way from the source is upright."""
-        way = points(center, "center") - points(source, "source")
-        if not np.isfinite(way).all() or not way.any():
+        """A detector of square pixels that faces a source. Its rows are perpendicular to z, or to y if the line from
+        the source is along z."""
+        axis = points(center, "center") - points(source, "source")
+        if not np.isfinite(axis).all() or not axis.any():
             raise ValueError("the source is in the middle of the detector")
-        axis = np.array([0.0, 0.0, 1.0])
-        right = np.cross(way, axis)
-        if np.linalg.norm(right) <= 1e-9 * np.linalg.norm(way):
-            right = np.cross(way, [0.0, 1.0, 0.0])
-        down = np.cross(way, right)
+        right = np.cross(axis, [0.0, 0.0, 1.0])
+        if np.linalg.norm(right) <= 1e-9 * np.linalg.norm(axis):
+            right = np.cross(axis, [0.0, 1.0, 0.0])
+        down = np.cross(axis, right)
         pixel = number(pixel, "pixel")
         if not 0 < pixel < np.inf:
             raise ValueError(f"pixel is {pixel:g}, but must be a length above 0")
@@ -71,7 +70,7 @@ class Detector:
         return cls(center=center, u=u, v=v, shape=shape)
 
     def pixels(self) -> np.ndarray:
-        """The middles of the pixels: (rows, columns, 3) float64, rows from the top."""
+        """The centres of the pixels: (rows, columns, 3) float64, rows from the top."""
         centres, _ = self.parallel((0, 0, 1)).rays(0, self.shape[0] * self.shape[1])
         return centres.reshape(*self.shape, 3)
 
@@ -96,33 +95,33 @@ def radiograph(
     threads: int = 0,
     progress: Any = None,
 ) -> np.ndarray:
-    """What a detector sees of a source through a scene.
+    """The image of a source on a detector, through a scene.
 
-    Each pixel takes one ray, to its middle; scattering and the width of source and pixels are not part of it, nor the
-    law of distances.
+    Each pixel takes one ray, to its centre. Not modelled: scattering, the extent of source and pixels, and the decrease
+    with distance.
 
     Args:
-        scene: its objects' materials attenuate; an object without one does not.
-        source: with `beam="cone"` the point from which the beam comes, outside of everything; with `beam="parallel"` the
-            direction in which it goes. World coordinates.
-        detector: where it goes.
-        mu: linear attenuation coefficients, one over world units. None takes those of the scene's materials, each of
-            which must have one. A mapping by the names of materials overrides some or all of them. An array is in the
-            order of `scene.material_names`, of shape (materials,), or (materials, energies) for several at once.
-        beam: "cone" or "parallel". A parallel beam is followed from before everything that has an end.
-        overlaps: as of `Scene.segments`.
+        scene: its materials attenuate; an object without a material does not.
+        source: with `beam="cone"` the origin of the beam, outside all objects; with `beam="parallel"` the direction
+            of the beam. World coordinates.
+        detector: the pixels.
+        mu: linear attenuation coefficients, one over world units. None takes those of the scene's materials, all of
+            which must have one. A mapping by material name overrides some or all of them. An array is in the order of
+            `scene.material_names`, with shape (materials,), or (materials, energies) for several at once.
+        beam: "cone" or "parallel". A parallel beam starts before every bounded object.
+        overlaps: as in `Scene.segments`.
         quantity: "attenuation" is the optical depth, the sum of mu times length; "transmission" is exp(-attenuation),
-            the part of the beam that arrives; "thickness" is the length in each material, and in a last column in
-            objects without one, and does without mu.
-        threads, progress: as of `Scene.closest`.
+            the fraction of the beam that arrives; "thickness" is the length in each material, and in a last column in
+            objects without one; it does not need mu.
+        threads, progress: as in `Scene.closest`.
 
     Returns:
-        (rows, columns) float64; with several energies (rows, columns, energies); of thickness (rows, columns,
+        (rows, columns) float64; with several energies (rows, columns, energies); for thickness (rows, columns,
         materials + 1).
 
     Raises:
-        ValueError: for a material without mu, negative or not finite mu, names that are none, a scene in which nothing
-            has a material, and as `Scene.segments`.
+        ValueError: for a material without mu, for a mu that is negative or not finite, for unknown material names, for
+            a scene in which nothing has a material, and as in `Scene.segments`.
 
     >>> ball = Scene(Sphere(radius=1).named("ball", material="lead"), materials={"lead": {"mu": 0.7}})
     >>> plate = Detector.facing([-10, 0, 0], [10, 0, 0], pixel=0.5, shape=(3, 3))
@@ -139,7 +138,7 @@ def radiograph(
     count = rows * columns
     tail = (len(scene.material_names) + 1,) if coefficients is None else coefficients.shape[1:]
     out = np.empty((count, *tail))
-    tell = callback(progress)
+    report = callback(progress)
     for start in range(0, count, _BLOCK):
         stop = min(start + _BLOCK, count)
         lengths = scene.thickness(
@@ -147,24 +146,24 @@ def radiograph(
             overlaps=overlaps,
             t_max=t_max,
             threads=threads,
-            progress=_within(tell, start, count),
+            progress=_block_progress(report, start, count),
         )
-        # What has no material is in the last column, and does not attenuate.
+        # The last column is for objects without a material, which do not attenuate.
         out[start:stop] = lengths if coefficients is None else np.tensordot(lengths[:, :-1], coefficients, 1)
     if quantity == "transmission":
         np.exp(-out, out=out)
     return out.reshape(rows, columns, *tail)
 
 
-def _within(tell: Told | None, before: int, total: int) -> Told | None:
-    """Progress of one block as progress of all."""
-    return None if tell is None else lambda done, _: tell(before + done, total)
+def _block_progress(report: ProgressCallback | None, before: int, total: int) -> ProgressCallback | None:
+    """A callback of one block that reports the progress of all."""
+    return None if report is None else lambda done, _: report(before + done, total)
 
 
 def _beam(
     scene: Scene, source: np.ndarray, detector: Detector, beam: str
 ) -> tuple[Callable[[int, int], tuple[np.ndarray, np.ndarray]], float]:
-    """What makes the rays of a stretch of pixels, and their end: each ends at its pixel."""
+    """The function that generates the rays of a range of pixels, and `t_max`: each ray ends at its pixel."""
     if source.size != 3 or not np.isfinite(source).all():
         raise ValueError("source is three finite numbers")
     if beam == "cone":
@@ -172,18 +171,18 @@ def _beam(
     if beam != "parallel":
         raise ValueError(f'beam is {beam!r}, but must be "cone" or "parallel"')
     if not source.any():
-        raise ValueError("a parallel beam goes in a direction, and that of source is none")
-    way = source / np.linalg.norm(source)
-    panel = detector.parallel(way)
+        raise ValueError("the direction of a parallel beam must not be zero, but source is")
+    direction = source / np.linalg.norm(source)
+    panel = detector.parallel(direction)
     ends = [0, detector.shape[1] - 1, len(panel) - detector.shape[1], len(panel) - 1]
     corners = [*scene.bounds, *(panel.rays(end, end + 1)[0][0] for end in ends)]
     farthest = max(float(np.linalg.norm(np.where(np.isfinite(corner), corner, 0.0))) for corner in corners)
-    # From before everything, and so far that the pixel is at the end.
+    # Rays start this far before their pixel, which is before every bounded object.
     reach = math.nextafter(4.0 * farthest, math.inf)
 
     def rays(start: int, stop: int) -> tuple[np.ndarray, np.ndarray]:
         pixels, _ = panel.rays(start, stop)
-        return pixels - way * reach, way
+        return pixels - direction * reach, direction
 
     return rays, reach
 
@@ -204,7 +203,7 @@ def _coefficients(scene: Scene, mu: Any) -> np.ndarray:
 
 
 def _by_name(scene: Scene, mu: Mapping[str, Any]) -> list[Any]:
-    """The coefficient of each material: the one that is given, or else its own."""
+    """The coefficient of each material: the given one, or else its own."""
     own = dict(zip(scene.material_names, scene._native.attenuations(), strict=True))
     wrong = [f"there is none for {name!r}" for name, value in own.items() if value is None and name not in mu]
     wrong += [f"the scene has no material {name!r}" for name in mu if name not in own]

@@ -1,4 +1,4 @@
-"""Rays as users hold them, made ready for the core: float64, native byte order, C order; copied only if they are not."""
+"""Converts rays to the arrays that the core reads: float64, native byte order, C order; copies only if necessary."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from .values import floats
 
 
 class Rays(NamedTuple):
-    """Rays with their shape checked; the core checks the numbers."""
+    """Rays of checked shape; the core checks the numbers."""
 
     shape: tuple[int, ...]
-    number: int
+    ray_count: int
     origins: np.ndarray
     directions: np.ndarray | None
 
@@ -28,7 +28,7 @@ def points(values: ArrayLike, what: str) -> np.ndarray:
 
 
 def rays(o: ArrayLike, d: ArrayLike | None) -> Rays:
-    """Rays from origins and directions that broadcast against each other, or from both in one array."""
+    """Rays from origins and directions that broadcast against each other, or from one array with both."""
     if d is None:
         both = floats(o, "rays")
         if both.ndim == 0 or both.shape[-1] != 6:
@@ -46,7 +46,7 @@ def rays(o: ArrayLike, d: ArrayLike | None) -> Rays:
 
 
 def _spread(vectors: np.ndarray, shape: tuple[int, ...], count: int) -> Any:
-    """One vector for all rays, or one for each."""
+    """One vector for all rays, or one per ray."""
     if vectors.size == 3:
         return vectors.reshape(3)
     if vectors.shape[:-1] == shape:

@@ -1,4 +1,4 @@
-"""What queries answer: named tuples of arrays, which print as tables."""
+"""The results of queries: named tuples of arrays, which print as tables."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-# How many rows of a table are shown at each end.
+# The number of rows of a table that are shown at each end.
 SHOWN = 5
 
 
 class _Table(tuple[Any, ...]):
-    """Columns of one length, with other names for some of them. Mixed into named tuples."""
+    """Columns of one length, some with aliases. A mixin for named tuples."""
 
     __slots__ = ()
     _aliases: ClassVar[dict[str, str]] = {}
@@ -24,7 +24,7 @@ class _Table(tuple[Any, ...]):
         return dict(zip(self._names(), self, strict=True))
 
     def __getitem__(self, key: Any) -> Any:
-        """By position as any tuple, or by name, also by Open3D's names: `hits["t_hit"]`."""
+        """By position as in any tuple, or by name, including Open3D's names: `hits["t_hit"]`."""
         if not isinstance(key, str):
             return super().__getitem__(key)
         name = self._aliases.get(key, key)
@@ -80,9 +80,9 @@ class Closest(_Table, _ClosestFields):
     """The first crossing of each ray; all arrays have the rays' shape (...).
 
     t: (...) float64, in lengths of the direction; inf for a miss.
-    normal: (..., 3) float64, of unit length, out of the solid, in world coordinates; NaN for a miss and for a ray that
-        begins inside, where there is no surface.
-    object, surface: (...) int32, numbers to be looked up in `scene.object_names` and `scene.surface_name`; -1 for none.
+    normal: (..., 3) float64, of unit length, pointing out of the solid, in world coordinates; NaN for a miss and for a
+        ray that begins inside, where there is no surface.
+    object, surface: (...) int32, for `scene.object_names` and `scene.surface_name`; -1 for a miss.
     primitive: (...) int32, the triangle of a mesh; -1 for none.
     path: (...) int64, the instance, for `scene.path_name`; -1 for a miss.
     entering: (...) bool.
@@ -116,7 +116,7 @@ class Closest(_Table, _ClosestFields):
 
 
 class _Ragged(_Table):
-    """Rows that belong to rays."""
+    """Rows grouped by ray."""
 
     __slots__ = ()
     ray_splits: np.ndarray
@@ -134,7 +134,7 @@ class _Ragged(_Table):
 
 
 class _RayOfRow:
-    """The column of `ray_ids`, worked out only where it is looked at."""
+    """The column of `ray_ids`, computed only for the rows that are read."""
 
     def __init__(self, splits: np.ndarray) -> None:
         self.splits = splits
@@ -157,12 +157,12 @@ class _CrossingsFields(NamedTuple):
 
 
 class Crossings(_Ragged, _CrossingsFields):
-    """Every crossing of n rays, a row each, grouped by ray, ascending in t, alternating for each path (with `surfaces_only`, without those
-    of kind start and end).
+    """Every crossing of n rays, a row each, grouped by ray, ascending in t. For each path entering and exiting
+    alternate; with `surfaces_only`, crossings of kind start and end are left out.
 
     ray_splits: (n + 1,) int64; the rows of ray i are `ray_splits[i]` to `ray_splits[i + 1]`. Rays of several axes are
         numbered in C order.
-    t, normal, entering, object, surface, primitive, path, t_err: as of `Closest`, (rows,) and (rows, 3).
+    t, normal, entering, object, surface, primitive, path, t_err: as in `Closest`, (rows,) and (rows, 3).
     kind: (rows,) int8; 0 a surface, 1 start (the ray begins inside, at t_min), 2 end (it ends inside, at t_max).
 
     Open3D's names are aliases: `t_hit`, `ray_ids`, `geometry_ids`, `primitive_ids`, `primitive_normals`.
@@ -200,16 +200,17 @@ class _MeasuresFields(NamedTuple):
 
 class Measures(_Table, _MeasuresFields):
     """Volume, mass, centroid and inertia of objects, a row each. Each `_err` is one standard error, and 0 where the
-    figure is exact but for rounding.
+    value is exact except for rounding.
 
-    object: (n,) int32. volume: (n,) float64, all placements together; in cubed scene units. NaN for an object without
-        an end, as all its numbers.
+    object: (n,) int32. volume: (n,) float64, all instances together; in cubed scene units. NaN, as all other values,
+        for an unbounded object.
     mass: (n,) float64, NaN without a density. In grams, by the density of the material in g/cm^3; in a scene without
-        units it is the volume times the density, in whatever units these are.
+        units it is the volume times the density, in the units of these.
     centroid: (n, 3) float64, world coordinates; NaN where there is no volume.
-    inertia: (n, 3, 3) float64, about the centroid along the world's axes, for density 1: times the density it is that
-        of the mass.
-    exact: (n,) bool. bounds: (n, 2, 3) float64, the corners of a box around the object. rays: (n,) int64, the rays cast.
+    inertia: (n, 3, 3) float64, about the centroid along the world's axes, for density 1; multiply by the density for
+        the inertia of the mass.
+    exact: (n,) bool. bounds: (n, 2, 3) float64, the corners of a box around the object. rays: (n,) int64, the rays
+        cast.
     """
 
     __slots__ = ()
@@ -236,11 +237,11 @@ class _CostFields(NamedTuple):
 
 
 class Cost(_Table, _CostFields):
-    """What finding the first crossing of each ray took; all arrays have the rays' shape (...), int64.
+    """The work of finding the first crossing of each ray; all arrays have the rays' shape (...), int64.
 
     boxes: boxes tested.
     cells: cells visited.
-    planes: splitting planes met.
+    planes: splitting planes visited.
     solids: solids and triangles intersected.
     tags: intersections saved by tags.
     heap: entries pushed on heaps.
@@ -271,7 +272,7 @@ class _SegmentsFields(NamedTuple):
 
 
 class Segments(_Ragged, _SegmentsFields):
-    """The stretches of n rays inside objects, a row each, grouped by ray.
+    """The intervals of n rays inside objects, a row each, grouped by ray.
 
     ray_splits: (n + 1,) int64; the rows of ray i are `ray_splits[i]` to `ray_splits[i + 1]`.
     t_in, t_out: (rows,) float64, in lengths of the direction.

@@ -1,4 +1,4 @@
-"""Scenes: compiled, immutable, ready to be asked."""
+"""Scenes: compiled, immutable, ready for queries."""
 
 from __future__ import annotations
 
@@ -16,32 +16,37 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import _native, text
+from . import _native
+from .appearance import Camera, Light, Material
 from .foreign import instances, is_scene
-from .image import Image, settings
-from .looks import Camera, Light, Material
+from .html_repr import html
+from .image import Image, picture_args
 from .mesh import Mesh, weld_text
+from .native_args import MeasureSettings
 from .nodes import Node, Object, accelerator, affine
+from .plot import plot_ray
 from .progress import callback
 from .queries import Queries, number_of, threads_of
 from .results import Measures
-from .values import choice, whole
-from .values import text as text_of
+from .serialize import serialize
+from .values import bounded_integer, choice, text
 
 
 class Scene(Queries):
-    """A scene, compiled when it is made and immutable from then on; any number of threads may ask it.
+    """A scene, compiled on construction and then immutable; any number of threads may query it.
 
     `objects` are objects (`node.named("bolt", material="steel")`) or plain nodes, which become objects named `object0`
-    and so on. A `trimesh.Scene` may be given in their place: its nodes become objects of their names, and meshes that it
-    places several times are shared. `materials` maps names to `Material`s or dicts of their parameters. `units` is the unit of length: "nm",
-    "um", "mm", "cm", "m", "km", "in" or "ft"; "none" or None for a scene without one. No length is converted.
+    and so on. A `trimesh.Scene` may be given instead: its nodes become objects of the same names, and meshes
+    with several instances are shared. `materials` maps names to `Material`s or dicts of their parameters. `units` is
+    the
+    unit of length: "nm", "um", "mm", "cm", "m", "km", "in" or "ft"; "none" or None for a scene without one. No length
+        is converted.
 
-    `accel` names the accelerator of all parts that have none of their own: a combination, a mesh or a shared group that
-    was made with `accel=` keeps that. No answer depends on it. `load(path, accel=...)` overrides those of parts too.
+    `accel` names the accelerator of all nodes that have none of their own: a combination, a mesh or a shared group made
+    with `accel=` keeps that. No result depends on it. `load(path, accel=...)` also overrides the accelerators of nodes.
 
-    Raises ValueError for a scene that cannot be built, and warns (`DuplicateNameWarning`) where one name stands for
-    objects that are not the same.
+    Raises ValueError for a scene that cannot be compiled, and warns (`DuplicateNameWarning`) if different objects have
+    the same name.
 
     >>> scene = Scene(Sphere(radius=2).named("ball"))
     >>> float(scene.closest([-5, 0, 0], [1, 0, 0]).t)
@@ -65,21 +70,21 @@ class Scene(Queries):
             objects = _nodes(objects[0])
         for item in objects:
             if not isinstance(item, Node):
-                raise TypeError(_no_node(item))
-        made = {
-            text_of(name, "a material's name"): _material(name, item) for name, item in (materials or {}).items()
+                raise TypeError(_not_a_node(item))
+        checked = {
+            text(name, "a material's name"): _material(name, item) for name, item in (materials or {}).items()
         }
         if camera is not None and not isinstance(camera, Camera):
             raise TypeError(f"camera must be a Camera, not {type(camera).__name__}")
-        words, meshes = text.write(
+        document, meshes = serialize(
             objects,  # type: ignore[arg-type]
-            {name: material._keys() for name, material in made.items()},
+            {name: material._keys() for name, material in checked.items()},
             camera._keys() if camera else None,
             [_light(light)._keys() for light in lights],
             None if units is None else choice(units, "units", _native.units()),
             accelerator(accel),
         )
-        self._set(_native.Scene.parse(words, [mesh._native for mesh in meshes], None), None)
+        self._set(_native.Scene.parse(document, [mesh._native for mesh in meshes], None), None)
 
     def _set(self, native: _native.Scene, accel: str | None) -> None:
         self._native, self._accel = native, accel
@@ -92,7 +97,7 @@ class Scene(Queries):
         scene._set(native, accel)
         return scene
 
-    # --- more than rays
+    # --- measuring, pictures and moves
 
     def measure(
         self,
@@ -107,23 +112,23 @@ class Scene(Queries):
     ) -> Measures:
         """Volume, mass, centroid and inertia of objects, with their errors: see `Measures`.
 
-        Exact where there are closed forms: solids given by parameters and closed meshes, by themselves or several whose
-        boxes do not overlap, under any transforms. Else by rays: their stretches inside are integrated in closed form
-        and the rays are spread over strata by the boxes of solids, sixteen times over; how much these, or the three
-        axes, differ tells the standard error. It is an estimate, not a bound, and a part too small for the rays may
-        not be seen at all.
+        Exact where there are closed forms: parametric solids and closed meshes, alone or several whose boxes do not
+        overlap, under any transforms. Otherwise by rays: their intervals inside are integrated in closed form, and the
+        rays are stratified by the boxes of solids, in sixteen independent sets. The standard error follows from the
+        differences between these sets, or between the three axes. It is an estimate, not a bound, and rays may miss a
+        small part completely.
 
         Args:
             rays: rays for each object without a closed form.
-            seed: chooses the rays; with it and `rays` every bit is the same, for any number of threads.
-            method: "best" uses closed forms, "rays" none.
-            overlaps: "all" measures each object whatever else is there; otherwise as of `segments`.
+            seed: selects the rays; for the same seed and `rays` every bit is the same, for any number of threads.
+            method: "best" uses closed forms, "rays" does not.
+            overlaps: "all" measures each object independently of others; otherwise as in `segments`.
             objects: which ones, by number or name; None for all.
-            threads, progress: as of `closest`.
+            threads, progress: as in `closest`.
 
         Raises:
-            ValueError: for a mesh that is not closed, a volume that overflows or underflows, and a name or a number
-                that no object has.
+            ValueError: for a mesh that is not closed, a volume that overflows or underflows, and an unknown name or
+                number of an object.
 
         >>> scene = Scene(Box(min=(0, 0, 0), max=(1, 2, 3)).named("box"))
         >>> scene.measure().volume, scene.measure().centroid.round(12)
@@ -131,12 +136,12 @@ class Scene(Queries):
         """
         if method not in ("best", "rays"):
             raise ValueError(f'method is {method!r}, but must be "best" or "rays"')
-        rays, seed = whole(rays, "rays", 1, 2**63 - 1), whole(seed, "seed", 0, 2**64 - 1)
+        rays, seed = bounded_integer(rays, "rays", 1, 2**63 - 1), bounded_integer(seed, "seed", 0, 2**64 - 1)
         if isinstance(objects, str):
             raise TypeError(f"objects is a list of names and numbers, as in [{objects!r}], not a string")
-        chosen = None if objects is None else [n for item in objects for n in self._objects(item)]
-        how = (rays, seed, method == "best", text_of(overlaps, "overlaps"), chosen)
-        return Measures(*_native.measure(self._native, how, threads_of(threads), callback(progress)))
+        numbers = None if objects is None else [n for item in objects for n in self._objects(item)]
+        settings = MeasureSettings(rays, seed, method == "best", text(overlaps, "overlaps"), numbers)
+        return Measures(*_native.measure(self._native, settings, threads_of(threads), callback(progress)))
 
     def _objects(self, item: int | str) -> list[int]:
         if not isinstance(item, str):
@@ -162,14 +167,16 @@ class Scene(Queries):
         """A picture, with the scene's materials and lights.
 
         Args:
-            camera: from where; None for the scene's own camera, or one that frames everything.
+            camera: the camera; None for that of the scene, or one that frames everything.
             size: width and height in pixels.
-            samples: samples a pixel; more make smoother edges.
-            look: what it shows: "lit", "normal", "depth", "thickness" (with a legend in the scene's units), "xray" or "cost".
+            samples: samples per pixel; more give smoother edges.
+            look: the render mode: "lit", "normal", "depth", "thickness" (with a legend in the scene's units), "xray" or
+                "cost".
             lighting: "sharp" or, with 32 samples or more, "soft".
-            background: "studio", "white", "black", "transparent" or a colour such as "#336699"; None leaves it to the
-                look.
-            counter: what the look "cost" counts: "boxes", "cells", "planes", "solids", "tags", "heap" or "all".
+            background: "studio", "white", "black", "transparent" or a colour such as "#336699"; None takes
+                that of the look.
+            counter: the counter that the look "cost" shows: "boxes", "cells", "planes", "solids", "tags", "heap" or
+                "all".
 
         Returns:
             `Image`, an array of shape (height, width, 3), or 4 with a transparent background, uint8 sRGB.
@@ -177,41 +184,39 @@ class Scene(Queries):
         Raises:
             ValueError: for a camera that sees nothing, a size out of range, an unknown name.
         """
-        style, sight = settings(camera, size, samples, look, lighting, background, counter)
-        return Image(_native.render(self._native, style, sight, threads_of(threads), callback(progress)))
+        settings, view = picture_args(camera, size, samples, look, lighting, background, counter)
+        return Image(_native.render(self._native, settings, view, threads_of(threads), callback(progress)))
 
     def plot_ray(
         self, o: ArrayLike, d: ArrayLike, *, ax: Any = None, t_min: float = 0.0, t_max: float = math.inf
     ) -> Any:
-        """Draw the stretches of one ray inside each path as bars over t, with `matplotlib`; crossings are marked by
-        triangles that point right where the ray enters and left where it leaves.
+        """Draw the intervals of one ray inside each path as bars over t, with `matplotlib`. Triangles mark the
+        crossings; they point right where the ray enters and left where it exits.
 
         Args:
             o, d: one ray, (3,) each.
             ax: the axes to draw on; None for new ones.
-            t_min, t_max: as of `closest`.
+            t_min, t_max: as in `closest`.
 
         Returns:
             The axes. Raises ImportError without matplotlib (`pip install shotline[plot]`).
         """
-        from .plot import plot_ray
-
         return plot_ray(self, o, d, ax=ax, t_min=t_min, t_max=t_max)
 
     def with_moved(self, path: str, transform: ArrayLike) -> Scene:
-        """A scene in which one thing is placed elsewhere; this one stays as it is.
+        """A scene in which one node has another transform; this scene does not change.
 
-        Only what lies above the move is worked out again, and the rest is shared between the two scenes. The first call
-        takes as long as compiling; those after it, and those of the scenes it returns, hardly any time.
+        Only the levels above the moved node are compiled again; the rest is shared between the two scenes. The first
+        call takes as long as compiling; later calls, also on the returned scenes, take hardly any time.
 
         Args:
-            path: what to move: the name of a path, or the beginning of one, as `path_name` tells it:
-                "robot/arm[2]/bolt[0]", "robot/arm[2]" or "robot". A part that is shared moves wherever it is.
-            transform: of shape (3, 4), (4, 4) or (12,): the coordinates of the group it is in from its own, instead of
-                all that placed it there.
+            path: the node to move: the name of a path as `path_name` returns it, or the beginning of one:
+                "robot/arm[2]/bolt[0]", "robot/arm[2]" or "robot". A shared part moves in all its instances.
+            transform: of shape (3, 4), (4, 4) or (12,): the coordinates of its group from its own. It replaces all
+                transforms between the two.
 
         Raises:
-            ValueError: for an unknown path, one that begins with the name of several objects, and a matrix that is singular.
+            ValueError: for an unknown path, a path that begins with the name of several objects, and a singular matrix.
 
         >>> scene = Scene(Sphere(radius=1).named("ball"))
         >>> moved = scene.with_moved("ball", [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 5]])
@@ -220,11 +225,11 @@ class Scene(Queries):
         """
         return Scene._of(self._native.with_moved(path, affine(transform)), self._accel)
 
-    # --- keeping and sending
+    # --- saving, pickling and hashing
 
     def save(self, path: str | os.PathLike[str]) -> list[str]:
-        """Write a scene file, or the meshes into a mesh file, by the ending of its name. The file appears whole or not
-        at all. Returns what was lost, and which other files were written."""
+        """Write a scene file, or the meshes to a mesh file, by the extension of its name. The file appears complete or
+        not at all. Returns what was lost, and which other files were written."""
         return self._native.save(os.fspath(path))
 
     def _pack(self) -> tuple[str, list[_native.Mesh]]:
@@ -234,10 +239,10 @@ class Scene(Queries):
 
     @property
     def content_hash(self) -> str:
-        """A hash of all that the scene consists of: scenes of equal hash give equal answers, bit for bit."""
+        """A hash of the whole content of the scene: scenes of equal hash give equal results, bit for bit."""
         if self._hash is None:
-            words, meshes = self._pack()
-            digest = hashlib.blake2b(words.encode(), digest_size=32)
+            document, meshes = self._pack()
+            digest = hashlib.blake2b(document.encode(), digest_size=32)
             for mesh in meshes:
                 vertices, faces = mesh.vertices(), mesh.faces()
                 digest.update(f"{vertices.shape}{faces.shape}".encode())
@@ -249,10 +254,10 @@ class Scene(Queries):
         return self._hash
 
     def __reduce__(self) -> Any:
-        words, meshes = self._pack()
+        document, meshes = self._pack()
         return _unpacked, (
             self.content_hash,
-            words,
+            document,
             [(mesh.vertices(), mesh.faces(), mesh.polygons()) for mesh in meshes],
             self._accel,
         )
@@ -278,34 +283,32 @@ class Scene(Queries):
         return f"<Scene: {len(names)} object{'' if len(names) == 1 else 's'} ({shown})>"
 
     def _repr_html_(self) -> str:
-        from .tree import html
-
         return html(json.loads(self._pack()[0]), repr(self))
 
 
 def _placed_meshes(scene: Any) -> Iterable[Object]:
-    """The meshes of a scene of trimesh as objects named after their nodes; one that is placed twice is shared."""
+    """The meshes of a scene of trimesh as objects named after their nodes; a mesh with several instances is shared."""
     found, notes = instances(scene)
     for note in notes:
         warnings.warn(note, stacklevel=3)
     meshes: dict[int, Mesh] = {}
     for name, mesh, matrix in found:
         shared = meshes.get(id(mesh)) or meshes.setdefault(id(mesh), Mesh(mesh))
-        plain = np.array_equal(matrix, np.eye(4))
-        yield (shared if plain else shared.transform(matrix)).named(name)
+        is_identity = np.array_equal(matrix, np.eye(4))
+        yield (shared if is_identity else shared.transform(matrix)).named(name)
 
 
 def _nodes(items: Any) -> tuple[Any, ...]:
     try:
         return tuple(items)
     except TypeError:
-        raise TypeError(_no_node(items)) from None
+        raise TypeError(_not_a_node(items)) from None
 
 
-def _no_node(item: Any) -> str:
+def _not_a_node(item: Any) -> str:
     message = f"a scene is made of objects and other nodes, not of {_kind(item)}"
-    wrapped = hasattr(item, "faces") or hasattr(item, "triangles") or hasattr(item, "cells_dict")
-    return f"{message}: wrap a mesh of another package, as in Scene(Mesh(mesh))" if wrapped else message
+    is_mesh = hasattr(item, "faces") or hasattr(item, "triangles") or hasattr(item, "cells_dict")
+    return f"{message}: wrap a mesh of another package, as in Scene(Mesh(mesh))" if is_mesh else message
 
 
 def _material(name: str, material: Material | Mapping[str, Any]) -> Material:
@@ -330,49 +333,49 @@ def _kind(value: Any) -> str:
     return type(value).__name__
 
 
-# The vertices and faces of a mesh, and the polygons that these were cut from.
+# The vertices and faces of a mesh, and the polygon of each face.
 _Arrays = tuple[np.ndarray, np.ndarray, np.ndarray | None]
 
-# Scenes that were unpickled and are in use, by content hash and accelerator: a process builds each only once.
+# Unpickled scenes in use, by content hash and accelerator, so that a process builds each only once.
 _known: weakref.WeakValueDictionary[tuple[str, str | None], Scene] = weakref.WeakValueDictionary()
 _building = threading.Lock()
 
 
-def _unpacked(digest: str, words: str, meshes: list[_Arrays], accel: str | None) -> Scene:
+def _unpacked(digest: str, document: str, meshes: list[_Arrays], accel: str | None) -> Scene:
     with _building:
         scene = _known.get((digest, accel))
         if scene is None:
-            scene = _known[digest, accel] = _built(words, meshes, accel)
+            scene = _known[digest, accel] = _built(document, meshes, accel)
             scene._hash = digest
         return scene
 
 
-# Pickles name it by the package: a thread that began with this module, beside another that imports the package, would
-# wait for that one, which waits for this module.
+# Pickles refer to the function by the package. Otherwise a thread that imports this module could deadlock with a thread
+# that imports the package.
 _unpacked.__module__ = "shotline"
 
 
-def _built(words: str, meshes: list[_Arrays], accel: str | None) -> Scene:
+def _built(document: str, meshes: list[_Arrays], accel: str | None) -> Scene:
     natives = [
         _native.Mesh(_aligned(vertices), _aligned(faces).reshape(-1), None, _aligned(polygons), None)
         for vertices, faces, polygons in meshes
     ]
-    return Scene._of(_native.Scene.parse(words, natives, accel), accel)
+    return Scene._of(_native.Scene.parse(document, natives, accel), accel)
 
 
 def _aligned(array: Any) -> Any:
-    """An array that came as a buffer of its own may begin anywhere in what was received."""
+    """An aligned array: an array received as a separate buffer may start at any byte."""
     return None if array is None else np.require(array, requirements=["C", "A"])
 
 
-def _forget_building() -> None:
-    """In a forked child, whose parent may have been building in a thread that the child does not have."""
+def _reset_building_lock() -> None:
+    """Replaces the lock in a forked child: a thread that the child does not have may hold it."""
     global _building
     _building = threading.Lock()
 
 
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_forget_building)
+    os.register_at_fork(after_in_child=_reset_building_lock)
 
 
 class ReadWarning(UserWarning):
@@ -393,17 +396,17 @@ def load(
 
     Args:
         path: the file.
-        accel: the accelerator used everywhere, whatever the file says; no answer depends on it.
-        allow_outside: let the scene name mesh files outside of its own folder.
-        weld: weld the vertices of meshes that are up to this distance apart, in the lengths of the file; "auto" for those
-            within rounding of each other and far from all others.
+        accel: the accelerator of everything, instead of those in the file; no result depends on it.
+        allow_outside: whether the scene may name mesh files outside of its own folder.
+        weld: merge vertices of meshes up to this distance apart, in the lengths of the file; "auto" merges those within
+            rounding error of each other and far from all others.
 
     Warns:
-        ReadWarning: for each kind of thing that was dropped or repaired. `shotline info FILE` lists all notes.
+        ReadWarning: for each kind of item that was dropped or repaired. `shotline info FILE` lists all notes.
 
     Raises:
         FileNotFoundError: if there is no such file.
-        ValueError: with everything that is wrong, each with its line and how to mend it.
+        ValueError: with everything that is wrong, each with its line and how to correct it.
     """
     path = os.fspath(path)
     os.stat(path)

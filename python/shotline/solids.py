@@ -1,7 +1,7 @@
-"""The solids that are given by parameters: a class for each kind that the core knows.
+"""The parametric solids: a class for each kind in the registry of the core.
 
-A class has the name of its kind in CamelCase and takes its parameters by keyword or in order. ValueError says which
-parameter is wrong and why.
+A class has the name of its kind in CamelCase and takes its parameters by keyword or by position. A ValueError says
+which parameter is wrong and why.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ def _value(numbers: list[float]) -> float | tuple[float, ...]:
 
 
 def _signature(parameters: list[_Declared]) -> Signature:
-    """What help and completion show; the types are those of the stubs."""
+    """The signature for help and completion; the types are those of the stubs."""
     return Signature(
         Parameter(
             name,

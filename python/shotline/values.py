@@ -1,4 +1,4 @@
-"""Numbers, names and choices as users give them: checked, and refused in terms of the argument that is wrong."""
+"""Checks numbers, names and choices given by users. Errors name the argument that is wrong."""
 
 from __future__ import annotations
 
@@ -15,43 +15,43 @@ from numpy.typing import ArrayLike
 
 
 def floats(values: ArrayLike, what: str, wanted: str = "an array of real numbers") -> np.ndarray:
-    """Real numbers as float64 in C order; not copied if they are that already. `wanted` says what is refused as
-    anything else.
+    """Real numbers as float64 in C order; not copied if they are that already. `wanted` describes, for errors, what the
+    argument must be.
 
-    Raises TypeError for anything but real numbers, ValueError for rows of several lengths and for masked entries, which
-    have no value.
+    Raises TypeError for anything other than real numbers, ValueError for rows of several lengths and for masked
+    entries, which have no value.
     """
     refuse_masked(values, what)
     try:
         array = np.asarray(values)
     except ValueError:
-        raise ValueError(f"{what} has rows of several lengths, so it is no array of numbers") from None
+        raise ValueError(f"{what} has rows of several lengths, so it is not an array of numbers") from None
     if array.dtype.kind == "O":
         array = _from_objects(array, what, wanted)
     if array.dtype.kind not in "fiub":
         found = "strings" if array.dtype.kind in "US" else str(array.dtype)
-        raise _no_numbers(what, wanted, found, values, array.ndim)
+        raise _not_numbers(what, wanted, found, values, array.ndim)
     return np.require(array, np.float64, ["C", "A"])
 
 
 def refuse_masked(values: Any, what: str) -> None:
-    """Raises ValueError for masked entries. NumPy drops masks where it makes arrays, and what is under them would count."""
-    parts = values if isinstance(values, (list, tuple)) else (values,)
-    masked = sum(int(np.ma.getmaskarray(part).sum()) for part in parts if isinstance(part, np.ma.MaskedArray))
+    """Raises ValueError for masked entries. NumPy drops masks when it creates arrays, so masked values would count."""
+    arrays = values if isinstance(values, (list, tuple)) else (values,)
+    masked = sum(int(np.ma.getmaskarray(array).sum()) for array in arrays if isinstance(array, np.ma.MaskedArray))
     if masked:
         entries = f"{masked} entr{'y' if masked == 1 else 'ies'}"
         raise ValueError(f"{what} has {entries} masked, so without a value: fill them, or leave their rows out")
 
 
 def numbers(values: ArrayLike, count: int, what: str) -> tuple[float, ...]:
-    """`count` finite numbers. Raises ValueError or TypeError that names `what` they were for."""
+    """`count` finite numbers. Raises ValueError or TypeError that names the argument, `what`."""
     if (
         isinstance(values, tuple)
         and len(values) == count
         and all(type(x) is float or (type(x) is int and abs(x) < 2**53) for x in values)
         and all(map(isfinite, values))
     ):
-        # Scenes are made of many short tuples, and arrays of them would take ten times as long.
+        # Scenes have many short tuples, for which an array would take ten times as long.
         return tuple(map(float, values))
     array = floats(values, what, "a real number" if count == 1 else f"{count} real numbers").reshape(-1)
     if array.size != count:
@@ -72,8 +72,8 @@ def number(value: Any, what: str) -> float:
     return float(array)
 
 
-def whole(value: Any, what: str, least: int, most: int) -> int:
-    """A whole number from `least` to `most`. Raises TypeError for anything else, ValueError out of range."""
+def bounded_integer(value: Any, what: str, least: int, most: int) -> int:
+    """An integer from `least` to `most`. Raises TypeError for anything else, ValueError out of range."""
     count = integer(value, what)
     if not least <= count <= most:
         raise ValueError(f"{what} is {count}, but must be from {least} to {most}")
@@ -81,7 +81,7 @@ def whole(value: Any, what: str, least: int, most: int) -> int:
 
 
 def integer(value: Any, what: str) -> int:
-    """A whole number of any size; a float counts if it is one."""
+    """An integer of any size; a float with an integral value is accepted."""
     if isinstance(value, (float, np.floating)) and float(value).is_integer():
         return int(value)
     try:
@@ -91,7 +91,7 @@ def integer(value: Any, what: str) -> int:
 
 
 def text(value: Any, what: str) -> str:
-    """A string that can be written. Raises TypeError for anything else, ValueError for half a surrogate pair."""
+    """A string that can be encoded. Raises TypeError for anything else, ValueError for a lone surrogate."""
     if not isinstance(value, str):
         raise TypeError(f"{what} must be a string, not {type(value).__name__}")
     try:
@@ -102,7 +102,7 @@ def text(value: Any, what: str) -> str:
 
 
 def choice(value: Any, what: str, known: Sequence[str]) -> str:
-    """One of the known names. Raises ValueError with the nearest of them."""
+    """One of the known names. Raises ValueError, with the nearest known name."""
     if value in known:
         return str(value)
     near = difflib.get_close_matches(str(value).lower(), known, n=1)
@@ -114,14 +114,14 @@ def _from_objects(array: np.ndarray, what: str, wanted: str) -> np.ndarray:
     """Fractions, decimals and long integers as float64."""
     for value in array.flat:
         if not isinstance(value, (Real, Decimal)):
-            raise _no_numbers(what, wanted, type(value).__name__, value, array.ndim)
+            raise _not_numbers(what, wanted, type(value).__name__, value, array.ndim)
     try:
         return array.astype(np.float64)
     except OverflowError:
         raise ValueError(f"{what} has a number beyond what float64 holds") from None
 
 
-def _no_numbers(what: str, wanted: str, found: str, value: Any, axes: int) -> TypeError:
+def _not_numbers(what: str, wanted: str, found: str, value: Any, axes: int) -> TypeError:
     if axes == 0:
         return TypeError(f"{what} must be {wanted}, not {value!r}")
     return TypeError(f"{what} must be real numbers, not {found}")

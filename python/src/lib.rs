@@ -1,19 +1,19 @@
-//! The native half of the Python package: arrays in, arrays out. Names, shapes and documentation are the business of
-//! the Python half, `python/shotline`.
+//! The native half of the Python package: arrays in, arrays out. The Python half, `python/shotline`, defines names,
+//! shapes and documentation.
 
+mod cancellation;
 mod measure;
 mod mesh;
 mod picture;
 mod rays;
 mod registry;
 mod scene;
-mod waiting;
 
 use std::ffi::OsString;
 
 use pyo3::prelude::*;
 
-/// Runs the command line and answers its exit code.
+/// Runs the command line and returns its exit code.
 #[pyfunction]
 fn main(py: Python, argv: Vec<OsString>) -> u8 {
     py.detach(|| shotline_cli::main(argv))
@@ -36,8 +36,9 @@ mod _native {
     use super::registry::{accelerators, check_solid, compose, counters, kinds, units};
     #[pymodule_export]
     use super::scene::Scene;
-    /// NumPy's interfaces are looked up when first used, which runs Python, and Ctrl-C in the middle of it would be a
-    /// panic. So they are used here, where nobody waits for anything yet.
+
+    /// The first use of NumPy's C interface runs Python code to find it, and Ctrl-C during that would cause a panic. So
+    /// the interface is used once here, on import.
     #[pymodule_init]
     fn init(module: &Bound<PyModule>) -> PyResult<()> {
         PyArray1::<f64>::zeros(module.py(), 0, false).try_readonly()?;

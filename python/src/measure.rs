@@ -1,4 +1,4 @@
-//! Volumes and what goes with them.
+//! Volume, mass, centroid and inertia of objects.
 
 use numpy::{IntoPyArray, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -6,27 +6,34 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use shotline::measure::{Measure, Method, Settings, measure as measured};
 
-use crate::scene::{Scene, policy};
-use crate::waiting::work;
+use crate::cancellation::work;
+use crate::scene::{Scene, overlap_policy};
 
-/// How: rays, seed, whether by closed forms where there are any, overlaps, and the numbers of objects.
+/// The `MeasureSettings` of the Python half, read by attribute.
 #[derive(FromPyObject)]
-pub struct How(usize, u64, bool, String, Option<Vec<u32>>);
+pub struct MeasureSettings {
+    rays: usize,
+    seed: u64,
+    /// Whether to use closed forms where there are any.
+    closed_forms: bool,
+    overlaps: String,
+    objects: Option<Vec<u32>>,
+}
 
-/// Columns, a row an object: object, volume, mass, centroid, inertia, each of the three with its error behind it, then
-/// exact, bounds and rays.
+/// Columns with a row for each object: object; volume, mass, centroid and inertia, each followed by its error; exact,
+/// bounds and rays.
 #[pyfunction]
 pub fn measure<'py>(
     py: Python<'py>,
     scene: PyRef<'py, Scene>,
-    how: How,
+    settings: MeasureSettings,
     threads: usize,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyTuple>> {
-    let How(rays, seed, closed_forms, overlaps, objects) = how;
+    let MeasureSettings { rays, seed, closed_forms, overlaps, objects } = settings;
     let method = if closed_forms { Method::Best } else { Method::Rays };
     let count = objects.as_ref().map_or(scene.world.object_names().len(), Vec::len);
-    let settings = Settings { rays, seed, method, overlaps: policy(&overlaps)?, objects };
+    let settings = Settings { rays, seed, method, overlaps: overlap_policy(&overlaps)?, objects };
     let (world, described) = (&*scene.world, &*scene.scene);
     let total = rays.saturating_mul(count);
     let found =

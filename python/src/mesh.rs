@@ -1,4 +1,4 @@
-//! Triangles from arrays.
+//! Meshes from arrays.
 
 use std::sync::Arc;
 
@@ -19,26 +19,26 @@ pub struct Mesh {
     pub mesh: Arc<TriangleMesh>,
     topology: Topology,
     weld_note: Option<String>,
-    /// What was changed when faces were cut into triangles.
+    /// What triangulating the faces changed.
     changes: Vec<String>,
 }
 
-fn wrong(error: impl std::fmt::Display) -> PyErr {
+fn value_error(error: impl std::fmt::Display) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
 
 impl Mesh {
     pub fn of(mesh: Arc<TriangleMesh>) -> PyResult<Mesh> {
-        let topology = Topology::of(&mesh).map_err(wrong)?;
+        let topology = Topology::of(&mesh).map_err(value_error)?;
         Ok(Mesh { mesh, topology, weld_note: None, changes: Vec::new() })
     }
 }
 
 #[pymethods]
 impl Mesh {
-    /// From vertices of shape (n, 3) and the corners of the faces, one face after the other: three each, or as many as
-    /// `sizes` says, and then the faces are cut into triangles. `polygons` numbers the polygons that triangles were cut
-    /// from. The vertices are welded at the end, if a distance or "auto" is given.
+    /// Builds a mesh from vertices of shape (n, 3) and the corners of the faces, one face after the other: three each, or
+    /// as many as `sizes` says; such faces are triangulated. `polygons` holds for each triangle the number of the polygon
+    /// it was cut from. Finally the vertices are welded, if a distance or "auto" is given.
     #[new]
     fn new(
         py: Python,
@@ -50,47 +50,47 @@ impl Mesh {
     ) -> PyResult<Mesh> {
         let (points, _) = vertices.as_slice()?.as_chunks::<3>();
         if vertices.shape()[1] != 3 {
-            return Err(wrong("vertices must be a C-ordered array of shape (n, 3)"));
+            return Err(value_error("vertices must be a C-ordered array of shape (n, 3)"));
         }
-        let weld: Option<Weld> = weld.map(str::parse).transpose().map_err(wrong)?;
+        let weld: Option<Weld> = weld.map(str::parse).transpose().map_err(value_error)?;
         let vertices: Vec<Vec3> = points.iter().map(|&p| p.into()).collect();
         let corners = corners.as_slice()?;
         let sizes = sizes.as_ref().map(|sizes| sizes.as_slice()).transpose()?;
         let polygons = polygons.map(|polygons| polygons.as_slice().map(<[u32]>::to_vec)).transpose()?;
         py.detach(|| {
             let (mut mesh, changes) = match sizes {
-                Some(sizes) => cut(vertices, corners, sizes)?,
+                Some(sizes) => triangulate(vertices, corners, sizes)?,
                 None => (triangles(vertices, corners)?, Vec::new()),
             };
             if let Some(polygons) = polygons {
                 if polygons.len() != mesh.faces.len() {
-                    return Err(wrong("polygons must have a number for each triangle"));
+                    return Err(value_error("polygons must have a number for each triangle"));
                 }
                 mesh.polygons = polygons;
             }
             let Some(weld) = weld else { return Ok(Mesh { changes, ..Mesh::of(Arc::new(mesh))? }) };
             let had_faces = !mesh.faces.is_empty();
-            let (mesh, welded) = mesh.welded(weld).map_err(wrong)?;
+            let (mesh, welded) = mesh.welded(weld).map_err(value_error)?;
             if let (Weld::Within(within), true, true) = (weld, had_faces, mesh.faces.is_empty()) {
-                return Err(wrong(MeshError::Collapsed { within }));
+                return Err(value_error(MeshError::Collapsed { within }));
             }
             let note = shotline_io::weld_note(weld, &welded).text;
             Ok(Mesh { weld_note: Some(note), changes, ..Mesh::of(Arc::new(mesh))? })
         })
     }
 
-    /// What was changed when faces were cut into triangles, in words.
+    /// What triangulating the faces changed, as text.
     fn changes(&self) -> Vec<String> {
         self.changes.clone()
     }
 
-    /// For each triangle the number of the polygon that it was cut from; None where these are the numbers of the triangles.
+    /// For each triangle the number of the polygon that it was cut from; None if every polygon is one triangle.
     fn polygons<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<u32>>> {
         let polygons = &self.mesh.polygons;
         (!polygons.is_empty()).then(|| polygons.clone().into_pyarray(py))
     }
 
-    /// What welding did, in words.
+    /// What welding did, as text.
     fn weld_note(&self) -> Option<&str> {
         self.weld_note.as_deref()
     }
@@ -106,7 +106,7 @@ impl Mesh {
         self.mesh.faces.concat().into_pyarray(py).reshape([self.mesh.faces.len(), 3])
     }
 
-    /// How many vertices and faces there are.
+    /// The numbers of vertices and faces.
     fn counts(&self) -> (usize, usize) {
         (self.mesh.vertices.len(), self.mesh.faces.len())
     }
@@ -115,7 +115,7 @@ impl Mesh {
         self.topology.is_closed()
     }
 
-    /// Why it is not closed.
+    /// Why the mesh is not closed; None if it is.
     fn why_open(&self) -> Option<String> {
         (!self.topology.is_closed()).then(|| self.topology.why_open())
     }
@@ -124,15 +124,15 @@ impl Mesh {
 fn triangles(vertices: Vec<Vec3>, corners: &[u32]) -> PyResult<TriangleMesh> {
     let (faces, rest) = corners.as_chunks::<3>();
     if !rest.is_empty() {
-        return Err(wrong("faces must have three corners each"));
+        return Err(value_error("faces must have three corners each"));
     }
     Ok(TriangleMesh::new(vertices, faces.to_vec()))
 }
 
-/// Triangles cut from faces of so many corners, with what was changed.
-fn cut(vertices: Vec<Vec3>, corners: &[u32], sizes: &[u32]) -> PyResult<(TriangleMesh, Vec<String>)> {
+/// Triangulates faces with the given numbers of corners; also returns what that changed.
+fn triangulate(vertices: Vec<Vec3>, corners: &[u32], sizes: &[u32]) -> PyResult<(TriangleMesh, Vec<String>)> {
     if sizes.iter().map(|size| u64::from(*size)).sum::<u64>() != corners.len() as u64 {
-        return Err(wrong("the sizes of the faces must add up to the number of corners"));
+        return Err(value_error("the sizes of the faces must add up to the number of corners"));
     }
     let mut rest = corners;
     let faces = sizes.iter().map(|size| {
@@ -140,7 +140,7 @@ fn cut(vertices: Vec<Vec3>, corners: &[u32], sizes: &[u32]) -> PyResult<(Triangl
         rest = after;
         face
     });
-    let (mesh, notes) = mesh_of_polygons(vertices, faces).map_err(wrong)?;
+    let (mesh, notes) = mesh_of_polygons(vertices, faces).map_err(value_error)?;
     let changes = notes.iter().filter(|note| note.effect == Effect::Changed).map(ToString::to_string);
     Ok((mesh, changes.collect()))
 }

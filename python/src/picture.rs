@@ -9,19 +9,27 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use shotline::counters::COUNTERS;
 use shotline::scene::{Camera, Lens};
-use shotline_io::write_whole;
+use shotline_io::atomic_write;
 use shotline_render::{Exposure, Image, LOOKS, Lighting, Sample, Settings, encode_bytes, look};
 
-use crate::scene::{Scene, unwritten};
-use crate::waiting::work;
+use crate::cancellation::work;
+use crate::scene::{Scene, write_error};
 
-/// Where a picture is seen from: the eye, the target, what is up, and the angle of view or the height.
+/// The `View` of the Python half, read by attribute.
 #[derive(FromPyObject)]
-pub struct Sight([f64; 3], [f64; 3], [f64; 3], Option<f64>, Option<f64>);
+pub struct View {
+    eye: [f64; 3],
+    target: [f64; 3],
+    up: [f64; 3],
+    /// The vertical angle of view in degrees, for a perspective picture.
+    fov: Option<f64>,
+    /// The height in world units, for a parallel projection.
+    height: Option<f64>,
+}
 
-impl Sight {
+impl View {
     fn camera(&self) -> PyResult<Camera> {
-        let Sight(eye, target, up, fov, height) = *self;
+        let View { eye, target, up, fov, height } = *self;
         let lens = match (fov, height) {
             (Some(fov), None) => Lens::Pinhole { fov },
             (None, Some(height)) => Lens::Orthographic { height },
@@ -31,13 +39,21 @@ impl Sight {
     }
 }
 
-/// What a picture shows: width, height, samples, look, lighting, counter, and the background.
+/// The `PictureSettings` of the Python half, read by attribute.
 #[derive(FromPyObject)]
-pub struct Style(u32, u32, u32, String, String, String, Option<String>);
+pub struct PictureSettings {
+    width: u32,
+    height: u32,
+    samples: u32,
+    look: String,
+    lighting: String,
+    counter: String,
+    background: Option<String>,
+}
 
-impl Style {
-    fn settings(&self, camera: Option<Sight>) -> PyResult<Settings> {
-        let Style(width, height, samples, look_name, lighting, counter, background) = self;
+impl PictureSettings {
+    fn resolve(&self, camera: Option<View>) -> PyResult<Settings> {
+        let PictureSettings { width, height, samples, look: look_name, lighting, counter, background } = self;
         let unknown = |what: &str, name: &str, known: Vec<&str>| {
             PyValueError::new_err(format!("there is no {what} {name:?}; the names are {}", known.join(", ")))
         };
@@ -46,7 +62,7 @@ impl Style {
             width: *width,
             height: *height,
             samples: *samples,
-            camera: camera.as_ref().map(Sight::camera).transpose()?,
+            camera: camera.as_ref().map(View::camera).transpose()?,
             look: look(look_name)
                 .ok_or_else(|| unknown("look", look_name, LOOKS.iter().map(|l| l.name).collect()))?,
             lighting: match lighting.as_str() {
@@ -70,17 +86,17 @@ impl Style {
     }
 }
 
-/// What the rays of rows from one to before another have seen: linear colours and alpha, (rows, width, 4).
+/// Renders a range of rows, the end excluded, to linear colours and alpha: (rows, width, 4).
 #[pyfunction]
 pub fn expose<'py>(
     py: Python<'py>,
     scene: PyRef<'py, Scene>,
-    style: Style,
-    camera: Option<Sight>,
+    settings: PictureSettings,
+    camera: Option<View>,
     rows: (u32, u32),
     threads: usize,
 ) -> PyResult<Bound<'py, PyArray3<f64>>> {
-    let settings = style.settings(camera)?;
+    let settings = settings.resolve(camera)?;
     let (world, described) = (&*scene.world, &*scene.scene);
     let exposed = work(py, usize::MAX, threads, None, |run| {
         shotline_render::expose(world, described, &settings, rows.0..rows.1, run)
@@ -90,16 +106,16 @@ pub fn expose<'py>(
     numbers.into_pyarray(py).reshape([height as usize, width as usize, 4])
 }
 
-/// The picture of what all rows have seen.
+/// The picture from the linear colours of all rows.
 #[pyfunction]
 pub fn develop<'py>(
     py: Python<'py>,
     scene: PyRef<'py, Scene>,
-    style: Style,
-    camera: Option<Sight>,
+    settings: PictureSettings,
+    camera: Option<View>,
     samples: PyReadonlyArray3<'py, f64>,
 ) -> PyResult<Bound<'py, PyArray3<u8>>> {
-    let settings = style.settings(camera)?;
+    let settings = settings.resolve(camera)?;
     let (pixels, _) = samples.as_slice()?.as_chunks::<4>();
     let sample = |&[r, g, b, alpha]: &[f64; 4]| Sample { color: [r, g, b].into(), alpha };
     let samples = pixels.iter().map(sample).collect();
@@ -118,12 +134,12 @@ fn array<'py>(py: Python<'py>, image: &Image) -> PyResult<Bound<'py, PyArray3<u8
 pub fn render<'py>(
     py: Python<'py>,
     scene: PyRef<'py, Scene>,
-    style: Style,
-    camera: Option<Sight>,
+    settings: PictureSettings,
+    camera: Option<View>,
     threads: usize,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyArray3<u8>>> {
-    let settings = style.settings(camera)?;
+    let settings = settings.resolve(camera)?;
     let rays = settings.width as usize * settings.height as usize * settings.samples as usize;
     let (world, described) = (&*scene.world, &*scene.scene);
     let image = work(py, rays, threads, progress.as_ref(), |run| {
@@ -138,11 +154,11 @@ pub fn encode_png<'py>(py: Python<'py>, pixels: PyReadonlyArray3<'py, u8>) -> Py
     Ok(PyBytes::new(py, &png(&pixels)?))
 }
 
-/// Writes that PNG to a file, whole or not at all.
+/// Writes that PNG to a file, atomically.
 #[pyfunction]
 pub fn save_png(path: PathBuf, pixels: PyReadonlyArray3<u8>) -> PyResult<()> {
     let png = png(&pixels)?;
-    write_whole(&path, |out| out.write_all(&png)).map_err(unwritten)
+    atomic_write(&path, |out| out.write_all(&png)).map_err(write_error)
 }
 
 fn png(pixels: &PyReadonlyArray3<u8>) -> PyResult<Vec<u8>> {

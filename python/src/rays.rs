@@ -1,4 +1,4 @@
-//! Rays and points read from arrays in place.
+//! Rays and points, read in place from arrays.
 
 use numpy::{PyReadonlyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -7,7 +7,7 @@ use shotline::math::Vec3;
 use shotline::query::batch::{Points, Rays};
 use shotline::ray::{InvalidRay, Ray};
 
-/// Rows of numbers of which each ray takes three for its origin and three for its direction.
+/// The origins and directions of rays, in rows of three numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct RayRows<'a> {
     origins: Rows<'a>,
@@ -15,7 +15,7 @@ pub struct RayRows<'a> {
     count: usize,
 }
 
-/// Three numbers a row, a step apart; with a step of 0 all rows are the same.
+/// Rows of three numbers at a fixed step; with a step of 0 all rows are the same.
 #[derive(Clone, Copy, Debug)]
 struct Rows<'a> {
     numbers: &'a [f64],
@@ -25,7 +25,7 @@ struct Rows<'a> {
 impl Rows<'_> {
     #[inline]
     fn get(&self, row: usize) -> Vec3 {
-        // The constructor has checked the number of numbers.
+        // The constructor has checked the length.
         self.numbers
             .get(row * self.step..)
             .and_then(|rest| rest.first_chunk())
@@ -34,7 +34,8 @@ impl Rows<'_> {
 }
 
 impl<'a> RayRows<'a> {
-    /// Origins and directions of shape (n, 3), or (3,) for one that all rays have; or both in one array of shape (n, 6).
+    /// Takes origins and directions of shape (n, 3), or (3,) for one that all rays share; or both in one array of shape
+    /// (n, 6).
     pub fn new(
         count: usize,
         origins: &'a PyReadonlyArrayDyn<f64>,

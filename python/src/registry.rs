@@ -1,4 +1,4 @@
-//! What the core declares, for the Python half to make classes of.
+//! The registries of the core, from which the Python half makes its classes.
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -7,7 +7,7 @@ use shotline::math::{Affine, ComposedTransform};
 use shotline::scene::Units;
 use shotline::solid::{self, KINDS, Param, ParamError, Params};
 
-/// A parameter: its name, how many numbers it takes, its default, and what it is.
+/// A parameter: name, count of numbers, default, summary.
 type Parameter = (&'static str, usize, Option<Vec<f64>>, &'static str);
 
 /// The kinds of solids: name, summary, parameters.
@@ -29,25 +29,25 @@ pub fn check_solid(kind: &str, values: Vec<Vec<f64>>) -> PyResult<()> {
     }
 }
 
-/// The names of the accelerators, and which is the default.
+/// The names of the accelerators, and the default.
 #[pyfunction]
 pub fn accelerators() -> (Vec<&'static str>, &'static str) {
     (accel::NAMES.to_vec(), accel::DEFAULT)
 }
 
-/// The units of length that a scene may have, and what a scene without one calls that.
+/// The units of length of scenes, and the name for no unit.
 #[pyfunction]
 pub fn units() -> Vec<&'static str> {
     Units::ALL.iter().map(|(name, _)| *name).chain([Units::NONE]).collect()
 }
 
-/// What is counted: names and summaries.
+/// The counters: names and summaries.
 #[pyfunction]
 pub fn counters() -> Vec<(&'static str, &'static str)> {
     shotline::counters::COUNTERS.iter().map(|counter| (counter.name, counter.summary)).collect()
 }
 
-/// What a step of a placement takes: a rotation about an axis, or numbers.
+/// The argument of a transform step: a rotation about an axis, or numbers.
 #[derive(FromPyObject)]
 pub enum Amount {
     About {
@@ -59,7 +59,7 @@ pub enum Amount {
     Numbers(Vec<f64>),
 }
 
-/// The matrix of steps, the innermost first: worked out in double-double and rounded once, 12 numbers.
+/// The matrix of transform steps, the innermost first: computed in double-double and rounded once; 12 numbers.
 #[pyfunction]
 pub fn compose(steps: Vec<(String, Amount)>) -> PyResult<[f64; 12]> {
     let bad = |name: &str| PyValueError::new_err(format!("{name} takes other numbers"));

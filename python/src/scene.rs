@@ -18,11 +18,11 @@ use shotline::query::{Kinds, Overlaps, QueryError, Scope};
 use shotline::ray::Span;
 use shotline::scene::{Node, NodeId, Units};
 use shotline::solid::mesh::WeldError;
-use shotline_io::{Document, Effect, Packed, Problem, Reach, ReadOptions, WriteError};
+use shotline_io::{Diagnostic, Document, Effect, Packed, PathPolicy, ReadOptions, WriteError};
 
+use crate::cancellation::batch_work;
 use crate::mesh::Mesh;
 use crate::rays::{PointRows, RayRows};
-use crate::waiting::batch_work;
 
 /// A scene and its world; immutable.
 #[pyclass(frozen, module = "shotline._native")]
@@ -31,42 +31,42 @@ pub struct Scene {
     pub scene: Arc<shotline::scene::Scene>,
     pub world: Arc<World>,
     options: Options,
-    /// What scenes that differ in a placement are made of; made when first asked for.
+    /// The incrementally compiled scene, from which scenes with a moved part are made; built on first use.
     live: OnceLock<DynamicWorld>,
 }
 
-/// What is asked: how many rays, origins, directions, `t_min`, `t_max`, whether for surfaces only, threads, and the
-/// callable for progress.
+/// The `RayQuery` of the Python half, read by attribute.
 #[derive(FromPyObject)]
-struct Ask<'py>(
-    usize,
-    PyReadonlyArrayDyn<'py, f64>,
-    Option<PyReadonlyArrayDyn<'py, f64>>,
-    f64,
-    f64,
-    bool,
-    usize,
-    Option<Py<PyAny>>,
-);
+struct RayQuery<'py> {
+    ray_count: usize,
+    origins: PyReadonlyArrayDyn<'py, f64>,
+    directions: Option<PyReadonlyArrayDyn<'py, f64>>,
+    t_min: f64,
+    t_max: f64,
+    surfaces_only: bool,
+    threads: usize,
+    progress: Option<Py<PyAny>>,
+}
 
-impl Ask<'_> {
-    /// The answer of a query over all rays.
-    fn answer<T: Send>(
+impl RayQuery<'_> {
+    /// Runs a query over all rays.
+    fn run<T: Send>(
         &self,
         py: Python,
         query: impl FnOnce(&RayRows, Scope, Run) -> Result<T, BatchError> + Send,
     ) -> PyResult<T> {
-        let Ask(count, origins, directions, t_min, t_max, surfaces_only, threads, progress) = self;
-        let span = Span::new(*t_min, *t_max).map_err(|e| PyValueError::new_err(e.to_string()))?;
-        let kinds = if *surfaces_only { Kinds::Surfaces } else { Kinds::All };
+        let RayQuery { ray_count: count, origins, directions, threads, progress, .. } = self;
+        let span = Span::new(self.t_min, self.t_max).map_err(|e| PyValueError::new_err(e.to_string()))?;
+        let kinds = if self.surfaces_only { Kinds::Surfaces } else { Kinds::All };
         let scope = Scope { span, kinds };
         let rays = RayRows::new(*count, origins, directions.as_ref())?;
-        batch_work(py, *count, *threads, progress.as_ref(), |run| query(&rays, scope, run))?.map_err(failure)
+        batch_work(py, *count, *threads, progress.as_ref(), |run| query(&rays, scope, run))?
+            .map_err(batch_error)
     }
 }
 
-/// What a batch ends with as an exception.
-fn failure(error: BatchError) -> PyErr {
+/// The exception of a failed batch.
+fn batch_error(error: BatchError) -> PyErr {
     if error == BatchError::OutOfMemory {
         return PyMemoryError::new_err(format!("{error}; cast fewer rays at a time"));
     }
@@ -90,14 +90,15 @@ fn failure(error: BatchError) -> PyErr {
 /// A ValueError about one row, whose number is its attribute `row`.
 fn row_error(row: usize, message: String) -> PyErr {
     let error = PyValueError::new_err(message);
-    // Exceptions of Python take any attribute; if one should not, the message still names the row.
+    // Python exceptions accept any attribute; if this one does not, the message still names the row.
     let _ = Python::attach(|py| error.value(py).setattr("row", row));
     error
 }
 
-/// What is wrong with a scene that was made in Python, whose text the user never wrote: without places in that text.
-fn explained(scene: &shotline::scene::Scene, errors: Vec<SceneError>) -> PyErr {
-    let words = |error: SceneError| {
+/// The errors of a scene that was made in Python. They name objects instead of locations, since the user never saw the
+/// text of the scene.
+fn scene_error(scene: &shotline::scene::Scene, errors: Vec<SceneError>) -> PyErr {
+    let line = |error: SceneError| {
         let owner = error.node.and_then(|node| object_around(scene, node));
         let message = match owner {
             // Some messages begin with the object already.
@@ -106,10 +107,10 @@ fn explained(scene: &shotline::scene::Scene, errors: Vec<SceneError>) -> PyErr {
         };
         error.hint.map_or(message.clone(), |hint| format!("{message}; {hint}"))
     };
-    PyValueError::new_err(errors.into_iter().map(words).collect::<Vec<_>>().join("\n"))
+    PyValueError::new_err(errors.into_iter().map(line).collect::<Vec<_>>().join("\n"))
 }
 
-/// The name of the first object that has a node in its shape.
+/// The name of the first object whose shape contains a node.
 fn object_around(scene: &shotline::scene::Scene, wanted: NodeId) -> Option<&str> {
     let mut seen = vec![false; scene.nodes.len()];
     let mut stack: Vec<(NodeId, Option<&str>)> = scene.objects.iter().rev().map(|&id| (id, None)).collect();
@@ -128,7 +129,7 @@ fn object_around(scene: &shotline::scene::Scene, wanted: NodeId) -> Option<&str>
     None
 }
 
-/// What to do about it.
+/// How to avoid an error of a query.
 fn help(error: &QueryError) -> &'static str {
     match error {
         QueryError::NotASolid { .. } => {
@@ -148,8 +149,8 @@ fn help(error: &QueryError) -> &'static str {
     }
 }
 
-/// What could not be written as an exception.
-pub fn unwritten(error: WriteError) -> PyErr {
+/// The exception of a failed write.
+pub fn write_error(error: WriteError) -> PyErr {
     let message = error.to_string();
     match error {
         WriteError::Io { .. } => PyOSError::new_err(message),
@@ -180,13 +181,13 @@ impl Scene {
         let options = options(accel)?;
         let world = py.detach(|| compile(&document.scene, options));
         let world = world.map_err(|errors| match document.source.path() {
-            Some(_) => PyValueError::new_err(document.explain(&errors).to_string()),
-            None => explained(&document.scene, errors),
+            Some(_) => PyValueError::new_err(document.diagnostics(&errors).to_string()),
+            None => scene_error(&document.scene, errors),
         })?;
         Ok(Scene { scene: Arc::new(document.scene), world: Arc::new(world), options, live: OnceLock::new() })
     }
 
-    fn with(&self, path: &str, matrix: Affine) -> Result<Scene, Vec<SceneError>> {
+    fn moved(&self, path: &str, matrix: Affine) -> Result<Scene, Vec<SceneError>> {
         let mut live = match self.live.get() {
             Some(live) => live.clone(),
             None => {
@@ -202,21 +203,21 @@ impl Scene {
 
 #[pymethods]
 impl Scene {
-    /// From the words of a scene file, and the meshes it names by number.
+    /// Builds a scene from the text of a scene file and the meshes that it names by index.
     #[staticmethod]
     fn parse(py: Python, text: String, meshes: Vec<PyRef<Mesh>>, accel: Option<&str>) -> PyResult<Scene> {
         let packed = Packed { text, meshes: meshes.iter().map(|m| m.mesh.clone()).collect() };
         let document = py.detach(|| packed.unpack()).map_err(|error| {
-            let words = |problem: Problem| match problem.help {
-                Some(help) => format!("{}; {help}", problem.message),
-                None => problem.message,
+            let line = |diagnostic: Diagnostic| match diagnostic.help {
+                Some(help) => format!("{}; {help}", diagnostic.message),
+                None => diagnostic.message,
             };
-            PyValueError::new_err(error.problems.into_iter().map(words).collect::<Vec<_>>().join("\n"))
+            PyValueError::new_err(error.diagnostics.into_iter().map(line).collect::<Vec<_>>().join("\n"))
         })?;
         Scene::of(py, document, accel)
     }
 
-    /// From a file; with its notes, each with whether it changes the model.
+    /// Reads a scene from a file. Also returns its notes, each with whether it changes the model.
     #[staticmethod]
     fn load(
         py: Python,
@@ -225,32 +226,32 @@ impl Scene {
         allow_outside: bool,
         weld: Option<&str>,
     ) -> PyResult<(Scene, Vec<(String, bool)>)> {
-        let reach = if allow_outside { Reach::Anywhere } else { Reach::Folder };
+        let paths = if allow_outside { PathPolicy::Anywhere } else { PathPolicy::SceneFolder };
         let weld = weld.map(|weld| weld.parse().map_err(|e: WeldError| PyValueError::new_err(e.to_string())));
-        let options = ReadOptions { reach, weld: weld.transpose()? };
+        let options = ReadOptions { paths, weld: weld.transpose()? };
         let document = py.detach(|| shotline_io::load_with(&path, options));
         let document = document.map_err(|e| PyValueError::new_err(e.to_string()))?;
         let notes = document.notes.iter().map(|n| (n.to_string(), n.effect == Effect::Changed)).collect();
         Ok((Scene::of(py, document, accel)?, notes))
     }
 
-    /// Writes a file, and answers what was lost.
+    /// Writes a file; returns what was lost and which other files were written.
     fn save(&self, py: Python, path: PathBuf) -> PyResult<Vec<String>> {
         let notes = py.detach(|| shotline_io::save(&path, &self.scene));
-        notes.map_err(unwritten)
+        notes.map_err(write_error)
     }
 
-    /// The words of a scene file, and the meshes it names by number.
+    /// The text of a scene file, and the meshes that it names by index.
     fn pack(&self, py: Python) -> PyResult<(String, Vec<Mesh>)> {
         let packed = py.detach(|| shotline_io::pack(&self.scene));
         let Packed { text, meshes } = packed.map_err(|e| PyValueError::new_err(e.to_string()))?;
         Ok((text, meshes.into_iter().map(Mesh::of).collect::<PyResult<_>>()?))
     }
 
-    /// A scene in which what a path names is placed by another matrix, of 12 numbers.
+    /// A scene in which the node that a path names has another transform, of 12 numbers.
     fn with_moved(&self, py: Python, path: &str, matrix: [f64; 12]) -> PyResult<Scene> {
-        let moved = py.detach(|| self.with(path, Affine::from_row_major(matrix)));
-        moved.map_err(|errors| explained(&self.scene, errors))
+        let moved = py.detach(|| self.moved(path, Affine::from_row_major(matrix)));
+        moved.map_err(|errors| scene_error(&self.scene, errors))
     }
 
     fn object_names(&self) -> Vec<String> {
@@ -307,8 +308,8 @@ impl Scene {
         Ok(out)
     }
 
-    fn closest<'py>(&self, py: Python<'py>, ask: Ask<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let rows = ask.answer(py, |rays, scope, run| batch::closest(&self.world, rays, scope, run))?;
+    fn closest<'py>(&self, py: Python<'py>, rays: RayQuery<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let rows = rays.run(py, |rays, scope, run| batch::closest(&self.world, rays, scope, run))?;
         let ClosestRows { t, normal, object, surface, primitive, path, entering, t_err } = rows;
         (
             t.into_pyarray(py),
@@ -323,18 +324,18 @@ impl Scene {
             .into_pyobject(py)
     }
 
-    fn any<'py>(&self, py: Python<'py>, ask: Ask<'py>) -> PyResult<Bound<'py, PyArray1<bool>>> {
-        let rows = ask.answer(py, |rays, scope, run| batch::any(&self.world, rays, scope, run))?;
+    fn any<'py>(&self, py: Python<'py>, rays: RayQuery<'py>) -> PyResult<Bound<'py, PyArray1<bool>>> {
+        let rows = rays.run(py, |rays, scope, run| batch::any(&self.world, rays, scope, run))?;
         Ok(rows.into_pyarray(py))
     }
 
-    fn count<'py>(&self, py: Python<'py>, ask: Ask<'py>) -> PyResult<Bound<'py, PyArray1<i64>>> {
-        let rows = ask.answer(py, |rays, scope, run| batch::count(&self.world, rays, scope, run))?;
+    fn count<'py>(&self, py: Python<'py>, rays: RayQuery<'py>) -> PyResult<Bound<'py, PyArray1<i64>>> {
+        let rows = rays.run(py, |rays, scope, run| batch::count(&self.world, rays, scope, run))?;
         Ok(rows.into_pyarray(py))
     }
 
-    fn crossings<'py>(&self, py: Python<'py>, ask: Ask<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let rows = ask.answer(py, |rays, scope, run| batch::crossings(&self.world, rays, scope, run))?;
+    fn crossings<'py>(&self, py: Python<'py>, rays: RayQuery<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let rows = rays.run(py, |rays, scope, run| batch::crossings(&self.world, rays, scope, run))?;
         let CrossingRows { ray_splits, t, normal, entering, object, surface, primitive, path, kind, t_err } =
             rows;
         (
@@ -352,10 +353,15 @@ impl Scene {
             .into_pyobject(py)
     }
 
-    fn segments<'py>(&self, py: Python<'py>, ask: Ask<'py>, overlaps: &str) -> PyResult<Bound<'py, PyTuple>> {
-        let overlaps = policy(overlaps)?;
+    fn segments<'py>(
+        &self,
+        py: Python<'py>,
+        rays: RayQuery<'py>,
+        overlaps: &str,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        let overlaps = overlap_policy(overlaps)?;
         let rows =
-            ask.answer(py, |rays, scope, run| batch::segments(&self.world, rays, scope.span, overlaps, run))?;
+            rays.run(py, |rays, scope, run| batch::segments(&self.world, rays, scope.span, overlaps, run))?;
         let SegmentRows { ray_splits, t_in, t_out, length, material, object, path, overlaps } = rows;
         (
             ray_splits.into_pyarray(py),
@@ -370,15 +376,16 @@ impl Scene {
             .into_pyobject(py)
     }
 
-    /// Lengths, (rays, columns), and how many overlaps were met.
+    /// Lengths, (rays, columns), and the number of overlaps.
     fn thickness<'py>(
         &self,
         py: Python<'py>,
-        ask: Ask<'py>,
+        rays: RayQuery<'py>,
         by: &str,
         overlaps: &str,
     ) -> PyResult<(Bound<'py, PyArray2<f64>>, u64)> {
-        let overlaps = policy(overlaps)?;
+        let overlaps = overlap_policy(overlaps)?;
+        let count = rays.ray_count;
         let by = match by {
             "material" => By::Material,
             "object" => By::Object,
@@ -387,17 +394,17 @@ impl Scene {
                 return Err(PyValueError::new_err(message));
             }
         };
-        let found = ask.answer(py, |rays, scope, run| {
-            batch::thickness(&self.world, rays, scope.span, by, overlaps, run)
-        })?;
-        let shape = [ask.0, found.columns];
+        let found = rays
+            .run(py, |rays, scope, run| batch::thickness(&self.world, rays, scope.span, by, overlaps, run))?;
+        let shape = [count, found.columns];
         Ok((found.lengths.into_pyarray(py).reshape(shape)?, found.overlaps))
     }
 
-    /// What the closest crossing takes, (rays, counters).
-    fn cost<'py>(&self, py: Python<'py>, ask: Ask<'py>) -> PyResult<Bound<'py, PyArray2<i64>>> {
-        let costs = ask.answer(py, |rays, scope, run| batch::cost(&self.world, rays, scope, run))?;
-        costs.into_pyarray(py).reshape([ask.0, COUNTERS.len()])
+    /// The work of finding the closest crossing, (rays, counters).
+    fn cost<'py>(&self, py: Python<'py>, rays: RayQuery<'py>) -> PyResult<Bound<'py, PyArray2<i64>>> {
+        let count = rays.ray_count;
+        let costs = rays.run(py, |rays, scope, run| batch::cost(&self.world, rays, scope, run))?;
+        costs.into_pyarray(py).reshape([count, COUNTERS.len()])
     }
 
     /// Whether points of shape (n, 3) are inside.
@@ -412,7 +419,7 @@ impl Scene {
         let inside = batch_work(py, rows.len(), threads, progress.as_ref(), |run| {
             batch::contains(&self.world, &rows, run)
         })?;
-        Ok(inside.map_err(failure)?.into_pyarray(py))
+        Ok(inside.map_err(batch_error)?.into_pyarray(py))
     }
 
     /// The objects that hold points of shape (n, 3): splits, objects.
@@ -427,13 +434,13 @@ impl Scene {
         let found = batch_work(py, rows.len(), threads, progress.as_ref(), |run| {
             batch::objects_containing(&self.world, &rows, run)
         })?;
-        let ObjectRows { point_splits, object } = found.map_err(failure)?;
+        let ObjectRows { point_splits, object } = found.map_err(batch_error)?;
         (point_splits.into_pyarray(py), object.into_pyarray(py)).into_pyobject(py)
     }
 }
 
-/// What a query does where objects overlap.
-pub fn policy(name: &str) -> PyResult<Overlaps> {
+/// The policy for overlapping objects.
+pub fn overlap_policy(name: &str) -> PyResult<Overlaps> {
     match name {
         "error" => Ok(Overlaps::Error),
         "priority" => Ok(Overlaps::Priority),

@@ -310,7 +310,7 @@ def test_unpickling_beside_the_first_import(scene, tmp_path):
         begun = threading.Event()
         class Slow:
             def find_spec(self, name, path=None, target=None):
-                if name == "shotline.looks":
+                if name == "shotline.appearance":
                     begun.set()
                     time.sleep(0.5)
         sys.meta_path.insert(0, Slow())

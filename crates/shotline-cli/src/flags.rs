@@ -11,7 +11,7 @@ use shotline::query::Kinds;
 use shotline::ray::Span;
 use shotline::scene::Scene;
 use shotline::solid::mesh::Weld;
-use shotline_io::{Reach, ReadOptions};
+use shotline_io::{PathPolicy, ReadOptions};
 
 use crate::failure::Failure;
 use crate::stream;
@@ -40,7 +40,7 @@ impl Model {
     /// How to read it.
     pub fn options(&self) -> ReadOptions {
         ReadOptions {
-            reach: if self.allow_outside { Reach::Anywhere } else { Reach::Folder },
+            paths: if self.allow_outside { PathPolicy::Anywhere } else { PathPolicy::SceneFolder },
             weld: self.weld,
         }
     }

@@ -9,7 +9,7 @@ use shotline::compile::{self, World};
 use shotline::ray::Ray;
 use shotline::scene::{Node, Scene};
 use shotline::solid::mesh::{MeshSolid, TriangleMesh};
-use shotline_io::{Document, Effect, system_words};
+use shotline_io::{Document, Effect, os_error_message};
 use shotline_render::view;
 
 use crate::failure::Failure;
@@ -22,7 +22,7 @@ fn read_stream() -> Result<Vec<u8>, Failure> {
     let mut bytes = Vec::new();
     match io::stdin().lock().read_to_end(&mut bytes) {
         Ok(_) => Ok(bytes),
-        Err(e) => Err(Failure::new(format!("{STDIN} cannot be read: {}", system_words(&e)))),
+        Err(e) => Err(Failure::new(format!("{STDIN} cannot be read: {}", os_error_message(&e)))),
     }
 }
 
@@ -110,7 +110,7 @@ fn has_no_volume(mesh: &TriangleMesh) -> bool {
 /// All errors, with their locations in the file.
 pub fn compile(document: &Document, build: &Build) -> Result<World, Failure> {
     compile::compile(&document.scene, build.options())
-        .map_err(|errors| Failure::new(document.explain(&errors).to_string()))
+        .map_err(|errors| Failure::new(document.diagnostics(&errors).to_string()))
 }
 
 /// Reads and checks rays; `-` is standard input.

@@ -3,7 +3,7 @@
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
-use shotline_io::{Output, WriteError, system_words, write_stream, write_whole};
+use shotline_io::{Output, WriteError, atomic_write, os_error_message, write_stream};
 
 use crate::failure::Failure;
 use crate::stream::is_stream;
@@ -94,12 +94,12 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
 /// If it cannot be written.
 pub fn fill(path: &Path, fill: impl FnOnce(&mut Output) -> io::Result<()>) -> Result<(), Failure> {
     if !is_stream(path) {
-        return written(write_whole(path, fill));
+        return written(atomic_write(path, fill));
     }
     match write_stream(&mut io::stdout().lock(), fill) {
         // A reader that stops early is not an error.
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
-            Err(Failure::new(format!("stdout cannot be written: {}", system_words(&e))))
+            Err(Failure::new(format!("stdout cannot be written: {}", os_error_message(&e))))
         }
         _ => Ok(()),
     }
@@ -133,7 +133,7 @@ pub fn print(text: &str) -> Result<(), Failure> {
     let mut stdout = io::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
-            Err(Failure::new(format!("stdout cannot be written: {}", system_words(&e))))
+            Err(Failure::new(format!("stdout cannot be written: {}", os_error_message(&e))))
         }
         _ => Ok(()),
     }

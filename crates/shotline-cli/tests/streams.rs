@@ -43,7 +43,10 @@ fn a_dash_is_standard_input_and_output() {
     let text = String::from_utf8(text).unwrap();
     assert!(code == Some(0) && text.starts_with("stdin: ") && text.ends_with("\nstdin: sound\n"), "{text}");
     let (code, _, errors) = piped(&sandbox, &cast, b"rubbish");
-    assert!(code == Some(2) && errors.starts_with("error: stdin: byte 0: this is no .npy file"), "{errors}");
+    assert!(
+        code == Some(2) && errors.starts_with("error: stdin: byte 0: this is not a .npy file"),
+        "{errors}"
+    );
     let (code, text, errors) = piped(&sandbox, &["convert", "drilled.json", "-"], b"");
     assert!(code == Some(0) && text.starts_with(b"{"), "{errors}");
     let both = ["cast", "-", "--rays", "-", "--query", "any", "-o", "a.npz"];

@@ -1,9 +1,11 @@
-//! A place in a run of bytes that never reads beyond its end, and what texts are made of: lines, words and numbers.
+//! A cursor over bytes that never reads beyond their end, and the lines, words and numbers of a text.
 
-use crate::fault::{At, Fault};
+use crate::diagnostic::RawDiagnostic;
+use crate::lines::{break_at, mark_length};
+use crate::location::RawLocation;
 use crate::note::{Effect, NoteKind, Notes};
 
-/// Bytes with a position.
+/// A position in some bytes.
 #[derive(Clone, Debug)]
 pub(crate) struct Cursor<'b> {
     bytes: &'b [u8],
@@ -15,7 +17,7 @@ impl<'b> Cursor<'b> {
         Cursor { bytes, at: at.min(bytes.len()) }
     }
 
-    /// How many bytes are left.
+    /// The number of bytes left.
     pub(crate) fn left(&self) -> usize {
         self.bytes.len() - self.at
     }
@@ -25,7 +27,7 @@ impl<'b> Cursor<'b> {
         &self.bytes[self.at..]
     }
 
-    /// The next `count` bytes, if there are so many.
+    /// The next `count` bytes; `None` if there are fewer.
     pub(crate) fn take(&mut self, count: usize) -> Option<&'b [u8]> {
         let end = self.at.checked_add(count)?;
         let taken = self.bytes.get(self.at..end)?;
@@ -33,7 +35,7 @@ impl<'b> Cursor<'b> {
         Some(taken)
     }
 
-    /// The next line and where it begins, without its break (`\n`, `\r\n` or `\r`); `None` at the end.
+    /// The next line and its offset, without its break (`\n`, `\r\n` or `\r`); `None` at the end.
     pub(crate) fn line(&mut self) -> Option<(usize, &'b [u8])> {
         let start = self.at;
         let rest = self.bytes.get(start..).filter(|rest| !rest.is_empty())?;
@@ -43,39 +45,14 @@ impl<'b> Cursor<'b> {
     }
 }
 
-/// How many bytes the line break at a place takes; 0 where there is none.
-pub(crate) fn break_at(bytes: &[u8], at: usize) -> usize {
-    match bytes.get(at..).unwrap_or_default() {
-        [b'\r', b'\n', ..] => 2,
-        [b'\r' | b'\n', ..] => 1,
-        _ => 0,
-    }
-}
-
-/// The line, counted from 1, in which a byte stands. Line breaks are those of [`Cursor::line`].
-pub(crate) fn line_at(bytes: &[u8], at: usize) -> usize {
-    1 + line_starts(&bytes[..at.min(bytes.len())]).count()
-}
-
-/// Where the second line and those after it begin.
-pub(crate) fn line_starts(bytes: &[u8]) -> impl Iterator<Item = usize> {
-    // The last byte of a break is one where a break of one byte is read.
-    (0..bytes.len()).filter(|i| break_at(bytes, *i) == 1).map(|i| i + 1)
-}
-
-/// The length of a UTF-8 byte order mark at the beginning; 0 where there is none.
-pub(crate) fn mark_length(bytes: &[u8]) -> usize {
-    if bytes.starts_with(b"\xEF\xBB\xBF") { 3 } else { 0 }
-}
-
-/// Where a text begins, behind its byte order mark.
+/// The offset at which a text begins, after its byte order mark.
 ///
 /// # Errors
-/// If it is text of 16 or 32 bits a character, which no reader takes.
-pub(crate) fn text_start(bytes: &[u8]) -> Result<usize, Fault> {
+/// If it is UTF-16 or UTF-32, which no reader accepts.
+pub(crate) fn text_start(bytes: &[u8]) -> Result<usize, RawDiagnostic> {
     match wide_encoding(bytes) {
         None => Ok(mark_length(bytes)),
-        Some(name) => Err(Fault::file(format!("is {name} text; save it as UTF-8"))
+        Some(name) => Err(RawDiagnostic::file(format!("is {name} text; save it as UTF-8"))
             .help("editors offer the encoding when saving; `iconv -f UTF-16 -t UTF-8` converts it as well")),
     }
 }
@@ -83,35 +60,36 @@ pub(crate) fn text_start(bytes: &[u8]) -> Result<usize, Fault> {
 const ZEROS: NoteKind = NoteKind {
     name: "zero_bytes",
     effect: Effect::Changed,
-    one: "1 zero byte behind the text was dropped; the file may be cut off",
-    many: "# zero bytes behind the text were dropped; the file may be cut off",
+    one: "1 zero byte after the text was dropped; the file may be cut off",
+    many: "# zero bytes after the text were dropped; the file may be cut off",
 };
 
-/// A text without the zero bytes that some programs fill up files with, which are noted.
+/// A text without the zero bytes at its end with which some programs pad files; they are noted.
 ///
 /// # Errors
-/// If there is a zero byte within the text: a crash of a system leaves such files, in which parts of lines are lost.
-pub(crate) fn without_zeros<'b>(bytes: &'b [u8], notes: &mut Notes) -> Result<&'b [u8], Fault> {
+/// If there is a zero byte within the text: a system crash leaves such files, in which parts of lines are lost.
+pub(crate) fn without_zeros<'b>(bytes: &'b [u8], notes: &mut Notes) -> Result<&'b [u8], RawDiagnostic> {
     if !bytes.contains(&0) {
         return Ok(bytes);
     }
     let first = bytes.iter().position(|b| *b == 0).unwrap_or(bytes.len());
     let (text, rest) = bytes.split_at(first);
     if rest.iter().all(|b| matches!(b, 0 | 0x1A) || b.is_ascii_whitespace()) {
-        notes.add_many(&ZEROS, rest.iter().filter(|b| **b == 0).count(), At::Text(first..first + 1));
+        notes.add_many(&ZEROS, rest.iter().filter(|b| **b == 0).count(), RawLocation::Text(first..first + 1));
         return Ok(text);
     }
     Err(zero_byte(first))
 }
 
-/// The fault of a zero byte within a text.
-pub(crate) fn zero_byte(at: usize) -> Fault {
+/// The diagnostic for a zero byte within a text.
+pub(crate) fn zero_byte(at: usize) -> RawDiagnostic {
     let message = "there is a zero byte (NUL) in the text, so the file is damaged";
-    Fault::text(at..at + 1, message)
+    RawDiagnostic::text(at..at + 1, message)
         .help("copy the file again or export it again; what was lost cannot be guessed")
 }
 
-/// The name of an encoding of more than 8 bits, by its byte order mark or by the zero bytes between its letters.
+/// The name of an encoding wider than 8 bits, recognised by its byte order mark or by the zero bytes between its
+/// letters.
 pub(crate) fn wide_encoding(bytes: &[u8]) -> Option<&'static str> {
     if bytes.starts_with(b"\xFF\xFE\0\0") || bytes.starts_with(b"\0\0\xFE\xFF") {
         return Some("UTF-32");
@@ -123,14 +101,14 @@ pub(crate) fn wide_encoding(bytes: &[u8]) -> Option<&'static str> {
     (is_marked || every(0) || every(1)).then_some("UTF-16")
 }
 
-/// A line without a comment, which begins with `#`, but not in the numbers `1.#IND` and `1.#INF` of old programs.
+/// A line without its comment. A comment begins with `#`, except in the numbers `1.#IND` and `1.#INF` of old programs.
 pub(crate) fn without_comment(line: &[u8]) -> &[u8] {
     let marks = line.iter().enumerate().filter(|(_, b)| **b == b'#').map(|(i, _)| i);
     &line[..marks.into_iter().find(|i| *i == 0 || line[i - 1] != b'.').unwrap_or(line.len())]
 }
 
-/// The words of a line, each with the bytes at which it stands; `start` is where the line begins. The mark of DOS for
-/// the end of a file stands between words.
+/// The words of a line, each with its offset; `start` is the offset of the line. The end-of-file character of DOS
+/// counts as white space.
 pub(crate) fn words(line: &[u8], start: usize) -> impl Iterator<Item = Word<'_>> {
     let mut at = 0;
     let is_gap = |b: &u8| b.is_ascii_whitespace() || matches!(b, 0x0B | 0x1A);
@@ -155,12 +133,12 @@ impl Word<'_> {
         self.start..self.start + self.bytes.len()
     }
 
-    /// The word for a message: shortened, and readable whatever its bytes are.
+    /// The word for a message: shortened, and readable for any bytes.
     pub(crate) fn shown(&self) -> String {
         String::from_utf8_lossy(&self.bytes[..self.bytes.len().min(40)]).into_owned()
     }
 
-    /// Whether it is a keyword, in whatever case.
+    /// Whether it is this keyword, ignoring case.
     pub(crate) fn is(&self, word: &str) -> bool {
         self.bytes.eq_ignore_ascii_case(word.as_bytes())
     }
@@ -169,14 +147,18 @@ impl Word<'_> {
         std::str::from_utf8(self.bytes).ok()?.parse().ok()
     }
 
-    /// A number, which may be NaN or infinite, as the libraries of C and of Windows write these.
+    /// A number. It may be NaN or infinite, as the C libraries of Unix and Windows write these.
     ///
     /// # Errors
     /// If it is not a number, as in `1,5` or `3.1+e2`.
-    pub(crate) fn number(&self) -> Result<f64, Fault> {
+    pub(crate) fn number(&self) -> Result<f64, RawDiagnostic> {
         self.parse::<f64>().or_else(|| self.is_odd().then_some(f64::NAN)).ok_or_else(|| {
-            let fault = Fault::text(self.range(), format!("'{}' is not a number", self.shown()));
-            if self.bytes.contains(&b',') { fault.help("write decimals with a point") } else { fault }
+            let diagnostic = RawDiagnostic::text(self.range(), format!("'{}' is not a number", self.shown()));
+            if self.bytes.contains(&b',') {
+                diagnostic.help("write decimals with a point")
+            } else {
+                diagnostic
+            }
         })
     }
 
@@ -184,13 +166,13 @@ impl Word<'_> {
     ///
     /// # Errors
     /// If it is not a finite number.
-    pub(crate) fn finite(&self) -> Result<f64, Fault> {
+    pub(crate) fn finite(&self) -> Result<f64, RawDiagnostic> {
         let number = self.number()?;
-        let fault = || Fault::text(self.range(), format!("{} is not finite", self.shown()));
-        number.is_finite().then_some(number).ok_or_else(fault)
+        let diagnostic = || RawDiagnostic::text(self.range(), format!("{} is not finite", self.shown()));
+        number.is_finite().then_some(number).ok_or_else(diagnostic)
     }
 
-    /// Whether this is how old programs write NaN and infinity: `-1.#IND`, `1.#INF`, `nan(ind)`.
+    /// Whether this is a spelling of NaN or infinity by old programs: `-1.#IND`, `1.#INF`, `nan(ind)`.
     pub(crate) fn is_odd(&self) -> bool {
         let sign = usize::from(matches!(self.bytes.first(), Some(b'-' | b'+')));
         let lower = self.bytes[sign..].to_ascii_lowercase();

@@ -1,4 +1,4 @@
-//! A file that has been read: the scene, and where in the text everything stood.
+//! A file that has been read: the scene, and the location of each node in the text.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use shotline::compile::SceneError;
 use shotline::scene::{Node, NodeId, Scene};
 
+use crate::diagnostic::{Diagnostics, RawDiagnostic};
 use crate::error::ReadError;
-use crate::fault::{Fault, Faults};
 use crate::note::Note;
 
 /// A scene with its source.
@@ -15,13 +15,13 @@ use crate::note::Note;
 pub struct Document {
     /// The scene.
     pub scene: Scene,
-    /// What the readers of the files passed over, dropped or repaired.
+    /// What the readers of the files skipped, dropped or repaired.
     pub notes: Vec<Note>,
-    /// Where it came from.
+    /// The file and text it was read from.
     pub source: Source,
 }
 
-/// Where a scene came from.
+/// The file and text that a scene was read from.
 #[derive(Clone, Debug, Default)]
 pub struct Source {
     path: Option<PathBuf>,
@@ -30,11 +30,11 @@ pub struct Source {
     find_param: Option<FindParam>,
 }
 
-/// Finds a parameter in the text of a node, for formats whose nodes have any.
+/// Finds a parameter in the text of a node, in formats that have parameters.
 pub(crate) type FindParam = fn(node: &str, param: &str) -> Option<Range<usize>>;
 
 impl Source {
-    /// A file whose nodes cannot be found in it.
+    /// A file whose nodes have no location.
     pub(crate) fn opaque(path: &Path) -> Source {
         Source { path: Some(path.into()), ..Source::default() }
     }
@@ -59,7 +59,7 @@ impl Source {
         &self.text
     }
 
-    /// The bytes of the text at which a node was written, or one of its parameters.
+    /// The bytes of the text that define a node, or one of its parameters.
     pub fn find(&self, node: NodeId, param: Option<&str>) -> Option<Range<usize>> {
         let whole = self.spans.get(node.0 as usize)?.clone();
         Some(param.and_then(|param| self.find_param(&whole, param)).unwrap_or(whole))
@@ -72,31 +72,31 @@ impl Source {
 }
 
 impl Document {
-    /// The errors of a compiled scene as problems of its file.
-    pub fn explain(&self, errors: &[SceneError]) -> ReadError {
-        let mut faults = Faults::default();
+    /// The errors of the compiler as diagnostics of the file.
+    pub fn diagnostics(&self, errors: &[SceneError]) -> ReadError {
+        let mut diagnostics = Diagnostics::default();
         for error in errors {
-            // Finding a place costs reading its node, which is done only for errors that are listed.
-            let node = error.node.filter(|_| !faults.is_full());
-            let fault = match node.and_then(|node| self.place_of(node, error.param)) {
-                Some(place) => Fault::text(place, &error.message),
-                None => Fault::file(self.without_file(&error.message)),
+            // Locating an error means parsing its node again, so only errors that are listed are located.
+            let node = error.node.filter(|_| !diagnostics.is_full());
+            let diagnostic = match node.and_then(|node| self.location_of(node, error.param)) {
+                Some(range) => RawDiagnostic::text(range, &error.message),
+                None => RawDiagnostic::file(self.without_file(&error.message)),
             };
-            faults.push(Fault { help: error.hint.clone(), ..fault });
+            diagnostics.push(RawDiagnostic { help: error.hint.clone(), ..diagnostic });
         }
-        ReadError::new(self.source.path(), self.source.text.as_bytes(), faults)
+        ReadError::new(self.source.path(), self.source.text.as_bytes(), diagnostics)
     }
 
-    /// A message without the name of the mesh file at its beginning, if that is the file that was read: its path
-    /// stands before every message.
+    /// A message without the name of the mesh file at its beginning, if that is the file that was read: every message
+    /// is printed with the path of that file.
     fn without_file<'m>(&self, message: &'m str) -> &'m str {
         let name = self.source.path().and_then(Path::file_name).and_then(|name| name.to_str());
         let rest = name.and_then(|name| message.strip_prefix(name)?.strip_prefix(": "));
         rest.unwrap_or(message)
     }
 
-    /// What a message about a node points at: the parameter, the placement, or the first line of the node.
-    fn place_of(&self, node: NodeId, param: Option<&str>) -> Option<Range<usize>> {
+    /// The range that a message about a node marks: the parameter, the placement, or the node.
+    fn location_of(&self, node: NodeId, param: Option<&str>) -> Option<Range<usize>> {
         let placement = ["transform", "scale", "rotate", "translate"];
         let placement = placement.iter().filter(|_| matches!(self.scene.node(node), Node::Transform { .. }));
         let whole = self.source.find(node, None)?;

@@ -1,5 +1,5 @@
-//! What must hold of any bytes at all: the bodies of the fuzz targets in `fuzz/`, which a test runs over their corpus
-//! as well.
+//! Properties that must hold for any bytes: the bodies of the fuzz targets in `fuzz/`. A test also runs them over their
+//! corpus.
 
 use std::path::Path;
 
@@ -11,19 +11,19 @@ use shotline::testkit::{agreement, bytes};
 
 use crate::document::Document;
 use crate::error::ReadError;
-use crate::format::{Content, Format};
-use crate::polygon::hold;
-use crate::{arrays, obj, parse_scene, ply, scene_json, stl, write_scene};
+use crate::format::{Content, FORMATS, Format};
+use crate::polygon::invariants;
+use crate::{arrays, parse_scene, write_scene};
 
-/// What must hold of bytes; panics where it does not.
+/// Checks a property of some bytes; panics if it does not hold.
 pub type Target = fn(&[u8]);
 
-/// Every target by its name, the name of its corpus.
+/// Every target by its name, which is also the name of its corpus.
 pub const TARGETS: &[(&str, Target)] = &[
     ("scene", scene),
-    ("ply", |bytes| mesh(&ply::FORMAT, bytes)),
-    ("obj", |bytes| mesh(&obj::FORMAT, bytes)),
-    ("stl", |bytes| mesh(&stl::FORMAT, bytes)),
+    ("ply", |bytes| mesh("PLY", bytes)),
+    ("obj", |bytes| mesh("OBJ", bytes)),
+    ("stl", |bytes| mesh("STL", bytes)),
     ("npy", npy),
     ("polygon", polygon),
     ("cast", cast),
@@ -34,28 +34,35 @@ pub const TARGETS: &[(&str, Target)] = &[
 /// Runs the target of a name.
 ///
 /// # Panics
-/// Where something does not hold, or there is no such target.
+/// If a property does not hold, or there is no such target.
 pub fn run(name: &str, bytes: &[u8]) {
     let (_, target) = TARGETS.iter().find(|(known, _)| *known == name).expect("a target");
     target(bytes);
 }
 
-/// An error says something.
-fn told(error: &ReadError) {
-    assert!(!error.problems.is_empty() && error.problems.iter().all(|p| !p.message.is_empty()), "{error:?}");
+fn format(name: &str) -> &'static Format {
+    FORMATS.iter().find(|format| format.name == name).expect("a format")
+}
+
+/// An error has a message.
+fn has_message(error: &ReadError) {
+    assert!(
+        !error.diagnostics.is_empty() && error.diagnostics.iter().all(|p| !p.message.is_empty()),
+        "{error:?}"
+    );
     assert!(!error.to_string().is_empty());
 }
 
-/// An error that says how to mend the file as well.
-fn told_with_help(error: &ReadError) {
-    told(error);
-    assert!(error.problems.iter().all(|p| p.help.is_some()), "{error}");
+/// An error has a message and says how to correct the file.
+fn has_help(error: &ReadError) {
+    has_message(error);
+    assert!(error.diagnostics.iter().all(|p| p.help.is_some()), "{error}");
 }
 
-/// A scene that reads is written so that it reads as the same.
+/// A scene that can be read is written so that it reads back as the same scene.
 fn scene(bytes: &[u8]) {
-    match scene_json::FORMAT.read(Path::new("folder/scene.json"), bytes.to_vec()) {
-        Err(error) => told(&error),
+    match format("scene").read(Path::new("folder/scene.json"), bytes.to_vec()) {
+        Err(error) => has_message(&error),
         Ok(document) => {
             let text = write_scene(&document.scene).expect("what was read can be written");
             let again = parse_scene(text.clone(), None).unwrap_or_else(|e| panic!("{text}\n{e}"));
@@ -64,11 +71,12 @@ fn scene(bytes: &[u8]) {
     }
 }
 
-/// A mesh that reads names vertices that exist, at places that exist, and is written so that it reads as the same.
-fn mesh(format: &Format, bytes: &[u8]) {
-    let Content::Mesh { read, write } = format.content else { return };
+/// A mesh that can be read has faces with valid, finite vertices, and is written so that it reads back as the same mesh.
+fn mesh(name: &str, bytes: &[u8]) {
+    let format = format(name);
+    let Content::Mesh { read, write, .. } = format.content else { return };
     let document = match format.read(Path::new("folder/mesh"), bytes.to_vec()) {
-        Err(error) => return told_with_help(&error),
+        Err(error) => return has_help(&error),
         Ok(document) => document,
     };
     let Some(Node::Mesh { mesh, .. }) = document.scene.nodes.first() else { panic!("{document:?}") };
@@ -87,18 +95,18 @@ fn mesh(format: &Format, bytes: &[u8]) {
     assert_eq!(corners(&again), corners(mesh));
 }
 
-/// Two bytes are a corner, the first three say in which plane they lie.
+/// The first three bytes choose a plane; every two bytes after them are a corner in it.
 fn polygon(bytes: &[u8]) {
     let [axis, slopes @ ..] = bytes else { return };
     let [u, v, corners @ ..] = slopes else { return };
     let (pairs, _) = corners.as_chunks::<2>();
     let corners: Vec<[i64; 2]> = pairs.iter().take(200).map(|p| p.map(|b| i64::from(b as i8))).collect();
-    hold::cut_holds(&corners, usize::from(axis % 3), [*u, *v].map(|b| i64::from(b as i8) / 16));
+    invariants::check(&corners, usize::from(axis % 3), [*u, *v].map(|b| i64::from(b as i8) / 16));
 }
 
 fn npy(bytes: &[u8]) {
     match arrays::parse_rays(bytes) {
-        Err(error) => told_with_help(&error),
+        Err(error) => has_help(&error),
         Ok(rows) => {
             assert!(rows.len() * 24 <= bytes.len());
             if let Err(bad) = arrays::rays_of(&rows) {
@@ -108,16 +116,16 @@ fn npy(bytes: &[u8]) {
     }
 }
 
-/// More nodes than this, with shared parts written out, take a fuzzer too long.
-const WRITTEN_OUT: u64 = 2000;
+/// The maximum number of nodes with sharing expanded; more take a fuzzer too long.
+const MAX_EXPANDED: u64 = 2000;
 
-/// A scene that reads is cast at: along its camera's view, and from all around.
+/// Casts rays at a scene that can be read: along the view of its camera, and from all directions.
 fn cast(bytes: &[u8]) {
     let Ok(text) = String::from_utf8(bytes.to_vec()) else { return };
     let Ok(document) = parse_scene(text, None) else { return };
-    match written_out(&document.scene) {
-        None => assert!(!agreement::hold(&document.scene, &[]), "a part contains itself"),
-        Some(size) if size > WRITTEN_OUT => {}
+    match expanded_size(&document.scene) {
+        None => assert!(!agreement::hold(&document.scene, &[]), "a node contains itself"),
+        Some(size) if size > MAX_EXPANDED => {}
         Some(_) => compiled(&document, bytes.iter().fold(0, |sum, b| sum * 31 % 65_537 + u64::from(*b))),
     }
 }
@@ -127,7 +135,7 @@ fn compiled(document: &Document, seed: u64) {
     let rays: Vec<(Ray, Span)> = rays(scene.camera.as_ref(), &mut Random::new(seed)).collect();
     if !agreement::hold(scene, &rays) {
         let errors = shotline::compile::compile(scene, Default::default()).expect_err("refused before");
-        told(&document.explain(&errors));
+        has_message(&document.diagnostics(&errors));
     }
 }
 
@@ -142,10 +150,10 @@ fn rays(camera: Option<&Camera>, random: &mut Random) -> impl Iterator<Item = (R
     pairs.into_iter().filter_map(|(o, d)| Ray::new(o, d).ok()).zip(spans)
 }
 
-/// How many nodes the largest part has when what it shares is written out; `None` if a part contains itself.
-fn written_out(scene: &Scene) -> Option<u64> {
+/// The number of nodes of the largest node with sharing expanded; `None` if a node contains itself.
+fn expanded_size(scene: &Scene) -> Option<u64> {
     let mut sizes = vec![1u64; scene.nodes.len()];
-    // Each pass settles at least one node more, unless there is a cycle.
+    // Each pass fixes the size of at least one more node, unless there is a cycle.
     for _ in 0..=scene.nodes.len() {
         let before = sizes.clone();
         for (i, node) in scene.nodes.iter().enumerate() {

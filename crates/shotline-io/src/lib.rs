@@ -1,8 +1,8 @@
-//! Files for shotline: scenes, meshes and arrays. The core knows no file; this crate knows no query.
+//! Files for shotline: scenes, meshes and arrays. The core reads no files; this crate makes no queries.
 //!
-//! [`load`] reads a scene or a mesh, [`save()`] writes one. A [`Document`] keeps where everything stood, so that
-//! what [`shotline::compile`] finds wrong is shown in the file. Every reader takes any bytes at all: what is
-//! wrong with them is a [`ReadError`] that says where, and memory stays in proportion to the file.
+//! [`load`] reads a scene or a mesh, [`save()`] writes one. A [`Document`] keeps the location of each node, so that
+//! errors of [`shotline::compile`] are shown in the file. Every reader accepts any bytes: it reports what is wrong
+//! with them as a [`ReadError`] with locations, and uses memory in proportion to the file.
 //!
 //! ```
 //! let text = r#"{ "shotline": 1, "objects": [{ "node": { "kind": "sphere", "raduis": 2 } }] }"#;
@@ -12,38 +12,41 @@
 #![deny(missing_docs)]
 
 pub mod arrays;
+mod atomic_write;
 mod bytes;
+mod diagnostic;
 mod document;
 mod error;
-mod fault;
 mod files;
 mod format;
 #[cfg(feature = "testkit")]
 pub mod fuzz;
+mod lines;
+mod load;
+mod location;
+mod mesh_file;
 mod note;
-mod obj;
+mod options;
 mod packed;
-mod ply;
 mod polygon;
-mod registry;
 mod save;
-mod scene_json;
-mod stl;
 mod suggest;
 mod weld;
-mod whole;
 
+pub use atomic_write::{Output, atomic_write, remove_unfinished, write_stream};
+pub use diagnostic::Diagnostic;
 pub use document::{Document, Source};
-pub use error::{Place, Problem, ReadError, Snippet, WriteError, system_words};
-pub use format::{Format, Reach};
+pub use error::{ReadError, WriteError, os_error_message};
+pub use format::scene_json::{scene_schema, write_scene};
+pub use format::{FORMATS, Format};
+pub use load::{load, load_bytes, load_with, parse_scene, read_mesh};
+pub use location::{Location, Snippet};
 pub use note::{Effect, Note, Spot};
+pub use options::{PathPolicy, ReadOptions};
 pub use packed::{Packed, pack};
 pub use polygon::mesh_of_polygons;
-pub use registry::{FORMATS, load, load_bytes, load_with, parse_scene, read_mesh};
 pub use save::save;
-pub use scene_json::{scene_schema, write_scene};
-pub use weld::{ReadOptions, weld_note};
-pub use whole::{Output, remove_unfinished, write_stream, write_whole};
+pub use weld::weld_note;
 
 /// The README's Rust example is compiled.
 #[cfg(doctest)]

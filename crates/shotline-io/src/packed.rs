@@ -1,4 +1,4 @@
-//! Scenes as a text and arrays, to be kept in memory or sent somewhere: the compact form.
+//! Scenes as a text and arrays, to be kept in memory or sent to another process.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -9,9 +9,9 @@ use shotline::solid::mesh::TriangleMesh;
 use crate::document::Document;
 use crate::error::{ReadError, WriteError};
 use crate::format::MeshSource;
-use crate::scene_json::{parse, write_scene};
+use crate::format::scene_json::{parse, write_scene};
 
-/// A scene in the words of a scene file, and the meshes it names by their numbers: `"file": "0"` is the first.
+/// A scene as the text of a scene file, and the meshes, which it names by their index: `"file": "0"` is the first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Packed {
     /// The text.
@@ -20,9 +20,9 @@ pub struct Packed {
     pub meshes: Vec<Arc<TriangleMesh>>,
 }
 
-/// Packs a scene. What is unpacked answers every ray as the scene does, bit for bit, and packs to the same again.
-/// The names of mesh files are forgotten, and parts that are shared get names (as in a scene file), which may
-/// show in the names of paths.
+/// Packs a scene. The unpacked scene gives the same result for every ray, bit for bit, and packs to the same again.
+/// The names of mesh files are lost, and shared nodes get names (as in a scene file), which may appear in the names of
+/// paths.
 ///
 /// # Errors
 /// [`WriteError::Unwritable`] for NaN and infinite numbers.
@@ -36,14 +36,14 @@ pub fn pack(scene: &Scene) -> Result<Packed, WriteError> {
             meshes.push(mesh.clone());
             meshes.len() - 1
         });
-        // The mesh is kept as it is now: welding has been done.
+        // The mesh is kept as it is: it has been welded already.
         *file = Some(MeshFile { name: number.to_string(), weld: None });
     }
     Ok(Packed { text: write_scene(&scene)?, meshes })
 }
 
 impl Packed {
-    /// The scene, with places in the text for what is wrong with it.
+    /// The scene, with the location of each node in the text for diagnostics.
     ///
     /// # Errors
     /// [`ReadError`] with everything that is wrong.

@@ -9,41 +9,45 @@ use shotline::math::{Affine, ComposedTransform};
 use shotline::scene::{MeshFile, Node, NodeId, Scene};
 use shotline::solid::mesh::TriangleMesh;
 
+use crate::atomic_write::atomic_write;
 use crate::error::WriteError;
-use crate::format::{Content, Encoded};
-use crate::scene_json::write_scene;
-use crate::whole::write_whole;
-use crate::{ply, registry};
+use crate::format::{Content, by_extension, known_extensions, lossless_mesh_format};
+use crate::load::read_mesh_file;
+use crate::mesh_file::Encoded;
 
-/// Writes a scene in the format that the file name ends in, and answers what a user may want to know: what was lost,
-/// and which other files were written. Files appear whole or not at all.
+/// Writes a scene in the format of the file name extension. Returns what was lost and which other files were written.
+/// Files appear complete or not at all.
 ///
-/// A scene file names the mesh files that lie in its folder and still hold what was read, with how they are welded;
-/// all other meshes are written beside it as PLY, as they are now.
-/// A mesh file takes all meshes of the scene, placed, in one.
+/// A scene file names the mesh files that lie in its folder and still hold the mesh that was read, with its welding; all
+/// other meshes are written beside it as PLY, in their present state. A mesh file holds all meshes of the scene, with
+/// their transforms applied, as one.
 ///
 /// # Errors
-/// [`WriteError`] if the format cannot hold the scene or the system refuses.
+/// [`WriteError`] if the format cannot hold the scene or the operating system refuses.
 pub fn save(path: impl AsRef<Path>, scene: &Scene) -> Result<Vec<String>, WriteError> {
     let path = path.as_ref();
-    let format = registry::by_extension(path);
-    let format = format.ok_or_else(|| WriteError::UnknownFormat {
-        path: path.into(),
-        known: registry::known_extensions(),
-    })?;
+    let unknown = || WriteError::UnknownFormat { path: path.into(), known: known_extensions() };
+    let format = by_extension(path).ok_or_else(unknown)?;
     match format.content {
-        Content::Scene { .. } => save_scene(path, scene),
+        Content::Scene { write, .. } => save_scene(path, scene, write),
         Content::Mesh { write, .. } => {
-            let (mesh, mut notes) = gather(scene, format.name)?;
+            let (mesh, mut notes) = merge(scene, format.name)?;
             let Encoded { bytes, notes: more } = write(&mesh)?;
-            write_whole(path, |out| out.write_all(&bytes))?;
+            atomic_write(path, |out| out.write_all(&bytes))?;
             notes.extend(more);
             Ok(notes)
         }
     }
 }
 
-fn save_scene(path: &Path, scene: &Scene) -> Result<Vec<String>, WriteError> {
+/// Writes a scene file, and mesh files beside it for the meshes that have none there.
+fn save_scene(
+    path: &Path,
+    scene: &Scene,
+    write: fn(&Scene) -> Result<String, WriteError>,
+) -> Result<Vec<String>, WriteError> {
+    let no_format = || WriteError::Unwritable("no mesh format keeps every bit of a mesh".into());
+    let (mesh_format, write_mesh) = lossless_mesh_format().ok_or_else(no_format)?;
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let stem = path.file_stem().map_or("scene".into(), |s| s.to_string_lossy());
     let mut scene = scene.clone();
@@ -52,28 +56,30 @@ fn save_scene(path: &Path, scene: &Scene) -> Result<Vec<String>, WriteError> {
     for node in &mut scene.nodes {
         let Node::Mesh { mesh, file } = node else { continue };
         let found = known.entry(Arc::as_ptr(mesh)).or_insert_with(|| {
-            let here = file.take().filter(|file| is_within(folder, file) && is_file_of(folder, file, mesh));
-            here.unwrap_or_else(|| {
-                let file = free_file(folder, &stem, &extra, mesh);
+            let present =
+                file.take().filter(|file| is_within(folder, file) && is_file_of(folder, file, mesh));
+            present.unwrap_or_else(|| {
+                let file = free_file(folder, &stem, mesh_format.extensions[0], &extra, mesh);
                 extra.push((file.name.clone(), mesh.clone()));
                 file
             })
         });
         *file = Some(found.clone());
     }
-    let text = write_scene(&scene)?;
+    let text = write(&scene)?;
     for (name, mesh) in &extra {
-        let Encoded { bytes, .. } = ply::write(mesh)?;
-        write_whole(&folder.join(name), |out| out.write_all(&bytes))?;
+        let Encoded { bytes, .. } = write_mesh(mesh)?;
+        atomic_write(&folder.join(name), |out| out.write_all(&bytes))?;
     }
-    write_whole(path, |out| out.write_all(text.as_bytes()))?;
+    atomic_write(path, |out| out.write_all(text.as_bytes()))?;
     Ok(extra.into_iter().map(|(name, _)| format!("a mesh was written to {name}")).collect())
 }
 
-/// A file for a mesh beside a scene. What else lies in the folder is not written over.
+/// A file for a mesh beside a scene. Other files in the folder are not overwritten.
 fn free_file(
     folder: &Path,
     stem: &str,
+    extension: &str,
     taken: &[(String, Arc<TriangleMesh>)],
     mesh: &TriangleMesh,
 ) -> MeshFile {
@@ -81,7 +87,7 @@ fn free_file(
         let is_taken = taken.iter().any(|(other, _)| *other == file.name);
         !is_taken && (!folder.join(&file.name).exists() || is_file_of(folder, file, mesh))
     };
-    let numbered = |number: u64| MeshFile { name: format!("{stem}-mesh{number}.ply"), weld: None };
+    let numbered = |number: u64| MeshFile { name: format!("{stem}-mesh{number}.{extension}"), weld: None };
     let mut number = 0;
     while !is_free(&numbered(number)) {
         number += 1;
@@ -89,17 +95,18 @@ fn free_file(
     numbered(number)
 }
 
-/// Whether readers of a scene may open the file: it lies in the folder of the scene, links resolved.
+/// Whether the default path policy lets readers of the scene open the file: it lies in the folder of the scene, links
+/// resolved.
 fn is_within(folder: &Path, file: &MeshFile) -> bool {
     let found = folder.canonicalize().and_then(|f| Ok((folder.join(&file.name).canonicalize()?, f)));
     Path::new(&file.name).is_relative() && found.is_ok_and(|(path, folder)| path.starts_with(folder))
 }
 
-/// Whether reading a file gives just this mesh, bit for bit.
+/// Whether the file holds exactly this mesh, bit for bit.
 fn is_file_of(folder: &Path, file: &MeshFile, mesh: &TriangleMesh) -> bool {
-    let Ok(found) = registry::read_mesh_file(&folder.join(&file.name)) else { return false };
+    let Ok(found) = read_mesh_file(&folder.join(&file.name)) else { return false };
     let found = found.welded(file.weld).mesh;
-    // Vertices of no face may be NaN, and the sign of zero counts.
+    // Vertices that no face uses may be NaN, and -0.0 differs from 0.0.
     let bits = |mesh: &TriangleMesh| -> Vec<[u64; 3]> {
         mesh.vertices.iter().map(|v| v.to_array().map(f64::to_bits)).collect()
     };
@@ -109,23 +116,23 @@ fn is_file_of(folder: &Path, file: &MeshFile, mesh: &TriangleMesh) -> bool {
     found.faces == mesh.faces && polygons(&found) == polygons(mesh) && bits(&found) == bits(mesh)
 }
 
-/// Placements of parts that are written out, at most: sharing can make more of them than any file holds.
-const MOST_PLACED: usize = 10_000_000;
+/// The maximum number of nodes visited while instances are expanded: sharing can make more of them than a file can hold.
+const MAX_VISITED: usize = 10_000_000;
 
-/// Nodes within nodes, at most; more means a cycle.
-const DEEPEST: usize = 100_000;
+/// The maximum depth of nested nodes; more means a cycle.
+const MAX_DEPTH: usize = 100_000;
 
-/// All meshes of a scene in one, with what is lost by that.
-fn gather(scene: &Scene, format: &str) -> Result<(TriangleMesh, Vec<String>), WriteError> {
+/// Merges all meshes of a scene into one; also returns what that loses.
+fn merge(scene: &Scene, format: &str) -> Result<(TriangleMesh, Vec<String>), WriteError> {
     let refuse =
         |what: &str| Err(WriteError::Unwritable(format!("{format} holds triangles only, and {what}")));
     let mut out = TriangleMesh::default();
-    let (mut placed, mut copies, mut moved) = (0, 0, 0);
+    let (mut visited, mut copies, mut moved) = (0, 0, 0);
     let mut todo: Vec<(NodeId, ComposedTransform, usize, &str)> =
         scene.objects.iter().rev().map(|id| (*id, ComposedTransform::IDENTITY, 0, "")).collect();
-    while let Some((id, place, depth, object)) = todo.pop() {
-        placed += 1;
-        if placed > MOST_PLACED || depth > DEEPEST {
+    while let Some((id, transform, depth, object)) = todo.pop() {
+        visited += 1;
+        if visited > MAX_VISITED || depth > MAX_DEPTH {
             return refuse("the scene has too many parts to write each of them out");
         }
         match scene.node(id) {
@@ -134,18 +141,18 @@ fn gather(scene: &Scene, format: &str) -> Result<(TriangleMesh, Vec<String>), Wr
             }
             Node::Csg { .. } => return refuse(&format!("object '{object}' has a combination of solids")),
             Node::Mesh { mesh, .. } => {
-                let place = place.placement().map_err(|e| WriteError::Unwritable(e.to_string()))?;
-                let place = place.parent_from_local;
+                let placement = transform.placement().map_err(|e| WriteError::Unwritable(e.to_string()))?;
+                let world_from_local = placement.parent_from_local;
                 copies += 1;
-                moved += if place.is_identity() { 0 } else { mesh.vertices.len() };
-                append(&mut out, mesh, &place)?;
+                moved += if world_from_local.is_identity() { 0 } else { mesh.vertices.len() };
+                append(&mut out, mesh, &world_from_local)?;
             }
             Node::Group { members } => {
-                todo.extend(members.iter().rev().map(|m| (*m, place, depth + 1, object)))
+                todo.extend(members.iter().rev().map(|m| (*m, transform, depth + 1, object)))
             }
-            Node::Object { node, name, .. } => todo.push((*node, place, depth + 1, name)),
-            Node::Transform { transform, child } => {
-                todo.push((*child, transform.inside(&place), depth + 1, object));
+            Node::Object { node, name, .. } => todo.push((*node, transform, depth + 1, name)),
+            Node::Transform { transform: local, child } => {
+                todo.push((*child, local.inside(&transform), depth + 1, object));
             }
         }
     }
@@ -163,6 +170,7 @@ fn gather(scene: &Scene, format: &str) -> Result<(TriangleMesh, Vec<String>), Wr
     Ok((out, lost))
 }
 
+/// What a mesh file cannot hold of a scene.
 fn losses(scene: &Scene) -> Vec<String> {
     let objects = scene.nodes.iter().filter(|node| matches!(node, Node::Object { .. })).count();
     let mut lost = Vec::new();
@@ -181,18 +189,19 @@ fn losses(scene: &Scene) -> Vec<String> {
     lost
 }
 
-fn append(out: &mut TriangleMesh, mesh: &TriangleMesh, place: &Affine) -> Result<(), WriteError> {
+/// Appends a mesh under a transform.
+fn append(out: &mut TriangleMesh, mesh: &TriangleMesh, world_from_local: &Affine) -> Result<(), WriteError> {
     let first = u32::try_from(out.vertices.len()).ok();
     let first = first.filter(|n| mesh.vertices.len() <= (u32::MAX - n) as usize);
     let first = first.ok_or_else(|| WriteError::Unwritable("more than 4294967295 vertices".into()))?;
-    if place.is_identity() {
+    if world_from_local.is_identity() {
         out.vertices.extend(&mesh.vertices);
     } else {
-        out.vertices.extend(mesh.vertices.iter().map(|v| place.point(*v)));
+        out.vertices.extend(mesh.vertices.iter().map(|v| world_from_local.point(*v)));
     }
     append_polygons(out, mesh);
-    // A mirror turns triangles inside out.
-    let mirrored = place.determinant() < 0.0;
+    // A reflection inverts the orientation of triangles.
+    let mirrored = world_from_local.determinant() < 0.0;
     out.faces.extend(mesh.faces.iter().map(|[a, b, c]| {
         let (b, c) = if mirrored { (c, b) } else { (b, c) };
         [first + a, first + b, first + c]
@@ -200,7 +209,7 @@ fn append(out: &mut TriangleMesh, mesh: &TriangleMesh, place: &Affine) -> Result
     Ok(())
 }
 
-/// Numbers the polygons of a mesh after those that are there; does nothing where faces are the polygons.
+/// Appends the polygon numbers of a mesh, counted on from the last; does nothing if every polygon is one triangle.
 fn append_polygons(out: &mut TriangleMesh, mesh: &TriangleMesh) {
     if out.polygons.is_empty() && mesh.polygons.is_empty() {
         return;

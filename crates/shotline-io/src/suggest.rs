@@ -1,8 +1,8 @@
-//! "Did you mean": the nearest of the known names.
+//! "Did you mean": the nearest known name.
 
-/// The known name nearest to what was written, if one is near enough to be meant.
+/// The known name nearest to the given one, if it is near enough to be a typing error.
 pub(crate) fn nearest<'n>(written: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
-    // Nobody mistypes a hundred characters; and the table below is quadratic.
+    // A name of more than 64 characters is not a typing error, and the distance takes quadratic time.
     let letters: Vec<char> = written.chars().take(65).flat_map(char::to_lowercase).collect();
     if letters.len() > 64 {
         return None;
@@ -17,7 +17,7 @@ pub(crate) fn nearest<'n>(written: &str, known: impl IntoIterator<Item = &'n str
         .map(|(_, name)| name)
 }
 
-/// "did you mean 'x'?", or failing that the list of what there is.
+/// "did you mean 'x'?", or else the list of known names.
 pub(crate) fn hint(written: &str, known: &[&str]) -> String {
     match nearest(written, known.iter().copied()) {
         Some(name) => format!("did you mean '{name}'?"),
@@ -27,7 +27,7 @@ pub(crate) fn hint(written: &str, known: &[&str]) -> String {
     }
 }
 
-/// Edit distance with exchanged neighbours counted once (optimal string alignment).
+/// Edit distance in which a transposition of neighbours counts once (optimal string alignment).
 fn distance(a: &[char], b: &[char]) -> usize {
     let mut before: Vec<usize> = Vec::new();
     let mut last: Vec<usize> = (0..=b.len()).collect();
@@ -50,7 +50,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn slips_are_recognised_and_strangers_are_not() {
+    fn typing_errors_are_recognised_and_other_names_are_not() {
         let known = ["radius", "sphere", "z0", "z1", "intersection"];
         assert_eq!(nearest("raduis", known), Some("radius"));
         assert_eq!(nearest("Radius", known), Some("radius"));

@@ -1,39 +1,10 @@
-//! Welding of meshes as they are read. It is never silent: what it did is a note.
+//! The note of what welding did to a mesh as it was read.
 
 use shotline::solid::mesh::{Weld, Welded};
 
-use crate::format::{MeshFile, Reach};
 use crate::note::{Effect, Note};
 
-/// How files are read.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ReadOptions {
-    /// The mesh files that a scene may name.
-    pub reach: Reach,
-    /// Vertices of meshes to weld, but for meshes of a scene that say so themselves; none if `None`.
-    pub weld: Option<Weld>,
-}
-
-impl From<Reach> for ReadOptions {
-    fn from(reach: Reach) -> ReadOptions {
-        ReadOptions { reach, weld: None }
-    }
-}
-
-impl MeshFile {
-    /// The mesh with vertices welded, and a note of what that did.
-    pub(crate) fn welded(mut self, weld: Option<Weld>) -> MeshFile {
-        let Some(weld) = weld else { return self };
-        // What is not a mesh is refused when the scene is compiled, with the place where it is used.
-        if let Ok((mesh, welded)) = self.mesh.welded(weld) {
-            self.mesh = mesh;
-            self.notes.push(weld_note(weld, &welded));
-        }
-        self
-    }
-}
-
-/// A length in four digits.
+/// A length with four significant digits.
 fn short(length: f64) -> String {
     plain(format!("{length:.3e}").parse().unwrap_or(length))
 }
@@ -43,7 +14,7 @@ fn plain(length: f64) -> String {
     format!("{length:?}").trim_end_matches(".0").to_string()
 }
 
-/// What welding did, in words.
+/// What welding did, as a note.
 pub fn weld_note(weld: Weld, welded: &Welded) -> Note {
     let many =
         |count: usize, one: &str, many: &str| format!("{count} {}", if count == 1 { one } else { many });

@@ -63,7 +63,7 @@ fn what_is_no_array_of_rays_is_refused() {
     write_npz(&path, &[("t", Column::F64(&[1.0]))]).unwrap();
     let shown = read_rays(&path).unwrap_err().to_string();
     assert!(
-        shown.contains("out.npz: byte 0: this is no .npy file\nhelp: write the rays with numpy.save"),
+        shown.contains("out.npz: byte 0: this is not a .npy file\nhelp: write the rays with numpy.save"),
         "{shown}"
     );
     assert!(read_rays(folder.path().join("none.npy")).unwrap_err().to_string().contains("cannot be read"));

@@ -7,7 +7,7 @@ use shotline::query::batch::{self, BatchError, Run};
 use shotline::query::{Caster, Hit, Limits, QueryError};
 use shotline::ray::{InvalidRay, Ray, Span};
 use shotline::scene::{LocalTransform, Node, NodeId, Op, Scene};
-use shotline_io::{Place, parse_scene, write_scene};
+use shotline_io::{Location, parse_scene, write_scene};
 
 fn solid(scene: &mut Scene, kind: &str, values: &[&[f64]]) -> NodeId {
     scene.add_solid(kind, values).expect(kind)
@@ -152,8 +152,11 @@ fn singular_or_nan_transform() {
             let ball = solid(scene, "sphere", &[&[1.0]]);
             scene.add_transform(matrix, ball)
         });
-        let told = only_error(&scene);
-        assert!(told.contains("singular") && told.contains(condition) && !told.contains("no hint"), "{told}");
+        let message = only_error(&scene);
+        assert!(
+            message.contains("singular") && message.contains(condition) && !message.contains("no hint"),
+            "{message}"
+        );
     }
 }
 
@@ -163,15 +166,15 @@ fn singular_only_together() {
         let ball = solid(scene, "sphere", &[&[1.0]]);
         (0..2).fold(ball, |node, _| scene.add_transform(Affine::scaling(Vec3::new(1.0, 1.0, 1e-10)), node))
     });
-    let told = only_error(&scene);
+    let message = only_error(&scene);
     assert!(
-        told.starts_with("all transforms above it together: the transform is singular or nearly so"),
-        "{told}"
+        message.starts_with("all transforms above it together: the transform is singular or nearly so"),
+        "{message}"
     );
 }
 
 #[test]
-fn badly_conditioned_transform_is_accepted_and_told() {
+fn badly_conditioned_transform_is_accepted_and_reported() {
     let scene = scene_of(|scene| {
         let ball = solid(scene, "sphere", &[&[1.0]]);
         scene.add_transform(Affine::scaling(Vec3::new(1.0, 1.0, 1e-12)), ball)
@@ -231,8 +234,8 @@ fn horn_and_spindle_tori_are_legal() {
 
 #[test]
 fn quadric_without_coefficients_is_refused_and_an_empty_one_is_not() {
-    let told = only_error(&scene_of(|scene| solid(scene, "quadric", &[&[0.0; 10]])));
-    assert!(told.contains("coeffs are all zero, but one must not be"), "{told}");
+    let message = only_error(&scene_of(|scene| solid(scene, "quadric", &[&[0.0; 10]])));
+    assert!(message.contains("coeffs are all zero, but one must not be"), "{message}");
     let empty = &[1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
     assert_eq!(
         ts(&world(&scene_of(|scene| solid(scene, "quadric", &[empty]))), Vec3::Z * 5.0, -Vec3::Z),
@@ -252,7 +255,7 @@ fn cycles_are_told_by_name() {
                "self": {"op": "union", "args": [{"ref": "self", "scale": 2}]}},
       "objects": [{"node": {"ref": "hen"}}]}"#;
     let document = parse_scene(text, None).expect("a file may say so");
-    let shown = document.explain(&errors(&document.scene)).to_string();
+    let shown = document.diagnostics(&errors(&document.scene)).to_string();
     for part in
         ["2:23: a part contains itself: 'hen' -> 'egg' -> 'hen'", "'self' -> 'self'", "help: break the cycle"]
     {
@@ -346,10 +349,10 @@ fn reference_bomb_of_combinations_is_counted() {
                 let ball = solid(scene, "sphere", &[&[1.0]]);
                 doubled(scene, times, ball, csg(op))
             });
-            let told = only_error(&scene);
+            let message = only_error(&scene);
             assert!(
-                told.starts_with("a combination of 4194304 leaves; at most 4000000 are accepted"),
-                "{told}"
+                message.starts_with("a combination of 4194304 leaves; at most 4000000 are accepted"),
+                "{message}"
             );
         }
     }
@@ -451,7 +454,7 @@ fn truncated_file() {
     let whole = file_of(r#"{"node": {"kind": "sphere", "radius": 1.5}}"#);
     for end in 0..whole.len() {
         let error = parse_scene(&whole[..end], None).expect_err("cut off");
-        assert!(error.problems.iter().all(|p| matches!(p.place, Place::Text { .. })), "{error}");
+        assert!(error.diagnostics.iter().all(|p| matches!(p.location, Location::Text { .. })), "{error}");
     }
 }
 

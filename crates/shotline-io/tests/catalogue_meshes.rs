@@ -181,8 +181,8 @@ fn corrupt_ply_headers() {
         ("ply\nproperty int x\n", "part.ply:2:1: a property without an element"),
         ("ply\nelement vertex -1\n", "part.ply:2:16: '-1' is not a number of rows"),
         ("ply\nelement vertex 1e9\n", "'1e9' is not a number of rows"),
-        ("ply\nelement a 1\nproperty half x\n", "part.ply:3:1: this is no property of a known type"),
-        ("ply\nelement a 1\nproperty list float int x\n", "this is no property of a known type"),
+        ("ply\nelement a 1\nproperty half x\n", "part.ply:3:1: this is not a property of a known type"),
+        ("ply\nelement a 1\nproperty list float int x\n", "this is not a property of a known type"),
         ("ply\nelement a 1\nhallo you\n", "part.ply:3:1: the header has no such line"),
         ("ply\nelement a 1\nproperty int\n", "part.ply:3:1: this line of the header is not complete"),
     ];
@@ -223,7 +223,7 @@ fn corrupt_text_stl() {
         &["part.stl:4:1: this facet has 1 corner; it needs three"],
     );
     refused("stl", facet("vertex 0 0 x"), &["part.stl:3:12: 'x' is not a number"]);
-    refused("stl", facet("<html>"), &["part.stl:3:1: '<html>' is no word of an STL file"]);
+    refused("stl", facet("<html>"), &["part.stl:3:1: '<html>' is not a word of an STL file"]);
 }
 
 #[test]

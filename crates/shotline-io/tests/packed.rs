@@ -54,7 +54,7 @@ fn packed_scenes_answer_the_same() {
 }
 
 #[test]
-fn meshes_that_are_not_given_are_told() {
+fn missing_meshes_are_reported() {
     let mut scene = Scene::default();
     let mesh = scene.add(Node::Mesh { mesh: tetrahedron(1.0), file: None });
     scene.add_object("it", None, mesh);

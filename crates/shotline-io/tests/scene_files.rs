@@ -5,7 +5,7 @@ use std::path::Path;
 use shotline::compile::{Options, compile};
 use shotline::math::Vec3;
 use shotline::scene::{Lens, LightSource, LocalTransform, Node, NodeId, Rotation, Units};
-use shotline_io::{Document, Effect, Place, load, parse_scene};
+use shotline_io::{Document, Effect, Location, load, parse_scene};
 
 fn read(text: &str) -> Document {
     parse_scene(text, None).unwrap_or_else(|e| panic!("{e}"))
@@ -205,14 +205,14 @@ fn what_the_compiler_finds_is_shown_in_the_file() {
   ] }"#,
     );
     let errors = compile(&document.scene, Options::default()).unwrap_err();
-    let shown = document.explain(&errors).to_string();
+    let shown = document.diagnostics(&errors).to_string();
     assert!(shown.contains("contains itself"), "{shown}");
     let sound =
         read(&document.source.text().replace(r#""ref": "a" }] }"#, r#""kind": "sphere", "radius": 3 }] }"#));
     let errors = compile(&sound.scene, Options::default()).unwrap_err();
-    let shown = sound.explain(&errors);
-    let places = shown.problems.iter().map(|p| match &p.place {
-        Place::Text { line, column, .. } => (*line, *column),
+    let shown = sound.diagnostics(&errors);
+    let places = shown.diagnostics.iter().map(|p| match &p.location {
+        Location::Text { line, column, .. } => (*line, *column),
         other => panic!("{other:?}"),
     });
     assert_eq!(places.collect::<Vec<_>>(), [(4, 45), (5, 57)], "{shown}");

@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let samples = arguments.next().map_or(Ok(64), |n| n.parse())?;
 
     let document = shotline_io::load(scene)?;
-    let world = compile(&document.scene, Options::default()).map_err(|e| document.explain(&e))?;
+    let world = compile(&document.scene, Options::default()).map_err(|e| document.diagnostics(&e))?;
     let settings = Settings { samples, look, lighting: Lighting::Soft, ..Settings::default() };
     let image = render(&world, &document.scene, &settings, Run::default())?;
     Ok(std::fs::write(picture, encode_png(&image))?)

@@ -14,7 +14,7 @@ fn every_example_renders_in_every_look() {
     for path in files.filter(|p| p.extension().is_some_and(|e| e == "json")) {
         let document = shotline_io::load(&path).unwrap_or_else(|e| panic!("{e}"));
         let world = compile(&document.scene, Options::default())
-            .unwrap_or_else(|e| panic!("{}", document.explain(&e)));
+            .unwrap_or_else(|e| panic!("{}", document.diagnostics(&e)));
         for look in LOOKS {
             let settings = Settings { width: 40, height: 30, samples: 1, look, ..Settings::default() };
             let image = render(&world, &document.scene, &settings, Run::default()).unwrap();

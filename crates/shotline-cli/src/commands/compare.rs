@@ -120,7 +120,7 @@ impl Command {
 
 fn compile_with(document: &Document, accel: &'static str) -> Result<World, Failure> {
     compile::compile(&document.scene, Options { accel: Some(accel) })
-        .map_err(|errors| Failure::new(document.explain(&errors).to_string()))
+        .map_err(|errors| Failure::new(document.diagnostics(&errors).to_string()))
 }
 
 fn measure(name: &'static str, document: &Document, rays: &[Ray]) -> Result<Entry, Failure> {

@@ -194,7 +194,7 @@ impl Command {
             .and_then(|()| movie.map_or(Ok(()), Movie::finish).map_err(AnimationError::Rejected))
             .map_err(|error| match error {
                 AnimationError::Render(error) => self.failure(error),
-                AnimationError::Scene(errors) => Failure::new(document.explain(&errors).to_string()),
+                AnimationError::Scene(errors) => Failure::new(document.diagnostics(&errors).to_string()),
                 AnimationError::Frames(_) => Failure::new(error.to_string()),
                 AnimationError::Rejected(error) => Failure::of_file(&self.output, error),
             })?;

@@ -13,7 +13,7 @@ impl Findings {
     /// Adds the errors for which a scene cannot be compiled.
     pub fn add_errors(&mut self, document: &Document, errors: &[SceneError]) {
         let count = counted(errors.len() as u64, "error of the scene", "errors of the scene");
-        let text = format!("{count}\n{}", document.explain(errors));
+        let text = format!("{count}\n{}", document.diagnostics(errors));
         let (severity, subject, first) = (Severity::Fault, "scene".into(), Location::default());
         self.add(Finding { severity, subject, kind: "scene_errors", count: errors.len(), text, first });
     }

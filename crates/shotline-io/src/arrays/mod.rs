@@ -1,7 +1,7 @@
 //! Arrays on disk as NumPy keeps them: rays from `.npy`, results to `.npz`.
 //!
-//! The `.npy` header is a line of Python; reading the one and writing the other takes less than the libraries for it
-//! (`npyz` brings a parser generator and big integers). The `.npz` container is left to `zip`.
+//! The `.npy` header is a line of Python. Own code for it is smaller than the libraries (`npyz` depends on a parser
+//! generator and big integers). The `.npz` container is written by `zip`.
 
 mod npy;
 mod npz;

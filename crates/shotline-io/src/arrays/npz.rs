@@ -1,4 +1,4 @@
-//! Named columns to a `.npz` file, readable by `numpy.load` without pickle.
+//! Writes named columns to a `.npz` file, readable by `numpy.load` without pickle.
 
 use std::io::{self, Seek, Write};
 use std::path::Path;
@@ -7,10 +7,10 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
 use super::npy;
+use crate::atomic_write::atomic_write;
 use crate::error::WriteError;
-use crate::whole::write_whole;
 
-/// A column: what becomes one array.
+/// A column, which becomes one array.
 #[derive(Clone, Copy, Debug)]
 pub enum Column<'a> {
     /// float64.
@@ -19,7 +19,7 @@ pub enum Column<'a> {
     Vec3(&'a [[f64; 3]]),
     /// float64 of shape (n, width), row after row.
     Rows {
-        /// Numbers a row.
+        /// Numbers per row.
         width: usize,
         /// The rows.
         values: &'a [f64],
@@ -36,12 +36,12 @@ pub enum Column<'a> {
     Text(&'a [String]),
 }
 
-/// Writes columns under their names. The file appears whole or not at all.
+/// Writes columns under their names. The file appears complete or not at all.
 ///
 /// # Errors
-/// [`WriteError`] if the system refuses.
+/// [`WriteError`] if the operating system refuses.
 pub fn write_npz(path: impl AsRef<Path>, columns: &[(&str, Column)]) -> Result<(), WriteError> {
-    write_whole(path.as_ref(), |out| fill_npz(out, columns))
+    atomic_write(path.as_ref(), |out| fill_npz(out, columns))
 }
 
 /// Writes the bytes of an `.npz` file with columns under their names.
@@ -59,19 +59,19 @@ pub fn fill_npz(out: &mut (impl Write + Seek), columns: &[(&str, Column)]) -> io
     }
 }
 
-/// Keeps the first failure for the end, and from then on only counts. A `ZipWriter` that meets one prints to stderr when
-/// it is dropped.
+/// Keeps the first error until the end, and from then on only counts bytes. A `ZipWriter` that gets an error prints to
+/// stderr when it is dropped.
 struct Deferred<W> {
     out: W,
     failure: Option<io::Error>,
-    /// Where the next byte goes, and where the last one ends.
-    place: u64,
+    /// The offset of the next byte, and the length so far.
+    position: u64,
     end: u64,
 }
 
 impl<W> Deferred<W> {
     fn new(out: W) -> Deferred<W> {
-        Deferred { out, failure: None, place: 0, end: 0 }
+        Deferred { out, failure: None, position: 0, end: 0 }
     }
 }
 
@@ -82,8 +82,8 @@ impl<W: Write> Write for Deferred<W> {
         {
             self.failure = Some(error);
         }
-        self.place += bytes.len() as u64;
-        self.end = self.end.max(self.place);
+        self.position += bytes.len() as u64;
+        self.end = self.end.max(self.position);
         Ok(bytes.len())
     }
 
@@ -99,25 +99,25 @@ impl<W: Write> Write for Deferred<W> {
 
 impl<W: Seek> Seek for Deferred<W> {
     fn seek(&mut self, to: io::SeekFrom) -> io::Result<u64> {
-        let place = match to {
-            io::SeekFrom::Start(place) => Some(place),
-            io::SeekFrom::Current(way) => self.place.checked_add_signed(way),
-            io::SeekFrom::End(way) => self.end.checked_add_signed(way),
+        let position = match to {
+            io::SeekFrom::Start(position) => Some(position),
+            io::SeekFrom::Current(offset) => self.position.checked_add_signed(offset),
+            io::SeekFrom::End(offset) => self.end.checked_add_signed(offset),
         };
-        self.place = place.ok_or_else(|| io::Error::from(io::ErrorKind::InvalidInput))?;
+        self.position = position.ok_or_else(|| io::Error::from(io::ErrorKind::InvalidInput))?;
         if self.failure.is_none()
-            && let Err(error) = self.out.seek(io::SeekFrom::Start(self.place))
+            && let Err(error) = self.out.seek(io::SeekFrom::Start(self.position))
         {
             self.failure = Some(error);
         }
-        Ok(self.place)
+        Ok(self.position)
     }
 }
 
 fn write_column<W: Write + Seek>(zip: &mut ZipWriter<W>, name: &str, column: &Column) -> io::Result<()> {
     let (descr, shape) = column.layout();
     let head = npy::header(&descr, &shape);
-    // Stored, as numpy.savez does: the numbers are hardly compressible, and packing them would cost more than casting.
+    // Stored, as numpy.savez does: the numbers hardly compress, and compressing them would take longer than casting.
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Stored)
         .large_file(column.bytes() + head.len() as u64 >= u64::from(u32::MAX));
@@ -173,12 +173,12 @@ impl Column<'_> {
     }
 }
 
-/// The width of a text column; NumPy knows no width of 0.
+/// The width of a text column; NumPy has no width of 0.
 fn characters(texts: &[String]) -> usize {
     texts.iter().map(|s| s.chars().count()).max().unwrap_or(0).max(1)
 }
 
-/// Writes values by the thousand, so that neither memory nor calls are wasted.
+/// Writes values in chunks of some thousands, to bound both the memory and the number of calls.
 fn write_each<T, const N: usize>(
     out: &mut impl Write,
     values: &[T],

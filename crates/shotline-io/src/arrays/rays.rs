@@ -6,8 +6,8 @@ use shotline::math::Vec3;
 use shotline::ray::{InvalidRay, Ray};
 
 use super::npy::{self, Header};
+use crate::diagnostic::RawDiagnostic;
 use crate::error::ReadError;
-use crate::fault::Fault;
 use crate::files::read_regular;
 
 /// A row that is not a ray.
@@ -30,7 +30,7 @@ const HELP: &str = "write the rays with numpy.save(PATH, array of shape (N, 6))"
 pub fn read_rays(path: impl AsRef<Path>) -> Result<Vec<[f64; 6]>, ReadError> {
     let path = path.as_ref();
     let bytes = read_regular(path, u64::MAX)?;
-    rows(&bytes).map_err(|fault| ReadError::new(Some(path), &bytes, fault.or_help(HELP).into()))
+    rows(&bytes).map_err(|diagnostic| ReadError::new(Some(path), &bytes, diagnostic.or_help(HELP).into()))
 }
 
 /// Reads the rows from the bytes of a file; see [`read_rays`].
@@ -38,7 +38,7 @@ pub fn read_rays(path: impl AsRef<Path>) -> Result<Vec<[f64; 6]>, ReadError> {
 /// # Errors
 /// [`ReadError`] for anything else.
 pub fn parse_rays(bytes: &[u8]) -> Result<Vec<[f64; 6]>, ReadError> {
-    rows(bytes).map_err(|fault| ReadError::new(None, bytes, fault.or_help(HELP).into()))
+    rows(bytes).map_err(|diagnostic| ReadError::new(None, bytes, diagnostic.or_help(HELP).into()))
 }
 
 /// Rows as rays.
@@ -53,21 +53,23 @@ pub fn rays_of(rows: &[[f64; 6]]) -> Result<Vec<Ray>, InvalidRow> {
     rows.iter().enumerate().map(ray).collect()
 }
 
-fn rows(bytes: &[u8]) -> Result<Vec<[f64; 6]>, Fault> {
+fn rows(bytes: &[u8]) -> Result<Vec<[f64; 6]>, RawDiagnostic> {
     let header = npy::read_header(bytes)?;
     let size = item_size(&header)?;
     let [count, 6] = header.shape[..] else {
         let shape: Vec<_> = header.shape.iter().map(u64::to_string).collect();
         let comma = if shape.len() == 1 { "," } else { "" };
         let message = format!("the array has the shape ({}{comma}), but rays have (N, 6)", shape.join(", "));
-        return Err(Fault::byte(0, message).help("a row is the origin x, y, z and the direction x, y, z"));
+        return Err(
+            RawDiagnostic::byte(0, message).help("a row is the origin x, y, z and the direction x, y, z")
+        );
     };
     let left = bytes.len() - header.data;
     let count =
         usize::try_from(count).ok().filter(|n| n.checked_mul(6 * size) == Some(left)).ok_or_else(|| {
             let message =
                 format!("the header promises {count} rows of {} bytes, but {left} bytes follow", 6 * size);
-            Fault::byte(header.data, message).help("the file is cut off or its header is broken")
+            RawDiagnostic::byte(header.data, message).help("the file is cut off or its header is broken")
         })?;
     let big = header.descr.starts_with('>');
     let number = |index: usize| decode(&bytes[header.data + index * size..][..size], big);
@@ -75,16 +77,16 @@ fn rows(bytes: &[u8]) -> Result<Vec<[f64; 6]>, Fault> {
     Ok((0..count).map(|row| std::array::from_fn(|column| number(at(row, column)))).collect())
 }
 
-fn item_size(header: &Header) -> Result<usize, Fault> {
+fn item_size(header: &Header) -> Result<usize, RawDiagnostic> {
     match header.descr.as_str() {
         "<f8" | ">f8" => Ok(8),
         "<f4" | ">f4" => Ok(4),
-        other => Err(Fault::byte(0, format!("the array holds '{other}', but rays are float64"))
+        other => Err(RawDiagnostic::byte(0, format!("the array holds '{other}', but rays are float64"))
             .help("convert it with array.astype(float)")),
     }
 }
 
-/// A float32 or a float64, whichever has so many bytes.
+/// A float32 or a float64, by the number of bytes.
 fn decode(bytes: &[u8], big: bool) -> f64 {
     let mut raw = [0; 8];
     raw[..bytes.len()].copy_from_slice(bytes);
@@ -138,14 +140,14 @@ mod tests {
     }
 
     #[test]
-    fn wrong_arrays_are_refused_with_what_was_found() {
-        let message = |bytes: &[u8]| parse_rays(bytes).unwrap_err().problems[0].message.clone();
+    fn errors_of_arrays_name_what_was_found() {
+        let message = |bytes: &[u8]| parse_rays(bytes).unwrap_err().diagnostics[0].message.clone();
         assert!(message(&file("<f8", false, &[4, 3], &[0; 96])).contains("shape (4, 3)"));
         assert!(message(&file("<f8", false, &[6], &[0; 48])).contains("shape (6,)"));
         assert!(message(&file("<i8", false, &[1, 6], &[0; 48])).contains("'<i8'"));
         assert!(message(&file("<f8", false, &[2, 6], &[0; 48])).contains("promises 2 rows"));
         assert!(message(&file("<f8", false, &[usize::MAX, 6], &[0; 48])).contains("promises"));
-        assert!(message(b"PK\x03\x04").contains("no .npy"));
+        assert!(message(b"PK\x03\x04").contains("not a .npy"));
     }
 
     #[test]

@@ -1,10 +1,10 @@
-//! Faces of a mesh file: checked against the number of vertices and cut into triangles.
+//! The faces of a mesh file: checked against the number of vertices and triangulated.
 
-mod blockers;
-mod cut;
+mod ear_clipping;
 #[cfg(any(test, feature = "testkit"))]
-pub(crate) mod hold;
-mod plane;
+pub(crate) mod invariants;
+mod projection;
+mod reflex_vertices;
 #[cfg(test)]
 mod tests;
 
@@ -13,12 +13,13 @@ use std::ops::Range;
 use shotline::math::Vec3;
 use shotline::solid::mesh::{MeshError, TriangleMesh};
 
-pub(crate) use self::cut::{Cut, cut};
-use crate::fault::{At, Fault};
-use crate::format::MeshFile;
+pub(crate) use self::ear_clipping::{Triangulation, triangulate};
+use crate::diagnostic::RawDiagnostic;
+use crate::location::RawLocation;
+use crate::mesh_file::MeshFile;
 use crate::note::{Effect, Note, NoteKind, Notes, Spot};
 
-/// A vertex number as read, from 0: it may be anything.
+/// A vertex number as read, counted from 0. It need not be valid.
 pub(crate) type Corner = i64;
 
 const CUT: NoteKind = NoteKind {
@@ -50,8 +51,8 @@ const NOT_FINITE: NoteKind = NoteKind {
     many: "# vertices that no face uses have coordinates that are NaN or infinite",
 };
 
-/// The unused vertices of a mesh.
-fn unused(count: usize, first: usize) -> Note {
+/// The note of the vertices that no face uses.
+fn unused_vertices(count: usize, first: usize) -> Note {
     let text = if count == 1 {
         "1 vertex is used by no face".into()
     } else {
@@ -60,12 +61,12 @@ fn unused(count: usize, first: usize) -> Note {
     Note { first: Some(Spot::Vertex(first)), ..Note::new("unused_vertices", Effect::Kept, count, text) }
 }
 
-/// The vertices of a file, in its numbering.
+/// The vertices of a file, in its order.
 #[derive(Debug, Default)]
 pub(crate) struct Vertices {
     points: Vec<Vec3>,
-    /// Those with a coordinate that is NaN or infinite, and where they stand.
-    not_finite: Vec<(u32, At)>,
+    /// Those with a coordinate that is NaN or infinite, and their locations.
+    not_finite: Vec<(u32, RawLocation)>,
 }
 
 impl Vertices {
@@ -73,8 +74,8 @@ impl Vertices {
         self.points.len()
     }
 
-    /// Adds one; any numbers are taken as long as no face uses it.
-    pub(crate) fn push(&mut self, point: Vec3, at: impl FnOnce() -> At) {
+    /// Adds a vertex. Its coordinates need not be finite unless a face uses it.
+    pub(crate) fn push(&mut self, point: Vec3, at: impl FnOnce() -> RawLocation) {
         if !point.is_finite()
             && let Ok(number) = u32::try_from(self.points.len())
         {
@@ -84,12 +85,12 @@ impl Vertices {
     }
 }
 
-/// A mesh of faces with any number of corners, which are cut into triangles as those of files are; with notes of what was
-/// cut or dropped.
+/// A mesh of faces with any number of corners, triangulated as the readers of files do; also returns notes of what was
+/// triangulated or dropped.
 ///
 /// # Errors
-/// [`MeshError`] for a face that names a vertex that does not exist or is not finite, and where there is no face of three
-/// corners or more.
+/// [`MeshError`] for a face that names a vertex that does not exist or is not finite, and if no face has three or more
+/// corners.
 pub fn mesh_of_polygons<'a>(
     vertices: Vec<Vec3>,
     faces: impl IntoIterator<Item = &'a [u32]>,
@@ -106,61 +107,62 @@ pub fn mesh_of_polygons<'a>(
         }
         let corners: Vec<Corner> = corners.iter().map(|corner| Corner::from(*corner)).collect();
         // All corners are known to exist.
-        let _ = polygons.add(&corners, || At::File);
+        let _ = polygons.add(&corners, || RawLocation::File);
     }
     let mut points = Vertices::default();
-    vertices.into_iter().for_each(|vertex| points.push(vertex, || At::File));
+    vertices.into_iter().for_each(|vertex| points.push(vertex, || RawLocation::File));
     let MeshFile { mesh, notes } = polygons.finish(points, 0, &[]).map_err(|_| MeshError::Empty)?;
     Ok((mesh, notes))
 }
 
-/// Faces being gathered.
+/// The faces of a mesh while it is read.
 pub(crate) struct Polygons {
     vertices: usize,
     triangles: Vec<[u32; 3]>,
-    /// The face of each triangle.
+    /// The number of the face of each triangle.
     numbers: Vec<u32>,
-    /// Faces of more than three corners. They are cut when all vertices are known.
-    uncut: Vec<Uncut>,
+    /// Faces of more than three corners. They are triangulated when all vertices are known.
+    pending: Vec<Pending>,
     corners: Vec<u32>,
     faces: u32,
     notes: Notes,
 }
 
-struct Uncut {
-    /// How many triangles stand before it.
+/// A face of more than three corners.
+struct Pending {
+    /// The number of triangles before it.
     before: usize,
     number: u32,
     corners: Range<usize>,
-    at: At,
+    at: RawLocation,
 }
 
 impl Polygons {
-    /// Faces between so many vertices, of a file of which something was noted already.
+    /// No faces yet, of a file with so many vertices and these notes.
     pub(crate) fn new(vertices: usize, notes: Notes) -> Polygons {
         Polygons {
             vertices,
             triangles: Vec::new(),
             numbers: Vec::new(),
-            uncut: Vec::new(),
+            pending: Vec::new(),
             corners: Vec::new(),
             faces: 0,
             notes,
         }
     }
 
-    /// Adds a face. Those of fewer than three different corners are dropped and noted.
+    /// Adds a face. Faces of fewer than three different corners are dropped and noted.
     ///
     /// # Errors
-    /// The first corner that is the number of no vertex.
-    pub(crate) fn add(&mut self, corners: &[Corner], at: impl Fn() -> At) -> Result<(), Corner> {
+    /// The first corner that is not the number of a vertex.
+    pub(crate) fn add(&mut self, corners: &[Corner], at: impl Fn() -> RawLocation) -> Result<(), Corner> {
         let number = self.faces;
         self.faces = self.faces.saturating_add(1);
         let first = self.corners.len();
         for corner in corners {
             let inside = usize::try_from(*corner).is_ok_and(|c| c < self.vertices);
             let vertex = u32::try_from(*corner).ok().filter(|_| inside).ok_or(*corner)?;
-            // A corner that is given twice in turn is one, but for triangles, which are kept as they are.
+            // Equal corners in succession count as one, except in triangles, which are kept as they are.
             if corners.len() == 3 || self.corners[first..].last() != Some(&vertex) {
                 self.corners.push(vertex);
             }
@@ -179,7 +181,7 @@ impl Polygons {
             }
             _ => {
                 let corners = first..self.corners.len();
-                self.uncut.push(Uncut { before: self.triangles.len(), number, corners, at: at() });
+                self.pending.push(Pending { before: self.triangles.len(), number, corners, at: at() });
                 return Ok(());
             }
         }
@@ -187,32 +189,32 @@ impl Polygons {
         Ok(())
     }
 
-    /// Gives the next face a number; without, faces are numbered as they come.
+    /// Sets the number of the next face. Without it, faces are numbered in order.
     ///
     /// # Errors
-    /// The least number that is possible here.
+    /// The least number that is valid here.
     pub(crate) fn number(&mut self, number: i64) -> Result<(), u32> {
         let least = self.faces.saturating_sub(1);
         self.faces = u32::try_from(number).ok().filter(|n| *n >= least).ok_or(least)?;
         Ok(())
     }
 
-    /// Whether there is no face of three corners or more.
+    /// Whether there is no face of three or more corners.
     pub(crate) fn is_empty(&self) -> bool {
-        self.triangles.is_empty() && self.uncut.is_empty()
+        self.triangles.is_empty() && self.pending.is_empty()
     }
 
-    /// How many vertices there are.
+    /// The number of vertices.
     pub(crate) fn vertices(&self) -> usize {
         self.vertices
     }
 
-    /// What was noted so far.
+    /// The notes so far.
     pub(crate) fn notes(&mut self) -> &mut Notes {
         &mut self.notes
     }
 
-    /// The mesh, of a file of these bytes that numbers its vertices from some number on.
+    /// The mesh. `first_number` is the number of the first vertex in the format; `bytes` are the file.
     ///
     /// # Errors
     /// If a face uses a vertex that is not finite, or there is no face.
@@ -221,12 +223,14 @@ impl Polygons {
         vertices: Vertices,
         first_number: usize,
         bytes: &[u8],
-    ) -> Result<MeshFile, Fault> {
+    ) -> Result<MeshFile, RawDiagnostic> {
         if self.is_empty() {
-            return Err(Fault::file("has no faces").help("a mesh needs faces of three corners or more"));
+            return Err(
+                RawDiagnostic::file("has no faces").help("a mesh needs faces of three corners or more")
+            );
         }
-        self.look_at(&vertices, first_number)?;
-        self.cut(&vertices.points);
+        self.check_vertices(&vertices, first_number)?;
+        self.triangulate(&vertices.points);
         let is_plain = (0..).zip(&self.numbers).all(|(i, number)| i == *number);
         let mesh = TriangleMesh {
             vertices: vertices.points,
@@ -236,8 +240,8 @@ impl Polygons {
         Ok(MeshFile { mesh, notes: self.notes.finish(bytes) })
     }
 
-    /// Notes which vertices no face uses, and refuses those that faces use and that are not finite.
-    fn look_at(&mut self, vertices: &Vertices, first_number: usize) -> Result<(), Fault> {
+    /// Notes the vertices that no face uses, and refuses vertices that are not finite and that faces use.
+    fn check_vertices(&mut self, vertices: &Vertices, first_number: usize) -> Result<(), RawDiagnostic> {
         let mut is_used = vec![false; vertices.points.len()];
         for corner in self.triangles.iter().flatten().chain(&self.corners) {
             is_used[*corner as usize] = true;
@@ -245,31 +249,31 @@ impl Polygons {
         for (number, at) in &vertices.not_finite {
             if is_used[*number as usize] {
                 let message = "this vertex has a coordinate that is NaN or infinite, and faces use it";
-                return Err(Fault { at: at.clone(), message: message.into(), help: None });
+                return Err(RawDiagnostic { location: at.clone(), message: message.into(), help: None });
             }
             self.notes.add(&NOT_FINITE, at.clone());
         }
         if let Some(first) = is_used.iter().position(|used| !used) {
             let count = is_used.iter().filter(|used| !**used).count();
-            self.notes.push(unused(count, first + first_number));
+            self.notes.push(unused_vertices(count, first + first_number));
         }
         Ok(())
     }
 
-    /// Cuts the faces of more than three corners and puts their triangles where they belong.
-    fn cut(&mut self, vertices: &[Vec3]) {
-        if self.uncut.is_empty() {
+    /// Triangulates the faces of more than three corners, and inserts their triangles in the order of the faces.
+    fn triangulate(&mut self, vertices: &[Vec3]) {
+        if self.pending.is_empty() {
             return;
         }
         let (mut triangles, mut numbers) = (Vec::new(), Vec::new());
         let mut done = 0;
-        for Uncut { before, number, corners, at } in std::mem::take(&mut self.uncut) {
+        for Pending { before, number, corners, at } in std::mem::take(&mut self.pending) {
             triangles.extend(&self.triangles[done..before]);
             numbers.extend(&self.numbers[done..before]);
             done = before;
             let corners = &self.corners[corners];
-            let places: Vec<Vec3> = corners.iter().map(|c| vertices[*c as usize]).collect();
-            let Cut { triangles: cut, is_proper } = cut(&places);
+            let points: Vec<Vec3> = corners.iter().map(|c| vertices[*c as usize]).collect();
+            let Triangulation { triangles: cut, is_proper } = triangulate(&points);
             numbers.extend(std::iter::repeat_n(number, cut.len()));
             triangles.extend(cut.iter().map(|t| t.map(|i| corners[i as usize])));
             if !is_proper {

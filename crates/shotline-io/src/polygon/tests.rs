@@ -2,18 +2,18 @@ use std::f64::consts::TAU;
 
 use shotline::math::Vec3;
 
-use super::hold::{cut_holds, is_simple};
-use super::{Cut, cut};
+use super::invariants::{check, is_simple};
+use super::{Triangulation, triangulate};
 
-/// Holds a polygon to everything, from each first corner and both ways round, in several planes.
-fn holds(corners: &[[i64; 2]]) {
+/// Checks the triangulation of a polygon, from each first corner, in both directions, in several planes.
+fn check_all(corners: &[[i64; 2]]) {
     for first in 0..corners.len() {
         let mut corners = corners.to_vec();
         corners.rotate_left(first);
         for _ in 0..2 {
             for axis in 0..3 {
-                cut_holds(&corners, axis, [0, 0]);
-                cut_holds(&corners, axis, [3, -7]);
+                check(&corners, axis, [0, 0]);
+                check(&corners, axis, [3, -7]);
             }
             corners.reverse();
         }
@@ -30,7 +30,7 @@ fn polygons_that_are_not_convex_are_cut_within_their_outline() {
         [[1, 0], [2, 0], [2, 1], [3, 1], [3, 2], [2, 2], [2, 3], [1, 3], [1, 2], [0, 2], [0, 1], [1, 1]];
     for simple in [&L[..], &dart, &u, &plus, &star(9), &comb(7), &spiral(3)] {
         assert!(is_simple(simple), "{simple:?}");
-        holds(simple);
+        check_all(simple);
     }
 }
 
@@ -41,11 +41,11 @@ fn corners_on_a_straight_edge_stay_corners_of_triangles_with_area() {
     let both = [[0, 0], [2, 0], [4, 0], [3, 3], [2, 6], [1, 3]];
     for corners in [&square[..], &triangle, &both] {
         assert!(is_simple(corners));
-        holds(corners);
+        check_all(corners);
     }
 }
 
-/// Slits, holes reached by a slit, corners in one place, outlines that touch themselves: no cut is wrong way round.
+/// Slits, holes reached by a slit, equal corners, outlines that touch themselves: no triangle is inverted.
 #[test]
 fn outlines_that_touch_themselves_are_cut_properly() {
     let hole = [[0, 0], [6, 0], [6, 6], [0, 6], [0, 0], [2, 2], [2, 4], [4, 4], [4, 2], [2, 2]];
@@ -73,80 +73,80 @@ fn outlines_that_touch_themselves_are_cut_properly() {
         [1, 1],
     ];
     for corners in [&hole[..], &slit, &twice, &pinched, &touching, &spike, &two_holes] {
-        holds(corners);
+        check_all(corners);
         is_proper_from_each_corner(corners);
     }
 }
 
-/// Whatever corner comes first and in both directions.
+/// From each first corner and in both directions.
 fn is_proper_from_each_corner(corners: &[[i64; 2]]) {
     let mut corners = corners.to_vec();
     for _ in 0..2 {
         for _ in 0..corners.len() {
             corners.rotate_left(1);
-            let places: Vec<Vec3> =
+            let points: Vec<Vec3> =
                 corners.iter().map(|[x, y]| Vec3::new(*x as f64, *y as f64, 0.0)).collect();
-            assert!(cut(&places).is_proper, "{corners:?}: {:?}", cut(&places));
+            assert!(triangulate(&points).is_proper, "{corners:?}: {:?}", triangulate(&points));
         }
         corners.reverse();
     }
 }
 
 #[test]
-fn lobes_that_meet_in_a_corner_are_not_said_to_cross() {
+fn lobes_that_meet_in_a_corner_are_not_reported_as_crossing() {
     let uneven = [[0, 0], [2, 1], [4, 0], [4, 4], [2, 1], [0, 4]];
-    // The outer corner at the origin turns left, with the other in the same place between its sides.
+    // The outer corner at the origin turns left; the other corner at the origin lies between its sides.
     let nested = [[-4, 1], [0, 0], [4, 1], [1, 4], [0, 0], [-1, 4]];
     let three = [[0, 0], [4, -1], [4, 1], [0, 0], [1, 4], [-1, 4], [0, 0], [-4, 1], [-4, -1]];
     let chain = [[0, 0], [2, 1], [4, 0], [6, 1], [8, 0], [8, 4], [6, 1], [4, 3], [2, 1], [0, 4]];
     let inside = [[0, 0], [8, 0], [8, 8], [0, 0], [3, 5], [2, 6], [0, 0], [0, 9], [-3, 9]];
     for corners in [&uneven[..], &nested, &three, &chain, &inside] {
-        holds(corners);
+        check_all(corners);
         is_proper_from_each_corner(corners);
     }
 }
 
 #[test]
-fn outlines_that_cross_themselves_keep_their_edges_and_say_so() {
+fn outlines_that_cross_themselves_keep_their_edges_and_are_reported() {
     let bow_tie = [[0, 0], [2, 2], [2, 0], [0, 2]];
     let uneven = [[0, 0], [4, 4], [4, 0], [0, 2]];
     let pentagram = [[0, 30], [18, -24], [-29, 9], [29, 9], [-18, -24]];
     for corners in [&bow_tie[..], &uneven, &pentagram] {
-        holds(corners);
-        let places: Vec<Vec3> = corners.iter().map(|[x, y]| Vec3::new(*x as f64, *y as f64, 0.0)).collect();
-        assert!(!cut(&places).is_proper, "{corners:?}");
+        check_all(corners);
+        let points: Vec<Vec3> = corners.iter().map(|[x, y]| Vec3::new(*x as f64, *y as f64, 0.0)).collect();
+        assert!(!triangulate(&points).is_proper, "{corners:?}");
     }
 }
 
 #[test]
-fn polygons_without_area_say_nothing() {
+fn polygons_without_area_are_not_reported() {
     let on_a_line = [[0, 0], [1, 1], [2, 2], [5, 5], [3, 3]];
     let there_and_back = [[0, 0], [1, 1], [4, 0], [1, 1]];
     for corners in [&[[1, 1]; 7][..], &on_a_line, &there_and_back] {
-        holds(corners);
+        check_all(corners);
         for z in [0.0, 1.0] {
-            let place = |[x, y]: &[i64; 2]| Vec3::new(*x as f64, *y as f64, z * *x as f64);
-            assert!(cut(&corners.iter().map(place).collect::<Vec<_>>()).is_proper, "{corners:?}");
+            let point = |[x, y]: &[i64; 2]| Vec3::new(*x as f64, *y as f64, z * *x as f64);
+            assert!(triangulate(&corners.iter().map(point).collect::<Vec<_>>()).is_proper, "{corners:?}");
         }
     }
 }
 
-/// Seen from within its plane a bow tie of rounded corners may look like a thin quadrilateral.
+/// Projected along its plane, a bow tie with rounded coordinates may look like a thin quadrilateral.
 #[test]
-fn crossings_are_seen_in_slanted_planes_too() {
+fn crossings_are_detected_in_slanted_planes_too() {
     for i in 0..300 {
         let (a, b) = (f64::from(i) * 0.37, f64::from(i) * 0.23 + 0.1);
         let u = Vec3::new(a.cos(), a.sin() * b.cos(), a.sin() * b.sin());
         let v = Vec3::new(0.0, -b.sin(), b.cos());
         let round = |x: f64| (x * 1e6).round() / 1e6;
-        let place = |[x, y]: [f64; 2]| Vec3::from((u * x + v * y + 5.0).to_array().map(round));
-        let corners = [[0.0, 0.0], [2.0, 2.0], [2.0, 0.0], [0.0, 2.0]].map(place);
-        assert!(!cut(&corners).is_proper, "{corners:?}");
+        let point = |[x, y]: [f64; 2]| Vec3::from((u * x + v * y + 5.0).to_array().map(round));
+        let corners = [[0.0, 0.0], [2.0, 2.0], [2.0, 0.0], [0.0, 2.0]].map(point);
+        assert!(!triangulate(&corners).is_proper, "{corners:?}");
     }
 }
 
 #[test]
-fn random_outlines_hold() {
+fn random_outlines_are_valid() {
     let mut random = shotline::testkit::random::Random::new(5);
     let mut simple = 0;
     for i in 0..6000u64 {
@@ -158,14 +158,14 @@ fn random_outlines_hold() {
             })
             .collect();
         simple += usize::from(is_simple(&corners));
-        cut_holds(&corners, i as usize % 3, [i as i64 % 5 - 2, i as i64 % 7 - 3]);
+        check(&corners, i as usize % 3, [i as i64 % 5 - 2, i as i64 % 7 - 3]);
     }
     assert!(simple > 300, "{simple}");
 }
 
-/// Outlines that do not cross themselves, grown from a triangle by a corner at a time.
+/// Outlines that do not cross themselves, grown from a triangle by one corner at a time.
 #[test]
-fn random_simple_outlines_hold() {
+fn random_simple_outlines_are_valid() {
     let mut random = shotline::testkit::random::Random::new(6);
     for i in 0..150u64 {
         let mut corners = vec![[0, 0], [40, 0], [0, 40]];
@@ -181,25 +181,26 @@ fn random_simple_outlines_hold() {
             }
         }
         assert!(corners.len() == 3 || is_simple(&corners));
-        cut_holds(&corners, i as usize % 3, [1, -2]);
+        check(&corners, i as usize % 3, [1, -2]);
     }
 }
 
-/// The slanted prism of six digits: the corners of a face lie in no plane, and no triangle covers the notch.
+/// A slanted prism with coordinates of six digits: the corners of a face are not coplanar, and no triangle covers the
+/// notch.
 #[test]
-fn nearly_flat_polygons_are_cut_as_flat_ones_are() {
+fn nearly_flat_polygons_are_triangulated_as_flat_ones() {
     for i in 0..400 {
         let (a, b) = (f64::from(i) * 0.37, f64::from(i) * 0.23 + 0.1);
         let (u, v) =
             (Vec3::new(a.cos(), a.sin() * b.cos(), a.sin() * b.sin()), Vec3::new(0.0, -b.sin(), b.cos()));
         for digits in [1e3, 1e6, 1e9] {
             let round = |x: f64| (x * digits).round() / digits;
-            let place = |[x, y]: &[i64; 2]| {
+            let point = |[x, y]: &[i64; 2]| {
                 let p = u * *x as f64 + v * *y as f64 + Vec3::new(7.0, -3.0, 0.5);
                 Vec3::new(round(p.x), round(p.y), round(p.z))
             };
-            let places: Vec<Vec3> = L.iter().map(place).collect();
-            let cut = cut(&places);
+            let points: Vec<Vec3> = L.iter().map(point).collect();
+            let cut = triangulate(&points);
             assert!(cut.is_proper);
             for t in &cut.triangles {
                 let middle = t.iter().fold([0, 0], |m, i| {
@@ -212,7 +213,7 @@ fn nearly_flat_polygons_are_cut_as_flat_ones_are() {
     }
 }
 
-/// Thousands of corners in the shapes that are hard for clipping ears: a time as for a sort, or a test without end.
+/// Thousands of corners in the shapes that are hard for ear clipping. With quadratic work the test would take too long.
 #[test]
 fn polygons_of_many_corners_are_cut() {
     let n = 20_000;
@@ -223,22 +224,22 @@ fn polygons_of_many_corners_are_cut() {
     let whole =
         |corners: Vec<[i64; 2]>| corners.iter().map(|[x, y]| Vec3::new(*x as f64, 0.0, *y as f64)).collect();
     for corners in [circle, jagged.collect(), whole(comb(5_000)), whole(spiral(2_000)), whole(saw(8_000))] {
-        let Cut { triangles, is_proper } = cut(&corners);
+        let Triangulation { triangles, is_proper } = triangulate(&corners);
         assert!(is_proper && triangles.len() == corners.len() - 2);
     }
 }
 
-/// Of nothing but crossings: the work is bounded all the same.
+/// Nearly all edges cross others: the work is still bounded.
 #[test]
 fn polygons_of_many_crossings_are_cut() {
     let mut random = shotline::testkit::random::Random::new(1);
     let corners: Vec<Vec3> = (0..3000).map(|_| random.point(-1.0, 1.0)).collect();
-    assert_eq!(cut(&corners).triangles.len(), 2998);
+    assert_eq!(triangulate(&corners).triangles.len(), 2998);
 }
 
 #[test]
 fn sizes_far_from_one_are_cut_the_same() {
-    let at = |size: f64| cut(&L.map(|[x, y]| Vec3::new(x as f64, y as f64, 1.0) * size));
+    let at = |size: f64| triangulate(&L.map(|[x, y]| Vec3::new(x as f64, y as f64, 1.0) * size));
     for size in [5e-324, 1e-300, 1e-120, 1e120, 1e300, 8e307] {
         assert_eq!(at(size), at(1.0), "{size}");
     }
@@ -265,7 +266,7 @@ fn saw(teeth: i64) -> Vec<[i64; 2]> {
     (0..teeth).flat_map(tooth).chain([[2 * teeth, 0], [teeth, -1]]).collect()
 }
 
-/// A square spiral, there and back.
+/// A square spiral, inwards and back.
 fn spiral(turns: i64) -> Vec<[i64; 2]> {
     let out = |k: i64, r: i64| match k % 4 {
         0 => [r, -r],
@@ -302,7 +303,7 @@ fn random_outlines_that_touch_themselves_in_corners_are_cut_properly() {
         let skewed: Vec<[i64; 2]> =
             corners.iter().map(|[x, y]| [7 * x + 2 * y + x * x % 2, 6 * y - x]).collect();
         for corners in [corners, skewed] {
-            cut_holds(&corners, 0, [0, 0]);
+            check(&corners, 0, [0, 0]);
             is_proper_from_each_corner(&corners);
         }
     }

@@ -1,0 +1,108 @@
+//! The registry of file formats. A new format is a file beside this one, a `mod` and a line in the registry.
+
+mod obj;
+mod ply;
+pub(crate) mod scene_json;
+mod stl;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use shotline::scene::Scene;
+use shotline::solid::mesh::TriangleMesh;
+
+use crate::diagnostic::RawDiagnostic;
+use crate::document::Document;
+use crate::error::{ReadError, WriteError};
+use crate::mesh_file::{Encoded, MeshFile};
+use crate::options::ReadOptions;
+
+/// A file format.
+#[derive(Debug)]
+pub struct Format {
+    /// Its name.
+    pub name: &'static str,
+    /// File name extensions, without the point.
+    pub extensions: &'static [&'static str],
+    /// Whether some bytes look like this format; used where the file name has no known extension.
+    pub detect: fn(&[u8]) -> bool,
+    pub(crate) content: Content,
+}
+
+/// Encodes a mesh.
+pub(crate) type WriteMesh = fn(&TriangleMesh) -> Result<Encoded, WriteError>;
+
+/// What a format holds.
+#[derive(Debug)]
+pub(crate) enum Content {
+    /// Scenes.
+    Scene {
+        read: fn(&Path, Vec<u8>, MeshSource) -> Result<Document, ReadError>,
+        write: fn(&Scene) -> Result<String, WriteError>,
+        /// The largest file that is read, in bytes.
+        max_bytes: u64,
+    },
+    /// One mesh.
+    Mesh {
+        read: fn(&[u8]) -> Result<MeshFile, RawDiagnostic>,
+        write: WriteMesh,
+        /// Whether it keeps every bit of a mesh, the numbers of its polygons included.
+        is_lossless: bool,
+    },
+}
+
+/// Where the meshes that a scene names come from.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum MeshSource<'a> {
+    /// Files, read whatever their format.
+    Files { read: fn(&Path) -> Result<MeshFile, ReadError>, options: ReadOptions },
+    /// These, named by their index.
+    Given(&'a [Arc<TriangleMesh>]),
+}
+
+/// Every format. Contents are tried in this order.
+pub static FORMATS: &[&Format] = &[&scene_json::FORMAT, &ply::FORMAT, &stl::FORMAT, &obj::FORMAT];
+
+/// The format of a file name extension.
+pub(crate) fn by_extension(path: &Path) -> Option<&'static Format> {
+    let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+    FORMATS.iter().copied().find(|f| f.extensions.contains(&extension.as_str()))
+}
+
+/// The format that some bytes look like.
+pub(crate) fn by_content(bytes: &[u8]) -> Option<&'static Format> {
+    FORMATS.iter().copied().find(|f| (f.detect)(bytes))
+}
+
+/// The extensions of all formats, for messages.
+pub(crate) fn known_extensions() -> String {
+    let all = FORMATS.iter().flat_map(|f| f.extensions);
+    all.map(|e| format!(".{e}")).collect::<Vec<_>>().join(", ")
+}
+
+/// The names of the mesh formats, for messages: "PLY, STL or OBJ".
+pub(crate) fn mesh_format_names() -> String {
+    let is_mesh = |f: &&&Format| matches!(f.content, Content::Mesh { .. });
+    let names: Vec<_> = FORMATS.iter().filter(is_mesh).map(|f| f.name).collect();
+    match names.split_last() {
+        Some((last, [])) => (*last).into(),
+        Some((last, rest)) => format!("{} or {last}", rest.join(", ")),
+        None => String::new(),
+    }
+}
+
+/// A format that keeps every bit of a mesh, and how it writes one.
+pub(crate) fn lossless_mesh_format() -> Option<(&'static Format, WriteMesh)> {
+    FORMATS.iter().find_map(|format| match format.content {
+        Content::Mesh { write, is_lossless: true, .. } => Some((*format, write)),
+        _ => None,
+    })
+}
+
+/// The note of a format that holds only triangles, for a mesh that was triangulated from larger polygons.
+fn lost_polygons(mesh: &TriangleMesh) -> Option<String> {
+    let lost = "the numbers of the polygons that triangles were cut from are lost";
+    let keeps =
+        lossless_mesh_format().map_or(String::new(), |(format, _)| format!("; {} keeps them", format.name));
+    (!mesh.polygons.is_empty()).then(|| format!("{lost}{keeps}"))
+}

@@ -1,0 +1,82 @@
+//! The values of a JSON text, each with its byte range. They are stored in one list and refer to their children by index,
+//! so that neither traversing nor dropping them needs a stack as deep as the text.
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+/// The index of a value in its [`Tree`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct ValueId(u32);
+
+/// A value and its byte range.
+#[derive(Debug)]
+pub(super) struct Value<'t> {
+    /// Texts are smaller than 4 GiB.
+    span: (u32, u32),
+    pub(super) content: Content<'t>,
+}
+
+/// The content of a value.
+#[derive(Debug)]
+pub(super) enum Content<'t> {
+    Null,
+    Bool(bool),
+    Number(f64),
+    Text(Cow<'t, str>),
+    Array(Vec<ValueId>),
+    Object(Vec<Member<'t>>),
+    /// An invalid value, which has been reported already.
+    Wrong,
+}
+
+/// A key of an object with its value.
+#[derive(Debug)]
+pub(super) struct Member<'t> {
+    pub(super) key: Cow<'t, str>,
+    pub(super) key_range: Range<usize>,
+    pub(super) value: ValueId,
+}
+
+/// All values of a text.
+#[derive(Debug, Default)]
+pub(super) struct Tree<'t> {
+    values: Vec<Value<'t>>,
+}
+
+impl<'t> Tree<'t> {
+    pub(super) fn add(&mut self, range: Range<usize>, content: Content<'t>) -> ValueId {
+        let id = ValueId(self.values.len() as u32);
+        self.values.push(Value { span: (range.start as u32, range.end as u32), content });
+        id
+    }
+
+    pub(super) fn content(&self, id: ValueId) -> &Content<'t> {
+        &self.values[id.0 as usize].content
+    }
+
+    pub(super) fn content_mut(&mut self, id: ValueId) -> &mut Content<'t> {
+        &mut self.values[id.0 as usize].content
+    }
+
+    pub(super) fn range(&self, id: ValueId) -> Range<usize> {
+        let (start, end) = self.values[id.0 as usize].span;
+        start as usize..end as usize
+    }
+
+    pub(super) fn end_at(&mut self, id: ValueId, end: usize) {
+        self.values[id.0 as usize].span.1 = end as u32;
+    }
+
+    /// The members of an object; empty for any other value.
+    pub(super) fn members(&self, id: ValueId) -> &[Member<'t>] {
+        match self.content(id) {
+            Content::Object(members) => members,
+            _ => &[],
+        }
+    }
+
+    /// The value of an object's key.
+    pub(super) fn get(&self, id: ValueId, key: &str) -> Option<ValueId> {
+        self.members(id).iter().find(|m| m.key == key).map(|m| m.value)
+    }
+}

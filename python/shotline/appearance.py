@@ -1,0 +1,143 @@
+"""Materials, cameras and lights."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from .values import number, numbers
+
+Vector = tuple[float, float, float]
+
+_INFINITY = float("inf")
+
+
+def _given(**keys: Any) -> dict[str, Any]:
+    """The keys that have a value; vectors as lists."""
+    return {k: list(v) if isinstance(v, tuple) else v for k, v in keys.items() if v is not None}
+
+
+def _set(owner: Any, name: str, value: Any) -> None:
+    """Sets a field of a frozen dataclass during construction."""
+    object.__setattr__(owner, name, value)
+
+
+def _vector(owner: Any, name: str) -> None:
+    value = getattr(owner, name)
+    if value is not None:
+        _set(owner, name, numbers(value, 3, name))
+
+
+def _number(owner: Any, name: str, least: float = 0.0, most: float = _INFINITY) -> None:
+    """Checks a field that may be None: a finite number from `least` to `most`."""
+    value = getattr(owner, name)
+    if value is None:
+        return
+    (value,) = numbers(number(value, name), 1, name)
+    if not least <= value <= most:
+        bounds = f"from {least:g} to {most:g}" if most < _INFINITY else f"at least {least:g}"
+        raise ValueError(f"{name} is {value:g}, but must be {bounds}")
+    _set(owner, name, value)
+
+
+def _color(owner: Any) -> None:
+    _vector(owner, "color")
+    if owner.color is not None and not all(0.0 <= x <= 1.0 for x in owner.color):
+        raise ValueError(f"color is {list(owner.color)}, but each of its components must be from 0 to 1")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Material:
+    """The material of an object. Everything is optional.
+
+    `mu` is the linear attenuation coefficient, one over the scene's unit of length, at least 0. `density` is in g/cm^3,
+    independent of the scene's unit of length; in a scene without units it is mass per cubed length. The rest is for
+    pictures,
+    from 0 to 1: `color` as sRGB, the strength of the highlight `specular`, and the share of light that is
+    reflected, `mirror`; `shininess` is the exponent of the highlight (Phong).
+
+    Raises ValueError for numbers out of range, TypeError for values that are not numbers.
+    """
+
+    mu: float | None = None
+    density: float | None = None
+    color: Vector | None = None
+    specular: float | None = None
+    shininess: float | None = None
+    mirror: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("mu", "density", "shininess"):
+            _number(self, name)
+        for name in ("specular", "mirror"):
+            _number(self, name, most=1.0)
+        _color(self)
+
+    def _keys(self) -> dict[str, Any]:
+        return _given(**vars(self))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Camera:
+    """A camera at `eye` that looks at `target`, in world coordinates. `up` points up in the picture: z if not given, y
+    for a view along z.
+
+    With `fov`, the vertical angle of view in degrees, the projection is perspective; with `height`, the height of the
+    picture in world units, it is parallel. With neither, `fov` is 40. Raises ValueError for both, and for numbers out
+    of range.
+    """
+
+    eye: Vector
+    target: Vector = (0.0, 0.0, 0.0)
+    up: Vector | None = None
+    fov: float | None = None
+    height: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("eye", "target", "up"):
+            _vector(self, name)
+        _number(self, "fov", least=-_INFINITY)
+        _number(self, "height", least=-_INFINITY)
+        if self.fov is not None and self.height is not None:
+            raise ValueError("a camera takes fov (perspective) or height (parallel), not both")
+        if self.fov is not None and not 0.0 < self.fov < 180.0:
+            raise ValueError(f"fov is {self.fov:g}, but must be above 0 and below 180 degrees")
+        if self.height is not None and not self.height > 0.0:
+            raise ValueError(f"height is {self.height:g}, but must be above 0")
+        if self.eye == self.target:
+            raise ValueError("eye and target of the camera are the same point")
+        if self.fov is None and self.height is None:
+            _set(self, "fov", 40.0)
+        if self.up is None:
+            along_z = self.eye[:2] == self.target[:2]
+            _set(self, "up", (0.0, 1.0, 0.0) if along_z else (0.0, 0.0, 1.0))
+
+    def _keys(self) -> dict[str, Any]:
+        return _given(**vars(self))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Light:
+    """A light: from a `point`, from far away travelling in a `direction`, or from everywhere (`ambient`).
+
+    `color` is sRGB from 0 to 1, white if not given; `intensity` is 1 if not given, and does not decrease with distance.
+    """
+
+    point: Vector | None = None
+    direction: Vector | None = None
+    ambient: bool | None = None
+    color: Vector | None = None
+    intensity: float | None = None
+
+    def __post_init__(self) -> None:
+        if sum(bool(x is not None and x is not False) for x in (self.point, self.direction, self.ambient)) != 1:
+            raise ValueError("a light takes one of point, direction and ambient=True")
+        for name in ("point", "direction"):
+            _vector(self, name)
+        if self.direction == (0.0, 0.0, 0.0):
+            raise ValueError("the direction of the light is zero")
+        _number(self, "intensity")
+        _color(self)
+
+    def _keys(self) -> dict[str, Any]:
+        return _given(**vars(self))

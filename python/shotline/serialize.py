@@ -1,0 +1,205 @@
+"""Serializes scenes to the text of a scene file, the one form in which Python passes a scene to the native half.
+
+A file can refer only to nodes in `defs`. So `defs` holds the nodes that have several parents, those that have a name,
+and those at which deep nesting is split, since readers refuse deep nesting.
+"""
+
+from __future__ import annotations
+
+import difflib
+import json
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from .mesh import Mesh
+from .nodes import Node, Object, Part, Placed, Solid, placed_object
+
+
+class DuplicateNameWarning(UserWarning):
+    """Different objects have the same name, so the name stands for all of them."""
+
+
+# The depth of nested nodes at which the next is put into `defs`.
+MAX_NESTING = 100
+
+
+class Serializer:
+    """Serializes the nodes of one scene."""
+
+    def __init__(self, roots: Sequence[Node]) -> None:
+        self.meshes: list[Mesh] = []
+        self.defs: dict[str, dict[str, Any]] = {}
+        self.order = _post_order(roots)
+        self._uses = _uses(roots, self.order)
+        # A transform of an object refers to it.
+        self._placed = {id(n._child) for n in self.order if isinstance(n, Placed) and isinstance(n._child, Object)}
+        # By the id of a node, which is unique while the roots keep the nodes alive.
+        self._serialized: dict[int, dict[str, Any]] = {}
+        self._depth: dict[int, int] = {}
+        self._names: dict[str, Node] = {}
+        self._used: dict[str, int] = {}
+        for node in self.order:
+            if isinstance(node, Part):
+                self._reserve(node._name, node)
+        for node in self.order:
+            self._serialize(node)
+
+    def of(self, node: Node) -> dict[str, Any]:
+        """The serialized root."""
+        return self._serialized[id(node)]
+
+    def _reserve(self, name: str, node: Node) -> None:
+        other = self._names.setdefault(name, node)
+        if _named_by(other) is not _named_by(node):
+            raise ValueError(f"two parts are named {name!r}; a name stands for one part")
+
+    def _free_name(self, node: Node) -> str:
+        """A name for a node that needs one, after its kind, since it appears in the names of paths."""
+        base = _base_name(node)
+        while True:
+            count = self._used[base] = self._used.get(base, 0) + 1
+            name = base if count == 1 else f"{base}_{count}"
+            if name not in self._names:
+                self._names[name] = node
+                return name
+
+    def _serialize(self, node: Node) -> None:
+        children = [self._serialized[id(child)] for child in node._children()]
+        depth = 1 + max((self._depth[id(child)] for child in node._children()), default=0)
+        keys = node._keys()
+        if isinstance(node, Mesh):
+            keys["file"] = str(len(self.meshes))
+            self.meshes.append(node)
+        elif isinstance(node, Placed):
+            keys, depth = children[0] | node._placement(), depth - 1
+        elif isinstance(node, Part):
+            keys = children[0]
+        elif isinstance(node, Object):
+            keys["node"] = children[0]
+        elif children:
+            keys["args"] = children
+        if isinstance(node, Part):
+            keys, depth = self._define(node._name, keys), 0
+        elif not isinstance(node, Placed) and (
+            self._uses[id(node)] > 1 or depth > MAX_NESTING or id(node) in self._placed
+        ):
+            keys, depth = self._define(self._free_name(node), keys), 0
+        self._serialized[id(node)], self._depth[id(node)] = keys, depth
+
+    def _define(self, name: str, keys: dict[str, Any]) -> dict[str, Any]:
+        self.defs.setdefault(name, keys)
+        return {"ref": name}
+
+
+def _named_by(node: Node) -> Node:
+    return node._child if isinstance(node, Part) else node
+
+
+def _base_name(node: Node) -> str:
+    if isinstance(node, Object):
+        return node.name
+    return node._kind if isinstance(node, Solid) else type(node).__name__.lower()
+
+
+def _root_object(node: Node) -> Object:
+    """The object that a root of a scene becomes. A transformed object becomes an object of the transformed shape."""
+    if isinstance(node, Object):
+        return node
+    placed = placed_object(node)
+    return Unnamed(node) if placed is None else Object(node, placed[1].name)
+
+
+class Unnamed(Object):
+    """An object without a name; readers name it by its number."""
+
+    __slots__ = ()
+
+    def __init__(self, node: Node) -> None:
+        super().__init__(node, "")
+
+    def _keys(self) -> dict[str, Any]:
+        return {}
+
+
+def _post_order(roots: Iterable[Node]) -> list[Node]:
+    """Every node once, after its children. Not recursive, since scenes may be deep."""
+    order: list[Node] = []
+    seen: set[int] = set()
+    stack = [(root, False) for root in roots][::-1]
+    while stack:
+        node, opened = stack.pop()
+        if opened:
+            order.append(node)
+        elif id(node) not in seen:
+            seen.add(id(node))
+            stack.append((node, True))
+            stack.extend((child, False) for child in reversed(node._children()))
+    return order
+
+
+def _uses(roots: Iterable[Node], post_order: Sequence[Node]) -> dict[int, int]:
+    """How many times the text uses each node. A transformed node is written out with each of its transforms; any other
+    node that is used several times is written once and referred to."""
+    count: dict[int, int] = {}
+    for root in roots:
+        count[id(root)] = count.get(id(root), 0) + 1
+    for node in reversed(post_order):
+        uses = count[id(node)] if isinstance(node, Placed) else 1
+        for child in node._children():
+            count[id(child)] = count.get(id(child), 0) + uses
+    return count
+
+
+def serialize(
+    roots: Sequence[Node],
+    materials: dict[str, dict[str, Any]],
+    camera: dict[str, Any] | None,
+    lights: list[dict[str, Any]],
+    units: str | None,
+    accel: str | None,
+) -> tuple[str, list[Mesh]]:
+    """The text of a scene, and the meshes, which it names by their index."""
+    objects = [_root_object(root) for root in roots]
+    serializer = Serializer(objects)
+    # A transformed root stands for the object it transforms, which may be used elsewhere too.
+    transformed = {id(made): root._object for made, root in zip(objects, roots, strict=True)}
+    named = [node for node in serializer.order if isinstance(node, Object) and not isinstance(node, Unnamed)]
+    _check_objects([transformed.get(id(node)) or node for node in named], materials)
+    document: dict[str, Any] = {"shotline": 1}
+    sections = {"units": units, "defs": serializer.defs, "accel": accel, "materials": materials, "camera": camera}
+    document |= {key: value for key, value in sections.items() if value}
+    document["objects"] = [serializer.of(root) for root in objects]
+    if lights:
+        document["lights"] = lights
+    return json.dumps(document, allow_nan=False), serializer.meshes
+
+
+def _check_objects(objects: Sequence[Object], materials: Mapping[str, Any]) -> None:
+    """Raises ValueError for materials that the scene does not have; warns of names that several objects share."""
+    first: dict[str, Object] = {}
+    wrong: dict[str, None] = {}
+    duplicates: dict[str, None] = {}
+    for item in objects:
+        other = first.setdefault(item.name, item)
+        if other is not item and other != item:
+            duplicates[item.name] = None
+        if item.material is not None and item.material not in materials:
+            wrong[_unknown_material(item.name, item.material, list(materials))] = None
+    if wrong:
+        raise ValueError("\n".join(wrong))
+    if duplicates:
+        names = ", ".join(map(repr, list(duplicates)[:5])) + (", ..." if len(duplicates) > 5 else "")
+        message = f"several objects, which are not the same, are named {names}: the name stands for each of them"
+        warnings.warn(message, DuplicateNameWarning, stacklevel=4)
+
+
+def _unknown_material(name: str, material: str, known: list[str]) -> str:
+    near = difflib.get_close_matches(material, known, n=1)
+    if near:
+        hint = f"did you mean {near[0]!r}?"
+    elif known:
+        hint = f"its materials are {', '.join(map(repr, known[:10]))}{', ...' if len(known) > 10 else ''}"
+    else:
+        hint = f"give the scene materials={{{material!r}: ...}}"
+    return f"the object {name!r} has the material {material!r}, which the scene does not have; {hint}"
