@@ -167,7 +167,7 @@ fn in_use(mesh: &TriangleMesh) -> Vec<bool> {
     in_use
 }
 
-/// Whether three points lie on a line, by correctly rounded differences.
+/// Whether three points are collinear, by differences of products within 1.5 ulp.
 fn is_flat([a, b, c]: [Vec3; 3]) -> bool {
     let (u, v) = (b - a, c - a);
     let area = |i: usize, j: usize| difference_of_products(u[i], v[j], u[j], v[i]);
