@@ -202,7 +202,7 @@ pub enum MeasureError {
         /// Whether it is too large or too small.
         range: Range,
     },
-    /// Shared groups are nested so that listing the objects of each takes too much memory.
+    /// Shared groups are nested so deeply that listing the objects of each takes too much memory.
     #[error("the shared groups hold more than {most} objects, every group counted")]
     TooNested {
         /// The largest possible number.

@@ -388,7 +388,7 @@ impl Rays<'_> {
         out: &mut Vec<[f64; 2]>,
     ) -> Result<u64, MeasureError> {
         let ray = Ray::new(task.centre + place * task.half, Vec3::AXES[axis] * task.half[axis]);
-        // A ray cannot start only if the box is too far out; it then has no intervals.
+        // Ray creation fails only if the box is too far from the origin; there are no intervals then.
         let (Ok(ray), Ok(span)) = (ray, Span::new(-1.0, 1.0)) else { return Ok(0) };
         let result = match self.settings.overlaps {
             Overlaps::All => {

@@ -1,4 +1,4 @@
-//! Exact sums of products, for the few cases that rounding leaves in doubt.
+//! Exact sums of products, for the few cases that rounding leaves undecided.
 //!
 //! Expansions after J. R. Shewchuk (1997, "Adaptive precision floating-point arithmetic and fast robust geometric
 //! predicates"): a number is a sum of f64 components that do not overlap. A fused multiply-add splits products without

@@ -121,7 +121,7 @@ impl MeshLine {
         let steps = reach / line.d.abs().max_element();
         let near = GROUPING * (line.o_err + line.d_err * steps).max_element();
         let sheared = ShearedRay::new(line.o, line.d, bounds, near);
-        // Requested are the hits of the nominal line, so box tests use the nominal line too.
+        // The hits are those of the nominal line, so box tests use the nominal line too.
         let exact = Line::exact(line.o, line.d);
         let all = span(f64::NEG_INFINITY, f64::INFINITY);
         Some(MeshLine {

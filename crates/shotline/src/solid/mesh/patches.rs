@@ -163,7 +163,7 @@ impl MeshSolid {
     /// Returns the winding numbers on the front and the back of an item at one of its points.
     pub(super) fn sides(&self, item: u32, at: Vec3) -> Option<[i32; 2]> {
         let triangle = &self.triangles[item as usize];
-        // The axis along which the front is seen best.
+        // The axis closest to the normal.
         let normal = normal(triangle).abs();
         let axis = (0..3).fold(0, |best, i| if normal[i] > normal[best] { i } else { best });
         let mut hits = Vec::new();
