@@ -1,40 +1,41 @@
-//! How the rays along an axis are shared out over the square across it: stratified sampling with importance.
+//! Distributes the rays along an axis over the square across it: stratified sampling with importance.
 //!
-//! The boxes of the leaves are projected on the square. A small kd-tree whose splits are edges of these rectangles cuts
-//! it into cells, the strata. Each gets a share of the rays by its area, a share that is the same for all, and a share by
-//! the volume of the boxes behind it. So thin parts of an object, and the narrow rings that a difference leaves, get rays
-//! however small their area is. The weight of a ray is the area of its cell over the number of rays in it, so the estimate
-//! is unbiased whatever the cells are.
+//! The boxes of the leaves are projected onto the square. A small k-d tree whose splits are edges of these rectangles
+//! divides it into cells, the strata. Each cell gets rays by its area, an equal share, and a share by the volume of the
+//! boxes behind it. So thin parts of an object, and the narrow rings that a difference leaves, get rays however small
+//! their area is. The weight of a ray is the area of its cell over the number of rays in it, so the estimate is
+//! unbiased whatever the cells are.
 
 use crate::aabb::Aabb;
 use crate::math::HALF_ULP;
 
-/// Cells of a square at most.
+/// The number of cells of a square is at most this.
 const MOST: usize = 256;
 
-/// Rays of a sample for each cell, where there are more cells than few.
+/// With more than [`FEW`] cells, each gets at least this many rays of a sample on average.
 const RAYS: usize = 16;
 
-/// So many cells are few: of these, two rays each are enough.
+/// For up to this many cells, two rays each are enough.
 const FEW: usize = 32;
 
-/// Edges that are tried as splits of a cell along one side at most.
+/// At most this many edges are tried as splits of a cell along one side.
 const TRIES: usize = 16;
 
-/// A part of a cell that so many rays of a sample would meet side by side is wide enough without a cell of its own, in
-/// which the sequence is shorter and so less even.
+/// A part of a cell that this many rays of a sample would meet side by side is wide enough without a cell of its own,
+/// in which the sequence would be shorter and so less uniform.
 const WIDE: f64 = 2.0;
 
-/// A region of which the boxes cover less than this is cut at any edge, so that less is spent on what is empty.
+/// A region of which the boxes cover less than this fraction may be cut at any edge, so that less is spent on empty
+/// space.
 const SPARSE: f64 = 0.25;
 
-/// A cell is expected to have such a part of all rays at least.
+/// A cell is assumed to get at least this fraction of all rays.
 const LEAST: f64 = 1.0 / 32.0;
 
-/// Half-ulps of its coordinates by which an edge may be off.
+/// The error of an edge, in half-ulps of its coordinates.
 const BLUR: f64 = 128.0;
 
-/// The rectangle of a box in the square from -1 to 1, and how much of the length of the object's box is behind it.
+/// The projection of a box onto the square from -1 to 1, and the fraction of the length of the object's box behind it.
 #[derive(Clone, Copy, Debug)]
 struct Shadow {
     low: [f64; 2],
@@ -42,7 +43,7 @@ struct Shadow {
     depth: f64,
 }
 
-/// A rectangle of the square, and the shadows in it.
+/// A rectangle of the square, with the shadows in it and its best split.
 #[derive(Clone, Debug)]
 struct Region {
     low: [f64; 2],
@@ -51,11 +52,11 @@ struct Region {
     split: Option<Split>,
 }
 
-/// What edges may be splits.
+/// Decides which edges may be splits.
 #[derive(Clone, Copy, Debug)]
 struct Guide {
     rays: f64,
-    /// By how much edges may be off.
+    /// The errors of edges.
     blur: [f64; 2],
 }
 
@@ -64,18 +65,18 @@ struct Guide {
 struct Split {
     side: usize,
     at: f64,
-    /// By how much it lessens the spread.
+    /// The decrease of the spread.
     gain: f64,
 }
 
-/// A rectangle of the square with rays of its own.
+/// A rectangle of the square with its own rays.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cell {
     middle: [f64; 2],
     half: [f64; 2],
-    /// The number of its first ray.
+    /// The index of its first ray.
     pub first: usize,
-    /// What a ray of it counts, if a ray counts 1 where there is one cell only.
+    /// The weight of one of its rays; 1 if there is only one cell.
     pub weight: f64,
 }
 
@@ -84,12 +85,12 @@ pub(super) struct Cell {
 pub(super) struct Cells(Vec<Cell>);
 
 impl Cells {
-    /// The cells across an axis of a box with leaves in some boxes, for so many rays of each sample. One cell where no edge
-    /// of a leaf crosses the square.
+    /// Computes the cells across an axis of a box with leaves in the given boxes; `rays` is the number of rays of each
+    /// sample. There is one cell if no edge of a leaf crosses the square.
     pub(super) fn new(bounds: &Aabb, leaves: &[Aabb], axis: usize, rays: usize) -> Cells {
         let (centre, half) = (bounds.centre(), bounds.size() * 0.5);
         let across = [(axis + 1) % 3, (axis + 2) % 3];
-        // As the boxes may be off by rounding, so may their edges.
+        // Edges have the rounding errors of the boxes.
         let blur = across.map(|k| BLUR * HALF_ULP * (1.0 + centre[k].abs() / half[k]));
         let shadow = |leaf: &Aabb| {
             let (low, high) = ((leaf.min - centre) / half, (leaf.max - centre) / half);
@@ -102,14 +103,14 @@ impl Cells {
         };
         let square = Region { low: [-1.0; 2], high: [1.0; 2], shadows: Vec::new(), split: None };
         let shadows = leaves.iter().map(shadow).filter(|shadow| shadow.depth > 0.0).collect();
-        // Many short sequences are less even than few long ones.
+        // Many short sequences are less uniform than few long ones.
         let most = (rays / RAYS).max(FEW).min(rays / 2).clamp(1, MOST);
         let guide = Guide { rays: rays as f64, blur };
         Cells::shared(&square.holding(shadows, guide).cut(most, guide), rays)
     }
 
-    /// Shares rays out over regions: one to each, and of the rest one half by area, one quarter evenly among regions with
-    /// anything in them, and one quarter by the volume that may be in them.
+    /// Distributes rays over regions: one to each, and of the rest one half by area, one quarter evenly among regions
+    /// that hold anything, and one quarter by the volume that they may hold.
     fn shared(regions: &[Region], rays: usize) -> Cells {
         let areas: Vec<f64> = regions.iter().map(|region| region.area() / 4.0).collect();
         let bulks: Vec<f64> = regions.iter().map(Region::bulk).collect();
@@ -137,14 +138,14 @@ impl Cells {
         Cells(cells)
     }
 
-    /// The number of the cell of a ray, and the cell.
+    /// Returns the index of the cell of a ray, and the cell.
     pub(super) fn of(&self, ray: usize) -> (usize, &Cell) {
-        // There always is one, and its first ray is the first of all.
+        // There is always a cell, and the first ray of the first cell is ray 0.
         let number = self.0.partition_point(|cell| cell.first <= ray).saturating_sub(1);
         (number, &self.0[number])
     }
 
-    /// The expected number of rays in a rectangle, of all `rays` that the cells were made for.
+    /// The expected number of rays in a rectangle; `rays` is the number that the cells were made for.
     pub(super) fn rays_in(&self, low: [f64; 2], high: [f64; 2], rays: usize) -> f64 {
         let ends = self.0.iter().skip(1).map(|cell| cell.first).chain([rays]);
         let part = |(cell, end): (&Cell, usize)| {
@@ -157,14 +158,14 @@ impl Cells {
         self.0.iter().zip(ends).map(part).sum()
     }
 
-    /// The most that a ray counts.
+    /// The largest weight of a ray.
     pub(super) fn most_weight(&self) -> f64 {
         self.0.iter().map(|cell| cell.weight).fold(0.0, f64::max)
     }
 }
 
 impl Cell {
-    /// Takes a point of the square to the cell.
+    /// Maps a point of the square to the cell.
     pub(super) fn place(&self, point: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|k| self.middle[k] + self.half[k] * point[k])
     }
@@ -175,19 +176,19 @@ impl Region {
         (self.high[0] - self.low[0]) * (self.high[1] - self.low[1])
     }
 
-    /// The part of its area that a shadow covers.
+    /// The area of the region that a shadow covers.
     fn covered(&self, shadow: &Shadow) -> f64 {
         let side = |k: usize| shadow.high[k].min(self.high[k]) - shadow.low[k].max(self.low[k]);
         side(0).max(0.0) * side(1).max(0.0)
     }
 
-    /// As much as the object may have behind it.
+    /// An upper bound on the volume of the object behind the region.
     fn bulk(&self) -> f64 {
         let sum: f64 = self.shadows.iter().map(|shadow| shadow.depth * self.covered(shadow)).sum();
         sum.min(self.area())
     }
 
-    /// How much one ray in place of the region would be off: the deviations that its shadows have by themselves.
+    /// The error if one ray represented the region: the sum of the deviations that its shadows have alone.
     fn spread(&self, shadows: &[Shadow]) -> f64 {
         let all = self.area();
         let one = |shadow: &Shadow| {
@@ -197,7 +198,7 @@ impl Region {
         shadows.iter().map(one).sum()
     }
 
-    /// Takes the shadows that overlap the region, and finds its best split.
+    /// Keeps the shadows that overlap the region, and finds its best split.
     fn holding(mut self, shadows: Vec<Shadow>, guide: Guide) -> Region {
         let blur = guide.blur;
         self.shadows = shadows;
@@ -210,7 +211,8 @@ impl Region {
         self
     }
 
-    /// The edge of a shadow that lessens the spread most, of those at narrow parts; of all where there is little.
+    /// The edge of a shadow that reduces the spread most, of those at narrow parts; of all edges if the region is
+    /// sparse.
     fn best_split(&self, guide: Guide) -> Option<Split> {
         let mut best: Option<Split> = None;
         let before = self.spread(&self.shadows);
@@ -227,12 +229,13 @@ impl Region {
         best
     }
 
-    /// Whether the shadows cover little of the region.
+    /// Whether the shadows cover only a small part of the region.
     fn is_sparse(&self) -> bool {
         self.shadows.iter().map(|shadow| self.covered(shadow)).sum::<f64>() < SPARSE * self.area()
     }
 
-    /// The edges of shadows along a side that have another, or the end of the region, near them, or all: ascending.
+    /// The edges of shadows along a side, ascending: those near another edge or the end of the region, or all if it is
+    /// sparse.
     fn edges(&self, side: usize, guide: Guide) -> Vec<f64> {
         let (low, high, blur) = (self.low[side], self.high[side], guide.blur[side]);
         let ends = self.shadows.iter().flat_map(|shadow| [shadow.low[side], shadow.high[side]]);
@@ -254,7 +257,7 @@ impl Region {
         [below, above]
     }
 
-    /// Cuts the region where that gains most, over and over, into so many at most.
+    /// Cuts repeatedly where the gain is largest, into at most `most` regions.
     fn cut(self, most: usize, guide: Guide) -> Vec<Region> {
         let mut regions = vec![self];
         while regions.len() < most {
@@ -282,7 +285,7 @@ mod tests {
         Aabb::new(Vec3::splat(-half), Vec3::splat(half))
     }
 
-    /// The rays of each cell, of so many.
+    /// The number of rays in each cell; `rays` is their total.
     fn counts(Cells(cells): &Cells, rays: usize) -> Vec<usize> {
         let ends = cells.iter().skip(1).map(|cell| cell.first).chain([rays]);
         cells.iter().zip(ends).map(|(cell, end)| end - cell.first).collect()

@@ -1,22 +1,22 @@
-//! Whether boxes are apart.
+//! Tests whether boxes are disjoint.
 
 use std::ops::Range;
 
 use crate::aabb::Aabb;
 
-/// So many boxes are compared each with each where no plane along the axes parts them.
+/// Up to this many boxes are compared pairwise where no axis-aligned plane separates them.
 const FEW: usize = 32;
 
-/// Half-ulps of its coordinates by which a box may be larger than what it holds: what rounding adds to boxes that touch.
+/// Half-ulps of its coordinates by which rounding may enlarge a box, so that boxes of solids that touch overlap.
 const PADDING: f64 = 32.0;
 
-/// Whether no two boxes overlap by more than rounding; boxes that touch are apart.
+/// Whether no two boxes overlap by more than rounding; boxes that touch are disjoint.
 ///
-/// Groups are cut by planes along the axes, until each holds one box or few. Of larger groups that no plane cuts it is said
-/// that they overlap, though they might not.
+/// Groups are cut by axis-aligned planes until each holds one box or few. The result is conservative: it is `false` for
+/// larger groups that no plane cuts, even if their boxes are disjoint.
 pub(super) fn are_disjoint(mut boxes: Vec<Aabb>) -> bool {
     boxes.iter_mut().for_each(|b| *b = b.widened(-PADDING));
-    // Each cut sorts a group: so much sorting is enough for grids and rows, and ends what goes on for long.
+    // Each cut sorts a group. This budget is enough for grids and rows, and ends what would take too long.
     let mut budget = 64 * boxes.len();
     let mut groups: Vec<Range<usize>> = std::iter::once(0..boxes.len()).collect();
     while let Some(group) = groups.pop() {
@@ -36,7 +36,7 @@ pub(super) fn are_disjoint(mut boxes: Vec<Aabb>) -> bool {
     true
 }
 
-/// Sorts boxes along an axis and cuts them wherever a plane across it meets none.
+/// Sorts boxes along an axis, and cuts them at each perpendicular plane that meets none of them.
 fn pieces(boxes: &mut [Aabb], axis: usize) -> Vec<Range<usize>> {
     boxes.sort_by(|a, b| a.min[axis].total_cmp(&b.min[axis]));
     let (mut pieces, mut start, mut reach) = (Vec::new(), 0, f64::NEG_INFINITY);
@@ -51,7 +51,7 @@ fn pieces(boxes: &mut [Aabb], axis: usize) -> Vec<Range<usize>> {
     pieces
 }
 
-/// Whether of a few boxes each is apart from each.
+/// Whether there are at most [`FEW`] boxes and they are pairwise disjoint.
 fn each_disjoint(boxes: &[Aabb]) -> bool {
     let overlap = |a: &Aabb, b: &Aabb| a.min.cmplt(b.max).all() && b.min.cmplt(a.max).all();
     boxes.len() <= FEW && (0..boxes.len()).all(|i| boxes[..i].iter().all(|b| !overlap(b, &boxes[i])))
@@ -100,7 +100,7 @@ mod tests {
 
     #[test]
     fn stairs_end_soon() {
-        // Each overlaps the next only, so that no plane parts any.
+        // Each overlaps only the next, so no plane separates any.
         let stairs = (0..20_000).map(|i| cube(Vec3::splat(f64::from(i)), 1.5)).collect();
         assert!(!are_disjoint(stairs));
     }

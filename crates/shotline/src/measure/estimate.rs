@@ -3,7 +3,7 @@
 use crate::math::Affine;
 use crate::solid::Moments;
 
-/// A value and how far it may be off.
+/// A value with its standard error.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimate {
     /// The value.
@@ -13,19 +13,19 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// The value times a number.
+    /// Multiplies the value and its error by a number.
     pub fn times(self, factor: f64) -> Estimate {
         Estimate { value: self.value * factor, std_error: self.std_error * factor.abs() }
     }
 }
 
-/// Randomised samples, whose spread gives the errors.
+/// The number of randomised samples, whose spread gives the errors.
 pub(super) const SHIFTS: usize = 16;
 
-/// Volume, centroid and inertia as one list.
+/// The length of the list of volume, centroid and inertia.
 pub(super) const COUNT: usize = 13;
 
-/// That list; NaN for what has no meaning without a volume.
+/// Returns that list, with NaN for what is undefined without a volume.
 pub(super) fn numbers(m: &Moments) -> [f64; COUNT] {
     let [x, y, z] = m.inertia();
     let mut out = [f64::NAN; COUNT];
@@ -37,15 +37,15 @@ pub(super) fn numbers(m: &Moments) -> [f64; COUNT] {
     out
 }
 
-/// The spread of the axes replaces that of the shifts where it is more than this many times as large. With two and fifteen
+/// The spread of the axes replaces that of the shifts if it is more than this many times as large. With two and fifteen
 /// degrees of freedom that happens by chance for one object in twenty-five (the F distribution).
 const APART: f64 = 2.0;
 
-/// Volume, centroid and inertia of a body from its integrals by each of some independent samples, in coordinates that
-/// `world_from_box` takes to the world.
+/// Estimates volume, centroid and inertia of a body from its integrals by several independent samples, in coordinates
+/// that `world_from_box` maps to the world.
 ///
-/// The values are those of all samples together; the errors are the spread of what they are without each one (the
-/// jackknife), which for the volume is the standard error of a mean.
+/// The values use all samples together. The errors are the spread of the values with one sample left out (the
+/// jackknife); for the volume this is the standard error of a mean.
 fn estimates<const SAMPLES: usize>(
     samples: &[[f64; 10]; SAMPLES],
     world_from_box: &Affine,
@@ -59,10 +59,11 @@ fn estimates<const SAMPLES: usize>(
     let without: [[f64; COUNT]; SAMPLES] = std::array::from_fn(|i| mean_of(Some(i)));
     std::array::from_fn(|k| {
         let n = SAMPLES as f64;
-        // From one of them, so that nothing is lost where they are alike; NaN where without one nothing is left.
+        // Relative to the value, so that no digits are lost where the samples are alike; NaN if nothing is left without
+        // one.
         let away = without.map(|numbers| numbers[k] - values[k]);
         let mean = away.iter().sum::<f64>() / n;
-        // In units of the largest deviation: squares of tiny and huge numbers underflow and overflow.
+        // In units of the largest deviation: squares of tiny and huge numbers would underflow and overflow.
         let most = away.iter().fold(0.0, |most: f64, x| most.max((x - mean).abs()));
         let unit = if most > 0.0 && most.is_finite() { most } else { 1.0 };
         let squares = away.iter().map(|x| ((x - mean) / unit).powi(2)).sum::<f64>();
@@ -70,9 +71,9 @@ fn estimates<const SAMPLES: usize>(
     })
 }
 
-/// The values of the shifts with their errors, or those of the axes where these are apart by more.
+/// Returns the values of the shifts with their errors, or the errors of the axes where these are much larger.
 ///
-/// The rays along each axis alone estimate the same integrals. Where those along one do not see a part, all shifts agree
+/// The rays along each axis alone estimate the same integrals. If the rays along one axis miss a part, all shifts agree
 /// about it, and only the axes differ.
 pub(super) fn by_shifts_and_axes(
     shifts: &[[f64; 10]; SHIFTS],

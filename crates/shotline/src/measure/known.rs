@@ -1,4 +1,4 @@
-//! Moments that are exact, or known but for a part that was sampled.
+//! Moments that are exact, or exact except for a part that was sampled.
 
 use std::sync::Arc;
 
@@ -11,24 +11,24 @@ use crate::solid::Moments;
 pub(super) enum KnownMoments {
     /// Exact but for rounding.
     Exactly(Moments),
-    /// As each of the randomised samples has them.
+    /// One estimate for each of the randomised samples.
     Sampled(Arc<Sampled>),
 }
 
-/// What samples tell.
+/// The result of sampling.
 #[derive(Clone, Debug)]
 pub(super) struct Sampled {
     pub(super) moments: [Moments; SHIFTS],
-    /// As the rays along each axis have them.
+    /// The estimates by the rays along each axis.
     pub(super) axes: [Moments; 3],
-    /// A volume that may have been overlooked, where few rays met anything.
+    /// A volume that may have been missed, because few rays met anything.
     pub(super) unseen: f64,
     /// The solids sampled, in ascending order.
     pub(super) solids: Vec<u32>,
 }
 
 impl KnownMoments {
-    /// Those under an affine map.
+    /// Transforms the moments by an affine map.
     pub(super) fn placed(&self, map: &Affine) -> KnownMoments {
         match self {
             KnownMoments::Exactly(moments) => KnownMoments::Exactly(moments.placed(map)),
@@ -41,8 +41,8 @@ impl KnownMoments {
         }
     }
 
-    /// Those of parts apart from each other taken together. Where one solid is placed several times its errors add up as
-    /// they are: each sample is taken of all parts.
+    /// Adds the moments of disjoint parts. If one solid has several placements, its errors add up without cancelling,
+    /// because each sample includes all parts.
     pub(super) fn total(parts: &[KnownMoments]) -> KnownMoments {
         let sampled = || parts.iter().filter_map(KnownMoments::sampled);
         if sampled().next().is_none() {
@@ -67,7 +67,7 @@ impl KnownMoments {
     }
 }
 
-/// The moments of all parts, of a part that was sampled those of one sample.
+/// The total moments of all parts; a sampled part contributes one of its samples.
 fn total_of(parts: &[KnownMoments], sample: impl Fn(&Sampled) -> Moments) -> Moments {
     let own = |part: &KnownMoments| match part {
         KnownMoments::Exactly(moments) => *moments,

@@ -1,4 +1,4 @@
-//! The leaves of each object in world coordinates, their boxes and sizes: where its thin parts are.
+//! The boxes and moments of the leaves of each object in world coordinates: they show where its thin parts are.
 
 use std::collections::BTreeMap;
 
@@ -7,17 +7,18 @@ use crate::compile::{Body, Leaf, Placement, SolidBody, Target, World};
 use crate::math::Affine;
 use crate::solid::Moments;
 
-/// Boxes of one object at most.
+/// The number of boxes of one object is at most this.
 const MOST: usize = 1024;
 
-/// Boxes kept of all levels together; once there are more, a level has one of each object.
+/// The number of boxes kept over all levels; beyond it, a level keeps one box per object.
 const BUDGET: usize = 1 << 20;
 
-/// A leaf, or several together.
+/// The box of a leaf, or of several together.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LeafBox {
     pub bounds: Aabb,
-    /// Of the whole leaf, whatever is cut off or taken away; `None` where they have no closed form, and of several.
+    /// The moments of the whole leaf, before any clipping or subtraction; `None` without a closed form, and for several
+    /// leaves.
     pub moments: Option<Moments>,
 }
 
@@ -33,13 +34,13 @@ impl LeafBox {
     }
 }
 
-/// The boxes of a level by objects; `None` stands for the object that is named above it.
+/// The boxes of a level by object; `None` stands for the object that a placement of the level names.
 type Boxes = BTreeMap<Option<u32>, Vec<LeafBox>>;
 
-/// The boxes of the leaves of wanted objects, by their numbers; none of the others. Where there are too many they are those
-/// of groups, or some of them.
+/// Returns the boxes of the leaves of wanted objects, by index; none for other objects. If there are too many, the
+/// boxes are those of groups, or only some of them.
 pub(super) fn leaf_boxes(world: &World, wanted: &[bool]) -> Vec<Vec<LeafBox>> {
-    // Levels come after what they place, and the root is the last.
+    // A level comes after the levels that it places, and the root is last.
     let (mut levels, mut kept): (Vec<Boxes>, usize) = (Vec::new(), 0);
     for level in world.levels() {
         let each = (MOST / level.placements.len().max(1)).max(1);
@@ -60,7 +61,7 @@ pub(super) fn leaf_boxes(world: &World, wanted: &[bool]) -> Vec<Vec<LeafBox>> {
     (0..).take(wanted.len()).map(|object| root.remove(&Some(object)).unwrap_or_default()).collect()
 }
 
-/// The boxes of what is placed, in its own frame.
+/// Returns the boxes of a placement's target, in the frame of the target.
 fn of(world: &World, levels: &[Boxes], placed: &Placement) -> Vec<(Option<u32>, Vec<LeafBox>)> {
     match placed.target {
         Target::Level(level) => {
@@ -76,9 +77,9 @@ fn of(world: &World, levels: &[Boxes], placed: &Placement) -> Vec<(Option<u32>, 
     }
 }
 
-/// Boxes in the frame of the level that places them: one around all where there are more than so many.
+/// Transforms boxes to the frame of the level that places them; more than `most` are replaced by one around all.
 fn moved(boxes: Vec<LeafBox>, placed: &Placement, most: usize) -> Vec<LeafBox> {
-    // It was inverted once, so it can be again, but for rounding.
+    // The map was inverted once, so it can be inverted again, but for rounding.
     let Ok(map) = inverse(&placed.local_from_parent) else {
         return vec![LeafBox { bounds: placed.bounds, moments: None }];
     };
@@ -96,7 +97,7 @@ fn of_body(body: &SolidBody) -> Vec<LeafBox> {
     some(boxes.filter_map(|own| own.within(&body.bounds)).collect(), MOST)
 }
 
-/// The box of a leaf, or those of the shells of a mesh.
+/// The box of a leaf, or the boxes of the shells of a mesh.
 fn of_leaf(leaf: &Leaf) -> Vec<LeafBox> {
     let map = inverse(&leaf.local_from_body);
     let (bounds, mesh) = (leaf.bounds, leaf.solid.as_mesh());
@@ -113,7 +114,7 @@ fn of_leaf(leaf: &Leaf) -> Vec<LeafBox> {
     }
 }
 
-/// So many of the boxes at most, evenly from the list; one around all if one is wanted.
+/// Returns at most `most` of the boxes, evenly spaced in the list; if `most` is 1, one box around all.
 fn some(boxes: Vec<LeafBox>, most: usize) -> Vec<LeafBox> {
     match boxes.len() {
         count if count <= most => boxes,

@@ -1,36 +1,37 @@
-//! Volume, mass, centroid and inertia of objects: exact where there is a closed form, else by rays with an
-//! estimate of the error.
+//! Volume, mass, centroid and inertia of objects: exact if there is a closed form, else estimated by rays, with an
+//! error.
 //!
-//! **Exact** are objects made of boxes, spheres, ellipsoids, cylinders, cones, paraboloids, hyperboloids, tori
-//! that are no spindles, polytopes (intersections of half-spaces and boxes), and closed meshes of which the winding number is nowhere other than 0 and 1 (or -1): one of
-//! them, or any number whose boxes do not overlap, under whatever transforms and however often shared parts are placed.
-//! Exact means but for rounding; the error is reported as 0.
+//! **Exact** are objects made of boxes, spheres, ellipsoids, cylinders, cones, paraboloids, hyperboloids, tori other
+//! than spindle tori, polytopes (intersections of half-spaces and boxes), and closed meshes whose winding number is
+//! nowhere other than 0 and 1 (or -1). An object may consist of one of them or of any number whose boxes do not
+//! overlap, under any transforms and with any number of placements of shared parts. Exact means up to rounding; the
+//! error is reported as 0.
 //!
-//! **In part** closed meshes that pass through themselves, or have shells in one another, are exact. The sum over their
-//! faces counts a place as often as they wind around it, and inside is where that is not 0. Only the cells in which the
-//! two may differ are sampled, and the difference is added: the error is of the size of what is in doubt. `check` names
-//! that sum the signed volume.
+//! **Partly exact** are closed meshes that pass through themselves or have nested shells. The sum over their faces
+//! counts a region as often as they wind around it, while inside is where the winding number is not 0. Only the cells
+//! in which the two may differ are sampled, and the difference is added: the error is proportional to the uncertain
+//! volume, not to the object. `check` calls that sum the signed volume.
 //!
-//! **By rays** all others are measured: parallel to the three axes in turn through the object's box. Along a ray the
-//! stretches inside are integrated in closed form, so only the two directions across are sampled, by stratified sampling
-//! with importance: edges of the boxes of the object's leaves (solids, and shells of meshes) split the square across the
-//! axis into the cells of a kd-tree, so that narrow gaps and thin parts get rays of their own. In each cell the points are
-//! those of the additive sequence of the plastic number (M. Roberts 2018), a low-discrepancy sequence, which is shifted at
-//! random (R. Cranley and T. N. L. Patterson 1976), sixteen times over. The seed and the number of rays decide every bit;
-//! the accelerator and the number of threads none.
+//! **By rays** all others are measured. The rays are parallel to the three axes in turn and pass through the object's
+//! box. Along a ray the intervals inside are integrated in closed form, so only the two directions across are sampled,
+//! by stratified sampling with importance. Edges of the boxes of the object's leaves (solids, and shells of meshes)
+//! split the square across the axis into the cells of a k-d tree, so narrow gaps and thin parts get rays of their own.
+//! In each cell the points are those of the additive sequence of the plastic number (M. Roberts 2018), a
+//! low-discrepancy sequence, with sixteen random shifts (R. Cranley and T. N. L. Patterson 1976). The seed and the
+//! number of rays determine every bit of the result; it does not depend on the accelerator or the number of threads.
 //!
-//! **The error** is the spread of the sixteen shifts, by the jackknife (B. Efron 1982) for centroid and inertia. Where the
-//! estimates by the rays of each axis alone spread more than twice as much, that is the error: rays along one of them may
-//! not see a thin part. A leaf of known volume that fewer than 16 rays are expected to meet adds that volume over the root of
-//! their number. The error also has room for one of the rays that count most, for rounding, and, where fewer than
-//! 256 stretches are met, for what one ray stands for, anywhere in the box; so it is not 0 for an object that no ray meets,
-//! which has no centroid. It is a standard error of fifteen degrees of freedom, not a bound: about one in a hundred is off
-//! by more than three of them.
+//! **The error** is the spread of the sixteen shifts, by the jackknife (B. Efron 1982) for centroid and inertia. If the
+//! estimates by the rays of each axis alone spread more than twice as much, their spread is the error: rays along one
+//! axis may miss a thin part. A leaf of known volume that fewer than 16 rays are expected to meet adds that volume over
+//! the root of their number. The error also includes the effect of one of the rays that contribute most, of rounding,
+//! and, if fewer than 256 intervals are met, of the volume that one ray represents, anywhere in the box. So it is not 0
+//! for an object that no ray meets; such an object has no centroid. It is a standard error of fifteen degrees of
+//! freedom, not a bound: about one value in a hundred is off by more than three of them.
 //!
-//! **Not promised:** that a part too small for the rays is seen, where it has no box of its own. What no ray meets is
-//! neither in the shifts nor in the axes. Of more than a thousand leaves some or groups only count, and boxes of what is
-//! turned are larger than it is: for a thin shell that no axis follows about three in a hundred volumes are off by more than
-//! three errors, as few rays graze it and these count most.
+//! **Not promised:** that a part too small for the rays is found if it has no box of its own. What no ray meets shows
+//! neither in the shifts nor in the axes. Of more than a thousand leaves only some, or groups, are used, and the boxes
+//! of rotated leaves are larger than the leaves. For a thin shell that no axis follows, about three in a hundred
+//! volumes are off by more than three errors, because few rays graze it and these contribute most.
 
 mod cells;
 mod disjoint;
@@ -59,19 +60,19 @@ use crate::scene::Scene;
 use leaves::leaf_boxes;
 use rays::Rays;
 
-/// How to measure.
+/// The settings of a measurement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Rays for each object that has no closed form, rounded up to a multiple of 48: three axes, sixteen shifts.
+    /// Rays for each object without a closed form, rounded up to a multiple of 48: three axes times sixteen shifts.
     pub rays: usize,
-    /// Chooses the shifts.
+    /// The seed of the random shifts.
     pub seed: u64,
     /// Whether closed forms are used.
     pub method: Method,
-    /// What counts where objects overlap. [`Overlaps::All`]: each object's own volume, whatever else is there; this
-    /// alone has closed forms. The others give what [segments](crate::query::Caster::segments) give the object.
+    /// How overlapping objects count. [`Overlaps::All`]: each object's own volume, independent of other objects; only
+    /// this has closed forms. The others count what [segments](crate::query::Caster::segments) assign to the object.
     pub overlaps: Overlaps,
-    /// The objects to be measured, by number; all if `None`.
+    /// The objects to be measured, by index; all if `None`.
     pub objects: Option<Vec<u32>>,
 }
 
@@ -84,45 +85,45 @@ impl Default for Settings {
 /// Whether closed forms are used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// Closed forms where there are any, else rays.
+    /// Closed forms if there are any, else rays.
     #[default]
     Best,
     /// Rays only.
     Rays,
 }
 
-/// What is known of an object. Lengths are those of the scene.
+/// The measurement of an object. Lengths are in the unit of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measure {
     /// The object: an index into [`object_names`](World::object_names).
     pub object: u32,
-    /// The volume, all placements together; bodies of one object that overlap count once. NaN, as all the rest, for an
-    /// object that [has no end](Measure::is_unbounded).
+    /// The volume of all placements together; bodies of one object that overlap count once. NaN, like all other values,
+    /// for an object that [is unbounded](Measure::is_unbounded).
     pub volume: Estimate,
-    /// The mass, if the material has a density: in grams, by densities in g/cm^3; in a scene without units, the volume
-    /// times the density, whatever these stand for.
+    /// The mass, if the material has a density: in grams, for densities in g/cm^3. In a scene without units it is the
+    /// volume times the density, in whatever units these have.
     pub mass: Option<Estimate>,
-    /// The centroid, in world coordinates; NaN where no volume was found.
+    /// The centroid, in world coordinates; NaN if no volume was found.
     pub centroid: [Estimate; 3],
-    /// The inertia tensor about the centroid along the axes of the world, of density 1: times the density it is
-    /// that of the mass. NaN where no volume was found.
+    /// The inertia tensor about the centroid along the axes of the world, for density 1; multiply it by the density for
+    /// that of the mass. NaN if no volume was found.
     pub inertia: [[Estimate; 3]; 3],
-    /// Whether it is exact but for rounding.
+    /// Whether the values are exact up to rounding.
     pub exact: bool,
     /// A box around the object.
     pub bounds: Aabb,
-    /// The rays cast for it.
+    /// The number of rays cast for it.
     pub rays: usize,
 }
 
 impl Measure {
-    /// Whether the object has no end, or none that its box tells: then nothing but the box is known of it.
+    /// Whether the object is unbounded, or its box does not show that it is bounded. Then only the box is valid.
     pub fn is_unbounded(&self) -> bool {
         !self.bounds.is_empty() && !self.bounds.is_finite()
     }
 }
 
-/// The box of every object, in the order of their numbers: infinite where it has no end, empty where it is nowhere.
+/// Returns the box of every object, by index: infinite if the object is unbounded, empty if it has no points.
 ///
 /// # Errors
 /// [`MeasureError::TooNested`].
@@ -132,7 +133,7 @@ pub fn object_bounds(world: &World) -> Result<Vec<Aabb>, MeasureError> {
     Ok(extents.into_iter().map(|(_, extent)| extent.bounds).collect())
 }
 
-/// What keeps a volume from being a number.
+/// Why a volume is not representable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Range {
     /// Above about 1.8e308.
@@ -142,8 +143,8 @@ pub enum Range {
 }
 
 impl Range {
-    /// Why the volume of something in a box is not a number that f64 holds; `None` if it is, or if the box is empty or has
-    /// no end.
+    /// Returns why the volume of something in a box is not representable in f64; `None` if it is, or if the box is
+    /// empty or unbounded.
     pub fn of_volume(volume: f64, bounds: &Aabb) -> Option<Range> {
         if bounds.is_empty() || !bounds.is_finite() {
             return None;
@@ -151,7 +152,7 @@ impl Range {
         if !volume.is_finite() {
             return Some(Range::TooLarge);
         }
-        // Not by a side that is nothing but the padding of a box.
+        // A side that is only the padding of a box does not count.
         let vanishes = bounds.volume_vanishes() && volume < f64::MIN_POSITIVE;
         vanishes.then_some(Range::TooSmall)
     }
@@ -169,26 +170,26 @@ impl std::fmt::Display for Range {
 /// Why objects could not be measured.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeasureError {
-    /// It was cancelled.
+    /// The measurement was cancelled.
     #[error("cancelled")]
     Cancelled,
     /// There is no such object.
     #[error("there is no object {object}; there are {count}, numbered from 0")]
     NoObject {
-        /// Its number.
+        /// The requested index.
         object: u32,
         /// How many there are.
         count: usize,
     },
-    /// A mesh that is not closed, or objects that overlap where that is an error.
+    /// A mesh is not closed, or objects overlap where that is an error.
     #[error(transparent)]
     Query(QueryError),
-    /// The rays of an object have met too much, or the first few show that they would.
+    /// The rays of an object meet too much, or the first few show that they would.
     #[error("object '{object}': its rays meet too many parts{}", affordable(*rays))]
     TooMany {
         /// The object.
         object: String,
-        /// About how many rays would be few enough; 0 if that is not known, or less than the fewest.
+        /// About how many rays would be few enough; 0 if that is unknown or less than the minimum.
         rays: usize,
     },
     /// The volume of an object overflows or underflows.
@@ -201,29 +202,28 @@ pub enum MeasureError {
         /// Whether it is too large or too small.
         range: Range,
     },
-    /// Objects in shared groups in shared groups, so that telling them apart takes too much memory.
+    /// Shared groups are nested so deeply that listing the objects of each takes too much memory.
     #[error("the shared groups hold more than {most} objects, every group counted")]
     TooNested {
-        /// How many there may be.
+        /// The largest possible number.
         most: usize,
     },
 }
 
-/// How many rays would be few enough, in words.
+/// Describes how many rays would be few enough.
 fn affordable(rays: usize) -> String {
     if rays == 0 { String::new() } else { format!("; about {rays} rays would be few enough") }
 }
 
-/// Measures objects, in the order of their numbers. `scene` is what the world was compiled from; its materials tell
-/// the densities.
+/// Measures objects, ordered by index. `world` must be compiled from `scene`, whose materials provide the densities.
 ///
-/// Of `run`, `most_rows`, or a thousand a ray if that is more, limits the boxes and bodies that the rays of an object
-/// open, and the [`Limits`](crate::query::Limits) of a query each ray: so parts placed 10^12 times over each other end with an error,
-/// at once if the first few rays show it. `progress` counts
-/// [`Settings::rays`] also for an object that needs no rays.
+/// In `run`, `most_rows` limits the boxes and bodies that the rays of an object visit, but not below a thousand per
+/// ray. The [`Limits`](crate::query::Limits) of a query limit each ray. So parts placed 10^12 times over each other end
+/// with an error, at once if the first few rays show it. `progress` is also called with [`Settings::rays`] for an
+/// object that needs no rays.
 ///
 /// # Errors
-/// [`MeasureError`], for the first object that has one.
+/// [`MeasureError`] of the first object that has one.
 pub fn measure(
     world: &World,
     scene: &Scene,
@@ -234,7 +234,7 @@ pub fn measure(
     if let Some(pool) = run.pool {
         return pool.install(work);
     }
-    // A pool of its own for one thread too: the global one is neither of one thread nor there after a fork.
+    // Even one thread needs its own pool: the global pool has more threads, and is gone after a fork.
     match rayon::ThreadPoolBuilder::new().num_threads(run.pool_threads()).build() {
         Ok(pool) => pool.install(work),
         Err(_) => work(),
@@ -255,7 +255,7 @@ fn measure_here(
     let closed_forms = settings.method == Method::Best && settings.overlaps == Overlaps::All;
     let sampling = closed_forms.then_some(partly::Sampling { settings, run });
     let extents = objects::extents(world, &wanted, sampling)?;
-    // Boxes of leaves only for what needs them: objects without closed forms, and what else may own a part of them.
+    // Boxes of leaves are needed only for objects without closed forms, and for others that may own a part of them.
     let mut by_rays = vec![false; count];
     for (object, extent) in &extents {
         by_rays[*object as usize] = extent.moments.is_none();
@@ -265,7 +265,7 @@ fn measure_here(
     }
     let leaves = if by_rays.contains(&true) { leaf_boxes(world, &by_rays) } else { Vec::new() };
     let rays = Rays { world, settings, run, leaves };
-    // Before any work.
+    // Check all objects before any work.
     extents.iter().try_for_each(|(object, extent)| rays.check(*object, extent))?;
     extents.iter().map(|(object, extent)| rays.measure(scene, *object, extent)).collect()
 }

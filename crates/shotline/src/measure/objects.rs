@@ -1,7 +1,7 @@
-//! What the compiled world tells of each object: its box, and its moments where they have a closed form.
+//! Computes the extent of each object in the compiled world: its box, and its moments if they have a closed form.
 //!
-//! Levels come after what they place. So one pass over them finds what each holds of each object, however often it is
-//! placed: 10^12 spheres take no longer than the groups that hold them.
+//! A level comes after the levels that it places. So one pass over the levels finds what each holds of each object,
+//! however many placements that has: 10^12 spheres take no longer than the groups that hold them.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -17,14 +17,14 @@ use crate::math::Affine;
 use crate::solid::Solid;
 use crate::solid::mesh::{Cancelled, Enclosed};
 
-/// More entries than this, an object in a placement each, take too much memory.
+/// More entries than this, one per object in a placement, take too much memory.
 const MOST: usize = 10_000_000;
 
-/// What a level holds of each object; `None` stands for the object that is named above it.
+/// What a level holds of each object; `None` stands for the object that a placement of the level names.
 type Holdings<T> = BTreeMap<Option<u32>, T>;
 
-/// The extent of each wanted object in the world, in the order of their numbers; moments if closed forms are wanted, in
-/// part sampled where a mesh passes through itself.
+/// Returns the extent of each wanted object in the world, by index. It has moments if closed forms are requested; they
+/// are partly sampled where a mesh passes through itself.
 ///
 /// # Errors
 /// [`MeasureError::TooNested`], [`MeasureError::Cancelled`].
@@ -54,18 +54,18 @@ pub(super) fn extents(
     Ok(objects.map(|object| (object, of(object).unwrap_or_else(|| together(&[])))).collect())
 }
 
-/// What is gathered on the way up.
+/// The state of the pass over the levels.
 struct ObjectSurvey<'w> {
     world: &'w World,
     wanted: &'w [bool],
     closed_forms: Option<Sampling<'w>>,
-    /// The moments of solids, each worked out once, by their addresses.
+    /// The moments of solids, each computed once, by address.
     solids: HashMap<*const (), Option<KnownMoments>>,
     levels: Vec<Holdings<Extent>>,
 }
 
 impl ObjectSurvey<'_> {
-    /// What is placed, in the frame of the level.
+    /// Returns the extents of the objects in a placement, in the frame of its level.
     fn of(&mut self, placed: &Placement) -> Result<Vec<(Option<u32>, Extent)>, MeasureError> {
         let wanted = self.wanted;
         let is_wanted = |object: Option<u32>| object.is_none_or(|object| wanted[object as usize]);
@@ -78,7 +78,7 @@ impl ObjectSurvey<'_> {
                 named.filter(|(object, _)| is_wanted(*object)).collect()
             }
         };
-        // It was inverted once, so it can be again, but for rounding.
+        // The map was inverted once, so it can be inverted again, but for rounding.
         let baked = placed.local_from_parent.is_identity();
         let map = if baked { Some(Affine::IDENTITY) } else { placed.local_from_parent.inverse().ok() };
         let moved = |extent: Extent| Extent {
@@ -128,7 +128,7 @@ impl ObjectSurvey<'_> {
     }
 }
 
-/// Parts of one object as one: with moments if all have them and their boxes are apart.
+/// Combines parts of one object. The result has moments if all parts have them and their boxes are disjoint.
 fn together(parts: &[Extent]) -> Extent {
     let moments: Option<Vec<KnownMoments>> = parts.iter().map(|part| part.moments.clone()).collect();
     let apart = |_: &Vec<KnownMoments>| are_disjoint(parts.iter().map(|part| part.bounds).collect());

@@ -1,4 +1,4 @@
-//! Meshes that pass through themselves: what is in doubt is sampled, the rest is certain.
+//! Meshes that pass through themselves: uncertain regions are sampled, the rest is exact.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -13,10 +13,10 @@ use crate::query::batch::Run;
 use crate::scratch::Scratch;
 use crate::solid::mesh::Doubt;
 
-/// Rays between looks at the cancel flag.
+/// Rays between checks of the cancel flag.
 const CHUNK: usize = 1024;
 
-/// How what is in doubt is sampled.
+/// How uncertain regions are sampled.
 #[derive(Clone, Copy)]
 pub(super) struct Sampling<'a> {
     pub(super) settings: &'a Settings,
@@ -24,7 +24,7 @@ pub(super) struct Sampling<'a> {
 }
 
 impl Sampling<'_> {
-    /// The moments of the inside of a mesh, of which `number` is a number for itself.
+    /// Returns the moments of the inside of a mesh. `number` identifies the mesh and selects its random shifts.
     ///
     /// # Errors
     /// [`MeasureError::Cancelled`].
@@ -46,7 +46,7 @@ impl Sampling<'_> {
         Ok(KnownMoments::Sampled(Arc::new(Sampled { moments, axes, unseen, solids: vec![number] })))
     }
 
-    /// The sums over the rays of an axis and a shift, and how many of them found anything to add.
+    /// Returns the sums over the rays of an axis and a shift, and how many of the rays contribute.
     fn stratum(
         &self,
         doubt: &Doubt,
@@ -62,7 +62,7 @@ impl Sampling<'_> {
             if i % CHUNK == 0 && self.run.cancel.is_some_and(|c| c.load(Ordering::Relaxed)) {
                 return Err(MeasureError::Cancelled);
             }
-            // From the square from -1 to 1 to the unit square.
+            // Map the square from -1 to 1 to the unit square.
             let place = place(i, shift).map(|x| 0.5 * x + 0.5);
             let terms = doubt.sample(stratum % 3, place, &mut scratch);
             met += u64::from(terms[0] != 0.0);

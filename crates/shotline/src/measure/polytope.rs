@@ -6,11 +6,11 @@ use crate::math::{Affine, Dd, Plane, Vec3, power_of_two_near};
 use crate::region::Polytope;
 use crate::solid::{Moments, tetrahedron};
 
-/// More faces than this are left to rays.
+/// Bodies with more faces than this are measured by rays.
 const MOST_FACES: usize = 2000;
 
-/// The moments of a body that is a polytope with an end: an intersection of half-spaces and boxes, also with half-spaces
-/// taken away.
+/// The moments of a body that is a bounded polytope: an intersection of half-spaces and boxes, also with half-spaces
+/// subtracted.
 pub(super) fn moments(body: &SolidBody) -> Option<Moments> {
     if body.bounds.is_empty() {
         return Some(Moments::NOTHING);
@@ -31,8 +31,8 @@ pub(super) fn moments(body: &SolidBody) -> Option<Moments> {
             return None;
         }
     }
-    // Room, so that every face is cut by a plane and none is left by the box. About the middle and of size 1, so that
-    // nothing is lost to distance or size.
+    // The box has a margin, so that a plane cuts every face and none is left by the box. Coordinates are relative to
+    // the centre and of size 1, so that neither distance nor size costs accuracy.
     let (centre, size) = (body.bounds.centre(), body.bounds.size());
     let unit = power_of_two_near(size.max_element());
     let mut polytope = Polytope::of_box(&Aabb::new(-size / unit, size / unit));

@@ -1,4 +1,4 @@
-//! Objects measured by rays along the axes.
+//! Measures objects by rays along the axes.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -19,58 +19,59 @@ use crate::ray::{Ray, Span};
 use crate::scene::{Scene, Units};
 use crate::solid::Moments;
 
-/// Samples along one axis, of the randomised ones along all three.
+/// The strata of a sample: one per axis and shift.
 pub(super) const STRATA: usize = 3 * SHIFTS;
 
-/// So many steps are always granted to a ray on average.
+/// The number of steps that a ray is always granted on average.
 const STEPS_OF_A_RAY: u64 = 1000;
 
-/// Rays along each axis that tell what all would meet.
+/// The number of rays along each axis from which the cost of all rays is estimated.
 const PILOT: usize = 64;
 
-/// Where fewer stretches are met than this, the samples are too few to tell how much they overlook.
+/// If rays meet fewer intervals than this, the samples are too few to show how much they miss.
 pub(super) const FEW: u64 = 16 * SHIFTS as u64;
 
-/// If so many rays meet a leaf, their spread shows how far its volume may be off.
+/// If at least this many rays meet a leaf, their spread shows the error of its volume.
 const RARE: f64 = 16.0;
 
-/// Half-ulps of its coordinates by which an end of a stretch may be off, for the edges of cells too.
+/// The error of an end of an interval, and of an edge of a cell, in half-ulps of the coordinates.
 const ROUNDING: f64 = 32.0;
 
-/// Rays summed by one thread between looks at the cancel flag.
+/// Rays summed by one thread between checks of the cancel flag.
 const CHUNK: usize = 1024;
 
-/// Steps that a thread takes before it counts them with those of the others.
+/// Steps that a thread takes before it adds them to the shared count.
 const MANY: u64 = 1 << 16;
 
-/// Errors of centroid and inertia grow by so much at most.
+/// The errors of centroid and inertia grow at most by this factor.
 const MOST_GROWTH: f64 = 4.0;
 
-/// Leaves by which cells are chosen.
+/// The number of leaves by which cells are chosen is at most this.
 const MOST_LEAVES: usize = 2048;
 
-/// Chunks that are shared out before their sums are gathered.
+/// Chunks processed in parallel before their sums are added.
 const ROUND: usize = 256;
 
 /// The two steps of the additive sequence, as fractions of 2^64: one over the plastic number, and over its square.
 const STEPS: [u64; 2] = [0xc13f_a9a9_02a6_328f, 0x91e1_0da5_c79e_7b1d];
 
-/// Integrals as [`Moments::from_integrals`] takes them, as they are gathered.
+/// Running sums of integrals in the order of [`Moments::from_integrals`].
 type Sums = [Dd; 10];
 
-/// What rays tell.
+/// The result of casting rays.
 struct Samples {
-    /// Integrals by each shift, of all axes.
+    /// Integrals per shift, over all axes.
     shifts: [[f64; 10]; SHIFTS],
-    /// Integrals by each axis, of all shifts.
+    /// Integrals per axis, over all shifts.
     axes: [[f64; 10]; 3],
-    /// How far apart two rays of one cell are at most, in what they count of the length of the box.
+    /// The largest difference between the contributions of two rays of one cell. A contribution is the weighted length
+    /// inside the object, as a fraction of the length of the box.
     spread: f64,
-    /// What the stretches count together.
+    /// The sum of the weights of all intervals.
     ends: f64,
 }
 
-/// The rays of a cell that count least and most.
+/// The smallest and largest contribution of a ray in the current cell, and the largest difference in any cell.
 #[derive(Default)]
 struct Spread {
     cell: Option<usize>,
@@ -87,55 +88,57 @@ impl Spread {
     }
 }
 
-/// What all objects are measured with.
+/// The inputs that are the same for all objects.
 pub(super) struct Rays<'a> {
     pub world: &'a World,
     pub settings: &'a Settings,
     pub run: Run<'a>,
-    /// The boxes of the leaves of objects that may need rays, by their numbers.
+    /// For each object that may need rays, by index, the boxes of its leaves.
     pub leaves: Vec<Vec<LeafBox>>,
 }
 
-/// An object to be sampled, and what has been met so far.
+/// An object to be sampled, with the work done so far.
 struct Task {
     object: u32,
     centre: Vec3,
     half: Vec3,
-    /// Rays of each shift along each axis.
+    /// Rays per shift and axis.
     rays: usize,
-    /// How these are shared out over the square across each axis.
+    /// How these rays are distributed over the square across each axis.
     cells: [Cells; 3],
-    /// Stretches met.
+    /// Intervals found.
     stretches: AtomicU64,
-    /// Boxes and bodies opened to find them.
+    /// Boxes and bodies visited to find them.
     steps: AtomicU64,
     most_steps: u64,
 }
 
 impl Task {
-    /// About how many rays along an axis meet a leaf. The leaf counts as the ellipsoid of the same moments.
+    /// Estimates how many rays along an axis meet a leaf. The leaf is approximated by the ellipsoid of the same
+    /// moments.
     fn rays_through(&self, leaf: &LeafBox, moments: &Moments, axis: usize) -> f64 {
         let across = [(axis + 1) % 3, (axis + 2) % 3];
         let place = |v: Vec3| across.map(|k| ((v - self.centre) / self.half)[k]);
         let (low, high) = (place(leaf.bounds.min), place(leaf.bounds.max));
         let shadow = (high[0] - low[0]) * (high[1] - low[1]);
-        // In the coordinates of the square; the semi-axes of an ellipsoid are those of its covariance times the root of 5.
+        // In the coordinates of the square. The semi-axes of an ellipsoid are those of its covariance times the square
+        // root of 5.
         let [i, j] = across;
         let entry =
             |i: usize, j: usize| 5.0 * moments.second[i][j] / moments.volume / self.half[i] / self.half[j];
         let area =
             std::f64::consts::PI * (entry(i, i) * entry(j, j) - entry(i, j) * entry(j, i)).max(0.0).sqrt();
         let rays = self.cells[axis].rays_in(low, high, self.rays) * SHIFTS as f64;
-        // Of a leaf without a volume nothing is missed.
+        // A leaf without volume cannot be missed.
         if shadow > 0.0 && area >= 0.0 { rays * (area / shadow).min(1.0) } else { f64::INFINITY }
     }
 }
 
 impl Rays<'_> {
-    /// Whether an object has an inside.
+    /// Checks that an object has an inside.
     ///
     /// # Errors
-    /// [`MeasureError`] if not.
+    /// [`MeasureError`] if it has none.
     pub(super) fn check(&self, object: u32, extent: &Extent) -> Result<(), MeasureError> {
         if let Some(Body::Surface(surface)) = extent.open.map(|body| self.world.body(body)) {
             let why = surface.mesh.topology().why_open();
@@ -173,7 +176,7 @@ impl Rays<'_> {
         })
     }
 
-    /// Volume, centroid and inertia, and how many rays were cast for them.
+    /// Returns volume, centroid and inertia, and the number of rays that were cast for them.
     fn numbers(&self, object: u32, extent: &Extent) -> Result<([Estimate; COUNT], usize), MeasureError> {
         let bounds = extent.bounds;
         let skipped = || {
@@ -185,7 +188,7 @@ impl Rays<'_> {
             skipped();
             return Ok(([Estimate { value: f64::NAN, std_error: f64::NAN }; COUNT], 0));
         }
-        // Boxes are conservative: where one is flat there is no volume.
+        // Boxes are conservative: an object with a flat box has no volume.
         let flat = !bounds.min.cmplt(bounds.max).all();
         let nothing = || flat.then_some(KnownMoments::Exactly(Moments::NOTHING));
         match extent.moments.clone().or_else(nothing) {
@@ -198,7 +201,7 @@ impl Rays<'_> {
         }
     }
 
-    /// The estimates where a part has been sampled.
+    /// The estimates for an object of which a part has been sampled.
     fn partly(&self, sampled: &Sampled, bounds: &Aabb) -> ([Estimate; COUNT], usize) {
         let centre = bounds.centre();
         let shifts = sampled.moments.map(|moments| moments.integrals_from(centre));
@@ -229,14 +232,14 @@ impl Rays<'_> {
             add_unseen(&mut numbers, weight * share, bounds);
         }
         add_unseen(&mut numbers, rare, bounds);
-        // Of the length of the box, at both ends of a stretch.
+        // The error of both ends of an interval, as a fraction of the length of the box.
         let off = ROUNDING * HALF_ULP * (Vec3::ONE + (centre / half).abs()).max_element();
         add_unseen(&mut numbers, off * share * ends, bounds);
         Ok((numbers, all_rays))
     }
 
-    /// The error of leaves that too few rays meet for their spread to show it. Leaves that are expected to meet no ray may all
-    /// be missing, so their volumes add up; the others are off independently of each other.
+    /// Returns the error of leaves that too few rays meet for their spread to show it. All leaves that are expected to
+    /// meet no ray may be missed at once, so their volumes add up; the errors of the others are independent.
     fn rarely_met(&self, task: &Task) -> f64 {
         let (mut missing, mut squares) = (0.0, 0.0);
         for leaf in self.leaves.get(task.object as usize).into_iter().flatten() {
@@ -252,9 +255,9 @@ impl Rays<'_> {
         missing + squares.sqrt()
     }
 
-    /// The cells across each axis, by the leaves in the box of an object.
+    /// Computes the cells across each axis from the leaves in the box of an object.
     fn cells(&self, object: u32, bounds: &Aabb, rays: usize) -> [Cells; 3] {
-        // Where others may own a part, their edges count too.
+        // Where other objects may own a part, their edges count too.
         let alone = self.settings.overlaps == Overlaps::All;
         let others = if alone { &[] } else { &self.leaves[..] };
         let leaves = self.leaves.get(object as usize).into_iter().chain(others).flatten();
@@ -263,7 +266,7 @@ impl Rays<'_> {
         [0, 1, 2].map(|axis| Cells::new(bounds, &leaves, axis, rays))
     }
 
-    /// Refuses a task if a few of its rays show that all of them would meet too much.
+    /// Checks, by a few rays of a task, that all of them together will not take too many steps.
     ///
     /// # Errors
     /// [`MeasureError::TooMany`], and those of rays.
@@ -275,7 +278,7 @@ impl Rays<'_> {
             for i in (0..task.rays).step_by(task.rays.div_ceil(PILOT)) {
                 let (_, cell) = task.cells[axis].of(i);
                 let mut at = Vec3::ZERO;
-                // Any number but 0, which is the corner of the cell.
+                // Any index but 0, which is the corner of the cell.
                 [at[(axis + 1) % 3], at[(axis + 2) % 3]] = cell.place(place(i + 1, [0; 2]));
                 stretches.clear();
                 steps += self.stretches(&mut caster, task, at, axis, &mut stretches)?;
@@ -290,8 +293,8 @@ impl Rays<'_> {
         Err(MeasureError::TooMany { object: self.name(task.object), rays })
     }
 
-    /// The integrals over the object by each randomised sample, and by the rays of each axis, in coordinates in which its
-    /// box reaches from -1 to 1.
+    /// Computes the integrals over the object for each shift and for each axis, in coordinates in which its box reaches
+    /// from -1 to 1.
     fn samples(&self, task: &Task) -> Result<Samples, MeasureError> {
         let (mut shifts, mut axes) = ([[Dd::ZERO; 10]; SHIFTS], [[Dd::ZERO; 10]; 3]);
         let (mut spread, mut ends) = (0.0f64, 0.0);
@@ -306,7 +309,7 @@ impl Rays<'_> {
                 caster
             };
             let parts: Vec<_> = round.clone().into_par_iter().map_init(caster, one).collect();
-            // In order, so that sums have the same bits on any number of threads.
+            // In order, so that sums have the same bits for any number of threads.
             for (job, part) in round.clone().zip(parts) {
                 let (stratum, (part, own, stretches)) = (job / chunks, part?);
                 (spread, ends) = (spread.max(own), ends + stretches);
@@ -315,15 +318,15 @@ impl Rays<'_> {
                 }
             }
         }
-        // Each axis by itself would give the whole: a ray stands for a part of the square [-1, 1] x [-1, 1].
+        // The rays of each axis alone estimate the whole. Each ray represents a part of the square [-1, 1] x [-1, 1].
         let mean =
             |sums: Sums, strata: usize| sums.map(|sum| sum.hi * (4.0 / (strata as f64 * task.rays as f64)));
         let (shifts, axes) = (shifts.map(|sums| mean(sums, 3)), axes.map(|sums| mean(sums, SHIFTS)));
         Ok(Samples { shifts, axes, spread, ends })
     }
 
-    /// What the rays of one chunk of a stratum, an axis and a shift, add to the integrals, how far two are apart, and what
-    /// their stretches count.
+    /// Casts the rays of one chunk of a stratum (an axis and a shift). Returns their sums for the integrals, the
+    /// largest difference between two of them, and the sum of the weights of their intervals.
     fn chunk(
         &self,
         caster: &mut Caster,
@@ -343,7 +346,7 @@ impl Rays<'_> {
         let cast = rays.len() as u64;
         for i in rays {
             let (number, cell) = task.cells[axis].of(i);
-            // Each cell has a sequence of its own.
+            // Each cell has its own sequence.
             let key = key ^ (number as u64) << 32;
             let point = place(i - cell.first, [split_mix64(key), split_mix64(key ^ (1 << 63))]);
             let mut place = Vec3::ZERO;
@@ -374,8 +377,8 @@ impl Rays<'_> {
         Ok((sums, spread.most, ends))
     }
 
-    /// The stretches inside the object of the ray through a place of its box along an axis, from -1 to 1, and how much
-    /// was opened for them.
+    /// Appends the intervals inside the object, from -1 to 1, of the ray along an axis through a point of its box.
+    /// Returns the number of boxes and bodies visited.
     fn stretches(
         &self,
         caster: &mut Caster,
@@ -385,7 +388,7 @@ impl Rays<'_> {
         out: &mut Vec<[f64; 2]>,
     ) -> Result<u64, MeasureError> {
         let ray = Ray::new(task.centre + place * task.half, Vec3::AXES[axis] * task.half[axis]);
-        // Only a box too far out for a ray to start has none.
+        // Ray creation fails only if the box is too far from the origin; there are no intervals then.
         let (Ok(ray), Ok(span)) = (ray, Span::new(-1.0, 1.0)) else { return Ok(0) };
         let result = match self.settings.overlaps {
             Overlaps::All => {
@@ -405,7 +408,7 @@ impl Rays<'_> {
         result.map_err(|error| match error {
             QueryError::Cancelled => MeasureError::Cancelled,
             QueryError::TooMany { .. } | QueryError::TooLong { .. } => {
-                // The other threads need not go on.
+                // Stop the other threads too.
                 task.steps.fetch_max(task.most_steps, Ordering::Relaxed);
                 MeasureError::TooMany { object: self.name(task.object), rays: 0 }
             }
@@ -426,8 +429,9 @@ impl Rays<'_> {
     }
 }
 
-/// Makes room in the errors for one ray more or less of those that count most, which matters where few count most of all:
-/// at the rim of a thin shell. The other errors grow as that of the volume does.
+/// Adds to the errors the effect of one ray more or less among those that contribute most. This matters where few rays
+/// contribute most of the volume: at the rim of a thin shell. The other errors grow in proportion to that of the
+/// volume, at most by [`MOST_GROWTH`].
 fn add_rare(numbers: &mut [Estimate; COUNT], volume: f64) {
     let before = numbers[0].std_error;
     let after = before.hypot(volume);
@@ -436,7 +440,7 @@ fn add_rare(numbers: &mut [Estimate; COUNT], volume: f64) {
     numbers[0].std_error = after;
 }
 
-/// Adds to the errors what it would mean if such a volume had been overlooked in a corner of the box.
+/// Adds to the errors the effect of having missed such a volume in a corner of the box.
 fn add_unseen(numbers: &mut [Estimate; COUNT], unseen: f64, bounds: &Aabb) {
     if unseen == 0.0 {
         return;
@@ -449,10 +453,10 @@ fn add_unseen(numbers: &mut [Estimate; COUNT], unseen: f64, bounds: &Aabb) {
     numbers.iter_mut().zip(change).for_each(add);
 }
 
-/// The integrals of all terms along a stretch of a ray along an axis.
+/// The integrals of all terms over an interval of a ray along an axis.
 fn integrals(place: Vec3, axis: usize, [from, to]: [f64; 2]) -> [f64; 10] {
     let length = to - from;
-    // Along the axis the means of the coordinate and of its square, across it the coordinates themselves.
+    // Along the axis the means of the coordinate and of its square, across the axis the coordinates themselves.
     let (mut mean, mut square) = (place, place * place);
     mean[axis] = from.midpoint(to);
     square[axis] = (from * from + from * to + to * to) / 3.0;
@@ -460,11 +464,11 @@ fn integrals(place: Vec3, axis: usize, [from, to]: [f64; 2]) -> [f64; 10] {
     [1.0, x, y, z, square.x, square.y, square.z, y * z, x * z, x * y].map(|mean| mean * length)
 }
 
-/// The i-th place of the shifted sequence in the square from -1 to 1.
+/// Returns point `i` of the shifted sequence in the square from -1 to 1.
 pub(super) fn place(i: usize, shift: [u64; 2]) -> [f64; 2] {
     std::array::from_fn(|k| {
         let step = STEPS[k].wrapping_mul(i as u64).wrapping_add(shift[k]);
-        // The middle of one of 2^53 cells, less one half.
+        // The middle of one of 2^53 equal cells, up to rounding.
         ((step >> 11) as f64 + 0.5) / (1u64 << 52) as f64 - 1.0
     })
 }

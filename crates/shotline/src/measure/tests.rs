@@ -1,4 +1,4 @@
-//! Known answers, and whether errors are what they are said to be.
+//! Known results, and whether the reported errors are right.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -39,7 +39,7 @@ pub(super) fn one(build: impl FnOnce(&mut Scene) -> NodeId) -> Scene {
     scene
 }
 
-/// Objects with closed forms, to be found by rays.
+/// Objects with closed forms, to be measured by rays.
 fn known() -> Vec<(&'static str, Scene)> {
     let turn = Affine::rotation_xyz(Vec3::new(20.0, 50.0, -10.0));
     let turned = move |kind: &'static str, values: &'static [&'static [f64]]| {
@@ -75,8 +75,9 @@ fn values(m: &Measure) -> Vec<Estimate> {
         .collect()
 }
 
-/// Not a bound: of fifteen degrees of freedom, Student's distribution has 0.9 % beyond three and less than one in 10^4
-/// beyond six. Ten values of sixty seeds of each shape, of which those of one seed hang together.
+/// The error is not a bound: of fifteen degrees of freedom, Student's distribution has 0.9 % beyond three and less than
+/// one in 10^4 beyond six. There are ten values for each of sixty seeds of each shape; the values of one seed are
+/// correlated.
 #[test]
 fn errors_are_what_they_are_said_to_be() {
     let (mut beyond, mut worst, mut count) = (0, 0.0f64, 0);
@@ -96,7 +97,7 @@ fn errors_are_what_they_are_said_to_be() {
             }
             errors += found.volume.std_error / exact.volume.value;
         }
-        // Errors that are honest only because they are large would be no use.
+        // Errors that are right only because they are large would be useless.
         assert!(errors / 60.0 < 0.05, "{name}: {}", errors / 60.0);
     }
     assert!(count == 4800 && beyond * 100 <= 2 * count && worst < 6.5, "{beyond} of {count}, {worst}");
@@ -111,7 +112,7 @@ fn more_rays_see_more_than_by_the_root_of_their_number() {
 
 #[test]
 fn what_rays_hardly_meet_is_not_told_as_certain() {
-    // A wire that fills its box from corner to corner: no edge tells where it is.
+    // A wire that fills its box from corner to corner: no edge shows where it is.
     let wire = one(|scene| {
         let ring = solid(scene, "torus", &[&[1.0], &[1e-9]]);
         scene.add_transform(Affine::rotation_xyz(Vec3::new(20.0, 50.0, -10.0)), ring)
@@ -119,7 +120,7 @@ fn what_rays_hardly_meet_is_not_told_as_certain() {
     let found = all(&wire, &rays(4800, 0)).unwrap()[0];
     assert!(found.volume.value == 0.0 && found.volume.std_error > 1e-4, "{found:?}");
     assert!(found.centroid[0].value.is_nan() && found.inertia[0][1].value.is_nan());
-    // A small part, of which few rays tell.
+    // A small part that few rays meet.
     let (_, far) = known().pop().unwrap();
     let truth = values(&all(&far, &Settings::default()).unwrap()[0]);
     for seed in 0..100 {
@@ -131,13 +132,13 @@ fn what_rays_hardly_meet_is_not_told_as_certain() {
 
 #[test]
 fn combinations_have_the_volumes_of_textbooks() {
-    // What is left of a ball around a hole of length 6, whatever its radius: as much as of a ball of diameter 6.
+    // The rest of a ball around a hole of length 6, whatever its radius, has the volume of a ball of diameter 6.
     let napkin_ring = one(|scene| {
         let (ball, hole) =
             (solid(scene, "sphere", &[&[5.0]]), solid(scene, "cylinder", &[&[4.0], &[-9.0], &[9.0]]));
         scene.add_csg(Op::Difference, vec![ball, hole])
     });
-    // Archimedes' and Steinmetz' solid: two cylinders of radius 1 across each other.
+    // The solid of Archimedes and Steinmetz: two perpendicular cylinders of radius 1.
     let steinmetz = one(|scene| {
         let upright = solid(scene, "cylinder", &[&[1.0], &[-2.0], &[2.0]]);
         let lying = scene.add_transform(Affine::rotation_xyz(Vec3::new(90.0, 0.0, 0.0)), upright);
@@ -164,7 +165,7 @@ fn bodies_of_one_object_that_overlap_count_once() {
 
 #[test]
 fn shared_parts_count_wherever_they_are_placed() {
-    // Balls in rows of ten, in rows of rows: 10^12 of them, each object half.
+    // Balls in rows of ten, in rows of rows: 10^12 of them in each object.
     let mut scene = Scene::default();
     let mut node = solid(&mut scene, "sphere", &[&[0.4]]);
     for i in 0..12 {
@@ -190,7 +191,7 @@ fn shared_parts_count_wherever_they_are_placed() {
 
 #[test]
 fn rays_that_meet_too_much_are_an_error() {
-    // Boxes of balls that overlap: rays have to tell, and there are too many for them.
+    // Boxes of balls that overlap: rays are needed, and they meet too many balls.
     let mut scene = Scene::default();
     let mut node = solid(&mut scene, "sphere", &[&[1.0]]);
     for _ in 0..40 {
@@ -256,7 +257,7 @@ fn what_cannot_be_measured_is_an_error_at_once() {
     let error = all(&scene, &only(&[2])).unwrap_err();
     assert!(matches!(&error, MeasureError::Query(QueryError::NotASolid { object, .. }) if object == "open"));
     assert_eq!(all(&scene, &only(&[3])), Err(MeasureError::NoObject { object: 3, count: 3 }));
-    // Others need not care.
+    // Other objects are not affected.
     let by_rays = Settings { method: Method::Rays, ..only(&[0]) };
     assert!(all(&scene, &by_rays).unwrap()[0].volume.value > 4.0);
     assert_eq!(all(&scene, &only(&[])), Ok(vec![]));

@@ -1,4 +1,4 @@
-//! Thin parts that rays along one axis or another do not see, or hardly: errors that are honest, and still of use.
+//! Thin parts that rays along some axis miss or hardly meet: errors must be right, and small enough to be useful.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -10,12 +10,12 @@ use crate::scene::{Node, NodeId, Op};
 use crate::solid::mesh::TriangleMesh;
 use crate::solid::mesh::shapes::ball;
 
-/// A thin object, its volume, and the error that is allowed.
+/// A thin object, its volume, and the largest allowed error.
 struct Case {
     name: &'static str,
     scene: Scene,
     truth: f64,
-    /// The standard error may be so much of the truth, on average.
+    /// The largest mean standard error, as a fraction of the true volume.
     most: f64,
 }
 
@@ -79,7 +79,7 @@ fn mesh_foil(s: &mut Scene) -> NodeId {
     minus(s, outside, inside)
 }
 
-/// A mesh of two specks far from each other, joined to a ball.
+/// A mesh of two specks far from each other, combined with a ball.
 fn specks(s: &mut Scene) -> NodeId {
     let speck = |x: f64| {
         let small = ball(2).moved(&Affine::scaling(Vec3::splat(1e-4)));
@@ -137,8 +137,8 @@ fn cases() -> Vec<Case> {
     straight.chain(turned).collect()
 }
 
-/// Of forty seeds each: errors that are what they are said to be, and small enough to tell something. The tube is not seen
-/// along its axis, so a third is missing, which the error tells.
+/// Forty seeds each: the errors are right, and small enough to be useful. Rays along the axis of the tube miss it, so a
+/// third of it is missing, which the error shows.
 #[test]
 fn thin_parts_are_found_within_their_errors() {
     let (mut beyond, mut count) = (0, 0);
@@ -159,7 +159,7 @@ fn thin_parts_are_found_within_their_errors() {
     assert!(count == 800 && beyond * 100 <= count, "{beyond} of {count}");
 }
 
-/// What a later pin takes from a block.
+/// A later pin takes its volume from a block.
 #[test]
 fn a_thin_part_that_another_object_owns_is_found_too() {
     let mut scene = Scene::default();
@@ -175,7 +175,7 @@ fn a_thin_part_that_another_object_owns_is_found_too() {
     }
 }
 
-/// Boxes and cylinders that rays along one axis or another do not see.
+/// Boxes and cylinders that rays along some axis miss.
 #[test]
 fn a_part_that_one_axis_does_not_see_is_in_the_standard_error() {
     for case in cases().iter().take(3) {
@@ -187,7 +187,7 @@ fn a_part_that_one_axis_does_not_see_is_in_the_standard_error() {
     }
 }
 
-/// Slanted, so that their boxes are wide, with parts beside them that are met.
+/// Slanted parts, whose boxes are wide, beside parts that rays meet.
 #[test]
 fn slanted_parts_that_no_ray_meets_are_in_the_error() {
     let turned = |s: &mut Scene, node: NodeId| {
@@ -236,7 +236,7 @@ fn errors_are_of_the_size_of_what_is_there() {
     });
     let found = measured(&far_apart).volume;
     assert!(found.std_error < 1e-2 * found.value, "{found:?}");
-    // The square of an inertia of 10^-300 is no number, nor that of 10^300.
+    // The squares of inertias of 10^-300 and 10^300 are not representable.
     let relative = |power: i32| {
         let scene = one(|s| {
             let ball = hollow(s, 0.0);

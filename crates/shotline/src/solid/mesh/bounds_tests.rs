@@ -1,4 +1,4 @@
-//! The bounds of `t` hold for lines that are off by what their frame may have done to them.
+//! The bounds of `t` hold for lines with the errors of their transforms.
 
 use std::sync::Arc;
 
@@ -25,7 +25,7 @@ fn grazing(random: &mut Random, mesh: &TriangleMesh, slope: f64) -> (Vec3, Vec3)
     (a + (b - a) * v + (c - a) * w, along.normalize() + normal * slope)
 }
 
-/// For slopes from head on to as steep as leaves the bound small against the faces.
+/// From lines head on to lines so grazing that the bound is still small against the faces.
 #[test]
 fn bounds_hold_for_lines_that_are_off() {
     let mut random = Random::new(5);
@@ -40,7 +40,7 @@ fn bounds_hold_for_lines_that_are_off() {
         let size = 10f64.powf(random.number(-16.0, -13.5));
         let line = Line::exact(p - d * far, d);
         let off = Line::exact(line.o + random.point(-size, size), line.d + random.point(-size, size) * 0.1);
-        // The other line lies where the bounds of this one just reach.
+        // The other line lies exactly at the error bounds of this one.
         let (o_err, d_err) = ((off.o - line.o).abs(), (off.d - line.d).abs());
         let nominal = Line { o_err, d_err, ..line };
         let exact = hits(solid, &off);
@@ -52,7 +52,7 @@ fn bounds_hold_for_lines_that_are_off() {
             let [a, b, c] = mesh.corners(n.primitive);
             let sine = (b - a).cross(c - a).normalize().dot(d.normalize()).abs();
             assert!((n.t - e.t).abs() <= n.t_err + e.t_err, "{slope} {sine} {size} {n:?} {e:?}");
-            // And they are no more than what a line may be off by, seen along the face.
+            // The bounds are also no larger than the error of the line, seen along the face.
             let doubt =
                 (o_err + d_err * n.t.abs()).length() + 16.0 * HALF_ULP * (2.0 + n.t.abs()) * d.length();
             assert!(n.t_err <= 2.0 * doubt / (sine * d.length()), "{sine} {size} {n:?}");
@@ -63,7 +63,7 @@ fn bounds_hold_for_lines_that_are_off() {
     assert!(compared > 20_000 && steep > 4_000 && other < 50, "{compared} {steep} {other}");
 }
 
-/// A line in the plane of a ledge, as near as rounding allows, still finds the wall behind it.
+/// A line in the plane of a ledge, up to rounding, still finds the wall behind it.
 #[test]
 fn a_wall_behind_a_ledge_is_not_lost() {
     let mut random = Random::new(6);

@@ -1,8 +1,8 @@
-//! Lines that run in planes of faces: where beside them the mesh has its interior.
+//! Lines that run in planes of faces: where the mesh has its interior beside the line.
 //!
-//! The planes cut what is around the line into sectors. In each the line is moved aside by a little, and what it crosses
-//! there is what the mesh has in that sector. A line that is exact is moved by an infinitely small step, in the way of ties
-//! (`sheared_ray`), any other by more than its doubt.
+//! The planes divide the surroundings of the line into sectors. In each sector the line is moved aside a little, and
+//! its crossings there are those of the mesh in that sector. An exact line is moved by an infinitesimal step, by the
+//! rule for ties (`sheared_ray`), any other line by more than its error.
 
 use std::f64::consts::{PI, TAU};
 
@@ -15,10 +15,10 @@ use crate::math::{Vec3, unit};
 use crate::ray::Line;
 use crate::scratch::Scratch;
 
-/// Planes at a smaller angle, in radians, are taken for one.
+/// Planes at a smaller angle than this, in radians, count as one.
 const ONE_PLANE: f64 = 1e-7;
 
-/// Where a plane borders on a sector: its angle in the plane across the line, and its direction there.
+/// The border between a plane and a sector: its angle in the plane perpendicular to the line, and its direction there.
 #[derive(Clone, Copy, Debug)]
 struct Edge {
     angle: f64,
@@ -26,7 +26,7 @@ struct Edge {
 }
 
 impl MeshSolid {
-    /// Appends what the mesh has beside a line that runs in the planes of some faces.
+    /// Appends the contacts of the mesh beside a line that runs in the planes of some faces.
     pub(super) fn contacts_with(
         &self,
         faces: &[u32],
@@ -56,7 +56,7 @@ impl MeshSolid {
         scratch.in_plane.clear();
     }
 
-    /// Where the planes of faces border on sectors, each on both sides of the line, by angle.
+    /// Returns the borders of the sectors, sorted by angle. The plane of each face has one on both sides of the line.
     fn borders(&self, faces: &[u32], line: &Line, (x, y): (Vec3, Vec3)) -> Vec<Edge> {
         let side = |face: &u32| {
             let direction = plane::normal(self.corners(*face)).cross(line.d);

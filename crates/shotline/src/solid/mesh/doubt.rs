@@ -1,10 +1,10 @@
-//! Where the signed volume of a mesh may differ from that of its inside.
+//! Regions where the signed volume of a mesh may differ from the volume of its inside.
 //!
-//! The sum over the faces gives the integral of the winding number `w`. Inside is where `w` is not 0; so the sum is wrong
-//! where `w` is neither 0 nor that of the inside, 1 or -1. Such a region is bounded by parts of faces that pass through
-//! others or have such a winding number at a side. Boxes around these are cut in two, over and over, and those that prove
-//! sound are dropped. What is left is sampled, and added to the sum (a control variate): so the error is of the size of
-//! what is in doubt, not of the mesh.
+//! The sum over the faces is the integral of the winding number `w`. Inside is where `w` is not 0, so the sum is wrong
+//! where `w` is neither 0 nor the winding number of the inside, 1 or -1. Such a region is bounded by pieces of faces
+//! that pass through others or have such a winding number on a side. A box around these faces is bisected repeatedly,
+//! and cells that are proven sound are dropped. The remaining cells are sampled, and the correction is added to the sum
+//! (a control variate). So the error is proportional to the uncertain volume, not to the mesh.
 
 use std::collections::BinaryHeap;
 
@@ -20,30 +20,30 @@ use crate::ray::Line;
 use crate::scratch::Scratch;
 use crate::solid::Moments;
 
-/// Cells left to be sampled.
+/// At most this many cells are left to be sampled.
 const CELLS: usize = 512;
 
-/// Cells that are cut in two at most.
+/// At most this many cells are bisected.
 const CUTS: usize = 4096;
 
-/// Faces nearer than this to each other, of the size of what is in doubt, are taken to touch.
+/// Faces nearer to each other than this, relative to the size of the uncertain region, count as touching.
 const TOUCH: f64 = 1e-9;
 
-/// Cells with more faces than this are cut before any line is cast for them.
+/// Cells with more faces than this are bisected before any line is cast for them.
 const FACES: usize = 32;
 
-/// The winding number's integrals, and the cells in which it may be wrong.
+/// The integrals of the winding number, and the cells in which it may be wrong.
 #[derive(Debug)]
 pub struct Doubt<'a> {
     solid: &'a MeshSolid,
     frame: Frame,
-    /// What is certain, in the frame: the signed sum, mended in cells that lie in one region.
+    /// The certain integrals, in the frame: the signed sum, corrected in cells that lie in one region.
     certain: [f64; 10],
-    /// Boxes of the frame, apart from each other, with the sum of the volumes up to and with each.
+    /// Disjoint boxes in the frame, each with the total volume up to and including it.
     cells: Vec<(Aabb, f64)>,
 }
 
-/// Axes turned to follow what is in doubt; lengths are those of the scaled mesh.
+/// Axes aligned with the uncertain region; lengths are those of the scaled mesh.
 #[derive(Clone, Copy, Debug)]
 struct Frame {
     origin: Vec3,
@@ -55,7 +55,7 @@ impl Frame {
         in_axes(&self.axes, p - self.origin)
     }
 
-    /// The integrals in the frame of moments in the scaled mesh.
+    /// Converts moments in the scaled mesh to integrals in the frame.
     fn integrals(&self, moments: Moments) -> [f64; 10] {
         let rows = self.axes.map(|axis| [axis.x, axis.y, axis.z, 0.0]);
         let moved = Moments { centroid: moments.centroid - self.origin, ..moments };
@@ -102,12 +102,12 @@ impl<'a> Doubt<'a> {
         Ok(doubt)
     }
 
-    /// What has to be added to the winding number, where that is positive inside, to get 1 inside and 0 outside.
+    /// Returns the correction of a winding number, counted positive inside, that makes it 1 inside and 0 outside.
     fn mend(&self, winding: i32) -> f64 {
         f64::from(i32::from(winding != 0) - winding * self.solid.inside())
     }
 
-    /// The volume of the cells to be sampled, in the mesh's own lengths.
+    /// The volume of the cells to be sampled, in units of the original mesh.
     pub fn volume(&self) -> f64 {
         self.solid.size.volume(self.sampled_volume())
     }
@@ -116,14 +116,14 @@ impl<'a> Doubt<'a> {
         self.cells.last().map_or(0.0, |(_, volume)| *volume)
     }
 
-    /// What one line tells of all that has to be added, in the frame: the mean over lines spread evenly over the unit
-    /// square, along any of the three axes, is the whole of it.
+    /// Returns the estimate of the total correction by one line, in the frame. The mean over lines that are evenly
+    /// distributed over the unit square, along any of the three axes, is the total correction.
     pub fn sample(&self, axis: usize, place: [f64; 2], scratch: &mut Scratch) -> [f64; 10] {
         let all = self.sampled_volume();
         let wanted = place[0] * all;
         let n = self.cells.partition_point(|(_, volume)| *volume <= wanted).min(self.cells.len().max(1) - 1);
         let Some((bounds, end)) = self.cells.get(n) else { return [0.0; 10] };
-        // The rest of the number chooses the place in the cell.
+        // The rest of the number selects the position in the cell.
         let size = bounds.size();
         let own = size.element_product();
         let part = ((wanted - (end - own)) / own).clamp(0.0, 1.0);
@@ -141,7 +141,7 @@ impl<'a> Doubt<'a> {
         sums
     }
 
-    /// Visits the stretches of a line of the frame between the faces, from 0 to 1, with their winding numbers.
+    /// Visits the intervals between the faces, from 0 to 1, of a line of the frame, with their winding numbers.
     fn regions(
         &self,
         from: Vec3,
@@ -169,7 +169,7 @@ impl<'a> Doubt<'a> {
         }
     }
 
-    /// The moments of the inside where `added` is what samples tell has to be added, in the mesh's own frame.
+    /// The moments of the inside in the mesh's own frame, given the correction `added` that samples estimate.
     pub fn moments(&self, added: &[f64; 10]) -> Moments {
         let integrals = std::array::from_fn(|i| self.certain[i] + added[i]);
         let [a, b, c] = self.frame.axes;
@@ -180,10 +180,10 @@ impl<'a> Doubt<'a> {
     }
 }
 
-/// A face that may bound a region in doubt.
+/// A face that may bound an uncertain region.
 struct Suspect {
     item: u32,
-    /// Whether the winding number is known to be wrong all over one of its sides.
+    /// Whether the winding number is known to be wrong on one whole side of it.
     is_wrong: bool,
 }
 
@@ -205,32 +205,32 @@ fn suspects(solid: &MeshSolid, patches: &[Patch]) -> Vec<Suspect> {
     suspects
 }
 
-/// A box of the frame with what is in it.
+/// A box of the frame with its contents.
 struct Cell {
     bounds: Aabb,
-    /// Suspects, by their places in the list.
+    /// Suspects, as indices into the list.
     faces: Vec<u32>,
-    /// Places where faces meet.
+    /// Contacts of faces, as indices into the list.
     face_contacts: Vec<u32>,
 }
 
-/// What is found out about a cell.
+/// The result of examining a cell.
 enum Finding {
     Sound,
-    /// It lies in one region, of this winding number.
+    /// The cell lies in one region, of this winding number.
     Whole(i32),
     Open(Cell),
 }
 
-/// The search for cells that may be in doubt.
+/// The search for cells that may be uncertain.
 struct Cover<'a> {
     doubt: &'a Doubt<'a>,
     faces: Vec<Suspect>,
     /// The corners of these faces in the frame.
     corners: Vec<[Vec3; 3]>,
-    /// Boxes around where faces meet.
+    /// Boxes around the contacts of faces.
     face_contacts: Vec<Aabb>,
-    /// Whether these are too many to be listed, so that faces may meet anywhere.
+    /// Whether the contacts are too many to be listed, so that faces may meet anywhere.
     anywhere: bool,
     stop: Stop<'a>,
 }
@@ -264,8 +264,8 @@ impl<'a> Cover<'a> {
         }
     }
 
-    /// Cuts the largest cell in two until there are enough. Returns those in doubt, and those in one region that is not
-    /// sound.
+    /// Bisects the largest cell until there are enough cells. Returns the uncertain cells, and those that lie in one
+    /// region that is not sound.
     fn cut(&mut self, root: Cell) -> (Vec<Aabb>, Vec<(Aabb, i32)>) {
         let (mut open, mut whole) = (BinaryHeap::new(), Vec::new());
         open.push(BySize(root));
@@ -305,8 +305,8 @@ impl<'a> Cover<'a> {
         let solid = self.doubt.solid;
         let out = |p: Vec3| self.doubt.frame.outward(p);
         if faces.is_empty() {
-            // Every region in the cell reaches its bounds or a face, and all faces left are sound: so if this one is not,
-            // it is all there is.
+            // The cell holds no suspect, and all other faces are sound. So no face in the cell bounds a region that is
+            // not sound: such a region fills the cell, and its centre decides.
             let winding = solid.winding_at(solid.size.unscale(out(bounds.centre())), |_| true);
             let sound = winding == 0 || winding == solid.inside();
             return if sound { Finding::Sound } else { Finding::Whole(winding) };
@@ -327,7 +327,7 @@ impl<'a> Cover<'a> {
     }
 }
 
-/// Cells in the order of their volumes.
+/// Cells ordered by volume.
 struct BySize(Cell);
 
 impl BySize {
@@ -356,7 +356,7 @@ impl Ord for BySize {
     }
 }
 
-/// A box cut in two across its longest edge.
+/// The two halves of a box, split across its longest edge.
 fn halves(bounds: &Aabb) -> [Aabb; 2] {
     let size = bounds.size();
     let axis = (0..3).fold(0, |best, i| if size[i] > size[best] { i } else { best });
@@ -366,7 +366,7 @@ fn halves(bounds: &Aabb) -> [Aabb; 2] {
     [low, high]
 }
 
-/// A point of the part of a triangle that lies in a box, `None` if none does.
+/// A point of the piece of a triangle that lies in a box; `None` if no piece does.
 fn middle_within(corners: [Vec3; 3], bounds: &Aabb) -> Option<Vec3> {
     if Aabb::around(corners).intersection(bounds).is_empty() {
         return None;
@@ -379,7 +379,7 @@ fn middle_within(corners: [Vec3; 3], bounds: &Aabb) -> Option<Vec3> {
     (!polygon.is_empty()).then(|| polygon.iter().sum::<Vec3>() / polygon.len() as f64)
 }
 
-/// The part of a convex polygon where the height is not negative (I. E. Sutherland and G. W. Hodgman 1974).
+/// Clips a convex polygon to where the height is not negative (I. E. Sutherland and G. W. Hodgman 1974).
 fn clipped(polygon: &[Vec3], height: impl Fn(Vec3) -> f64) -> Vec<Vec3> {
     let mut kept = Vec::with_capacity(polygon.len() + 1);
     for (n, &p) in polygon.iter().enumerate() {
@@ -395,7 +395,7 @@ fn clipped(polygon: &[Vec3], height: impl Fn(Vec3) -> f64) -> Vec<Vec3> {
     kept
 }
 
-/// A box around the points that two triangles have in common, up to a distance.
+/// A box around the points where two triangles are at most a distance apart.
 fn contact(a: [Vec3; 3], b: [Vec3; 3], distance: f64) -> Aabb {
     let padded = |b: Aabb| Aabb::new(b.min - Vec3::splat(distance), b.max + Vec3::splat(distance));
     let both = padded(Aabb::around(a)).intersection(&padded(Aabb::around(b)));
@@ -421,7 +421,7 @@ fn box_integrals(bounds: &Aabb, factor: f64) -> [f64; 10] {
     Moments::along_axes(size.element_product(), middle, spread).integrals_from(Vec3::ZERO).map(|x| x * factor)
 }
 
-/// The means, along a line of the frame of so great a length, of the terms over a stretch of it.
+/// The integrals of the terms over an interval of a line of the frame, divided by the length of the whole line.
 fn line_integrals(from: Vec3, axis: usize, length: f64, [t0, t1]: [f64; 2]) -> [f64; 10] {
     let (a, b) = (from[axis] + t0 * length, from[axis] + t1 * length);
     let (mut mean, mut square) = (from, from * from);

@@ -1,4 +1,4 @@
-//! The edges of the triangles of a mesh, and what lies around those of more than two.
+//! The edges of the triangles of a mesh, and the order of faces around non-manifold edges.
 
 use rayon::prelude::*;
 
@@ -7,19 +7,19 @@ use super::separation::wings_are_apart;
 use super::shells::Shells;
 use super::welded::first_at;
 
-/// An edge of an item: its ends, the lower first, the item, and which of its corners lies opposite.
+/// The use of an edge by an item: the ends, the lower first; the item; and the index of its corner opposite the edge.
 pub(super) type Use = ([u32; 2], u32, u32);
 
-/// Two sides of items between which no other face lies: they have one winding number.
+/// Two sides of items with no other face between them: they have the same winding number.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Link {
     pub(super) items: [u32; 2],
-    /// Of each item, 0 for the front and 1 for the back.
+    /// For each item, 0 for the front and 1 for the back.
     pub(super) sides: [usize; 2],
 }
 
 impl MeshSolid {
-    /// The edges of items: their ends, the item, and its corner opposite; sorted.
+    /// Returns the edges of all items, sorted.
     pub(super) fn edges(&self) -> Vec<Use> {
         let first_at = first_at(&self.mesh.vertices);
         let mut edges: Vec<Use> = Vec::with_capacity(3 * self.triangles.len());
@@ -34,8 +34,8 @@ impl MeshSolid {
         edges
     }
 
-    /// Pairs of items with an edge in common of which one may be folded onto the other; of several that lie on each other,
-    /// each with the next.
+    /// Returns pairs of items with a common edge that may be folded onto each other. If several items lie on each
+    /// other, each is paired with the next.
     pub(super) fn folds(&self) -> Vec<[u32; 2]> {
         self.folds_at(&self.edges())
     }
@@ -47,7 +47,7 @@ impl MeshSolid {
                 folds.extend((!self.lies_open(one, other)).then_some([one.1, other.1]));
             } else if uses.len() > 2 {
                 let around = self.around(uses);
-                // Those that lie on each other are next to each other, as are the last and the first.
+                // Items that lie on each other are next to each other; so are the last and the first.
                 let pairs = around.iter().zip(around.iter().cycle().skip(1));
                 let closed = pairs.filter(|(one, other)| !self.lies_open(one, other));
                 folds.extend(closed.map(|(one, other)| [one.1, other.1]));
@@ -56,10 +56,10 @@ impl MeshSolid {
         folds
     }
 
-    /// The faces at an edge in the order of their angles around it.
+    /// Sorts the faces at an edge by their angle around it.
     ///
-    /// Rounding may put a face out of place, but by no more than the doubt about its own angle; so it is still found to lie
-    /// on one of its neighbours.
+    /// Rounding may put a face in the wrong position, but by no more than the error of its own angle. So the face is
+    /// still found to lie on one of its neighbours.
     fn around(&self, uses: &[Use]) -> Vec<Use> {
         let Some(&(_, item, k)) = uses.first() else { return Vec::new() };
         let corners = self.triangles[item as usize].corners;
@@ -74,7 +74,8 @@ impl MeshSolid {
         around.into_iter().map(|(_, face)| face).collect()
     }
 
-    /// Which items meet other faces than at their edges and corners, or are folded onto them.
+    /// Returns for each item whether it meets other faces elsewhere than at shared edges and corners, or is folded onto
+    /// one.
     pub(super) fn alone(&self, edges: &[Use]) -> Vec<bool> {
         let mut alone: Vec<bool> = self.face_contacts().marks.iter().map(|marks| *marks != 0).collect();
         for item in self.folds_at(edges).into_iter().flatten() {
@@ -83,7 +84,7 @@ impl MeshSolid {
         alone
     }
 
-    /// Items joined across edges of two faces, where neither meets other faces.
+    /// Joins items across edges of two faces, where neither meets other faces.
     pub(super) fn joined_by_edges(&self, edges: &[Use], alone: &[bool]) -> Shells {
         let mut forest = Shells::apart(self.triangles.len());
         for uses in edges.chunk_by(|a, b| a.0 == b.0) {
@@ -97,13 +98,15 @@ impl MeshSolid {
         forest
     }
 
-    /// The sides that face each other around edges of more than two faces, where neither meets other faces.
+    /// Returns the sides that face each other around edges of more than two faces, where neither item meets other
+    /// faces.
     pub(super) fn links(&self, edges: &[Use], alone: &[bool]) -> Vec<Link> {
         let mut links = Vec::new();
         for uses in edges.chunk_by(|a, b| a.0 == b.0).filter(|uses| uses.len() > 2) {
             let corner = |(_, item, k): &Use| self.triangles[*item as usize].corners[(*k as usize + 1) % 3];
             let (around, begin) = (self.around(uses), corner(&uses[0]));
-            // Seen along the first, the front of a face that runs the same way is on its counter-clockwise side.
+            // Angles are about the edge as the first face runs along it. A face that runs the same way has its front on
+            // its counter-clockwise side.
             let ahead = |face: &Use| usize::from(corner(face) != begin);
             for (one, next) in around.iter().zip(around.iter().cycle().skip(1)) {
                 let items = [one.1, next.1];
@@ -115,7 +118,7 @@ impl MeshSolid {
         links
     }
 
-    /// Whether of two faces at an edge neither is folded onto the other.
+    /// Whether neither of two faces at an edge is folded onto the other.
     fn lies_open(&self, &(_, i, k): &Use, &(_, j, l): &Use) -> bool {
         let (of_i, k) = (self.triangles[i as usize].corners, k as usize);
         let opposite = self.triangles[j as usize].corners[l as usize];

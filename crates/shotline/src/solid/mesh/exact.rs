@@ -1,9 +1,9 @@
-//! Exact sums of products, for the few cases that rounding leaves in doubt.
+//! Exact sums of products, for the few cases that rounding leaves undecided.
 //!
 //! Expansions after J. R. Shewchuk (1997, "Adaptive precision floating-point arithmetic and fast robust geometric
-//! predicates"): a number is kept as a sum of f64 that do not overlap. Products are split without error by a fused
-//! multiply-add. Exact as long as no part of a product underflows: vectors are scaled to size 1 first, so only parts
-//! below 1e-300 of the whole are at risk.
+//! predicates"): a number is a sum of f64 components that do not overlap. A fused multiply-add splits products without
+//! error. Results are exact as long as no component of a product underflows. Vectors are scaled to size 1 first, so
+//! only components below 1e-300 of the whole are at risk.
 
 use crate::math::{Dd, Vec3, binary_exponent, two_prod, two_sum};
 
@@ -15,28 +15,28 @@ pub(super) fn minus(a: Vec3, b: Vec3) -> Wide {
     std::array::from_fn(|i| two_sum(a[i], -b[i]))
 }
 
-/// A vector of f64 as it is.
+/// A vector of f64 as double-doubles.
 pub(super) fn wide(v: Vec3) -> Wide {
     v.to_array().map(Dd::from)
 }
 
-/// The largest component, without its sign.
+/// The largest absolute value of the components.
 pub(super) fn size(v: &Wide) -> f64 {
     v[0].hi.abs().max(v[1].hi.abs()).max(v[2].hi.abs())
 }
 
-/// A vector scaled to size 1 by a power of two, and the exponent of that power.
+/// Scales a vector to size 1 by a power of two, and returns the exponent of that power.
 pub(super) fn unit_sized(v: &Wide) -> (Wide, i32) {
     let exponent = binary_exponent(size(v));
     let scale = |x: f64| libm::ldexp(x, -exponent);
     (v.map(|x| Dd { hi: scale(x.hi), lo: scale(x.lo) }), exponent)
 }
 
-/// Most parts that a sum can have: a determinant is six products of three double-doubles, and each of the eight
-/// products of their parts has four.
+/// The largest number of components of a sum. A determinant is six products of three double-doubles; each of the eight
+/// products of their components has four components.
 const MOST: usize = 6 * 8 * 4;
 
-/// An exact sum: its parts do not overlap, ascend in size, and are not zero.
+/// An exact sum: its components do not overlap, ascend in size, and are not zero.
 #[derive(Clone, Debug)]
 pub(super) struct Expansion {
     parts: [f64; MOST],
@@ -94,14 +94,14 @@ impl Expansion {
         self.len = kept;
     }
 
-    /// The sum as a double-double: within 1e-31 of it, relative, and with its sign.
+    /// The sum as a double-double: its relative error is at most 1e-31, and its sign is exact.
     pub(super) fn value(&self) -> Dd {
         self.parts[..self.len].iter().fold(Dd::ZERO, |sum, part| sum + Dd::from(*part))
     }
 
-    /// Below, at or above zero.
+    /// Compares the sum to zero.
     pub(super) fn sign(&self) -> std::cmp::Ordering {
-        // No part is as large as the last one's ulp, so the last has the sign of the sum.
+        // The other components are smaller than the last one's ulp, so the last has the sign of the sum.
         self.parts[..self.len].last().map_or(std::cmp::Ordering::Equal, |part| part.total_cmp(&0.0))
     }
 }
@@ -120,7 +120,7 @@ mod tests {
         BigRational::from_float(x.hi).unwrap() + BigRational::from_float(x.lo).unwrap()
     }
 
-    /// Differences of numbers that have up to 53 bits or few, far apart or close to each other.
+    /// Differences of random points with few bits or up to 53, far apart or close to each other.
     fn difference(random: &mut Random) -> Wide {
         let mut point = || {
             let size = 2f64.powi(random.below(60) as i32 - 30);

@@ -1,4 +1,4 @@
-//! Lists held to exact arithmetic: meshes and rays of small integers, where all that matters is a fraction.
+//! Crossings compared with exact arithmetic: meshes and rays of small integers, where all results are fractions.
 
 use std::sync::Arc;
 
@@ -29,7 +29,7 @@ fn real(p: Point) -> Vec3 {
     Vec3::from(p.map(|x| x as f64))
 }
 
-/// A mesh of integers.
+/// A mesh with integer coordinates.
 #[derive(Clone)]
 struct Whole {
     vertices: Vec<Point>,
@@ -79,7 +79,7 @@ impl Whole {
         }
     }
 
-    /// Everything the line passes through; `None` if it meets an edge or runs in a face's plane.
+    /// All hits of the line; `None` if it meets an edge or runs in the plane of a face.
     fn exact_hits(&self, o: Point, d: Point) -> Option<Vec<ExactHit>> {
         let mut hits = Vec::new();
         for face in 0..self.faces.len() {
@@ -116,14 +116,14 @@ impl ExactHit {
         product(self.num, other.den).cmp(&product(other.num, self.den))
     }
 
-    /// How far a `t` is off. Numerator and denominator have less than 53 bits, so nothing is lost.
+    /// The error of a `t`. Numerator and denominator have fewer than 53 bits, so no digit is lost.
     fn error_of(&self, t: f64) -> f64 {
         assert!(self.num.abs().max(self.den) < 1 << 53);
         ((two_prod(t, self.den as f64) - Dd::from(self.num as f64)).hi / self.den as f64).abs()
     }
 }
 
-/// Where the winding number, zero before, leaves and comes back to zero.
+/// The crossings: where the winding number, which begins at zero, leaves zero and returns to it.
 fn exact_crossings(hits: &[ExactHit]) -> Vec<(ExactHit, bool)> {
     let (mut winding, mut out) = (0, Vec::new());
     for event in hits.chunk_by(|a, b| a.compare(b).is_eq()) {
@@ -157,8 +157,8 @@ fn crossings(solid: &MeshSolid, line: &Line) -> Vec<Crossing> {
     folded
 }
 
-/// Round, with a hole, blocks that meet along edges, nested shells wound either way, balls that pass through
-/// each other, a shell inside out beside one that is not.
+/// Round meshes, one with a hole, blocks that meet along edges, nested shells wound either way, balls that pass through
+/// each other, and a shell inside out beside one that is not.
 fn meshes() -> Vec<Whole> {
     let block = |places: &[[i32; 3]]| Whole::rounded(&cubes(places), 48.0);
     let (large, small) = (Whole::rounded(&ball(2), 100.0), Whole::rounded(&ball(1), 40.0));
@@ -179,7 +179,7 @@ fn meshes() -> Vec<Whole> {
     [shapes, inward, far].concat()
 }
 
-/// An origin around a mesh, sometimes far away along the line.
+/// The origin and direction of a ray from around a mesh to a target, sometimes from far away along the line.
 fn origin(random: &mut Random, mesh: &Whole, aim: Point) -> (Point, Point) {
     let middle = mesh.vertices[0];
     let o: Point = std::array::from_fn(|i| middle[i] + random.below(601) as i64 - 300);
@@ -188,7 +188,7 @@ fn origin(random: &mut Random, mesh: &Whole, aim: Point) -> (Point, Point) {
     (std::array::from_fn(|i| o[i] - back * d[i]), d)
 }
 
-/// Off edges and corners: the same triangles, every `t` correctly rounded or nearly, within its bound.
+/// For lines that avoid edges and corners: the same triangles, every `t` correctly rounded or nearly, within its bound.
 #[test]
 fn lists_agree_with_fractions() {
     let mut random = Random::new(1);
@@ -237,20 +237,20 @@ fn winding(mesh: &TriangleMesh, p: Vec3) -> Option<i32> {
         let (x, y, z) = (a.length(), b.length(), c.length());
         let below = x * y * z + a.dot(b) * z + b.dot(c) * x + c.dot(a) * y;
         let above = a.dot(b.cross(c));
-        // In a face and on its edges the angle jumps from one side to the other.
+        // In a face and on its edges the angle jumps between the sides.
         if above.abs().max(below) < 1e-9 * x * y * z { f64::NAN } else { 2.0 * above.atan2(below) }
     };
     let turns = mesh.faces.iter().map(angle).sum::<f64>() / (4.0 * std::f64::consts::PI);
     ((turns - turns.round()).abs() < 1e-3).then_some(turns.round() as i32)
 }
 
-/// Lines aimed at corners, middles of edges and faces: no leak, no double, and the same from the far end.
+/// For lines aimed at corners, middles of edges and faces: nothing leaks or counts twice, and the reverse agrees.
 #[test]
 fn aimed_lists_agree_with_solid_angles_from_both_ends() {
     let (mut random, mut judged, mut mirrored) = (Random::new(2), 0, 0);
     for mesh in meshes() {
         let solid = solid(mesh.real());
-        // Points on a line and angles are worked out beside the origin, where rounding is small.
+        // Points on a line and angles are computed near the origin, where rounding is small.
         let home = mesh.vertices[0].map(|x| -x);
         let whole = mesh.clone().moved(home).real();
         for _ in 0..150 {
@@ -280,7 +280,7 @@ fn aimed_lists_agree_with_solid_angles_from_both_ends() {
             let end: Point = std::array::from_fn(|i| o[i] + there * d[i]);
             let backward = Line::exact(real(end), -real(d));
             let back = crossings(&solid, &backward);
-            // Where the line runs along a face or an edge, either side of it will do.
+            // Where the line runs along a face or an edge, the result of either side is valid.
             let on_surface = |list: &[Crossing], line: &Line| {
                 let mut middles = list.windows(2).map(|w| line.at(0.5 * w[0].t + 0.5 * w[1].t));
                 middles.any(|p| winding(&whole, p).is_none())
@@ -307,7 +307,7 @@ fn convex_meshes_are_crossed_twice_or_not_at_all() {
     for (shape, k) in shapes.iter().flat_map(|shape| [(shape, 0), (shape, -900), (shape, 300)]) {
         let size = 2f64.powi(k);
         for far in [0.0, 1e6] {
-            // The vertices are rounded where they are.
+            // The move rounds the vertices.
             let place = Affine::translation(Vec3::new(far, -far, 0.5 * far));
             let mesh = shape.clone().moved(&place).moved(&Affine::scaling(Vec3::splat(size)));
             let solid = solid(mesh.clone());

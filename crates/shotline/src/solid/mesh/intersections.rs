@@ -1,31 +1,31 @@
 //! Where a mesh passes through itself.
 //!
-//! Two triangles pass through each other where their insides have a point in common and they do not lie in
-//! one plane. What merely touches does not count, whether along a shared edge or with a corner on a face. Nor do
-//! triangles in one plane count, even if they overlap: nothing passes through there. All of it is decided by exact
-//! signs (J. R. Shewchuk 1997, "Adaptive precision floating-point arithmetic and fast robust geometric
-//! predicates"), so neither size nor place of a mesh matters.
+//! Two triangles pass through each other where their interiors have a point in common and they are not coplanar. Mere
+//! contact does not count, neither along a shared edge nor with a corner on a face. Coplanar triangles do not count
+//! even if they overlap: nothing passes through there. All of this is decided by exact signs (J. R. Shewchuk 1997,
+//! "Adaptive precision floating-point arithmetic and fast robust geometric predicates"), so neither size nor position
+//! of a mesh matters.
 
 use robust::{Coord3D, orient3d};
 
 use crate::math::Vec3;
 
-/// The ends of what the insides of two triangles have in common, as near as rounding allows; `None` if they have nothing in
-/// common or lie in one plane (P. Guigue and O. Devillers 2003, "Fast and robust triangle-triangle overlap test using orientation
-/// predicates", without its cases of touching).
+/// Returns the ends, up to rounding, of the segment that the interiors of two triangles have in common; `None` if they
+/// have no point in common or are coplanar (P. Guigue and O. Devillers 2003, "Fast and robust triangle-triangle overlap
+/// test using orientation predicates", without its cases of touching).
 pub(super) fn common_stretch(a: [Vec3; 3], b: [Vec3; 3]) -> Option<[Vec3; 2]> {
     let (mut a, heights_a) = with_lone_corner_first(a, b)?;
     let (mut b, heights_b) = with_lone_corner_first(b, a)?;
-    // Both planes meet in a line, of which each triangle covers a stretch.
+    // The planes intersect in a line, of which each triangle covers an interval.
     let ([i, j], [k, l]) = (ends(a, heights_a), ends(b, heights_b));
-    // Each lone corner on the positive side of the other triangle.
+    // Orient each triangle so that the lone corner of the other is on its positive side.
     if heights_a[0] < 0.0 {
         b.swap(1, 2);
     }
     if heights_b[0] < 0.0 {
         a.swap(1, 2);
     }
-    // Neither stretch ends before the other begins.
+    // Nothing is in common if one interval ends before or where the other begins.
     if orient(a[0], a[1], b[0], b[1]) >= 0.0 || orient(a[0], a[2], b[2], b[0]) >= 0.0 {
         return None;
     }
@@ -34,8 +34,8 @@ pub(super) fn common_stretch(a: [Vec3; 3], b: [Vec3; 3]) -> Option<[Vec3; 2]> {
     Some([stretch[1], stretch[2]])
 }
 
-/// The corners in the same order round, first the one that has a side of the other's plane to itself; with
-/// their heights over that plane. `None` if the plane does not cut the triangle.
+/// Rotates the corners so that the first is the one that is alone on its side of the other triangle's plane. Returns
+/// them with their heights over that plane; `None` if the plane does not cut the triangle.
 fn with_lone_corner_first(corners: [Vec3; 3], other: [Vec3; 3]) -> Option<([Vec3; 3], [f64; 3])> {
     let heights = corners.map(|p| height(p, other));
     let splits = |k: usize| {
@@ -47,14 +47,14 @@ fn with_lone_corner_first(corners: [Vec3; 3], other: [Vec3; 3]) -> Option<([Vec3
     Some(([0, 1, 2].map(|i| corners[(k + i) % 3]), [0, 1, 2].map(|i| heights[(k + i) % 3])))
 }
 
-/// A measure of the height of a point over a triangle's plane, with the right sign.
+/// A value proportional to the height of a point over a triangle's plane, with the exact sign.
 fn height(p: Vec3, [a, b, c]: [Vec3; 3]) -> f64 {
-    // Neighbours share corners: no need to work out that these lie in the plane.
+    // Neighbours share corners, which are known to lie in the plane.
     if p == a || p == b || p == c { 0.0 } else { orient(a, b, c, p) }
 }
 
-/// Where the two edges at the first corner pass through the plane over which the corners are so high: as
-/// near as rounding allows.
+/// Returns where the two edges at the first corner pass through the plane over which the corners have these heights, up
+/// to rounding.
 fn ends([p, q, r]: [Vec3; 3], heights: [f64; 3]) -> [Vec3; 2] {
     [(q, heights[1]), (r, heights[2])]
         .map(|(end, height)| p + (end - p) * (heights[0] / (heights[0] - height)))
@@ -111,7 +111,7 @@ mod tests {
 
     #[test]
     fn faces_that_lie_in_each_other_do_not_pass_through() {
-        // Shells that abut, face on face and corner on face, and a cube twice.
+        // Shells that touch, face on face and corner on face, and the same cube twice.
         let at = |x: f64, y: f64| cubes(&[[0, 0, 0]]).moved(&Affine::translation(Vec3::new(x, y, 0.25)));
         for other in [at(1.0, 0.0), at(1.0, 0.5), cubes(&[[0, 0, 0]]), cubes(&[[0, 0, 0]]).inside_out()] {
             assert_eq!(intersections(cubes(&[[0, 0, 0]]).with(&other)).count, 0);
@@ -120,7 +120,7 @@ mod tests {
         assert!(intersections(cubes(&[[0, 0, 0]]).with(&at(0.5, 0.5))).count > 0);
     }
 
-    /// The same by fractions: points that the triangle and each edge of the other have in common.
+    /// The reference in exact fractions, by the points where the edges of each triangle meet the plane of the other.
     fn crosses(a: [[i64; 3]; 3], b: [[i64; 3]; 3]) -> bool {
         type V = [i64; 3];
         let minus = |p: V, q: V| -> V { std::array::from_fn(|i| p[i] - q[i]) };
@@ -129,7 +129,7 @@ mod tests {
             std::array::from_fn(|i| p[(i + 1) % 3] * q[(i + 2) % 3] - p[(i + 2) % 3] * q[(i + 1) % 3])
         };
         let normal = |t: [V; 3]| cross(minus(t[1], t[0]), minus(t[2], t[0]));
-        // The stretch of the line of both planes that a triangle covers, as fractions along `along`.
+        // The interval that a triangle covers of the line of both planes, as fractions along `along`.
         let along = cross(normal(a), normal(b));
         let stretch = |t: [V; 3], plane: [V; 3]| {
             let height = |p: V| dot(normal(plane), minus(p, plane[0]));
@@ -173,7 +173,7 @@ mod tests {
             prop_assert_eq!(common_stretch(real(b), real(a)).is_some(), point.is_some());
             let inside = |p: Vec3| (p - Vec3::splat(far as f64)).abs().max_element() <= 3.0;
             prop_assert!(point.is_none_or(inside), "{point:?}");
-            // As a mesh, by whatever accelerator.
+            // The same two triangles as a mesh.
             let vertices = real(a).into_iter().chain(real(b)).collect();
             let mesh = TriangleMesh::new(vertices, vec![[0, 1, 2], [3, 4, 5]]);
             if let Ok(solid) = MeshSolid::new(Arc::new(mesh), "bvh") {

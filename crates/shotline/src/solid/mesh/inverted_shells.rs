@@ -1,4 +1,4 @@
-//! Shells that are wound the other way than the rest.
+//! Shells that are wound opposite to the rest.
 
 use std::collections::BTreeMap;
 
@@ -13,9 +13,9 @@ use crate::ray::{Line, Span};
 use crate::scratch::Scratch;
 
 impl MeshSolid {
-    /// Shells of a closed mesh that lie outside of all others and are wound the other way than the mesh as a
-    /// whole, by their first face. They are solid all the same, for their winding number is not zero; a
-    /// shell wound the other way *inside* of another is a cavity and nothing to wonder about.
+    /// Returns the shells of a closed mesh that lie outside all others and are wound opposite to the mesh as a whole,
+    /// each by its first face. They are solid all the same, since their winding number is not zero. A shell wound the
+    /// other way *inside* another is a cavity and not reported.
     pub fn inverted_shells(&self) -> Tally<u32> {
         if !self.is_closed() {
             return Tally::default();
@@ -43,14 +43,14 @@ impl MeshSolid {
         turned.into_iter().collect()
     }
 
-    /// Whether a closed shell is wound inward; `None` if rounding leaves no sign of a volume.
+    /// Whether a closed shell is wound inward; `None` if rounding hides the sign of its volume.
     fn is_inward(&self, faces: &[Face]) -> Option<bool> {
         let at = |v: u32| self.size.scale(self.mesh.vertices[v as usize]);
         let volume = signed_volume(faces, |_| faces[0].corners[0], at);
         (volume != 0.0).then_some(volume < 0.0)
     }
 
-    /// The winding number at a point of those faces that count.
+    /// Returns the winding number at a point, by the faces that `counts` accepts.
     pub(super) fn winding_at(&self, p: Vec3, counts: impl Fn(u32) -> bool) -> i32 {
         let mut hits: Vec<Crossing> = Vec::new();
         self.hits(&Line::exact(p, Vec3::Z), Span::FORWARD, &mut hits, &mut Scratch::default());
@@ -81,18 +81,18 @@ mod tests {
     #[test]
     fn only_a_shell_outside_of_all_others_is_wound_the_wrong_way() {
         let count = ball(2).faces.len() as u32;
-        // A cavity, a cavity wound like a solid, and a hole's middle.
+        // A cavity, a nested shell wound like a solid, and a shell in the hole of a ring.
         assert_eq!(turned(ball(2).with(&small(0.2).inside_out())), Tally::default());
         assert_eq!(turned(ball(2).with(&small(0.2))), Tally::default());
         assert_eq!(turned(ring(9, 5).with(&small(0.0))), Tally::default());
-        // Outside, in the box of the other as well as out of it.
+        // Outside, both within the box of the rest and beyond it.
         for mesh in [ball(2), ball(2).with(&small(-3.0))] {
             let turned_last = turned(mesh.clone().with(&small(3.0).inside_out()));
             assert_eq!(turned_last, Tally { count: 1, first: Some(mesh.faces.len() as u32) });
         }
         let in_the_hole = turned(ring(9, 5).with(&small(0.0).inside_out()));
         assert_eq!(in_the_hole, Tally { count: 1, first: Some(90) });
-        // Where nearly all is inward, the one that is not stands out.
+        // Where nearly all is inward, the shell that is not is reported.
         assert_eq!(turned(ball(2).inside_out().with(&small(3.0))), Tally { count: 1, first: Some(count) });
     }
 

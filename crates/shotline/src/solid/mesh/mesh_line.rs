@@ -1,12 +1,12 @@
-//! A line prepared to meet the triangles of one mesh.
+//! A line prepared for the triangles of one mesh.
 //!
-//! Which triangles it passes through is decided exactly (`sheared_ray`), and where it meets them is worked out in
-//! double-double from exact differences (`plane`). So for a line that is exact the bound of `t` is half an ulp of `t`:
-//! neither the place of the mesh nor other triangles add to it. A line that was brought into the mesh's frame is
-//! in doubt, and that is what the bounds of its hits are then made of.
+//! Whether the line passes through a triangle is decided exactly (`sheared_ray`). Where it does is computed in
+//! double-double from exact differences (`plane`). So for an exact line the bound of `t` is half an ulp of `t`: neither
+//! the position of the mesh nor other triangles add to it. A line that was transformed into the frame of the mesh has
+//! an error, and the bounds of its hits consist of the effects of that error.
 //!
-//! All arithmetic is done with the mesh and the direction brought to size 1 by powers of two, which is
-//! exact; so no product overflows, and sizes and lengths do not matter.
+//! All arithmetic uses the mesh and the direction scaled to size 1 by powers of two, which is exact. So no product
+//! overflows, and the results do not depend on the size of the mesh or the length of the direction.
 
 use super::plane::{PlaneHit, normal, worst_err};
 use super::sheared_ray::{Facing, ShearedRay, reach};
@@ -15,61 +15,61 @@ use crate::crossing::{Crossing, GROUPING};
 use crate::math::{HALF_ULP, Vec3, binary_exponent, power_of_two};
 use crate::ray::{Line, Span};
 
-/// Origins farther away than so many sizes of the mesh meet nothing: not even the exponents of f64 would
-/// do for the products, and half an ulp of such an origin is far more than the mesh.
+/// Lines whose origin is more than this many sizes of the mesh away hit nothing. The exponents of f64 would not suffice
+/// for the products, and half an ulp of such an origin is far more than the mesh.
 const FARTHEST: f64 = 1e150;
 
-/// What the doubt about a line does to `t` is the bound of a hit while it is less than this part of the stretch of
-/// the line that runs past the triangle. So what makes one event with a hit is never much of the face, and no thin
-/// sheet behind it is lost.
+/// The effect of the line's error on `t` is the bound of a hit while it is less than this fraction of the interval of
+/// `t` in which the line passes the triangle. So an event covers at most a small part of the face, and no thin sheet
+/// behind it is lost.
 const RESOLVED: f64 = 1.0 / 65536.0;
 
-/// Where a bound is neither that small nor one of a slope less than this, the line runs along the face as near
-/// to it as its own doubt: whether and where it passes through is open. The list is right for a mesh moved by
-/// no more than the doubt; a bound as long as the face would make one event of everything near it, so it is that of
-/// this slope.
+/// A slope. If a bound is neither below [`RESOLVED`] nor below that of this slope, the line runs along the face within
+/// its own error, and whether and where it passes through is undetermined. The crossings are then right for a mesh
+/// moved by at most that error. A bound as long as the face would merge everything near it into one event, so the bound
+/// is limited to that of this slope.
 const STEEPEST: f64 = 1024.0;
 
-/// The power of two that brings a mesh to size 1.
+/// The power of two that scales a mesh to size 1.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PowerOfTwoScale {
     exponent: i32,
 }
 
 impl PowerOfTwoScale {
-    /// Of the corners of a mesh's faces: vertices that no face uses must not matter.
+    /// Returns the scale for the corners of a mesh's faces. Vertices that no face uses must not affect it.
     pub(super) fn of(corners: impl Iterator<Item = Vec3>) -> PowerOfTwoScale {
         PowerOfTwoScale {
             exponent: exponent_within_range(corners.fold(0.0, |m: f64, v| m.max(v.abs().max_element()))),
         }
     }
 
-    /// A vertex after scaling.
+    /// Scales a vertex.
     pub(super) fn scale(&self, v: Vec3) -> Vec3 {
         v * power_of_two(-self.exponent)
     }
 
-    /// A point before scaling.
+    /// Undoes the scaling of a point.
     pub(super) fn unscale(&self, v: Vec3) -> Vec3 {
         v * power_of_two(self.exponent)
     }
 
-    /// A volume before scaling.
+    /// Undoes the scaling of a volume.
     pub(super) fn volume(&self, scaled: f64) -> f64 {
         libm::ldexp(scaled, 3 * self.exponent)
     }
 }
 
-/// The exponent of a number, kept where it and its negative are exponents of normal numbers.
+/// Returns the exponent of a number, clamped so that both it and its negative are exponents of normal numbers.
 fn exponent_within_range(x: f64) -> i32 {
     binary_exponent(x).clamp(-1000, 1000)
 }
 
-/// A triangle, scaled: its vertices are copied, so that a test reads one run of memory.
+/// A scaled triangle. It holds copies of its vertices, so that a test reads contiguous memory.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Triangle {
     pub(super) corners: [Vec3; 3],
-    /// Its number in the mesh.
+    /// Its index in the mesh.
     pub(super) face: u32,
 }
 
@@ -79,32 +79,32 @@ impl Triangle {
     }
 }
 
-/// The prepared line. Its methods take and give `t` as the line has it.
+/// The prepared line. Its methods take and return `t` as a parameter of the original line.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MeshLine {
-    /// The line after scaling, with the bounds of its frame.
+    /// The line after scaling, with the error bounds from its transform.
     line: Line,
     /// Whether these bounds are zero.
     is_exact: bool,
     sheared: ShearedRay,
-    /// What box tests say of the whole line.
+    /// Box tests for the whole line.
     whole: BoxRay,
-    /// The same with room for planes that are `near`: their triangles must be met.
+    /// The same, padded by `near`, so that triangles whose planes are that near are visited.
     roomy: BoxRay,
-    /// The farthest that a plane can be from the line where the line counts as in it: what the doubt about the line may
-    /// do, with the room in which crossings are one event.
+    /// The largest distance from a plane at which the line counts as running in it: the error of the line within the
+    /// mesh, times [`GROUPING`].
     near: f64,
     /// The largest distance from the origin to a point of the mesh's box, along any axis.
     reach: f64,
-    /// The longest stretch of `t` past any triangle.
+    /// The longest interval of `t` in which the line passes any triangle.
     stretch: f64,
-    /// `t` is `2^exponent` times the `t` after scaling.
+    /// The original `t` is `2^exponent` times the `t` after scaling.
     exponent: i32,
 }
 
 impl MeshLine {
-    /// Prepares a line for the triangles in a box, which is scaled; `None` if it meets nothing because it begins
-    /// too far away or, in an extreme frame, has overflowed or come to a stand.
+    /// Prepares a line for the triangles in a scaled box. Returns `None` if the line hits nothing because its origin is
+    /// too far away or because, in an extreme frame, its coordinates have overflowed or its direction has become zero.
     pub(super) fn new(line: &Line, size: &PowerOfTwoScale, bounds: &Aabb) -> Option<MeshLine> {
         let exponents = (size.exponent, exponent_within_range(line.d.abs().max_element()));
         let (s, r) = (power_of_two(-exponents.0), power_of_two(-exponents.1));
@@ -121,7 +121,7 @@ impl MeshLine {
         let steps = reach / line.d.abs().max_element();
         let near = GROUPING * (line.o_err + line.d_err * steps).max_element();
         let sheared = ShearedRay::new(line.o, line.d, bounds, near);
-        // The hits asked for are those of the line as it is given, so boxes are tested against that as well.
+        // The hits are those of the nominal line, so box tests use the nominal line too.
         let exact = Line::exact(line.o, line.d);
         let all = span(f64::NEG_INFINITY, f64::INFINITY);
         Some(MeshLine {
@@ -137,9 +137,9 @@ impl MeshLine {
         })
     }
 
-    /// The line moved off the planes that it runs in, by a step that is infinitely small for an exact line and just above
-    /// the doubt for any other. The direction is across the line and meets all those planes at angles with at least the
-    /// given sine.
+    /// Returns the line moved off the planes that it runs in: by an infinitesimal step for an exact line, by a little
+    /// more than its error for any other. `direction` is perpendicular to the line and meets each of those planes at an
+    /// angle whose sine is at least `sine`.
     pub(super) fn beside(&self, direction: Vec3, sine: f64, bounds: &Aabb) -> Option<MeshLine> {
         if self.near == 0.0 {
             let moves = [direction, self.line.d.cross(direction)];
@@ -150,35 +150,35 @@ impl MeshLine {
         MeshLine::of_scaled(Line { o, o_err, ..self.line }, self.exponent, bounds)
     }
 
-    /// The line for tests against the boxes of scaled triangles, over a part of it.
+    /// The line between two `t` for tests against the boxes of scaled triangles.
     pub(super) fn boxes(&self, from: f64, to: f64) -> BoxRay {
         self.roomy.over(span(self.scaled(from), self.scaled(to)))
     }
 
-    /// A `t` after scaling.
+    /// Scales a `t`.
     pub(super) fn scaled(&self, t: f64) -> f64 {
         libm::ldexp(t, -self.exponent)
     }
 
-    /// At least [`Crossing::t_err`] of any hit near `t`.
+    /// An upper bound on [`Crossing::t_err`] of any hit near `t`.
     fn worst_err(&self, t: f64) -> f64 {
         let t = self.scaled(t);
         let of_line = if self.is_exact { 0.0 } else { self.steepest(t).max(RESOLVED * self.stretch) };
         libm::ldexp(worst_err(t, self.reach) + of_line, self.exponent)
     }
 
-    /// How far behind an event that reaches to `t` a hit may lie and still be a part of it.
+    /// The largest `t` of a hit that may belong to an event that reaches to `t`.
     pub(super) fn event_end(&self, t: f64) -> f64 {
         t + self.event_width(t)
     }
 
-    /// How far before `t` a hit may lie and still be a part of an event that reaches to `t`.
+    /// The smallest `t` of a hit that may belong to an event that reaches to `t`.
     pub(super) fn event_start(&self, t: f64) -> f64 {
         t - self.event_width(t)
     }
 
-    /// Bounds grow along the line; twice [`GROUPING`] times the bound here is more than [`GROUPING`] times the bound there, as long as they
-    /// grow slowly.
+    /// Bounds grow along the line. As long as they grow slowly, twice [`GROUPING`] times the bound at `t` is more than
+    /// [`GROUPING`] times the bound at the other hit.
     fn event_width(&self, t: f64) -> f64 {
         let growth = 2.0 * HALF_ULP + STEEPEST * 2.0 * self.line.d_err.max_element();
         if growth > 1.0 / 16.0 || t.is_infinite() {
@@ -192,8 +192,8 @@ impl MeshLine {
         STEEPEST * self.line.point_err(t).max_element() / self.line.d[self.sheared.along()].abs()
     }
 
-    /// Where the line passes through a triangle, entering if it sees its front. Calls `in_plane` if the line runs in the
-    /// triangle's plane.
+    /// Returns the hit where the line passes through a triangle; it enters if the line sees the front. Calls `in_plane`
+    /// if the line runs in the triangle's plane.
     #[inline]
     pub(super) fn hit(&self, triangle: &Triangle, in_plane: impl FnOnce()) -> Option<Crossing> {
         let edge_on = || {
@@ -205,8 +205,8 @@ impl MeshLine {
         self.crossing(triangle, facing)
     }
 
-    /// Whether the line runs in the plane of a triangle: exactly, or where the line is in doubt itself, up to that; the
-    /// rule is that of a box's face, so that a box and a mesh agree.
+    /// Whether the line runs in the plane of a triangle: exactly for an exact line, within its error for any other. The
+    /// rule is that of a face of a box, so that a box and a mesh agree.
     #[cold]
     fn is_in_plane(&self, corners: &[Vec3; 3]) -> bool {
         if self.is_exact {
@@ -220,35 +220,35 @@ impl MeshLine {
 
     fn crossing(&self, triangle: &Triangle, facing: Facing) -> Option<Crossing> {
         let plane_hit = PlaneHit::of(&triangle.corners, &self.line);
-        // No t outside of the triangle's box: so a box that begins behind a t holds no triangle hit there,
-        // and what is hit does not depend on the accelerator. The exact t is in this interval too.
+        // Keep `t` within the triangle's box. So a box that begins behind some `t` holds no triangle that is hit at
+        // that `t`, and hits do not depend on the accelerator. The exact `t` is in this interval too.
         let (near, far) = self.whole.enter_exit(&triangle.bounds())?;
         let t = plane_hit.t.clamp(near, far);
         let of_line = if self.is_exact { 0.0 } else { self.t_err_of_line(triangle, t, &plane_hit) };
         Some(Crossing {
             t: libm::ldexp(t + 0.0, self.exponent),
             t_err: libm::ldexp(plane_hit.t_err + of_line, self.exponent),
-            // Seen counter-clockwise along the axis is seen from behind.
+            // A triangle that is counter-clockwise along the axis is seen from behind.
             entering: (facing == Facing::Clockwise) == (self.line.d[self.sheared.along()] > 0.0),
             primitive: triangle.face,
             ..Crossing::new(0.0, 0.0, false, 0)
         })
     }
 
-    /// What the doubt about the line does to `t` in the plane of a triangle. Where the line passes an edge at no
-    /// more than its doubt, and the face behind the edge is steeper, the `t` there may be off by more.
+    /// Returns the effect of the line's error on `t` in the plane of a triangle. Where the line passes an edge within
+    /// its error and the face behind the edge is steeper, the error of `t` may be larger.
     fn t_err_of_line(&self, triangle: &Triangle, t: f64, plane_hit: &PlaneHit) -> f64 {
         let bound = plane_hit.t_err_of(self.line.point_err(t), self.line.d_err);
         let along = self.sheared.along();
         let depth = triangle.corners.map(|v| v[along]);
         let deep = depth[0].max(depth[1]).max(depth[2]) - depth[0].min(depth[1]).min(depth[2]);
         let stretch = deep / self.line.d[along].abs();
-        // NaN is not resolved, and f64::min drops it.
+        // A NaN bound is not resolved, and f64::min drops it.
         if bound <= RESOLVED * stretch { bound } else { bound.min(self.steepest(t)) }
     }
 }
 
-/// The span between two `t`, of which the first may be `-inf`.
+/// The span between two `t`; the first may be `-inf`.
 fn span(from: f64, to: f64) -> Span {
     let from = from.clamp(-f64::MAX, f64::MAX);
     Span::new(from, to.max(from)).unwrap_or(Span::FORWARD)

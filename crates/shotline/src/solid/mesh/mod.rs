@@ -1,9 +1,9 @@
-//! Triangle meshes: closed ones are solids, others surfaces.
+//! Triangle meshes. Closed meshes are solids, others are surfaces.
 //!
-//! [`TriangleMesh`] is plain data, [`Topology`] says what is right and wrong with it, [`MeshSolid`] answers
-//! rays and, on demand, what takes longer to find out (`turned`, `intersections`, `moments`). Whether a line passes
-//! through a triangle is decided exactly (`sheared_ray`, `exact`), so neighbours always agree about the edge they
-//! share; `plane` and `mesh_line` say where, `winding` turns hits into crossings.
+//! [`TriangleMesh`] is plain data, [`Topology`] reports its defects, and [`MeshSolid`] intersects it with rays. On
+//! demand [`MeshSolid`] also computes what takes longer (`inverted_shells`, `self_intersections`, `moments`). Whether a
+//! line passes through a triangle is decided exactly (`sheared_ray`, `exact`), so two triangles always agree about the
+//! edge that they share. `plane` and `mesh_line` compute where; `winding` turns hits into crossings.
 
 mod contacts;
 mod doubt;
@@ -52,20 +52,20 @@ pub use tally::{Edge, Intersection, Tally};
 pub use topology::Topology;
 pub use weld::{Weld, WeldError, Welded};
 
-/// Vertices and triangles, counter-clockwise seen from outside.
+/// Vertices and triangles. The corners of a triangle are counter-clockwise seen from outside.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TriangleMesh {
-    /// The vertices. Those that no face names may hold anything, also NaN.
+    /// The vertices. Those that no face uses may have any value, even NaN.
     pub vertices: Vec<Vec3>,
-    /// Three vertex numbers a triangle.
+    /// Three vertex indices per triangle.
     pub faces: Vec<[u32; 3]>,
-    /// For each triangle the number of the polygon in its file, from 0, that it was cut from. Empty where triangle and
-    /// polygon numbers are the same. No answer depends on it.
+    /// For each triangle the index, from 0, of the polygon in its file that it was cut from. Empty where triangle and
+    /// polygon indices are the same. No query depends on it.
     pub polygons: Vec<u32>,
 }
 
 impl TriangleMesh {
-    /// Triangles that are not cut from polygons.
+    /// Creates a mesh whose triangles are not cut from polygons.
     pub fn new(vertices: Vec<Vec3>, faces: Vec<[u32; 3]>) -> TriangleMesh {
         TriangleMesh { vertices, faces, polygons: Vec::new() }
     }
@@ -81,21 +81,21 @@ impl TriangleMesh {
         if has_triangle { Ok(()) } else { Err(MeshError::Empty) }
     }
 
-    /// The polygon of its file that a face was cut from, counted from 0.
+    /// Returns the polygon of the file that a face was cut from, counted from 0.
     pub fn polygon(&self, face: u32) -> u32 {
         self.polygons.get(face as usize).copied().unwrap_or(face)
     }
 
-    /// The three corners of a face.
+    /// Returns the three corners of a face.
     ///
     /// # Panics
-    /// If there is no such face, or it names a vertex that does not exist.
+    /// If there is no such face, or it uses a vertex that does not exist.
     pub fn corners(&self, face: u32) -> [Vec3; 3] {
         self.faces[face as usize].map(|v| self.vertices[v as usize])
     }
 }
 
-/// Why vertices and faces are not a mesh.
+/// Why vertices and faces do not form a mesh.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshError {
     /// There is no face with three different corners.
@@ -109,13 +109,13 @@ pub enum MeshError {
         /// The distance within which vertices were welded.
         within: f64,
     },
-    /// More faces than can be numbered.
+    /// There are more faces than can be numbered.
     #[error("the mesh has {faces} faces, but at most {} are possible; split it into several", u32::MAX)]
     TooManyFaces {
         /// How many there are.
         faces: usize,
     },
-    /// A face names a vertex that does not exist.
+    /// A face uses a vertex that does not exist.
     #[error(
         "face {face} names vertex {vertex}, but there are only {count} vertices, numbered from 0; \
          correct the index or remove the face"
@@ -123,12 +123,12 @@ pub enum MeshError {
     VertexOutOfRange {
         /// The face, from 0.
         face: usize,
-        /// The vertex it names.
+        /// The index of the vertex.
         vertex: u32,
         /// The number of vertices.
         count: usize,
     },
-    /// A corner of a face that is not a point.
+    /// A corner of a face has a coordinate that is not finite.
     #[error(
         "vertex {vertex} is ({}, {}, {}), but coordinates must be finite where a face uses them, and face {face} uses \
          it; correct the vertex or remove it with its faces",
@@ -137,15 +137,15 @@ pub enum MeshError {
     NotFinite {
         /// The vertex, from 0.
         vertex: usize,
-        /// The first face that has it, from 0.
+        /// The first face that uses it, from 0.
         face: usize,
-        /// What it is given as.
+        /// The given coordinates.
         position: Vec3,
     },
-    /// An accelerator that does not exist.
+    /// There is no accelerator of this name.
     #[error("there is no accelerator '{name}'; the names are {}", crate::accel::NAMES.join(", "))]
     UnknownAccelerator {
-        /// The name asked for.
+        /// The requested name.
         name: String,
     },
 }

@@ -1,4 +1,4 @@
-//! Volume and moments of a mesh by its faces.
+//! Volume and moments of a mesh from its faces.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicBool;
@@ -14,21 +14,23 @@ use crate::aabb::Aabb;
 use crate::math::{Affine, Dd, Vec3};
 use crate::solid::Moments;
 
-/// What the faces of a closed mesh tell of its inside.
+/// What the faces of a closed mesh determine about its inside.
 #[derive(Debug)]
 pub enum Enclosed<'a> {
     /// Its moments, exact but for rounding.
     Exactly(Moments),
-    /// The integrals of the winding number, which counts what is enclosed twice twice, and where it may not be 0 or 1.
+    /// The integrals of the winding number, which counts a doubly enclosed region twice, and the cells where it may not
+    /// be 0 or 1.
     Partly(Box<Doubt<'a>>),
 }
 
 impl MeshSolid {
-    /// What the faces tell of the inside: all of it if it winds [once](super::Winding::once); else the signed sum,
-    /// and where that may be wrong. `None` for a mesh that is not closed.
+    /// Computes the moments of the inside from the faces. The result is exact if the mesh winds
+    /// [once](super::Winding::once), or if no faces meet and all winding numbers are known. Otherwise it is the signed
+    /// sum and where that may be wrong. Returns `None` for a mesh that is not closed.
     ///
     /// # Errors
-    /// [`Cancelled`] within some 0.1 s after any thread has set `cancel`.
+    /// [`Cancelled`] within about 0.1 s after any thread has set `cancel`.
     pub fn enclosed(&self, cancel: Option<&AtomicBool>) -> Result<Option<Enclosed<'_>>, Cancelled> {
         if !self.is_closed() {
             return Ok(None);
@@ -39,7 +41,8 @@ impl MeshSolid {
             return Ok(Some(Enclosed::Exactly(self.by_tetrahedra(|_| f64::from(self.inside())))));
         }
         if self.face_contacts().marks.iter().all(|marks| *marks == 0) && self.folds().is_empty() {
-            // No faces meet: both sides of each are those of its patch, and it counts if the inside ends there.
+            // No faces meet, so the sides of each face have the winding numbers of its patch. It counts if the inside
+            // ends there.
             let mut weights = vec![0.0; self.triangles.len()];
             for patch in &patches {
                 let Some([front, back]) = patch.sides else { break };
@@ -53,7 +56,7 @@ impl MeshSolid {
         Ok(Some(Enclosed::Partly(Box::new(Doubt::of(self, &patches, stop)?))))
     }
 
-    /// The moments of the inside, where the faces tell all of it.
+    /// The moments of the inside, if the faces determine them exactly.
     pub(super) fn exact_moments(&self) -> Option<Moments> {
         match self.enclosed(None).ok()?? {
             Enclosed::Exactly(moments) => Some(moments),
@@ -61,13 +64,13 @@ impl MeshSolid {
         }
     }
 
-    /// The moments of what the faces enclose (the divergence theorem), with the weights of items.
+    /// The moments of the enclosed volume by the divergence theorem, with a weight for each item.
     fn by_tetrahedra(&self, weight: impl Fn(usize) -> f64) -> Moments {
         self.scaled_moments(weight).placed(&Affine::scaling(self.size.unscale(Vec3::ONE)))
     }
 
-    /// The moments of the weighted winding number, in the coordinates of the scaled mesh: those of each shell from a
-    /// vertex of it, put together.
+    /// The moments of the weighted winding number, in the coordinates of the scaled mesh. Each shell is integrated from
+    /// one of its own vertices, and the results are combined.
     pub(super) fn scaled_moments(&self, weight: impl Fn(usize) -> f64) -> Moments {
         let shells: Vec<Moments> = self
             .items_of_shells()
@@ -86,7 +89,7 @@ impl MeshSolid {
         self.items_of_shells().iter().map(|items| Aabb::around(items.iter().flat_map(corners))).collect()
     }
 
-    /// The items of each shell: parts that have no vertex in common.
+    /// The items of each shell. Shells have no vertex in common.
     fn items_of_shells(&self) -> Vec<Vec<u32>> {
         let all = (0..).take(self.triangles.len());
         if self.topology.shells.count == 1 {
@@ -107,7 +110,7 @@ impl MeshSolid {
         items.into_values().collect()
     }
 
-    /// The moments of a shell by determinants of a kind, and whether these leave no doubt of its volume.
+    /// The moments of a shell by the given kind of determinant, and whether its volume is accurate to a double.
     fn moments_of_shell(
         &self,
         items: &[u32],
@@ -136,13 +139,13 @@ impl MeshSolid {
     }
 }
 
-/// The integrals of `1`, `x`, `y`, `z`, `x^2`, `y^2`, `z^2`, `yz`, `xz`, `xy` over the tetrahedron between the origin
-/// and a triangle, negative where that is seen from behind.
+/// The integrals of `1`, `x`, `y`, `z`, `x^2`, `y^2`, `z^2`, `yz`, `xz`, `xy` over the tetrahedron of the origin and a
+/// triangle, negated if the origin is in front of the triangle.
 pub(crate) fn tetrahedron([a, b, c]: [Vec3; 3]) -> [f64; 10] {
     terms(a.dot(b.cross(c)) / 6.0, [a, b, c])
 }
 
-/// The integrals over the tetrahedron between the origin and a triangle, by its signed volume.
+/// The integrals over the tetrahedron of the origin and a triangle, given its signed volume.
 fn terms(volume: f64, [a, b, c]: [Vec3; 3]) -> [f64; 10] {
     let s = a + b + c;
     let first = s * (volume / 4.0);
@@ -214,7 +217,7 @@ mod tests {
 
     #[test]
     fn where_the_winding_number_is_not_one_faces_do_not_tell() {
-        // Across one another, and in one corner, where no faces pass through each other.
+        // Balls that overlap, and a small cube in the corner of another, where no faces pass through each other.
         assert_eq!(moments(ball(2).with(&ball(2).moved(&at(0.3, 1.0)))), None);
         assert_eq!(moments(cubes(&[[0, 0, 0]]).with(&cubes(&[[0, 0, 0]]).moved(&at(0.0, 0.25)))), None);
         assert_eq!(moments(sheet(3)), None);

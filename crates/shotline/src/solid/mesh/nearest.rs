@@ -1,14 +1,14 @@
-//! For each point the distance to the nearest other: a k-d tree (J. L. Bentley 1975).
+//! The distance from each point to the nearest other point, by a k-d tree (J. L. Bentley 1975).
 
 use crate::math::{Vec3, length};
 
-/// Points ordered as a k-d tree: the middle of each range splits it, along an axis that goes round.
+/// Points in the order of a k-d tree: the median of each range splits it, along cycling axes.
 pub(super) struct Nearest<'a> {
     points: &'a [Vec3],
     order: Vec<u32>,
 }
 
-/// Ranges of so many points are searched one by one.
+/// Ranges of at most this many points are searched linearly.
 const FEW: usize = 8;
 
 impl<'a> Nearest<'a> {
@@ -29,7 +29,7 @@ impl<'a> Nearest<'a> {
         tree
     }
 
-    /// For each point the distance to the nearest other; infinite for a single one.
+    /// Returns for each point the distance to the nearest other; infinite if there is only one point.
     pub(super) fn distances(&self) -> Vec<f64> {
         let of = |point: usize| {
             let mut best = f64::INFINITY;
@@ -39,7 +39,7 @@ impl<'a> Nearest<'a> {
         (0..self.points.len()).map(of).collect()
     }
 
-    /// Looks for a nearer point in a range; the depth is that of a balanced tree.
+    /// Searches a range for a nearer point. The recursion is as deep as a balanced tree.
     fn search(&self, point: usize, (start, end): (usize, usize), axis: usize, best: &mut f64) {
         let p = self.points[point];
         let mut meet = |i: u32| {

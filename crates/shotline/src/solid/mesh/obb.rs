@@ -1,22 +1,22 @@
 //! Oriented boxes around small convex sets (S. Gottschalk, M. C. Lin and D. Manocha 1996, "OBBTree").
 //!
-//! Long thin triangles that lie across the axes have axis-aligned boxes that overlap by the thousands, though the triangles
-//! are far apart. Boxes along the principal axes of a set follow it.
+//! Long thin triangles that are not aligned with the axes have axis-aligned boxes that overlap by the thousands, though
+//! the triangles are far apart. Boxes along the principal axes of a set fit tightly.
 
 use crate::aabb::Aabb;
 use crate::math::Vec3;
 
-/// What rounding may do to a separation, relative to the sizes and the distance of the boxes: thousands of half-ulps, where
-/// the sums below take some dozens.
+/// A bound on the effect of rounding on a separation, relative to the sizes and the distance of the boxes: thousands of
+/// half-ulps, while the sums below need some dozens.
 const MARGIN: f64 = 1e-12;
 
-/// A box along three axes of its own that are orthonormal but for rounding.
+/// A box along its own three axes, which are orthonormal up to rounding.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Obb {
     centre: Vec3,
     axes: [Vec3; 3],
     half: Vec3,
-    /// The same set in a box along the axes of the frame: tested first, since that is cheap.
+    /// The axis-aligned box of the same set: tested first because that is cheap.
     bounds: Aabb,
 }
 
@@ -33,12 +33,12 @@ impl Obb {
         }
         let offset = (low + high) * 0.5;
         let centre = middle + axes[0] * offset.x + axes[1] * offset.y + axes[2] * offset.z;
-        // The centre is rounded as coordinates are, however small the box.
+        // The centre has the rounding error of its coordinates, however small the box is.
         let rounding = 2.0 * f64::EPSILON * (centre.abs() + offset.abs()).max_element();
         Obb { centre, axes, half: (high - low) * 0.5 + Vec3::splat(rounding), bounds }
     }
 
-    /// A box around two others.
+    /// An axis-aligned box around two others.
     pub(super) fn union(&self, other: &Obb) -> Obb {
         let bounds = self.bounds.union(&other.bounds);
         let centre = bounds.centre();
@@ -46,7 +46,7 @@ impl Obb {
         Obb { centre, axes: Vec3::AXES, half: bounds.size() * 0.5 + Vec3::splat(rounding), bounds }
     }
 
-    /// The axis along which points are spread most.
+    /// Returns the axis of the box along which the points have the largest extent.
     pub(super) fn widest_axis(&self, points: impl Iterator<Item = Vec3>) -> Vec3 {
         let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         for p in points {
@@ -58,17 +58,16 @@ impl Obb {
         self.axes[widest]
     }
 
-    /// The middle.
     pub(super) fn centre(&self) -> Vec3 {
         self.centre
     }
 
-    /// The sum of the half edges, as a measure of which of two boxes to open first.
+    /// The sum of the half edges, which decides which of two boxes is opened first.
     pub(super) fn size(&self) -> f64 {
         self.half.element_sum()
     }
 
-    /// Whether a plane across one of the fifteen axes that matter is between the two, with a margin for rounding.
+    /// Whether one of the fifteen candidate axes separates the two boxes, with a margin for rounding.
     pub(super) fn is_apart_from(&self, other: &Obb) -> bool {
         let between = other.centre - self.centre;
         let reach = between.abs().element_sum() + self.half.element_sum() + other.half.element_sum();
@@ -89,12 +88,12 @@ impl Obb {
     }
 }
 
-/// The coordinates of a vector along axes.
+/// The coordinates of a vector along three axes.
 pub(super) fn in_axes(axes: &[Vec3; 3], v: Vec3) -> Vec3 {
     Vec3::new(axes[0].dot(v), axes[1].dot(v), axes[2].dot(v))
 }
 
-/// The principal axes of points, orthonormal but for rounding: the eigenvectors of their covariance, by Jacobi's method.
+/// The principal axes of points, orthonormal up to rounding: the eigenvectors of their covariance, by Jacobi's method.
 pub(super) fn principal_axes(points: impl Iterator<Item = Vec3> + Clone) -> [Vec3; 3] {
     let bounds = Aabb::around(points.clone());
     let (middle, size) = (bounds.centre(), bounds.size().max_element());
@@ -116,7 +115,8 @@ pub(super) fn principal_axes(points: impl Iterator<Item = Vec3> + Clone) -> [Vec
     eigenvectors(m)
 }
 
-/// The eigenvectors of a symmetric matrix. A few sweeps suffice: whatever they return is orthonormal.
+/// The eigenvectors of a symmetric matrix, approximately: after any number of sweeps they are orthonormal, so a few
+/// suffice.
 fn eigenvectors(mut m: [[f64; 3]; 3]) -> [Vec3; 3] {
     let mut axes = Vec3::AXES;
     for _ in 0..4 {

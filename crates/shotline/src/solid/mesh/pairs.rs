@@ -1,9 +1,9 @@
-//! Pairs of items that come near to each other, without a look at all pairs.
+//! Finds pairs of items that come near to each other without testing all pairs.
 //!
-//! Items go into a tree of oriented boxes, which is walked against itself. That alone would still meet all pairs of what
-//! has a corner in common, such as the faces of a fan: their boxes all hold the corner. So corners of many items are
-//! *hubs*. Items are put together by their hubs, and no pair with a hub in common is visited; the caller must treat those
-//! by other means.
+//! Items go into a tree of oriented boxes, which is traversed against itself. That alone would still visit all pairs of
+//! items with a common corner, such as the faces of a fan, because all their boxes hold the corner. So corners of many
+//! items are *hubs*. Items are grouped by their hubs, and no pair with a common hub is visited; the caller must find
+//! those pairs by other means.
 
 use std::collections::HashMap;
 
@@ -16,24 +16,24 @@ use crate::math::Vec3;
 /// A corner of more items than this is a hub.
 const HUB: usize = 24;
 
-/// Trees of more items than this are built and walked in parallel.
+/// Trees of more items than this are built and traversed in parallel.
 const MANY: usize = 2048;
 
-/// A convex set: the hull of its points, of which some may be the same.
+/// A convex set: the hull of its points, some of which may be equal.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Item {
     pub(super) points: [Vec3; 4],
-    /// Its corners, by number, each once; [`NONE`] where there are fewer.
+    /// The indices of its corners, each once; [`NONE`] in unused entries.
     pub(super) corners: [u32; 3],
 }
 
-/// Stands for no corner.
+/// Marks an unused entry.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// Items ready to be searched for pairs.
+/// Items prepared for a search for pairs.
 pub(super) struct Pairs<'a> {
     items: &'a [Item],
-    /// The hubs of each group of items, in ascending order; [`NONE`] where there are fewer.
+    /// The hubs of each group of items, in ascending order; [`NONE`] in unused entries.
     groups: Vec<[u32; 3]>,
     root: Option<Node>,
     stop: Stop<'a>,
@@ -43,7 +43,7 @@ pub(super) struct Pairs<'a> {
 
 struct Node {
     bounds: Obb,
-    /// The group, if all items below are of one.
+    /// The group, if all items below the node belong to one.
     group: Option<u32>,
     below: Below,
 }
@@ -54,7 +54,7 @@ enum Below {
 }
 
 impl<'a> Pairs<'a> {
-    /// Prepares a search. Once `stop` is set, this and what follows returns early, with less than there is.
+    /// Prepares a search. Once `stop` is set, this and all later calls return early with incomplete results.
     pub(super) fn of(items: &'a [Item], stop: Stop<'a>) -> Pairs<'a> {
         let mut at_corner: HashMap<u32, Vec<u32>> = HashMap::new();
         for (i, item) in (0..).zip(items) {
@@ -83,8 +83,8 @@ impl<'a> Pairs<'a> {
         Pairs { items, groups: grouped.into_iter().map(|(hubs, _)| hubs).collect(), root, stop, hubs }
     }
 
-    /// Visits every pair of items whose hulls have a point in common, but for those with a hub in common, once; and others
-    /// that come near to each other. What visits found is merged.
+    /// Visits once every pair of items whose hulls have a common point, except pairs with a common hub. Some other
+    /// pairs that are near to each other are visited too. `merge` combines the results of visits.
     pub(super) fn visit<S: Default + Send>(
         &self,
         visit: &(impl Fn(u32, u32, &mut S) + Sync),
@@ -103,7 +103,7 @@ impl<'a> Pairs<'a> {
     }
 }
 
-/// A tree over the items of a group.
+/// Builds a tree over the items of a group.
 fn within_group(items: &[Item], members: &mut [u32], group: u32, stop: Stop) -> Node {
     let points = |i: &u32| items[*i as usize].points;
     let bounds = Obb::around(members.iter().flat_map(points));
@@ -113,7 +113,7 @@ fn within_group(items: &[Item], members: &mut [u32], group: u32, stop: Stop) -> 
     } else {
         let axis = bounds.widest_axis(members.iter().map(|i| middle(i) / 4.0));
         let half = members.len() / 2;
-        // Ties by number, so that the tree is always the same.
+        // Ties are broken by index, so that the tree is deterministic.
         members.select_nth_unstable_by(half, |i, j| {
             middle(i).dot(axis).total_cmp(&middle(j).dot(axis)).then(i.cmp(j))
         });
@@ -126,7 +126,7 @@ fn within_group(items: &[Item], members: &mut [u32], group: u32, stop: Stop) -> 
     Node { bounds, group: Some(group), below }
 }
 
-/// A tree over the trees of groups.
+/// Builds a tree over the trees of groups.
 fn over_groups(mut nodes: Vec<Node>) -> Option<Node> {
     if nodes.len() <= 1 {
         return nodes.pop();
@@ -139,7 +139,7 @@ fn over_groups(mut nodes: Vec<Node>) -> Option<Node> {
     Some(Node { bounds: a.bounds.union(&b.bounds), group: None, below: Below::Nodes(Box::new([a, b])) })
 }
 
-/// A walk of a tree against itself.
+/// A traversal of a tree against itself.
 struct Walk<'a, V, M> {
     pairs: &'a Pairs<'a>,
     visit: &'a V,
@@ -147,7 +147,7 @@ struct Walk<'a, V, M> {
 }
 
 impl<V, M> Walk<'_, V, M> {
-    /// The pairs below a node of about so many items.
+    /// Visits the pairs below a node of about `items` items.
     fn within<S: Default + Send>(&self, node: &Node, items: usize) -> S
     where
         V: Fn(u32, u32, &mut S) + Sync,
@@ -182,7 +182,7 @@ impl<V, M> Walk<'_, V, M> {
         }
     }
 
-    /// The pairs of one item below each node, shared out among threads.
+    /// Visits the pairs of one item below each node, distributed over threads.
     fn between_in_parallel<S: Default + Send>(&self, a: &Node, b: &Node) -> S
     where
         V: Fn(u32, u32, &mut S) + Sync,
@@ -201,7 +201,8 @@ impl<V, M> Walk<'_, V, M> {
         parts.into_iter().reduce(self.merge).unwrap_or_default()
     }
 
-    /// Two nodes with the larger of the two opened: none if they are apart, the two themselves if neither opens.
+    /// Opens the larger of two nodes. Returns no pairs if the nodes are apart, and the pair itself if neither can be
+    /// opened.
     fn opened<'n>(&self, a: &'n Node, b: &'n Node) -> Vec<(&'n Node, &'n Node)> {
         if self.pairs.share_a_hub(a.group, b.group) || a.bounds.is_apart_from(&b.bounds) {
             return Vec::new();

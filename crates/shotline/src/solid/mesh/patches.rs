@@ -1,9 +1,10 @@
-//! The winding numbers on both sides of every face, by few lines.
+//! The winding numbers on both sides of every face, from few lines.
 //!
-//! A *patch* is a set of faces that hang together by edges and meet no others: between two faces of a patch one goes from
-//! the front of one to the front of the other, around the edge, without passing any face. So a line through one face gives
-//! the winding numbers of all. Faces that pass through others or touch others are patches of their own. Where patches meet
-//! at an edge of more than two faces, those that follow each other around it have one winding number between them.
+//! A *patch* is a set of faces that are connected across edges and meet no other faces. The front of one face of a
+//! patch is connected to the front of its neighbour around their edge, without a face between them. So a line through
+//! one face gives the winding numbers of all. A face that passes through others or touches others is a patch of its
+//! own. Where patches meet at an edge of more than two faces, the sides that face each other around the edge have the
+//! same winding number.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -19,14 +20,14 @@ use crate::math::Vec3;
 use crate::ray::{Line, Span};
 use crate::scratch::Scratch;
 
-/// Faces with the same winding number on the front of all, and on the back of all.
+/// Faces that all have the same winding number on the front, and all the same on the back.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Patch {
     /// The triangles of the solid in it, in ascending order.
     pub(super) items: Vec<u32>,
-    /// The winding numbers on the front and on the back; `None` where they are unknown, as no line hits the face.
+    /// The winding numbers on the front and on the back; `None` if they are unknown because no line hits the face.
     pub(super) sides: Option<[i32; 2]>,
-    /// The winding number inside where the mesh is sound: 1, or -1 if it is wound inward.
+    /// The winding number inside a sound mesh: 1, or -1 if it is wound inward.
     pub(super) inside: i32,
 }
 
@@ -40,27 +41,26 @@ impl Patch {
 /// What follows from the winding numbers on both sides of all faces of a closed mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Winding {
-    /// Whether the winding number is 0 or one other number everywhere, 1 or -1: then the signed volume is that of the
-    /// inside.
+    /// Whether the winding number is either 0 or one other number everywhere, 1 or -1. Then the signed volume is that
+    /// of the inside.
     pub once: bool,
-    /// Faces with the same winding number on both sides, as others in the same place face the other way: they cancel, and
-    /// no ray has a crossing there.
+    /// Faces with the same winding number on both sides because coincident faces have the opposite orientation. They
+    /// cancel, and no ray has a crossing there.
     pub cancelling: Tally<u32>,
-    /// Whether any face is known, or may be, where the inside ends. If not, no ray ever has a crossing.
+    /// Whether the inside ends, or may end, at any face. If not, no ray ever has a crossing.
     pub can_be_hit: bool,
-    /// Faces with a negative winding number on a side. It is inside there all the same.
+    /// Faces with a negative winding number on a side. That side is inside all the same.
     pub negative: Tally<u32>,
-    /// Whether no faces pass through each other, and the winding number is nowhere known to be negative here and positive
-    /// there.
+    /// Whether no faces pass through each other, and no two known winding numbers have opposite signs.
     pub consistent: bool,
 }
 
 impl MeshSolid {
-    /// The winding numbers on both sides of all faces; `None` for a mesh that is not closed. Takes as long as
-    /// [`MeshSolid::self_intersections`].
+    /// Computes the winding numbers on both sides of all faces, and what follows from them; `None` for a mesh that is
+    /// not closed. Takes as long as [`MeshSolid::self_intersections`].
     ///
-    /// Exact where faces meet at most at their edges and corners. Of a face that others touch or pass through the side is
-    /// that at its middle.
+    /// Exact where faces meet only at their edges and corners. The sides of a face that others touch or pass through
+    /// are those at its centroid.
     pub fn winding(&self) -> Option<Winding> {
         if !self.is_closed() {
             return None;
@@ -86,7 +86,7 @@ impl MeshSolid {
         })
     }
 
-    /// The winding number inside where the mesh is sound.
+    /// The winding number inside, where the mesh is sound.
     pub(super) fn inside(&self) -> i32 {
         if self.topology.signed_volume < 0.0 { -1 } else { 1 }
     }
@@ -109,8 +109,8 @@ impl MeshSolid {
         Ok(patches.into_iter().zip(sides).map(|(items, sides)| Patch { items, sides, inside }).collect())
     }
 
-    /// The winding numbers on both sides of patches, given their links. A line is cast for one of those that are linked, and
-    /// for another where that says nothing; the others follow.
+    /// Returns the winding numbers on both sides of patches, given their links. A line is cast for one of several
+    /// linked patches, and for another if that line gives no result; the others follow from the links.
     fn sides_of_patches(&self, patches: &[Vec<u32>], links: &[Link], stop: Stop) -> Vec<Option<[i32; 2]>> {
         let mut forest = Shells::apart(patches.len());
         let mut links_of: Vec<Vec<(u32, [usize; 2])>> = vec![Vec::new(); patches.len()];
@@ -135,7 +135,7 @@ impl MeshSolid {
                 while let Some(patch) = open.pop() {
                     let known = found[&patch];
                     for &(other, [side, of_other]) in &links_of[patch as usize] {
-                        // Into a face the winding number grows by one.
+                        // Passing into a face adds one to the winding number.
                         let front = known[side] - i32::from(of_other == 1);
                         if let Entry::Vacant(place) = found.entry(other) {
                             place.insert([front, front + 1]);
@@ -153,17 +153,17 @@ impl MeshSolid {
         out
     }
 
-    /// The winding numbers on the front and the back of a patch, by a line through its widest item.
+    /// Returns the winding numbers on the front and the back of a patch, by a line through its widest item.
     fn sides_by_line(&self, items: &[u32]) -> Option<[i32; 2]> {
         let widest = |i: &&u32, j: &&u32| self.width(**i).total_cmp(&self.width(**j)).then(j.cmp(i));
         let item = items.iter().max_by(widest)?;
         self.sides(*item, centroid(&self.triangles[*item as usize]))
     }
 
-    /// The winding numbers on the front and the back of an item at a point of it.
+    /// Returns the winding numbers on the front and the back of an item at one of its points.
     pub(super) fn sides(&self, item: u32, at: Vec3) -> Option<[i32; 2]> {
         let triangle = &self.triangles[item as usize];
-        // Seen as much from the front as an axis allows.
+        // The axis closest to the normal.
         let normal = normal(triangle).abs();
         let axis = (0..3).fold(0, |best, i| if normal[i] > normal[best] { i } else { best });
         let mut hits = Vec::new();
@@ -175,7 +175,7 @@ impl MeshSolid {
         sides_of(&hits, triangle.face)
     }
 
-    /// How wide an item is: its area by its longest edge. The wider, the more reliable is a line through it.
+    /// The height of an item over its longest edge. The larger it is, the more reliable is a line through the item.
     fn width(&self, item: u32) -> f64 {
         let triangle = &self.triangles[item as usize];
         let [a, b, c] = triangle.corners;
@@ -185,7 +185,8 @@ impl MeshSolid {
     }
 }
 
-/// The sets of a forest in the order of their first members, each ascending, and the number of the set of each member.
+/// Returns the sets of a forest, ordered by their first members and each ascending, and for each member the index of
+/// its set.
 fn grouped(mut forest: Shells, members: usize) -> (Vec<Vec<u32>>, Vec<u32>) {
     let mut number_of_root = vec![u32::MAX; members];
     let mut groups: Vec<Vec<u32>> = Vec::new();
@@ -202,7 +203,6 @@ fn grouped(mut forest: Shells, members: usize) -> (Vec<Vec<u32>>, Vec<u32>) {
     (groups, number_of)
 }
 
-/// The middle of a triangle.
 pub(super) fn centroid(triangle: &Triangle) -> Vec3 {
     let [a, b, c] = triangle.corners;
     (a + b + c) / 3.0
@@ -238,7 +238,7 @@ mod tests {
 
     #[test]
     fn faces_around_one_edge_are_joined_to_their_neighbours_elsewhere() {
-        // Thin wedges around one edge, of which every second one is left out: each is a patch.
+        // Thin wedges around one edge with gaps between them: each is a patch.
         let book = |pages: u32| {
             let mut mesh = TriangleMesh::new(vec![Vec3::ZERO, Vec3::Z], Vec::new());
             for page in 0..pages {
@@ -258,7 +258,7 @@ mod tests {
             assert!(patches.iter().all(|patch| patch.items.len() == 4), "{patches:?}");
             assert!(solid.winding().unwrap().once);
         }
-        // Each page twice, in any order: every face lies on another.
+        // Each page twice: every face lies on another.
         let solid = solid(book(20).with(&book(20)));
         let folded: std::collections::HashSet<u32> = solid.folds().into_iter().flatten().collect();
         assert!(solid.triangles.len() == 160 && folded.len() == 160, "{}", folded.len());
@@ -303,7 +303,7 @@ mod tests {
 
     #[test]
     fn patches_around_edges_follow_from_their_neighbours() {
-        // Random blocks of cubes, some of them twice in one another: edges of four and more faces.
+        // Random blocks of cubes, every second one inside out with a ball: edges of four and more faces.
         let mut random = crate::testkit::random::Random::new(7);
         let mut linked = 0;
         for round in 0..40 {

@@ -1,8 +1,8 @@
-//! Where a line meets the plane of a triangle.
+//! Computes where a line meets the plane of a triangle.
 //!
-//! `t = n . (a - o) / n . d` with the normal `n = (b - a) x (c - a)`. All differences are exact (a double-double
-//! holds the difference of two f64), so neither the place of a mesh nor that of the ray's origin takes anything from
-//! the result: what is left is the rounding of the products, which is relative to the triangle's own edges.
+//! `t = n . (a - o) / n . d` with the normal `n = (b - a) x (c - a)`. All differences are exact (a double-double holds
+//! the difference of two f64), so neither the position of the mesh nor that of the ray's origin costs accuracy. What
+//! remains is the rounding of the products, which is relative to the triangle's own edges.
 
 use super::exact::{Expansion, Wide, minus, size, unit_sized, wide};
 use crate::math::{Dd, HALF_ULP, Vec3};
@@ -16,14 +16,14 @@ use crate::ray::Line;
 /// `6 |u||v||w|`: together less than `2^-98 |u||v||w|`.
 const PRODUCTS: f64 = f64::from_bits((1023 - 98) << 52);
 
-/// Double-double is enough while its error is below this part of `n . d`; else the products are summed exactly.
+/// Double-double suffices while its error is below this fraction of `n . d`; otherwise the products are summed exactly.
 /// Few lines come near: a needle of proportions `1e-6` seen at a slope of `1e-5` is still far from it.
 const ENOUGH: f64 = f64::from_bits((1023 - 60) << 52);
 
-/// Below this, parts of products may underflow.
+/// Below this, components of products may underflow.
 const SMALL: f64 = f64::from_bits((1023 - 700) << 52);
 
-/// The meeting of a line that passes through a triangle with the triangle's plane.
+/// The intersection of a line with the plane of a triangle that it passes through.
 pub(super) struct PlaneHit {
     /// The parameter.
     pub(super) t: f64,
@@ -36,17 +36,17 @@ pub(super) struct PlaneHit {
 }
 
 impl PlaneHit {
-    /// Of a line that is not parallel to the plane.
+    /// Computes the intersection for a line that is not parallel to the plane.
     #[inline]
     pub(super) fn of(corners: &[Vec3; 3], line: &Line) -> PlaneHit {
         let [a, b, c] = *corners;
         let (u, v, h) = (minus(b, a), minus(c, a), minus(a, line.o));
         let normal = cross(&u, &v);
         let (height, descent) = (dot(&normal, &h), dot(&normal, &wide(line.d)));
-        // The direction is of size 1, so the errors of both are as the sizes of `h` and 1.
+        // The direction has size 1, so the errors of both are proportional to the sizes of `h` and 1.
         let (area, depth) = (size(&u) * size(&v), size(&h));
         let doubt = PRODUCTS * area;
-        // A start on the plane must be seen as that, so the sign of the height has to be certain.
+        // An origin on the plane must give exactly 0, so the sign of the height has to be certain.
         let certain = doubt <= ENOUGH * descent.hi.abs() && doubt * depth < height.hi.abs();
         if !certain || area * depth.min(1.0) < SMALL {
             return PlaneHit::exactly(&u, &v, &h, line);
@@ -67,29 +67,30 @@ impl PlaneHit {
         PlaneHit { t, t_err: rounding(t), normal: accurate_cross(&u, &v), descent: descent.hi }
     }
 
-    /// What an error of the line does to `t`, given bounds on that of its direction and of its point at `t`.
+    /// Returns the error of `t` that is due to the line, given bounds on the errors of its direction and of its point
+    /// at `t`.
     ///
-    /// A line that is off by `e` at `t` meets the plane where `t` is less by `n.e / n.(d + d_err)`. Infinite or not a
-    /// number if the line may be parallel to the plane.
+    /// A line that is off by `e` at `t` meets the plane where `t` is less by `n.e / n.(d + d_err)`. The result is
+    /// infinite or NaN if the line may be parallel to the plane.
     pub(super) fn t_err_of(&self, point_err: Vec3, d_err: Vec3) -> f64 {
         let steps = self.normal.abs() / self.descent.abs();
         point_err.dot(steps) / (1.0 - d_err.dot(steps)).max(0.0)
     }
 }
 
-/// A bound on what rounding to f64, and the last digits of double-double, do to a number.
+/// A bound on the error of a number from rounding to f64 and from the last digits of double-double.
 pub(super) fn rounding(t: f64) -> f64 {
     1.001 * HALF_ULP * t.abs()
 }
 
-/// A bound on the error of [`PlaneHit::t`] near `t`, where no corner of a triangle is farther from the origin than
-/// `reach` along any axis: that of [`PlaneHit::t_err`] where double-double is barely enough.
+/// A bound on the error of [`PlaneHit::t`] near `t`, if no corner of a triangle is farther from the origin than `reach`
+/// along any axis: it is [`PlaneHit::t_err`] where double-double barely suffices.
 pub(super) fn worst_err(t: f64, reach: f64) -> f64 {
     rounding(t) + 1.02 * ENOUGH * (reach + t.abs())
 }
 
-/// The normal of a triangle, of any length but zero if the triangle has an area: within a few ulps also where that is
-/// narrow, and the products of `f64` cancel.
+/// Returns the normal of a triangle. Its length is arbitrary, but not zero if the triangle has an area. It is accurate
+/// to a few ulps even where the triangle is narrow and products of `f64` cancel.
 pub(super) fn normal([a, b, c]: [Vec3; 3]) -> Vec3 {
     let (u, v) = (b - a, c - a);
     let (n, area) = (u.cross(v), u.abs().max_element() * v.abs().max_element());
@@ -143,7 +144,7 @@ mod tests {
         })
     }
 
-    /// A triangle about one unit long, as narrow as asked, so many units from the origin.
+    /// A triangle about one unit long, with the given width and distance from the origin.
     fn needle(random: &mut Random, narrow: f64, far: f64) -> [Vec3; 3] {
         let a = random.point(-1.0, 1.0) + random.direction() * far;
         let (along, across) = (random.direction(), random.direction());
@@ -168,8 +169,8 @@ mod tests {
         }
     }
 
-    /// However narrow the triangle, however far it is from the origin, and wherever the line begins: the bound holds,
-    /// and it is that of rounding `t`.
+    /// The bound holds and is that of rounding `t`, however narrow the triangle is, however far it is from the origin,
+    /// and wherever the line begins.
     #[test]
     fn bounds_are_of_the_size_of_the_rounding() {
         let mut random = Random::new(4);

@@ -1,10 +1,10 @@
 //! Where the faces of a mesh meet other than at the corners and edges that they share.
 //!
-//! Faces that share no corner are found by a tree of oriented boxes (`pairs`). Two faces that share one corner meet
-//! elsewhere if the sectors of directions that they cover from there do: arcs on a sphere, found by a tree of their own
-//! where more faces share the corner than can be compared each with each. Two faces that share an edge pass through each
-//! other nowhere; they meet only if one is folded onto the other. So the time grows with the faces, their logarithm and
-//! what is found, however many faces share a corner and however long and thin they are.
+//! Faces that share no corner are found with a tree of oriented boxes (`pairs`). Two faces that share one corner meet
+//! elsewhere if the sectors of directions that they cover from it meet. These are arcs on a sphere; they have a tree of
+//! their own if too many faces share the corner to compare all pairs. Two faces that share an edge never pass through
+//! each other; they meet only if one is folded onto the other. So the time grows with the number of faces, its
+//! logarithm and the number of contacts, however many faces share a corner and however long and thin they are.
 
 use std::sync::atomic::{AtomicU8, Ordering};
 
@@ -17,37 +17,37 @@ use super::welded::first_at;
 use super::{Intersection, MeshSolid, Tally};
 use crate::math::Vec3;
 
-/// More pairs than this are counted, not listed.
+/// Pairs beyond this number are counted but not listed.
 const MAX_PAIRS: usize = 1 << 20;
 
 impl MeshSolid {
-    /// Pairs of faces that pass through each other. By the rule of the winding number such a mesh has an
-    /// inside all the same.
+    /// Returns the pairs of faces that pass through each other. By the rule of the winding number such a mesh still has
+    /// an inside.
     pub fn self_intersections(&self) -> Tally<Intersection> {
         self.face_contacts().crossings
     }
 
-    /// Where faces meet; found once.
+    /// How faces meet; computed on the first call.
     pub(super) fn face_contacts(&self) -> &FaceContacts {
         self.face_contacts.get_or_init(|| FaceContacts::of(self, Stop::NEVER))
     }
 
-    /// Finds where faces meet, unless that is known.
+    /// Computes how faces meet, unless that is known.
     ///
     /// # Errors
-    /// [`Cancelled`]; then it is not known.
+    /// [`Cancelled`]; the contacts are then still unknown.
     pub(super) fn find_face_contacts(&self, stop: Stop) -> Result<(), Cancelled> {
         if self.face_contacts.get().is_none() {
             let face_contacts = FaceContacts::of(self, stop);
             stop.check()?;
-            // Another thread may have found the same.
+            // Another thread may have set the same result.
             let _ = self.face_contacts.set(face_contacts);
         }
         Ok(())
     }
 }
 
-/// What one thread has found.
+/// The result of one thread.
 #[derive(Default)]
 struct PartialResult {
     crossings: Tally<Intersection>,
@@ -78,7 +78,7 @@ impl PartialResult {
     }
 }
 
-/// Both counts, and of both places the one with the lower faces.
+/// Adds the counts, and keeps the item with the lower faces.
 fn both(a: Tally<Intersection>, b: Tally<Intersection>) -> Tally<Intersection> {
     let firsts = a.first.into_iter().chain(b.first);
     Tally { count: a.count + b.count, first: firsts.min_by_key(|place| place.faces) }
@@ -106,7 +106,7 @@ impl FaceContacts {
 
 struct Search<'a> {
     solid: &'a MeshSolid,
-    /// The corners of each item; vertices in one place have one number.
+    /// The corners of each item; coincident vertices have one index.
     first_at: Vec<[u32; 3]>,
     marks: Vec<AtomicU8>,
     stop: Stop<'a>,
@@ -134,8 +134,8 @@ impl Search<'_> {
         found
     }
 
-    /// The arc of directions that an item covers from one of its corners, as a convex set around it. Two arcs meet in one
-    /// direction at least if two faces meet elsewhere.
+    /// Returns the arc of directions that an item covers from one of its corners, as a convex set around it. If two
+    /// faces meet elsewhere, their arcs have at least one direction in common.
     fn arc(&self, item: u32, hub: u32) -> Item {
         let (corners, first_at) = (self.solid.triangles[item as usize].corners, self.first_at[item as usize]);
         let k = first_at.iter().position(|place| *place == hub).unwrap_or(0);
@@ -147,7 +147,7 @@ impl Search<'_> {
         Item { points, corners: [first_at[(k + 1) % 3], first_at[(k + 2) % 3], NONE] }
     }
 
-    /// Finds out how two items meet that may share corners.
+    /// Examines how two items meet; they may share corners.
     fn examine(&self, [i, j]: [u32; 2], found: &mut PartialResult) {
         let (of_i, of_j) = (self.first_at[i as usize], self.first_at[j as usize]);
         let (a, b) = (&self.solid.triangles[i as usize], &self.solid.triangles[j as usize]);
@@ -156,7 +156,7 @@ impl Search<'_> {
             .enumerate()
             .filter_map(|(k, place)| of_j.iter().position(|other| other == place).map(|l| (k, l)));
         let apart = match (shared.next(), shared.next()) {
-            // An edge: they pass through each other nowhere.
+            // An edge: they do not pass through each other.
             (Some(_), Some(_)) => true,
             (Some((k, l)), None) => {
                 let others = |corners: &[Vec3; 3], k: usize| [corners[(k + 1) % 3], corners[(k + 2) % 3]];
@@ -182,7 +182,7 @@ impl Search<'_> {
     }
 }
 
-/// A tetrahedron around the unit sphere, for directions of which the middle is lost to rounding.
+/// A tetrahedron around the unit sphere, for arcs whose middle is lost to rounding.
 const AROUND_THE_SPHERE: [Vec3; 4] = [
     Vec3::new(4.0, 4.0, 4.0),
     Vec3::new(4.0, -4.0, -4.0),
@@ -199,7 +199,7 @@ mod tests {
     use crate::solid::mesh::shapes::{fan, needle};
     use crate::testkit::random::Random;
 
-    /// The same by all pairs.
+    /// The reference by all pairs.
     fn plainly(solid: &MeshSolid) -> Tally<Intersection> {
         let mut found = Tally::default();
         for (i, a) in solid.triangles.iter().enumerate() {
@@ -233,7 +233,7 @@ mod tests {
     fn random_faces_among_few_vertices_agree_with_all_pairs() {
         let mut random = Random::new(11);
         let mut crossings = 0;
-        // Few vertices make hubs, small integers make faces that touch and lie in one plane.
+        // Few vertices make hubs; small integers make faces that touch or are coplanar.
         for (vertices, faces) in [(7, 60), (9, 200), (30, 120), (300, 100), (12, 400)] {
             for round in 0..12 {
                 let place = |random: &mut Random| match round % 3 {
@@ -276,7 +276,7 @@ mod tests {
         assert_eq!((agrees(fan(100)), agrees(needle(100))), (0, 0));
     }
 
-    /// Counts what the search visits: no time is measured, but it must not be all pairs.
+    /// Counts visited pairs instead of measuring time: they must be few compared to all pairs.
     #[test]
     fn few_pairs_are_visited_however_many_faces_share_a_corner() {
         for mesh in [fan(2000), needle(4000)] {

@@ -1,12 +1,12 @@
 //! Proofs in floating point that triangles are apart.
 //!
-//! Each test here returns `true` only where a plane between the two is found with a margin beyond what rounding can do. So
-//! the exact predicates are left with the few pairs that touch, cross or are about as near to each other as rounding.
+//! Each test here returns `true` only if it finds a plane between the two, with a margin larger than any rounding. So
+//! the exact predicates are left with the few pairs that touch, cross or are within about rounding of each other.
 
 use super::mesh_line::Triangle;
 use crate::math::Vec3;
 
-/// More half-ulps than the sums of a projection can be wrong by.
+/// An upper bound on the relative error of the sums of a projection.
 const MARGIN: f64 = 32.0 * f64::EPSILON;
 
 /// Whether two closed triangles have no point in common.
@@ -28,16 +28,16 @@ pub(super) fn are_apart(a: &Triangle, b: &Triangle) -> bool {
     let normals = [edges_a[0].cross(edges_a[1]), edges_b[0].cross(edges_b[1])];
     normals.iter().any(|n| parts(*n))
         || edges_a.iter().any(|e| edges_b.iter().any(|f| parts(e.cross(*f))))
-        // In one plane.
+        // Coplanar triangles.
         || edges_a.iter().any(|e| parts(normals[0].cross(*e)))
         || edges_b.iter().any(|e| parts(normals[1].cross(*e)))
 }
 
-/// Whether two triangles with the corner `tip` in common have no other point in common; the others are given.
+/// Whether two triangles that share the corner `tip` have no other point in common, given their other corners.
 ///
-/// They have none if the sectors of directions from the tip have none, that is if `0` is not in the hull of the directions of
-/// one and the opposites of those of the other. A plane between the sectors has as its normal the point of that hull
-/// nearest to `0`, which is nearest on a face, an edge or a corner of it: each of these is tried.
+/// They have none if the sectors of their directions from the tip have none, that is if `0` is not in the hull of the
+/// directions of one and the negated directions of the other. The normal of a plane between the sectors is the point of
+/// that hull nearest to `0`. It is on a face, an edge or a corner of the hull: each of these is tried.
 pub(super) fn sectors_are_apart(tip: Vec3, [a, b]: [Vec3; 2], [c, d]: [Vec3; 2]) -> bool {
     let p = [(a - tip).normalize(), (b - tip).normalize(), -(c - tip).normalize(), -(d - tip).normalize()];
     let parts = |normal: Vec3| {
@@ -66,8 +66,8 @@ pub(super) fn sectors_are_apart(tip: Vec3, [a, b]: [Vec3; 2], [c, d]: [Vec3; 2])
     p.iter().any(|p| parts(*p))
 }
 
-/// Whether two triangles with the edge from `u` to `v` in common have no other point in common: not so if one is folded
-/// onto the other.
+/// Whether two triangles that share the edge from `u` to `v` have no other point in common. They have others if one is
+/// folded onto the other.
 pub(super) fn wings_are_apart(u: Vec3, v: Vec3, [c, d]: [Vec3; 2]) -> bool {
     let edge = v - u;
     let across = |p: Vec3| {

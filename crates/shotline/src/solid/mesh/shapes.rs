@@ -34,7 +34,7 @@ impl TriangleMesh {
     }
 }
 
-/// An octahedron, its faces cut in four so many `times`, with all corners on the unit sphere.
+/// An octahedron whose faces are divided into four this many `times`, with all corners on the unit sphere.
 pub(crate) fn ball(times: u32) -> TriangleMesh {
     let vertices = [Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z].to_vec();
     let faces = vec![[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]];
@@ -57,7 +57,7 @@ pub(crate) fn ball(times: u32) -> TriangleMesh {
     mesh
 }
 
-/// A torus of radii 2 and 1 as `n` times `m` squares, cut in two.
+/// A torus of radii 2 and 1 made of `n` times `m` squares, each cut in two.
 pub(super) fn ring(n: u32, m: u32) -> TriangleMesh {
     let angle = |i: u32, of: u32| f64::from(i) / f64::from(of) * std::f64::consts::TAU;
     let mut mesh = TriangleMesh::default();
@@ -73,8 +73,8 @@ pub(super) fn ring(n: u32, m: u32) -> TriangleMesh {
     mesh
 }
 
-/// The surface of the unit cubes at some integer places: cubes that touch share no face, but may share an
-/// edge of four faces.
+/// The surface of unit cubes at integer positions. Cubes that touch have no face between them, but may share an edge of
+/// four faces.
 pub(crate) fn cubes(places: &[[i32; 3]]) -> TriangleMesh {
     let mut mesh = TriangleMesh::default();
     let mut numbers = HashMap::new();
@@ -106,7 +106,7 @@ pub(crate) fn cubes(places: &[[i32; 3]]) -> TriangleMesh {
     mesh
 }
 
-/// An open sheet of `n` times `n` unit squares in the plane z = 0, cut in two, facing up.
+/// An open sheet of `n` times `n` unit squares in the plane z = 0, each cut in two, facing up.
 pub(crate) fn sheet(n: u32) -> TriangleMesh {
     let at = |i: u32, j: u32| i * (n + 1) + j;
     let vertices = (0..=n).flat_map(|i| (0..=n).map(move |j| Vec3::new(i.into(), j.into(), 0.0))).collect();
@@ -120,13 +120,14 @@ pub(crate) fn sheet(n: u32) -> TriangleMesh {
     TriangleMesh::new(vertices, faces)
 }
 
-/// A point of the plane across the oblique axis of a fan or a needle, and so high above it.
+/// A point in the plane perpendicular to the oblique axis of a fan or a needle, moved along the axis by `height`.
 fn oblique(angle: f64, radius: f64, height: f64) -> Vec3 {
     let facing = Affine::rotation_xyz(Vec3::new(23.0, 41.0, 0.0));
     facing.point(Vec3::new(radius * angle.cos(), radius * angle.sin(), height))
 }
 
-/// A cylinder of radius 1 and height 1 with `n` sides, whose caps are fans around one of their corners, across all axes.
+/// A cylinder of radius 1 and height 1 with `n` sides, oblique to all axes. Its caps are fans around one of their
+/// corners.
 pub(crate) fn fan(n: u32) -> TriangleMesh {
     let angle = |i: u32| f64::from(i) / f64::from(n) * std::f64::consts::TAU;
     let mut mesh = TriangleMesh::default();
@@ -141,7 +142,7 @@ pub(crate) fn fan(n: u32) -> TriangleMesh {
     mesh
 }
 
-/// A cone of radius 1 and height 100 with `n` sides that share its apex, across all axes.
+/// A cone of radius 1 and height 100 with `n` sides that share its apex, oblique to all axes.
 pub(crate) fn needle(n: u32) -> TriangleMesh {
     let angle = |i: u32| f64::from(i) / f64::from(n) * std::f64::consts::TAU;
     let vertices = [oblique(0.0, 0.0, 100.0), oblique(0.0, 0.0, 0.0)]

@@ -1,14 +1,14 @@
-//! Whether a line passes through a triangle: decided exactly, and never undecided.
+//! Decides whether a line passes through a triangle, exactly and in every case.
 //!
-//! The watertight test of Woop, Benthin and Wald (2013, "Watertight ray/triangle intersection", JCGT 2(1)), in f64.
-//! The mesh is sheared so that the line becomes an axis, and each edge is asked on which side of it the line
-//! passes. Signs that rounding leaves in doubt are worked out exactly, from the line and the corners as they are
-//! given. All triangles that share an edge ask about the same two corners and get opposite answers for opposite
-//! directions of the edge. So a line passes through a closed mesh as often from the front as from behind: nothing
-//! leaks and nothing counts twice, and what is hit is what the exact line hits.
+//! The watertight test of Woop, Benthin and Wald (2013, "Watertight ray/triangle intersection", JCGT 2(1)), in f64. The
+//! mesh is sheared so that the line becomes an axis, and an edge function gives the side of each edge on which the line
+//! passes. Signs that rounding may hide are computed exactly, from the original line and corners. All triangles that
+//! share an edge evaluate the same two corners and get opposite signs for opposite directions of the edge. So a line
+//! passes through a closed mesh as often from the front as from behind: nothing leaks, nothing is counted twice, and
+//! the hits are those of the exact line.
 //!
-//! Unlike there, the two axes across do not change places with the sign of the direction: a line and its reverse
-//! resolve ties alike.
+//! Unlike in the paper, the sign of the direction does not swap the two axes across: a line and its reverse resolve
+//! ties alike.
 
 use std::cmp::Ordering;
 
@@ -16,7 +16,7 @@ use super::exact::{Expansion, minus, unit_sized, wide};
 use crate::aabb::Aabb;
 use crate::math::{HALF_ULP, Vec3};
 
-/// Which way round the corners of a triangle are seen along the axis.
+/// The orientation of a triangle's corners, seen along the axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Facing {
     CounterClockwise,
@@ -35,31 +35,31 @@ struct Sheared {
 pub(super) struct ShearedRay {
     o: Vec3,
     d: Vec3,
-    /// The axis along which the line runs most, and the two others in cyclic order.
+    /// The axis in which the direction is largest, and the two others in cyclic order.
     along: usize,
     across: [usize; 2],
-    /// Steps across for a step along.
+    /// Steps across per step along the axis.
     slope: [f64; 2],
     /// A bound on the rounding of edge functions, see [`ShearedRay::new`].
     doubt: f64,
-    /// Where ties put the line: moved by the first of these vectors times `e` and by the second times `e^2`, with an
-    /// infinitely small `e` (Edelsbrunner and Muecke 1990, "Simulation of simplicity").
+    /// The perturbation that resolves ties: the line counts as moved by the first of these vectors times `e` and by the
+    /// second times `e^2`, with an infinitesimal `e` (Edelsbrunner and Muecke 1990, "Simulation of simplicity").
     moves: [Vec3; 2],
 }
 
 impl ShearedRay {
-    /// Prepares a line, with a direction of size 1, to meet triangles within a box, and to see which are in planes that
-    /// are `near`.
+    /// Prepares a line, with a direction of size 1, for triangles within a box, and for detecting triangles in planes
+    /// at most `near` from the line.
     ///
-    /// Rounding: with no vertex farther than `reach` from the origin along any axis, `v - o` is off by half an ulp
-    /// of `reach` at most, the slope times the depth by three and the difference by two: a sheared coordinate is
-    /// off by less than `e = 6.5 HALF_ULP reach`. If the line passes through a box inside the given one, exactly or
-    /// within the rounding of a box test (see [`crate::aabb::BoxRay`]), a sheared coordinate of a vertex in that
-    /// box is its distance from a point of the line in the box, along that axis and, times the slope, along the main
-    /// one: less than `width`, twice the size of the given box and something for rounding. So an edge function
-    /// `a.x b.y - a.y b.x` is off by at most `4 width e + 2 e^2` and four half-ulps of `2 (width + e)^2`. Nothing
-    /// is promised of triangles whose box the line misses by more. Edge functions of triangles in a plane that is `near`
-    /// are as large as the length of an edge times that, less than `2 width near`.
+    /// Rounding: if no vertex is farther than `reach` from the origin along any axis, the error of `v - o` is at most
+    /// half an ulp of `reach`, that of the slope times the depth three and that of the difference two. So the error of
+    /// a sheared coordinate is less than `e = 6.5 HALF_ULP reach`. Let the line pass through a box inside the given
+    /// one, exactly or within the rounding of a box test (see [`crate::aabb::BoxRay`]). A sheared coordinate of a
+    /// vertex in that box is its distance from a point of the line in the box, along that axis and, times the slope,
+    /// along the main one. It is less than `width`: twice the size of the given box and a margin for rounding. So the
+    /// error of an edge function `a.x b.y - a.y b.x` is at most `4 width e + 2 e^2` and four half-ulps of `2 (width +
+    /// e)^2`. Nothing is promised for triangles whose box the line misses by more. Edge functions of triangles in a
+    /// plane at most `near` from the line are as large as the length of an edge times `near`, less than `2 width near`.
     pub(super) fn new(o: Vec3, d: Vec3, bounds: &Aabb, near: f64) -> ShearedRay {
         let size = d.abs();
         let along = if size.z >= size.x && size.z >= size.y { 2 } else { usize::from(size.y >= size.x) };
@@ -73,12 +73,13 @@ impl ShearedRay {
         ShearedRay { o, d, along, across, slope, doubt, moves: across.map(|axis| Vec3::AXES[axis]) }
     }
 
-    /// The same line, where ties put it beside itself in a direction across it, or else in another.
+    /// The same line, with ties resolved as if it were moved in the first direction or, if that does not decide, in the
+    /// second.
     pub(super) fn beside(self, moves: [Vec3; 2]) -> ShearedRay {
         ShearedRay { moves, ..self }
     }
 
-    /// The axis along which the line runs most.
+    /// The axis in which the direction is largest.
     pub(super) fn along(&self) -> usize {
         self.along
     }
@@ -90,8 +91,8 @@ impl ShearedRay {
         Sheared { x: p[self.across[0]] - self.slope[0] * depth, y: p[self.across[1]] - self.slope[1] * depth }
     }
 
-    /// Which way round a triangle is seen that the line passes through; `None` if it passes by. Calls `edge_on` if the
-    /// triangle is seen edge-on, up to rounding, and its plane is near.
+    /// Returns the orientation of a triangle that the line passes through; `None` if the line misses it. Calls
+    /// `edge_on` if the triangle is seen edge-on, up to rounding, and its plane is near.
     #[inline]
     pub(super) fn through(&self, corners: &[Vec3; 3], edge_on: impl FnOnce()) -> Option<Facing> {
         let [a, b, c] = corners.map(|v| self.shear(v));
@@ -128,7 +129,7 @@ impl ShearedRay {
         [(a, b), (b, c), (c, a)].into_iter().all(|(p, q)| self.determinant(*p, *q) == Ordering::Equal)
     }
 
-    /// A bound on the rounding of the edge function of two corners, as in `new` but for these alone.
+    /// A bound on the rounding of the edge function of two corners, as in `new` but for these two only.
     fn rounding(&self, a: Vec3, b: Vec3) -> f64 {
         let (p, q) = (self.shear(a), self.shear(b));
         let e = |v: Vec3| 6.5 * HALF_ULP * (v - self.o).abs().max_element() + f64::MIN_POSITIVE;
@@ -141,9 +142,9 @@ impl ShearedRay {
         1.01 * doubt + f64::MIN_POSITIVE
     }
 
-    /// The sign of an edge function, given its rounded value. A line exactly on the edge counts as moved across, see
-    /// `moves`. Equal only for an edge seen as a point: then the plane of any triangle that has it is parallel to the
-    /// line.
+    /// Returns the sign of an edge function, given its rounded value. A line exactly on the edge counts as moved, see
+    /// `moves`. The result is `Equal` only for an edge seen as a point; any triangle with that edge is then parallel to
+    /// the line.
     fn side(&self, a: Vec3, b: Vec3, value: f64) -> Ordering {
         if value.abs() > self.rounding(a, b) {
             return value.total_cmp(&0.0);
@@ -155,15 +156,15 @@ impl ShearedRay {
         if self.d[self.along] < 0.0 { sign.reverse() } else { sign }
     }
 
-    /// The exact sign of the determinant of both corners, seen from the origin of the line, and the direction. Shearing
-    /// keeps it, and makes the direction `d[along]` times the axis.
+    /// Returns the exact sign of the determinant of both corners, relative to the origin of the line, and the
+    /// direction. Shearing preserves it, and turns the direction into `d[along]` times the axis.
     fn determinant(&self, a: Vec3, b: Vec3) -> Ordering {
         let ((p, _), (q, _)) = (unit_sized(&minus(a, self.o)), unit_sized(&minus(b, self.o)));
         Expansion::determinant(&p, &q, &wide(self.d)).sign()
     }
 }
 
-/// The largest distance from a point to a point of a box along any axis, and something for rounding.
+/// The largest distance from a point to a point of a box along any axis, with a margin for rounding.
 pub(super) fn reach(o: Vec3, bounds: &Aabb) -> f64 {
     (bounds.min - o).abs().max((bounds.max - o).abs()).max_element() * (1.0 + 4.0 * HALF_ULP)
 }
@@ -202,7 +203,7 @@ mod tests {
         })
     }
 
-    /// Points of a small grid, or such beside a line, some far from the origin.
+    /// A line and a triangle with corners on a small grid or on the line, some far from the origin.
     fn scene(random: &mut Random) -> (Vec3, Vec3, [Vec3; 3]) {
         let far = [0.0, 1e3, 1e8, 3.3e8][random.below(4)];
         let home = Vec3::new(far, -0.7 * far, 0.3 * far);
@@ -213,7 +214,7 @@ mod tests {
         let facing = if random.below(2) == 0 { 1.0 } else { random.number(0.1, 10.0) };
         for corner in &mut corners {
             if random.below(2) == 0 {
-                // On the line but for rounding, or exactly.
+                // On the line, exactly or up to rounding.
                 *corner = o + d * (random.below(7) as f64 * 0.5 * facing);
             }
             *corner += home;
@@ -249,15 +250,15 @@ mod tests {
                 _ => None,
             };
             assert_eq!(ray.through(&corners, || ()), facing);
-            // From behind the same, for ties as well.
+            // The same for the reversed line, for ties as well.
             let mirrored = ShearedRay { d: -ray.d, ..ray };
             assert_eq!(mirrored.through(&corners, || ()), facing);
         }
         assert!(doubtful > 3_000 && ties > 600, "{doubtful} {ties}");
     }
 
-    /// A fan of triangles around a closed polygon covers the line once, even where it meets corners and edges of the
-    /// fan, and however far from the origin all of it is.
+    /// A fan of triangles around a closed polygon covers the line once, even where the line meets its corners and
+    /// edges, and however far from the origin the fan is.
     #[test]
     fn a_fan_covers_the_line_once() {
         let mut random = Random::new(9);
@@ -286,7 +287,7 @@ mod tests {
             for c in [a, a + step, a + step * 2.0, a - step * 3.0] {
                 let corners = [a, a + step, c];
                 assert_eq!(ray(o, d, &corners).through(&corners, || ()), None);
-                // From a point of theirs, too.
+                // Also from one of their own points.
                 assert_eq!(ray(a, d, &corners).through(&corners, || ()), None);
             }
         }

@@ -1,22 +1,22 @@
-//! The shells of a mesh: parts that have no vertex in common.
+//! The shells of a mesh: components that have no vertex in common.
 
 use std::collections::HashSet;
 
 use super::Tally;
 use super::welded::Face;
 
-/// A disjoint-set forest: which vertices, or faces, hang together. Paths are halved on the way.
+/// A disjoint-set forest of connected vertices or faces, with path halving.
 pub(super) struct Shells {
     parents: Vec<u32>,
 }
 
 impl Shells {
-    /// So many sets of one member each.
+    /// Creates sets of one member each.
     pub(super) fn apart(members: usize) -> Shells {
         Shells { parents: (0..).take(members).collect() }
     }
 
-    /// The shells of faces among so many vertices.
+    /// Returns the shells of faces; `vertices` is the number of vertices.
     pub(super) fn of(vertices: usize, faces: &[Face]) -> Shells {
         let mut shells = Shells::apart(vertices);
         for Face { corners: [a, b, c], .. } in faces {
@@ -26,7 +26,7 @@ impl Shells {
         shells
     }
 
-    /// The vertex that stands for the shell of a vertex.
+    /// Returns the representative vertex of a vertex's shell.
     pub(super) fn root(&mut self, mut v: u32) -> u32 {
         while self.parents[v as usize] != v {
             let grandparent = self.parents[self.parents[v as usize] as usize];
@@ -41,7 +41,7 @@ impl Shells {
         self.parents[a.max(b) as usize] = a.min(b);
     }
 
-    /// The parts that faces make.
+    /// Counts the shells that faces make. The first item is the first face of the second shell.
     pub(super) fn count(&mut self, faces: &[Face]) -> Tally<u32> {
         let (mut seen, mut found) = (HashSet::new(), Tally::default());
         for face in faces {

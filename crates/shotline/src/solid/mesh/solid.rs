@@ -1,4 +1,4 @@
-//! A mesh that answers rays.
+//! A mesh prepared for ray queries.
 
 use std::sync::{Arc, OnceLock};
 
@@ -17,17 +17,16 @@ use crate::scratch::Scratch;
 use crate::solid::{Moments, Solid, Wanted};
 use crate::trace::Act;
 
-/// A mesh prepared for rays. As a [`Solid`] it means something only if it is closed; its inside is where the
-/// winding number is not zero. The surface, closed or not, is asked by [`MeshSolid::hits`],
-/// [`MeshSolid::nearest`] and [`MeshSolid::any`]. Lines whose origin is farther than 1e150 sizes of the mesh
-/// away meet nothing.
+/// A mesh prepared for ray queries. It is a valid [`Solid`] only if it is closed; its inside is where the winding
+/// number is not zero. [`MeshSolid::hits`], [`MeshSolid::nearest`] and [`MeshSolid::any`] query the surface, closed or
+/// not. Lines whose origin is more than 1e150 sizes of the mesh away hit nothing.
 #[derive(Debug)]
 pub struct MeshSolid {
     pub(super) mesh: Arc<TriangleMesh>,
     pub(super) topology: Topology,
     pub(super) bounds: Aabb,
     pub(super) size: PowerOfTwoScale,
-    /// Scaled; an accelerator's items are places in this list.
+    /// The scaled triangles; an accelerator's items are indices into this list.
     pub(super) triangles: Vec<Triangle>,
     pub(super) scaled_bounds: Aabb,
     pub(super) accelerator: Box<dyn Accelerator>,
@@ -38,7 +37,7 @@ impl MeshSolid {
     /// Checks a mesh and builds an accelerator over it, by name (see [`accel::NAMES`]).
     ///
     /// # Errors
-    /// [`MeshError`] for what is not a mesh at all. An open mesh is not an error: see [`Topology`].
+    /// [`MeshError`] if the input is not a mesh. An open mesh is not an error: see [`Topology`].
     pub fn new(mesh: Arc<TriangleMesh>, accel: &str) -> Result<MeshSolid, MeshError> {
         let topology = Topology::of(&mesh)?;
         let corners = |face: &[u32; 3]| face.map(|v| mesh.vertices[v as usize]);
@@ -66,7 +65,7 @@ impl MeshSolid {
         })
     }
 
-    /// What is right and wrong with the mesh.
+    /// The report on the mesh's defects.
     pub fn topology(&self) -> &Topology {
         &self.topology
     }
@@ -76,7 +75,7 @@ impl MeshSolid {
         self.topology.is_closed()
     }
 
-    /// Appends every hit of the surface in the span, by `t` and then by triangle, entering where the line
+    /// Appends all hits of the surface in the span, sorted by `t` and then by triangle. A hit enters where the line
     /// sees the front. A ray through a shared edge or vertex hits one of the triangles there.
     pub fn hits(&self, line: &Line, span: Span, out: &mut Vec<Crossing>, scratch: &mut Scratch) {
         self.make_room(scratch);
@@ -85,7 +84,7 @@ impl MeshSolid {
         }
     }
 
-    /// The first of the [`MeshSolid::hits`].
+    /// Returns the first of the [`MeshSolid::hits`].
     pub fn nearest(&self, line: &Line, span: Span, scratch: &mut Scratch) -> Option<Crossing> {
         self.make_room(scratch);
         let mesh_line = self.mesh_line(line)?;
@@ -99,7 +98,7 @@ impl MeshSolid {
         nearest
     }
 
-    /// Whether there are [`MeshSolid::hits`].
+    /// Whether there are any [`MeshSolid::hits`].
     pub fn any(&self, line: &Line, span: Span, scratch: &mut Scratch) -> bool {
         self.make_room(scratch);
         let Some(mesh_line) = self.mesh_line(line) else { return false };
@@ -111,20 +110,21 @@ impl MeshSolid {
         any
     }
 
-    /// A line prepared to meet the triangles; `None` if it meets none.
+    /// Prepares a line for the triangles; `None` if it hits none.
     pub(super) fn mesh_line(&self, line: &Line) -> Option<MeshLine> {
         MeshLine::new(line, &self.size, &self.scaled_bounds)
     }
 
-    /// Lets triangles be tagged, where the scratch is worth it: where it is kept.
+    /// Reserves tags for the triangles if the accelerator has duplicate references. This pays off only if `scratch` is
+    /// reused.
     fn make_room(&self, scratch: &mut Scratch) {
         if self.accelerator.has_duplicate_refs() {
             scratch.tags.reserve(self.triangles.len());
         }
     }
 
-    /// Visits hits between two `t`, perhaps twice without room for tags, in the accelerator's order, about nearest first.
-    /// `visit` answers the `t` behind which no hit is wanted any more.
+    /// Visits hits between two `t` in the accelerator's order, roughly nearest first; a hit may be visited twice if no
+    /// tags are reserved. `visit` returns the `t` behind which hits are no longer needed.
     fn walk(
         &self,
         mesh_line: &MeshLine,
@@ -151,7 +151,7 @@ impl MeshSolid {
                 }
                 counters.primitive_tests += 1;
                 let triangle = &self.triangles[item as usize];
-                // Accelerators offer more triangles than those whose own box is met; what is said must not depend on it.
+                // Accelerators also report triangles whose own box the line misses. The result must not depend on them.
                 let run_in_plane = || {
                     if boxes.enter_exit(&triangle.bounds()).is_some() {
                         in_plane.push(triangle.face);
@@ -161,7 +161,7 @@ impl MeshSolid {
                     && from <= hit.t
                     && hit.t <= limit
                 {
-                    // Hits are kept in order, which takes long if they are many.
+                    // Hits are inserted in order, which is expensive if there are many.
                     if !budget.step() {
                         return f64::NEG_INFINITY;
                     }
@@ -203,9 +203,9 @@ impl MeshSolid {
         });
     }
 
-    /// Appends the hits that decide the first boundary from `t_min` on, given that the line is outside at `from`,
-    /// where an event that reaches to `t_min` begins at the earliest: those up to the end of the first entry, or all
-    /// if there is none.
+    /// Appends the hits that decide the first boundary from `t_min` on: those up to the end of the first entry, or all
+    /// if there is none. The line must be outside at `from`, the earliest `t` at which an event that reaches to `t_min`
+    /// begins.
     fn hits_to_first_entry(
         &self,
         mesh_line: &MeshLine,
@@ -225,8 +225,8 @@ impl MeshSolid {
                 lowest = lowest.min(end(&out[start..]));
                 lowest
             });
-            // Hits are complete up to the lowest limit. That is too early if the hits that set it turned out
-            // to be an event without effect, a flap: go on from there.
+            // Hits are complete up to the lowest limit. That limit is too early if the hits that set it turned out to
+            // be an event without effect (a flap): continue from there.
             wanted = end(&out[start..]);
             if wanted <= lowest {
                 break;
@@ -238,13 +238,13 @@ impl MeshSolid {
         }
     }
 
-    /// The corners of a triangle of the mesh, scaled.
+    /// The scaled corners of a triangle of the mesh.
     pub(super) fn corners(&self, primitive: u32) -> [Vec3; 3] {
         self.mesh.corners(primitive).map(|v| self.size.scale(v))
     }
 }
 
-/// Inserts a hit where it belongs among the sorted ones from `start` on, unless it is there.
+/// Inserts a hit into the sorted hits from `start` on, unless it is already there.
 fn insert(out: &mut Vec<Crossing>, start: usize, hit: Crossing) {
     if let Err(place) = out[start..].binary_search_by(|other| order(other, &hit)) {
         out.insert(start + place, hit);
@@ -274,12 +274,13 @@ impl Solid for MeshSolid {
         self.make_room(scratch);
         let Some(mesh_line) = self.mesh_line(line) else { return };
         let start = out.len();
-        // Hits just outside of the span may be one event with hits in it.
+        // Hits just outside the span may belong to the same event as hits in it.
         let from = mesh_line.event_start(span.t_min());
         let to = mesh_line.event_end(span.t_max());
         let Some((enter, _)) = mesh_line.boxes(from, to).enter_exit(&self.scaled_bounds) else { return };
         if enter <= mesh_line.scaled(from) {
-            // Perhaps inside: all hits ahead say how often, for behind the last of them it is outside.
+            // The line may be inside here. It is outside behind its last hit, so the sum of all hits ahead gives the
+            // winding number.
             self.hits_between(&mesh_line, from, f64::INFINITY, out, scratch);
             let before = -total(&out[start..]);
             to_crossings(out, start, before);
@@ -305,13 +306,13 @@ impl Solid for MeshSolid {
         self.normal(p, surface, primitive).dot(self.size.scale(p) - a)
     }
 
-    /// The triangle's normal, turned over in a mesh that is wound inward.
+    /// The triangle's normal, negated if the mesh is wound inward.
     fn normal(&self, _p: Vec3, _surface: u32, primitive: u32) -> Vec3 {
         let normal = plane::normal(self.corners(primitive));
         if self.topology.signed_volume.is_sign_negative() { -normal } else { normal }
     }
 
-    /// By the winding number: what the hits on one side of the point add up to.
+    /// Uses the winding number: the sum of the hits on one side of the point.
     fn contains(&self, p: Vec3) -> bool {
         if !self.bounds.contains(p) {
             return false;
@@ -329,7 +330,7 @@ impl Solid for MeshSolid {
     fn barycentric(&self, p: Vec3, primitive: u32) -> Option<[f64; 2]> {
         let [a, b, c] = self.corners(primitive);
         let (ab, ac, ap) = (b - a, c - a, self.size.scale(p) - a);
-        // Seen along the axis on which the normal is longest, so that the areas are the greatest.
+        // Project along the axis in which the normal is longest, so that the areas are largest.
         let normal = ab.cross(ac);
         let n = normal.abs();
         let k = if n.z >= n.x && n.z >= n.y { 2 } else { usize::from(n.y >= n.x) };

@@ -1,4 +1,4 @@
-//! Ending a search of a mesh before it is done.
+//! Ends a search of a mesh early.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -13,14 +13,14 @@ pub struct Cancelled;
 pub(super) struct Stop<'c>(Option<&'c AtomicBool>);
 
 impl<'c> Stop<'c> {
-    /// Nothing ends the search.
+    /// Never ends the search.
     pub(super) const NEVER: Stop<'static> = Stop(None);
 
     pub(super) fn when(cancel: Option<&'c AtomicBool>) -> Stop<'c> {
         Stop(cancel)
     }
 
-    /// Whether the search shall end.
+    /// Whether the search should end.
     pub(super) fn is_set(self) -> bool {
         self.0.is_some_and(|flag| flag.load(Ordering::Relaxed))
     }

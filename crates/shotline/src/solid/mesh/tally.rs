@@ -1,13 +1,13 @@
-//! How often something is found, and where first.
+//! Counts of findings, with the first of each.
 
 use crate::math::Vec3;
 
-/// A count with the first place.
+/// A count and the first item counted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tally<P> {
-    /// How many there are.
+    /// The number of items.
     pub count: usize,
-    /// Where the first is; `None` if there is none.
+    /// The first item; `None` if there are none.
     pub first: Option<P>,
 }
 
@@ -18,7 +18,7 @@ impl<P> Default for Tally<P> {
 }
 
 impl<P> Tally<P> {
-    /// Counts one more; the first to come is the first.
+    /// Counts an item; the first call sets the first item.
     pub(super) fn add(&mut self, place: P) {
         self.count += 1;
         self.first.get_or_insert(place);
@@ -33,31 +33,31 @@ impl<P> FromIterator<P> for Tally<P> {
     }
 }
 
-/// An edge, with faces that have it.
+/// An edge, with faces that use it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge {
-    /// Its vertices; of vertices in one place, the first.
+    /// Its vertices; of coincident vertices, the first.
     pub vertices: [u32; 2],
-    /// Where it begins.
+    /// Its start.
     pub from: Vec3,
-    /// Where it ends.
+    /// Its end.
     pub to: Vec3,
-    /// The first and the last face that have it; the same if there is only one.
+    /// The first and the last face that use it; the same if there is only one.
     pub faces: [u32; 2],
 }
 
 /// Two faces that pass through each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Intersection {
-    /// The two, the lower number first.
+    /// The two faces, the lower index first.
     pub faces: [u32; 2],
-    /// A point where they do, as near as rounding allows.
+    /// A point of their intersection, up to rounding.
     pub point: Vec3,
 }
 
 /// A face passes through another.
 pub(super) const CROSSES: u8 = 1;
-/// A face touches another, or is as near to it as rounding.
+/// A face touches another, or is within rounding of it.
 pub(super) const TOUCHES: u8 = 2;
 
 /// How faces meet. Items are triangles of the solid.
@@ -67,6 +67,6 @@ pub(super) struct FaceContacts {
     pub(super) crossings: Tally<Intersection>,
     /// Pairs of items that meet, in ascending order; `None` if there are too many to list.
     pub(super) pairs: Option<Vec<[u32; 2]>>,
-    /// For each item [`CROSSES`] and [`TOUCHES`].
+    /// For each item, the flags [`CROSSES`] and [`TOUCHES`].
     pub(super) marks: Vec<u8>,
 }

@@ -1,4 +1,4 @@
-//! What holds for every mesh and every ray, aimed and not.
+//! Properties that hold for every mesh and every ray, aimed at features or not.
 
 use std::sync::Arc;
 
@@ -38,8 +38,8 @@ fn hits(solid: &MeshSolid, line: &Line, span: Span) -> Vec<Crossing> {
     out
 }
 
-/// A list without what rounding cannot tell from nothing, as `(t, entering)`: crossings that agree within 8
-/// times the sum of their bounds are one event, of which an even number changes nothing.
+/// Reduces a list to what rounding can distinguish, as `(t, entering)`: crossings that agree within 8 times the sum of
+/// their bounds are one event, and an even number of them changes nothing.
 fn folded(list: &[Crossing]) -> Vec<(f64, bool)> {
     let (mut out, mut inside, mut i) = (Vec::new(), false, 0);
     while i < list.len() {
@@ -56,7 +56,7 @@ fn folded(list: &[Crossing]) -> Vec<(f64, bool)> {
     out
 }
 
-/// What is to be found of a folded list from `t_min` on.
+/// The expected result from `t_min` on, folded.
 fn from_start(list: &[Crossing], t_min: f64) -> Vec<(f64, bool)> {
     let all = folded(list);
     let inside = all.iter().rfind(|(t, _)| *t < t_min).is_some_and(|c| c.1);
@@ -64,8 +64,8 @@ fn from_start(list: &[Crossing], t_min: f64) -> Vec<(f64, bool)> {
     start.into_iter().chain(all.into_iter().filter(|(t, _)| *t >= t_min)).collect()
 }
 
-/// Closed meshes: round, with a hole, with edges of four faces, in nested and abutting shells, with flaps
-/// of no thickness; turned or not, and some of them inside out.
+/// Closed meshes: round, with a hole, with edges of four faces, with nested and touching shells, with flaps of zero
+/// thickness; transformed or not, and some of them inside out.
 fn closed_mesh() -> impl Strategy<Value = TriangleMesh> {
     let place = prop::array::uniform3(-1..=1i32);
     let blocks = prop::collection::btree_set(place, 1..8);
@@ -73,7 +73,7 @@ fn closed_mesh() -> impl Strategy<Value = TriangleMesh> {
         Just(ball(2)),
         Just(ring(9, 5)),
         blocks.clone().prop_map(|set| cubes(&Vec::from_iter(set))),
-        // Block by block: faces between neighbours are there twice, one each way.
+        // Block by block: faces between neighbours exist twice, once in each direction.
         blocks.prop_map(|set| set.iter().fold(TriangleMesh::default(), |m, b| m.with(&cubes(&[*b])))),
         Just(ball(1).with(&ball(2).moved(&Affine::scaling(Vec3::splat(0.5))))),
         Just(ball(1).with(&ball(1).moved(&Affine::scaling(Vec3::splat(0.5))).inside_out())),
@@ -125,8 +125,8 @@ fn origin() -> impl Strategy<Value = [f64; 3]> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(1000))]
 
-    /// Lists alternate and are even on every line, the same bits from every accelerator, the same again
-    /// where less is asked for.
+    /// Lists alternate and are even for every line, have the same bits for every accelerator, and agree with queries
+    /// that request less.
     #[test]
     fn aimed_rays_neither_leak_nor_double(
         mesh in closed_mesh(), aims in aims(), from in origin(), kind in 0..9usize, t_min in -0.5..1.5f64,
@@ -150,7 +150,7 @@ proptest! {
         }
     }
 
-    /// What is asked of a span does not depend on what lies behind it.
+    /// The result for a span does not depend on what lies behind it.
     #[test]
     fn spans_end(mesh in closed_mesh(), aims in aims(), from in origin(), kind in 0..9usize, length in 0.0..2.0f64) {
         let line = line_of(&mesh, aims, from, kind);
@@ -165,7 +165,7 @@ proptest! {
         prop_assert_eq!(first.first(), expected.first());
     }
 
-    /// A reversed ray passes the same triangles the other way, at the same places.
+    /// A reversed ray hits the same triangles in the opposite direction, at the same points.
     #[test]
     fn a_reversed_ray_gives_the_mirrored_list(
         mesh in closed_mesh(), aims in aims(), from in origin(), kind in 0..9usize,
@@ -195,7 +195,8 @@ proptest! {
         }
     }
 
-    /// Membership by winding agrees with the list of any line through the point that does not run in a face.
+    /// Membership by winding number agrees with the crossings of any line through the point that does not run in a
+    /// face.
     #[test]
     fn points_inside_lie_between_an_entry_and_an_exit(
         mesh in closed_mesh(), from in prop::array::uniform3(-6.0..6.0f64), aims in aims(),
@@ -210,7 +211,7 @@ proptest! {
         }
     }
 
-    /// An open sheet is met once, wherever it is met; its nearest hit is the first of all.
+    /// An open sheet is hit exactly once, wherever the ray hits it; the nearest hit is the first of all.
     #[test]
     fn a_sheet_is_hit_once(
         facing in affine_strategy(), aims in aims(), from in prop::array::uniform3(-6.0..6.0f64), tilt in any::<bool>(),
@@ -280,8 +281,8 @@ fn barycentric_coordinates_give_the_point_back() {
     }
 }
 
-/// Where a face on one side of an edge is cut and that on the other is not, modellers leave a triangle without
-/// area. A ray aimed at it gets the place on it, and the surface is closed.
+/// Where a face on one side of an edge is split and that on the other is not, modellers leave a triangle without area.
+/// A ray aimed at it gets a `t` on it, and the surface is closed.
 #[test]
 fn triangles_without_area_are_met_where_they_are() {
     let (a, b) = (Vec3::new(0.1, -0.3, 0.7), Vec3::new(1.1, 1.7, 3.7));

@@ -1,20 +1,20 @@
 //! Signed tetrahedra between triangles and a vertex of their own shell.
 //!
-//! The apex belongs to the shell, so that the size of the terms is that of the shell and not its distance from other
-//! shells. Differences are exact and products are double-double; where the terms cancel so far that this leaves
-//! less than a double holds, determinants are summed again as exact expansions.
+//! The apex belongs to the shell, so the size of the terms depends on the size of the shell and not on its distance
+//! from other shells. Differences are exact and products are double-double. Where the terms cancel so far that the sum
+//! is less accurate than a double, the determinants are summed again as exact expansions.
 
 use super::exact::{Expansion, Wide, minus};
 use super::welded::Face;
 use crate::math::{Dd, Vec3};
 
-/// Relative rounding of a double-double determinant, with the sums of its terms: an upper bound.
+/// An upper bound on the relative rounding error of a double-double determinant, including the sum of its terms.
 const ROUNDING: f64 = 1.0 / (1u128 << 96) as f64;
 
-/// A sum is kept if its doubt is less than this, relative.
+/// A sum is accepted if its relative error bound is less than this.
 const SURE: f64 = 1e-15;
 
-/// The determinant of the differences of three corners from an apex, and a bound of its rounding error.
+/// The determinant of the differences of three corners from an apex, and a bound on its rounding error.
 pub(super) fn determinant(apex: Vec3, corners: [Vec3; 3]) -> (Dd, f64) {
     let [u, v, w] = corners.map(|corner| minus(corner, apex));
     let (mut sum, mut size) = (Dd::ZERO, 0.0);
@@ -26,21 +26,22 @@ pub(super) fn determinant(apex: Vec3, corners: [Vec3; 3]) -> (Dd, f64) {
     (sum, size * ROUNDING)
 }
 
-/// The same within 1e-31, relative, with a bound of what summing it may add.
+/// The same with a relative error of at most 1e-31, and a bound on what summing it may add.
 pub(super) fn exact_determinant(apex: Vec3, corners: [Vec3; 3]) -> (Dd, f64) {
     let [u, v, w]: [Wide; 3] = corners.map(|corner| minus(corner, apex));
     let value = Expansion::determinant(&u, &v, &w).value();
     (value, value.hi.abs() * ROUNDING)
 }
 
-/// Whether a sum of so many terms is right to a double, by the sum of the bounds of their errors.
+/// Whether a sum of this many terms is accurate to a double, given the sum of the bounds of their errors.
 pub(super) fn is_sure(sum: Dd, doubt: f64, terms: usize) -> bool {
     doubt * (terms as f64) <= SURE * sum.hi.abs()
 }
 
-/// The signed volume of faces, each seen from a vertex of its shell, which `apex` names; 0 where rounding leaves no sign.
+/// The signed volume of faces, each as seen from the vertex of its shell that `apex` returns; 0 if rounding hides the
+/// sign.
 ///
-/// Exact determinants are used where the quick ones leave it in doubt.
+/// Exact determinants are used if the error bound of the fast ones is too large.
 pub(super) fn signed_volume(
     faces: &[Face],
     mut apex: impl FnMut(&Face) -> u32,

@@ -1,4 +1,4 @@
-//! What is right and wrong with a mesh.
+//! A report on the defects of a mesh.
 
 use std::collections::HashSet;
 
@@ -9,36 +9,36 @@ use super::welded::{Face, first_at, has_three_corners, welded};
 use super::{Edge, MeshError, Tally, TriangleMesh};
 use crate::math::{Vec3, difference_of_products};
 
-/// A report on a mesh. Vertices in exactly the same place count as one everywhere, so that the separate
-/// triangles of an STL file are seen as the surface they make.
+/// A report on a mesh. Vertices at exactly the same position count as one everywhere, so the separate triangles of an
+/// STL file count as the surface that they form.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Topology {
-    /// Vertices given.
+    /// The number of vertices.
     pub vertices: usize,
-    /// Vertices that no face names, and the first of them. They may be anything, and matter for nothing.
+    /// Vertices that no face uses, with the first of them. They may have any value and affect nothing.
     pub unused_vertices: Tally<u32>,
-    /// Vertices in use in the place of an earlier one, and that one.
+    /// Used vertices at the position of an earlier one, with that one.
     pub duplicate_vertices: Tally<[u32; 2]>,
-    /// Faces given.
+    /// The number of faces.
     pub faces: usize,
-    /// Faces two corners of which are in one place. They are left out of everything else, and nothing is
-    /// open for want of them: their two other edges are one edge, run through both ways.
+    /// Faces with two coincident corners. They are excluded from everything else, and no edge is open because of that:
+    /// their other two edges are one edge, used in both directions.
     pub degenerate_faces: Tally<u32>,
-    /// Faces without area, whose three corners lie on a line.
+    /// Faces without area: their three corners are collinear.
     pub zero_area_faces: Tally<u32>,
-    /// Faces with the corners of an earlier face, in whatever order, and that one.
+    /// Faces with the corners of an earlier face, in any order, with that face.
     pub duplicate_faces: Tally<[u32; 2]>,
-    /// Edges along which not as many faces run one way as the other.
+    /// Edges along which the numbers of faces in the two directions differ.
     pub open_edges: Tally<Edge>,
-    /// Edges of more than two faces.
+    /// Non-manifold edges: those of more than two faces.
     pub non_manifold_edges: Tally<Edge>,
-    /// Edges of two faces that run along it the same way: one of the two is the wrong way round.
+    /// Edges of two faces that run along it in the same direction: one of the two is flipped.
     pub inconsistent_edges: Tally<Edge>,
-    /// Parts that have no vertex in common, and the first face of the second of them.
+    /// Shells, which have no vertex in common, with the first face of the second one.
     pub shells: Tally<u32>,
-    /// The volume enclosed, by the winding number; negative where faces are wound inward.
+    /// The enclosed volume, weighted by the winding number; negative where faces are wound inward.
     pub signed_volume: f64,
-    /// Vertices less edges plus faces: 2 for each shell that is like a sphere, 0 for each like a torus.
+    /// Vertices minus edges plus faces: 2 for each shell like a sphere, 0 for each like a torus.
     pub euler_characteristic: i64,
 }
 
@@ -46,8 +46,8 @@ impl Topology {
     /// Examines a mesh.
     ///
     /// # Errors
-    /// [`MeshError`] for indices out of range, coordinates of a face's corner that are not finite, and nothing to
-    /// examine.
+    /// [`MeshError`] if an index is out of range, a face's corner has a coordinate that is not finite, or no face
+    /// remains.
     pub fn of(mesh: &TriangleMesh) -> Result<Topology, MeshError> {
         check(mesh)?;
         let first_at = first_at(&mesh.vertices);
@@ -88,7 +88,7 @@ impl Topology {
         Ok(report)
     }
 
-    /// What keeps the mesh from being closed, in words; empty if it is closed.
+    /// Describes why the mesh is not closed; empty if it is closed.
     pub fn why_open(&self) -> String {
         match &self.open_edges.first {
             None => String::new(),
@@ -105,14 +105,14 @@ impl Topology {
         }
     }
 
-    /// Whether along every edge as many faces run one way as the other. Such a mesh has an inside.
+    /// Whether along every edge equally many faces run in both directions. Such a mesh has an inside.
     pub fn is_closed(&self) -> bool {
         self.open_edges.count == 0
     }
 
-    /// Fills in what is counted by edges and answers how many there are.
+    /// Fills in the counts of edges, and returns the number of edges.
     fn count_edges(&mut self, faces: &[Face], vertices: &[Vec3]) -> usize {
-        // Each edge with its lower vertex first, the face, and whether that runs along it this way.
+        // Each edge with its lower vertex first, the face, and whether the face runs along it in this direction.
         let mut edges: Vec<([u32; 2], u32, bool)> = Vec::with_capacity(3 * faces.len());
         for Face { number, corners: [a, b, c] } in faces {
             for (from, to) in [(*a, *b), (*b, *c), (*c, *a)] {
@@ -160,21 +160,21 @@ pub(super) fn check(mesh: &TriangleMesh) -> Result<(), MeshError> {
     Ok(())
 }
 
-/// Which vertices some face names.
+/// Returns for each vertex whether a face uses it.
 fn in_use(mesh: &TriangleMesh) -> Vec<bool> {
     let mut in_use = vec![false; mesh.vertices.len()];
     mesh.faces.iter().flatten().for_each(|v| in_use[*v as usize] = true);
     in_use
 }
 
-/// Whether three points lie on a line, by correctly rounded differences.
+/// Whether three points are collinear, by differences of products within 1.5 ulp.
 fn is_flat([a, b, c]: [Vec3; 3]) -> bool {
     let (u, v) = (b - a, c - a);
     let area = |i: usize, j: usize| difference_of_products(u[i], v[j], u[j], v[i]);
     area(0, 1) == 0.0 && area(1, 2) == 0.0 && area(2, 0) == 0.0
 }
 
-/// Faces that have the corners of an earlier one, and the first that has them.
+/// Faces with the corners of an earlier one, with the first face that has them.
 fn duplicates(faces: &[Face]) -> Tally<[u32; 2]> {
     let mut corners: Vec<([u32; 3], u32)> = faces.iter().map(|f| (f.corners, f.number)).collect();
     corners.iter_mut().for_each(|(face, _)| face.sort_unstable());
@@ -264,7 +264,7 @@ mod tests {
         assert_eq!((separate.shells.count, separate.signed_volume), (1, welded.signed_volume));
     }
 
-    /// Many programs leave vertices behind that no face names, and mark them by values that are no place.
+    /// Many programs leave unused vertices behind, and mark them by values that are not points.
     #[test]
     fn unused_vertices_are_counted_and_may_be_anything() {
         let mut mesh = ball(1);

@@ -1,9 +1,10 @@
-//! Welding: vertices that are nearly in one place become one.
+//! Welding: merges vertices that nearly coincide.
 //!
-//! First it is decided which vertices stay: in their order, each that is farther than the distance from all that stay
-//! before it. Then each of the others goes to the nearest that stays, the first of several. So the result is determined, no
-//! vertex is moved farther than the distance, and those that stay are farther apart than that: welding again changes
-//! nothing. A chain of vertices, each near the next, is cut into pieces of that size, not drawn together.
+//! First the vertices that stay are chosen: in their order, each vertex that is farther than the distance from all
+//! vertices chosen before it. Then each of the others is merged into the nearest vertex that stays, or the first of
+//! several. So the result is deterministic, no vertex moves farther than the distance, and those that stay are farther
+//! apart than that: welding again changes nothing. A chain of vertices, each near the next, is cut into pieces of that
+//! size, not collapsed into one.
 
 use std::collections::HashMap;
 
@@ -12,36 +13,37 @@ use super::welded::{first_at, has_three_corners};
 use super::{MeshError, TriangleMesh};
 use crate::math::{Vec3, length};
 
-/// `auto` takes a distance for noise only if the next larger one is so many times larger.
+/// `auto` treats a distance as noise only if the next larger one is at least this many times larger.
 const CLEAR: f64 = 1000.0;
 
-/// `auto` takes two vertices for one only within this many units in the last place of the largest coordinate of their
-/// faces: the rounding that a chain of transforms in float64 leaves. Anything wider may be a feature of the model.
+/// `auto` merges two vertices only within this many units in the last place of the largest coordinate of their faces.
+/// That is the rounding that a chain of transforms in float64 leaves; anything wider may be a feature of the model.
 const ROUNDING: f64 = 64.0;
 
 /// Which vertices to weld.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Weld {
-    /// Those up to this distance apart, in the lengths of the mesh; with 0 those in exactly one place.
+    /// Those at most this distance apart, in the unit of the mesh; 0 welds those that coincide exactly.
     Within(f64),
-    /// Those within rounding of each other: at most 64 units in the last place (float64) of the largest coordinate
-    /// of their faces apart, and all other vertices at least a thousand times farther apart. None where there is no such gap.
+    /// Those within rounding of each other: at most 64 units in the last place (float64) of the largest coordinate of
+    /// their faces apart, and all other vertices at least a thousand times farther apart. Welds nothing if there is no
+    /// such gap.
     Auto,
 }
 
-/// A text or number that is not a distance to weld within.
+/// A text or number that is not a valid welding distance.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{given} is not a distance to weld within; give a finite number of at least 0, or auto")]
 pub struct WeldError {
-    /// What was given: a number as it was written, a text in quotes.
+    /// The input: a number as it was written, a text in quotes.
     pub given: String,
 }
 
 impl Weld {
-    /// Vertices up to a distance apart.
+    /// Welds vertices at most a distance apart.
     ///
     /// # Errors
-    /// [`WeldError`] for what is negative or not finite.
+    /// [`WeldError`] if the distance is negative or not finite.
     pub fn within(distance: f64) -> Result<Weld, WeldError> {
         let valid = distance >= 0.0 && distance.is_finite();
         if valid { Ok(Weld::Within(distance)) } else { Err(WeldError { given: distance.to_string() }) }
@@ -60,31 +62,31 @@ impl std::str::FromStr for Weld {
     }
 }
 
-/// What welding did.
+/// The result of welding.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Welded {
-    /// The distance within which vertices were welded; `None` where [`Weld::Auto`] welded nothing.
+    /// The distance within which vertices were welded; `None` if [`Weld::Auto`] welded nothing.
     pub distance: Option<f64>,
-    /// Vertices within rounding of another, but not in its place, that [`Weld::Auto`] left alone because there is no
-    /// clear gap.
+    /// Vertices within rounding of another, but not exactly at its position, that [`Weld::Auto`] did not merge because
+    /// there is no clear gap.
     pub unclear: usize,
-    /// Vertices that went to another in exactly the same place.
+    /// Vertices merged into another at exactly the same position.
     pub repeated: usize,
-    /// Vertices that went to another that was not in exactly the same place.
+    /// Vertices merged into another at a different position.
     pub merged: usize,
-    /// The farthest that one of these was moved.
+    /// The largest distance that one of these moved.
     pub farthest: f64,
-    /// The smallest distance between vertices after that; only for [`Weld::Auto`], else `None`.
+    /// The smallest distance between vertices afterwards; only for [`Weld::Auto`], else `None`.
     pub apart: Option<f64>,
-    /// Faces with three corners before and fewer after; they are dropped.
+    /// Faces that had three distinct corners before and have fewer after; they are dropped.
     pub collapsed: usize,
 }
 
 impl TriangleMesh {
-    /// The mesh with vertices welded, and what that did. Vertices that no face uses stay as they are.
+    /// Welds vertices. Returns the new mesh and a report. Vertices that no face uses stay as they are.
     ///
     /// # Errors
-    /// [`MeshError`] for indices out of range and corners that are not finite.
+    /// [`MeshError`] if an index is out of range or a corner is not finite.
     pub fn welded(&self, weld: Weld) -> Result<(TriangleMesh, Welded), MeshError> {
         super::topology::check(self)?;
         let used = Used::of(self);
@@ -105,7 +107,7 @@ impl TriangleMesh {
         Ok((welded, report))
     }
 
-    /// The mesh with corners replaced, without the faces that collapse and the vertices that were replaced.
+    /// Returns the mesh with its corners replaced, without the faces that collapse and the vertices that were replaced.
     fn with_vertices_replaced(&self, target: impl Fn(u32) -> u32, report: &mut Welded) -> TriangleMesh {
         let first_at = first_at(&self.vertices);
         let mut number = vec![u32::MAX; self.vertices.len()];
@@ -134,15 +136,15 @@ impl TriangleMesh {
     }
 }
 
-/// The vertices in use, one for each place.
+/// The used vertices, one for each position.
 struct Used<'a> {
     mesh: &'a TriangleMesh,
-    /// The first vertex in each place.
+    /// The first used vertex at each position.
     vertices: Vec<u32>,
-    /// For each vertex of the mesh the place, as a number of `vertices`; `u32::MAX` for those not in use.
+    /// For each vertex of the mesh its position, as an index into `vertices`; `u32::MAX` if it is unused.
     place: Vec<u32>,
-    /// For each place the largest coordinate of the faces there: near the origin, rounding is that of the numbers from
-    /// which the small ones were computed.
+    /// For each position the largest coordinate of the faces there. Near the origin, rounding is that of the numbers
+    /// from which the small coordinates were computed.
     largest: Vec<f64>,
 }
 
@@ -154,7 +156,7 @@ impl<'a> Used<'a> {
         let mut number = vec![u32::MAX; mesh.vertices.len()];
         let (mut vertices, mut place) = (Vec::new(), vec![u32::MAX; mesh.vertices.len()]);
         for v in (0..mesh.vertices.len()).filter(|v| in_use[*v]) {
-            // Of those in use: the first in a place may not be.
+            // Number the used vertices: the first vertex at a position may be unused.
             let known = &mut number[first_at[v] as usize];
             if *known == u32::MAX {
                 *known = vertices.len() as u32;
@@ -185,13 +187,14 @@ impl<'a> Used<'a> {
         }
     }
 
-    /// For each place the vertex that it goes to.
+    /// Returns for each position the vertex that it is merged into.
     fn targets(&self, distance: f64) -> Vec<u32> {
         if distance == 0.0 {
             return self.vertices.clone();
         }
-        // Twice as wide as needed, so that rounding cannot bring near vertices two cells apart. Where the cells are finer
-        // than coordinates, their numbers are coordinates themselves and neighbours are equal.
+        // Cells are twice as wide as needed, so that rounding cannot put near vertices two cells apart. Where cells are
+        // finer than the spacing of coordinates, cell numbers are coordinates themselves and neighbouring cells are
+        // equal.
         let cell = |v: Vec3| (v / (2.0 * distance)).floor() + Vec3::ZERO;
         let key = |v: Vec3| v.to_array().map(f64::to_bits);
         let mut staying: HashMap<[u64; 3], Vec<u32>> = HashMap::new();
@@ -221,19 +224,19 @@ impl<'a> Used<'a> {
         }
         let mut targets = self.vertices.clone();
         for place in goes {
-            // One that stays is within the distance, or the vertex would stay itself.
+            // A vertex that stays is within the distance; otherwise this vertex would stay itself.
             targets[place] = nearest(self.at(place), &staying).unwrap_or(targets[place]);
         }
         targets
     }
 
-    /// The farthest that a place may be from another for rounding alone.
+    /// The largest distance to another position that rounding alone can explain.
     fn rounding(&self, place: usize) -> f64 {
         let largest = self.largest[place];
         ROUNDING * (largest.next_up() - largest)
     }
 
-    /// The distances of places to the nearest other, each with whether it is one of rounding, from the least on.
+    /// Returns the distances from positions to the nearest other, ascending, each with whether rounding explains it.
     fn nearest_distances(&self) -> Vec<(f64, bool)> {
         let points: Vec<Vec3> = (0..self.vertices.len()).map(|place| self.at(place)).collect();
         let distances = Nearest::of(&points).distances();
@@ -243,19 +246,19 @@ impl<'a> Used<'a> {
         found
     }
 
-    /// How many places are within rounding of another.
+    /// The number of positions within rounding of another.
     fn within_rounding(&self) -> usize {
         self.nearest_distances().iter().filter(|(_, is_rounding)| *is_rounding).count()
     }
 
-    /// The clear gap: targets, a distance within it, and the smallest distance above it.
+    /// Finds the clear gap. Returns the targets, a distance within the gap, and the smallest distance above it.
     fn clear_gap(&self, mesh: &TriangleMesh) -> Option<(Vec<u32>, f64, Option<f64>)> {
         let distances = self.nearest_distances();
         let noise = distances.iter().take_while(|(_, is_rounding)| *is_rounding).count();
-        // Where the next larger distance is that much larger, or not to be seen since each vertex has another near it.
+        // Where the next larger distance is that much larger, or is unknown because each vertex has another near it.
         let ends = (1..=noise)
             .filter(|&i| distances.get(i).is_none_or(|(next, _)| *next >= CLEAR * distances[i - 1].0));
-        // From the widest noise on.
+        // The widest noise first.
         ends.rev().find_map(|i| {
             let noise = distances[i - 1].0;
             let distance = noise * CLEAR.sqrt();
@@ -263,7 +266,7 @@ impl<'a> Used<'a> {
             let mut farthest = noise;
             for (place, target) in targets.iter().enumerate() {
                 let moved = length(self.at(place) - mesh.vertices[*target as usize]);
-                // The same distance may be rounding of large coordinates and far above that of small ones.
+                // The same distance may be rounding of large coordinates and far more than that of small ones.
                 if moved > self.rounding(place) {
                     return None;
                 }
@@ -279,7 +282,7 @@ impl<'a> Used<'a> {
         })
     }
 
-    /// Whether some vertex is left without a face though it had one: then a part of the mesh is as small as the noise.
+    /// Whether some vertex loses all its faces: then a feature of the mesh is as small as the noise.
     fn loses_parts(&self, targets: &[u32]) -> bool {
         let (mut before, mut after) =
             (vec![false; self.mesh.vertices.len()], vec![false; self.mesh.vertices.len()]);
@@ -312,7 +315,7 @@ mod tests {
         let mut random = Random::new(4);
         let mut mesh = mesh.unwelded();
         for v in &mut mesh.vertices {
-            // Some stay where they are.
+            // Some vertices do not move.
             *v += random.point(-noise, noise) * f64::from(random.below(2) as u32);
         }
         mesh
@@ -335,7 +338,7 @@ mod tests {
     #[test]
     fn where_no_gap_is_clear_auto_welds_nothing() {
         let mut random = Random::new(9);
-        // Distances of every size down to noise, parts as small as noise, and no noise at all.
+        // Distances of every size down to noise, features as small as noise, and no noise at all.
         let mut every = ring(12, 8).unwelded();
         for v in &mut every.vertices {
             *v += random.point(-1.0, 1.0) * 10f64.powf(random.number(-14.0, -1.0));
@@ -357,7 +360,7 @@ mod tests {
         let thin = |height| plate(Vec3::new(1.0, 1.0, height), Vec3::ZERO);
         let far = |height| plate(Vec3::new(1.0, 1.0, height), Vec3::splat(5e6));
         let gap = |gap, x| plate(Vec3::ONE, Vec3::X * x).with(&plate(Vec3::ONE, Vec3::X * (x + 1.0 + gap)));
-        // Far away a distance of nearly this size is rounding.
+        // Far away, a distance of nearly this size is rounding.
         let mixed = thin(1e-6).with(&gap(2.4e-7, 1e9));
         let features = [
             thin(1e-9),
@@ -388,7 +391,7 @@ mod tests {
     fn vertices_that_coincide_exactly_are_not_an_unclear_gap() {
         let (_, report) = cubes(&[[0, 0, 0]]).unwelded().welded(Weld::Auto).unwrap();
         assert_eq!(report, Welded::default());
-        // Distances of 1, 1e2, 1e4, ... units in the last place show no gap.
+        // Distances of 1, 1e2, 1e4, ... units in the last place have no clear gap.
         let chain = (0..6).map(|i| Vec3::X * (1.0 + f64::EPSILON * 100f64.powi(i)));
         let vertices: Vec<Vec3> = [Vec3::X, Vec3::Y].into_iter().chain(chain).collect();
         let faces = (2..7).map(|i| [i, i + 1, 1]).chain([[0, 2, 1]]).collect();
@@ -447,7 +450,7 @@ mod tests {
             hits
         };
         assert_eq!(hits(mesh), hits(welded));
-        // A sliver collapses; the others keep the numbers of their polygons.
+        // A sliver collapses; the other faces keep the numbers of their polygons.
         let mut mesh = cubes(&[[0, 0, 0]]);
         mesh.vertices.push(mesh.vertices[mesh.faces[3][0] as usize] + Vec3::X * 1e-12);
         let v = mesh.vertices.len() as u32 - 1;

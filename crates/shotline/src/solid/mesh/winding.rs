@@ -1,29 +1,29 @@
 //! From hits to crossings: the winding number along a line.
 //!
-//! A hit that enters adds one, a hit that leaves takes one away; inside is where the sum is not zero. For a
-//! mesh that is wound inward the sum inside is negative, and the same rule holds.
+//! A hit that enters adds one, a hit that leaves subtracts one; inside is where the sum is not zero. In a mesh that is
+//! wound inward the sum inside is negative, and the same rule holds.
 
 use crate::crossing::{Crossing, GROUPING};
 
-/// What a hit adds to the winding number.
+/// The change of the winding number at a hit.
 pub(super) fn step(hit: &Crossing) -> i32 {
     if hit.entering { 1 } else { -1 }
 }
 
-/// What hits add to the winding number together.
+/// The total change of the winding number over hits.
 pub(super) fn total(hits: &[Crossing]) -> i32 {
     hits.iter().map(step).sum()
 }
 
-/// The order of hits, which no accelerator can change.
+/// The order of hits. It does not depend on the accelerator.
 pub(super) fn order(a: &Crossing, b: &Crossing) -> std::cmp::Ordering {
     a.t.total_cmp(&b.t).then(a.primitive.cmp(&b.primitive))
 }
 
-/// Turns the sorted hits from `start` on into crossings, where the winding number before them is known.
+/// Turns the sorted hits from `start` on into crossings; `before` is the winding number before them.
 ///
-/// What lies before the hits becomes an entry at `-inf`, what lies behind them an exit at `inf`; so the
-/// crossings alternate and are even whatever the hits are.
+/// If the line is inside before the hits, an entry at `-inf` is added; if it is inside behind them, an exit at `inf`.
+/// So the crossings always alternate and are even in number.
 pub(super) fn to_crossings(out: &mut Vec<Crossing>, start: usize, before: i32) {
     let (mut kept, mut winding) = (start, before);
     for i in start..out.len() {
@@ -43,8 +43,8 @@ pub(super) fn to_crossings(out: &mut Vec<Crossing>, start: usize, before: i32) {
     }
 }
 
-/// The winding numbers before and behind the event of sorted hits that a triangle takes part in, 0 before all of them;
-/// `None` if it is not hit. Turned so that the first is that on the front of the triangle.
+/// Returns the winding numbers on the front and the back of a triangle: those before and behind the event of sorted
+/// hits that it belongs to, where the number before all hits is 0. `None` if the triangle is not hit.
 pub(super) fn sides_of(hits: &[Crossing], primitive: u32) -> Option<[i32; 2]> {
     let (mut winding, mut before, mut reach) = (0, 0, f64::NEG_INFINITY);
     let mut found = None;
@@ -67,20 +67,20 @@ pub(super) fn sides_of(hits: &[Crossing], primitive: u32) -> Option<[i32; 2]> {
 /// The hits that decide the first boundary of a span.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FirstEntry {
-    /// Their number, from the first on.
+    /// Their number, counted from the first hit.
     pub(super) hits: usize,
-    /// A later hit would be one of them if its `t`, less [`GROUPING`] times its bound, is not above this.
+    /// A later hit belongs to them if its `t`, less [`GROUPING`] times its bound, is at most this.
     pub(super) reach: f64,
 }
 
-/// Looks for the first event that leads inside and reaches to `t_min`, in sorted hits with the line outside before them.
+/// Finds in sorted hits the first event that leads inside and reaches to `t_min`. The line is outside before all hits.
 ///
-/// An event that ends before `t_min` leads inside only of what is left again before the span begins, unless no later
-/// event reaches back to `t_min`: then the span begins inside. `None` if no event leads inside.
+/// An event that ends before `t_min` counts only if no later event reaches back to `t_min`: then the span begins
+/// inside. Otherwise a later event decides. Returns `None` if no event leads inside.
 pub(super) fn first_entry(hits: &[Crossing], t_min: f64) -> Option<FirstEntry> {
     let (mut winding, mut reach) = (0, f64::NEG_INFINITY);
     for i in 0..=hits.len() {
-        // Bounds differ, so that a hit farther on may reach back further than the next one.
+        // Bounds differ, so a hit farther on may reach back further than the next one.
         let begin_behind = |t: f64| hits[i..].iter().all(|hit| hit.t - GROUPING * hit.t_err > t);
         if winding != 0 && begin_behind(reach.max(t_min)) {
             return Some(FirstEntry { hits: i, reach: reach.max(t_min) });
@@ -147,13 +147,13 @@ mod tests {
         assert_eq!(first(&[(1.0, 1)], 0.0), Some((1, 1.08)));
     }
 
-    /// Hits before the span are looked at for what may reach into it; a wall among them is not the first entry.
+    /// Events before the span are examined because they may reach into it; a wall among them is not the first entry.
     #[test]
     fn a_wall_before_the_span_is_not_the_first_entry() {
         let wall = [(1.0, 1), (2.0, -1)];
         assert_eq!(first(&wall, 3.0), None);
         assert_eq!(first(&[wall[0], wall[1], (4.0, 1), (5.0, -1)], 3.0), Some((3, 4.08)));
-        // Within the wall the span begins inside; where the wall's end reaches into the span, it does not.
+        // Within the wall the span begins inside, unless the end of the wall reaches into the span.
         assert_eq!(first(&wall, 1.5), Some((1, 1.5)));
         assert_eq!(first(&wall, 1.95), None);
         assert_eq!(first(&[wall[0], wall[1], (2.05, 1), (3.0, -1)], 2.03), Some((3, 2.13)));
