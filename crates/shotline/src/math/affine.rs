@@ -1,9 +1,9 @@
 //! Affine maps of space, their closed-form inverse through the adjugate, and their effect on normals.
 //!
 //! The inverse of `T = [S | x]` is `[S^-1 | -S^-1 x]` with `S^-1 = adj(S) / |S|`, the transposed matrix of cofactors
-//! over the determinant (J. C. Hart, lecture on ray intersections). It is computed once, when a scene is compiled, so
-//! it is computed in double-double and rounded once: the error of an entry of a stored inverse is at most half an
-//! ulp.
+//! over the determinant (J. C. Hart, lecture on ray intersections). Products and inverses are needed only when a
+//! scene is compiled, so they are computed in double-double and rounded once: the error of an entry of a stored
+//! inverse is at most half an ulp.
 
 use super::length::unit;
 use super::power_of_two::power_of_two_near;
