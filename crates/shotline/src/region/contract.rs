@@ -8,7 +8,7 @@ use crate::math::HALF_ULP;
 /// Maximum number of rounds over all constraints.
 const ROUNDS: usize = 30;
 
-/// Rounds continue while a side shrinks by more than this fraction of its length.
+/// Rounds continue while an end becomes finite or a side shrinks by more than this fraction of its length.
 const WORTHWHILE: f64 = 1.0 / 64.0;
 
 /// An interval of numbers.
@@ -95,7 +95,7 @@ fn times(a: f64, b: f64) -> f64 {
     if a == 0.0 || b == 0.0 { 0.0 } else { a * b }
 }
 
-/// The least value of `a x^2 + 2 l x`, and a magnitude of its terms.
+/// The least value of `a x^2 + 2 l x`, and the largest magnitude of its terms at the points compared.
 fn least_square(a: Range, l: Range, x: Range) -> Range {
     let at = |x: f64| {
         if x.is_infinite() {
@@ -122,7 +122,7 @@ fn least_square(a: Range, l: Range, x: Range) -> Range {
     best
 }
 
-/// The least value of `2 c x y`, and a magnitude of the term.
+/// The least value of `2 c x y`, and its largest finite magnitude.
 fn least_product(c: Range, x: Range, y: Range) -> Range {
     let mut best = (f64::INFINITY, 0.0);
     for c in [c.0, c.1] {

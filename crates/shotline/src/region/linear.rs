@@ -26,8 +26,8 @@ struct Bound {
 /// moved far.
 const ROUNDS: usize = 4;
 
-/// The box with its sides moved inward as far as the planes prove. Axes on which it is unbounded do not change, and
-/// planes that involve them are ignored.
+/// The box with its sides moved inward to the bounds that the planes prove. Axes on which it is unbounded do not
+/// change, and planes that involve them are ignored.
 pub(super) fn tightened(b: Aabb, planes: &[Quadratic]) -> Aabb {
     let is_open = |axis: usize| !(b.min[axis].is_finite() && b.max[axis].is_finite());
     let open = || (0..3).filter(|&axis| is_open(axis));
@@ -110,8 +110,8 @@ fn proven(planes: &[&Bound], direction: Vec3, reach: Vec3) -> f64 {
     best
 }
 
-/// The bound that three planes prove. With `direction = sum m n + rest` and `m >= 0` it is `direction . p <= sum m
-/// (error - offset) + |rest| . reach`.
+/// The bound that three planes prove. With `direction = sum m n + rest` and `m >= 0` it is:
+/// `direction . p <= sum m (error - offset) + |rest| . reach`.
 fn by_three(planes: [&Bound; 3], direction: Vec3, reach: Vec3) -> f64 {
     let [a, b, c] = planes.map(|bound| bound.plane.normal);
     let volume = a.dot(b.cross(c));

@@ -90,7 +90,7 @@ impl Quadratic {
         let factor =
             if largest > 0.0 && largest.is_finite() { 1.0 / power_of_two_below(largest) } else { 1.0 };
         let e = by(&self.e, factor);
-        // An error bound that underflowed was at most the smallest normal number before the factor.
+        // A coefficient or error bound that underflowed was at most the smallest normal number before the factor.
         let vanished = f64::MIN_POSITIVE * factor.max(1.0);
         let e = each(|i, j| if self.e[i][j] == 0.0 { 0.0 } else { e[i][j] + vanished });
         Quadratic { q: by(&self.q, factor), e }

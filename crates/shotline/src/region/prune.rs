@@ -156,7 +156,7 @@ impl Search {
     }
 }
 
-/// A constraint over homogeneous coordinates. That of a plane is kept linear: as a quadratic it would be 0 at `w =
+/// A constraint over homogeneous coordinates. That of a plane is kept linear. As a quadratic it would be 0 at `w =
 /// 0`, where the linear one excludes most.
 enum Homogeneous {
     Linear { coefficients: [f64; 4], errors: [f64; 4] },

@@ -91,7 +91,7 @@ fn extreme_coefficients_end_without_nan() {
     }
 }
 
-/// Ascending roots, shifted apart by 2 each.
+/// Ascending roots at least 2 apart, none of them near zero.
 fn spaced_roots(count: usize) -> impl Strategy<Value = Vec<f64>> {
     prop::collection::vec(-10.0..10.0f64, count).prop_map(|mut x| {
         x.sort_by(f64::total_cmp);
