@@ -3,7 +3,8 @@
 use crate::math::{Affine, HALF_ULP, Vec3, length};
 use crate::ray::{Line, Span};
 
-/// An axis-aligned box, closed; infinite where unbounded; `min > max` where empty.
+/// A closed axis-aligned box. Its corners are infinite where it is unbounded. It is empty if `min > max` on some
+/// axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb {
     /// The lowest corner.
@@ -13,14 +14,14 @@ pub struct Aabb {
 }
 
 impl Default for Aabb {
-    /// The box without a point.
+    /// The empty box.
     fn default() -> Aabb {
         Aabb::EMPTY
     }
 }
 
 impl Aabb {
-    /// The box without a point.
+    /// The empty box.
     pub const EMPTY: Aabb = Aabb { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
     /// All of space.
     pub const EVERYTHING: Aabb = Aabb { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
@@ -40,7 +41,7 @@ impl Aabb {
         !self.min.cmple(self.max).all()
     }
 
-    /// Whether it has finite corners (an empty box has not).
+    /// Whether both corners are finite. Those of [`Aabb::EMPTY`] are not.
     pub fn is_finite(&self) -> bool {
         self.min.is_finite() && self.max.is_finite()
     }
@@ -50,7 +51,7 @@ impl Aabb {
         Aabb { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// What lies in both.
+    /// The intersection of both boxes.
     pub fn intersection(&self, other: &Aabb) -> Aabb {
         Aabb { min: self.min.max(other.min), max: self.max.min(other.max) }
     }
@@ -60,7 +61,7 @@ impl Aabb {
         self.min.cmple(p).all() && p.cmple(self.max).all()
     }
 
-    /// The middle.
+    /// The centre.
     pub fn centre(&self) -> Vec3 {
         self.min * 0.5 + self.max * 0.5
     }
@@ -70,10 +71,10 @@ impl Aabb {
         (self.max - self.min).max(Vec3::ZERO)
     }
 
-    /// Whether the volume is too small for a normal number, though no side is.
+    /// Whether the volume is too small for a normal number although no side is.
     pub fn volume_vanishes(&self) -> bool {
         let size = self.size();
-        // Sides near the least number are the padding of what is flat.
+        // Sides near the smallest normal number are the padding of a flat box.
         size.min_element() > 16.0 * f64::MIN_POSITIVE && size.element_product() < f64::MIN_POSITIVE
     }
 
@@ -83,7 +84,7 @@ impl Aabb {
         s.x * s.y + s.y * s.z + s.z * s.x
     }
 
-    /// The same box with each face moved outward by a relative `ulps` half-ulps of its coordinate.
+    /// The box with each face moved outward by `ulps` half-ulps of its coordinate. Infinite faces stay.
     pub fn widened(&self, ulps: f64) -> Aabb {
         let pad = |v: Vec3| v.abs() * (ulps * HALF_ULP) + Vec3::splat(f64::MIN_POSITIVE);
         let keep = |moved: Vec3, v: Vec3| Vec3::select(v.is_finite_mask(), moved, v);
@@ -107,7 +108,7 @@ impl Aabb {
                 size += a.abs().max(b.abs());
             }
             let pad = 6.0 * HALF_ULP * size + f64::MIN_POSITIVE;
-            // An infinite side makes its own end infinite, and its padding must not touch the other.
+            // Where a side is infinite, so is the padding: `lo` and `hi` may be NaN, and both ends become infinite.
             out.min[i] = if lo.is_finite() && pad.is_finite() { lo - pad } else { f64::NEG_INFINITY };
             out.max[i] = if hi.is_finite() && pad.is_finite() { hi + pad } else { f64::INFINITY };
         }
@@ -124,36 +125,38 @@ impl Aabb {
 
 /// A line prepared for slab tests against many boxes of one frame (Kay and Kajiya 1986).
 ///
-/// The tests are conservative: the interval returned holds every `t` at which the exact line is in the
-/// exact box. Entry is monotone in the box, so a box inside another never seems to begin before it.
+/// The tests are conservative: the interval returned contains every `t` at which the exact line is in the exact box.
+/// The entry is monotone in the box: that of an inner box is never before that of an outer box.
 #[derive(Clone, Copy, Debug)]
 pub struct BoxRay {
-    /// The origin as far along the axis as its error allows, and as far back: seen from the first a near
-    /// plane is as near as it can be, seen from the second a far plane is as far.
+    /// The origin, moved along each axis by the bound on its error: forward as the line runs, and back. The `t` of a
+    /// near plane is computed from `ahead`, and so is a lower bound; that of a far plane is computed from `behind`,
+    /// and so is an upper bound.
     ahead: Vec3,
     behind: Vec3,
     inverse: Vec3,
     /// The direction; zero on an axis that cannot cull.
     d: Vec3,
-    /// One less and one plus what rounding and the error of the direction do to `t`, relative, on the
-    /// worst axis.
+    /// `1 - e` and `1 + e`, where `e` bounds the relative error of `t` from rounding and from the error of the
+    /// direction, on the worst axis.
     shrink: f64,
     grow: f64,
     span: Span,
 }
 
 impl BoxRay {
-    /// Prepares a line and the span outside of which boxes do not matter.
+    /// Prepares a line. Boxes that it meets only outside of `span` are missed.
     pub fn new(line: &Line, span: Span) -> BoxRay {
         let Line { o, d, o_err, d_err } = *line;
         let inverse = 1.0 / d;
         let forward = Vec3::select(inverse.cmpge(Vec3::ZERO), o_err, -o_err);
-        // Of a line of the world nothing is in doubt.
+        // A line in world coordinates is exact.
         let doubt = if d_err == Vec3::ZERO { Vec3::ZERO } else { d_err / d.abs() };
-        // Exactly parallel: in or out for all t. Infinite reciprocals say so; 0 * inf is NaN and counts as in.
+        // Exactly parallel: inside or outside for all t, which infinite reciprocals yield. 0 * inf is NaN and counts
+        // as inside.
         let parallel = d.cmpeq(Vec3::ZERO) & d_err.cmpeq(Vec3::ZERO);
         let bounded = doubt.cmplt(Vec3::splat(0.25)) & inverse.is_finite_mask();
-        // Otherwise the slope is all doubt: such an axis cannot cull.
+        // On any other axis the slope is too uncertain to cull.
         let culls = parallel | bounded;
         let worst = Vec3::select(bounded, 2.0 * doubt, Vec3::ZERO);
         let worst = 0.0_f64.max(worst.x).max(worst.y).max(worst.z);
@@ -179,7 +182,7 @@ impl BoxRay {
         BoxRay { span, ..*self }
     }
 
-    /// How the line passes the planes across an axis.
+    /// How the line crosses the planes perpendicular to an axis.
     #[inline]
     pub fn slope(&self, axis: usize) -> Slope {
         Slope {
@@ -191,17 +194,18 @@ impl BoxRay {
         }
     }
 
-    /// How the line passes the planes where the sum of two coordinates, the second times `sign`, is the same;
-    /// `sign` is 1 or -1.
+    /// How the line crosses the planes on which coordinate `i` plus `sign` times coordinate `j` is constant; `sign`
+    /// is 1 or -1.
     ///
-    /// At any `t` of a box' interval each nominal coordinate is outside of the box by the origin's error and a
-    /// relative doubt of its way at most. So the two together are by the sums; compared to the way across the
-    /// planes the doubt is large where the line runs along them, and from a quarter on they do not cull.
+    /// At any `t` in the interval of a box, each nominal coordinate is outside of the box by at most the origin's
+    /// error plus a relative error times the distance travelled along that axis. The sum of the two coordinates is
+    /// outside by at most the sum of these errors. The error is divided by the distance travelled across the planes,
+    /// so it is large where the line is nearly parallel to them. If it exceeds 1/4, the planes do not cull.
     #[inline]
     pub fn oblique_slope(&self, [i, j]: [usize; 2], sign: f64) -> Slope {
         let (a, b) = (self.d[i], self.d[j] * sign);
         let (way, both) = (a + b, a.abs() + b.abs());
-        // An ulp for the sum, and something for what is too small for ulps.
+        // One ulp covers the rounding of the sum, and the margin covers underflow.
         let margin = f64::MIN_POSITIVE * (1.0 + both);
         let (i_ends, j_ends) =
             ((self.ahead[i], self.behind[i]), (self.ahead[j] * sign, self.behind[j] * sign));
@@ -225,13 +229,13 @@ impl BoxRay {
         }
     }
 
-    /// About the coordinate reached at `t`: a first guess, without a bound.
+    /// An estimate of the coordinate at `t`, without an error bound.
     #[inline]
     pub fn coordinate(&self, axis: usize, t: f64) -> f64 {
         self.ahead[axis] + t / self.inverse[axis]
     }
 
-    /// The part of the span in which the line can be in the box; `None` if it passes by.
+    /// The interval of the span in which the line can be in the box; `None` if the line misses it.
     #[inline]
     pub fn enter_exit(&self, b: &Aabb) -> Option<(f64, f64)> {
         let (mut enter, mut exit) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -248,7 +252,7 @@ impl BoxRay {
                 exit = far;
             }
         }
-        // Widening is monotone, so the greatest entry widened is the greatest of the widened.
+        // Widening is monotone, so widening the greatest entry gives the greatest of the widened entries.
         let enter = (enter * self.shrink).min(enter * self.grow).max(self.span.t_min());
         let exit = (exit * self.shrink).max(exit * self.grow).min(self.span.t_max());
         (enter <= exit).then_some((enter, exit))
@@ -257,35 +261,36 @@ impl BoxRay {
 
 /// A line prepared for tests against many spheres of one frame.
 ///
-/// A sphere is met wherever [`BoxRay::enter_exit`] meets a box inside it. At any `t` of a box' interval the nominal
-/// point `ahead + t d` is, on each axis that culls, not farther outside of the box than the origin's error and a
-/// relative doubt of the way to its faces: the sphere is padded by as much. Along axes that do not cull it is a
-/// cylinder.
+/// Wherever [`BoxRay::enter_exit`] meets a box inside a sphere, the sphere is met too. At any `t` in the interval of
+/// the box, the nominal point `ahead + t d` is outside of the box, on each axis that culls, by at most the origin's
+/// error plus a relative error times the distance to the faces. The radius is padded by that much. Along axes that do
+/// not cull, the sphere becomes a cylinder.
 #[derive(Clone, Copy, Debug)]
 pub struct SphereRay {
     ahead: Vec3,
     d: Vec3,
-    /// 1, and 0 for axes that do not cull.
+    /// 1 for axes that cull, else 0.
     culls: Vec3,
-    /// One over the square of the direction's length.
+    /// The reciprocal of the squared length of the direction.
     inverse_squared: f64,
-    /// At least one over that length.
+    /// An upper bound on the reciprocal of that length.
     inverse: f64,
-    /// How far the origin's error spreads.
+    /// A bound on the distance by which the origin's error displaces the line.
     spread: f64,
-    /// Twice the relative doubt of the way to a face.
+    /// Twice the relative error of the distance to a face.
     doubt: f64,
-    /// Infinite where squares might vanish or overflow, so that everything is met.
+    /// The smallest padded radius that is tested; smaller spheres are always met. Infinite where squares might
+    /// underflow or overflow.
     least: f64,
     span: Span,
 }
 
 impl SphereRay {
-    /// Prepares what the line is for boxes.
+    /// Prepares the line of a [`BoxRay`].
     pub fn new(ray: &BoxRay) -> SphereRay {
         let squared = ray.d.length_squared();
-        // The direction is no shorter than its longest side: so the least reciprocal bounds that of its length, without
-        // a root. `min` passes over NaN.
+        // The direction is at least as long as its largest component, so the smallest reciprocal bounds that of the
+        // length without a square root. `min` ignores NaN.
         let inverse = ray.inverse.abs();
         SphereRay {
             ahead: ray.ahead,
@@ -300,9 +305,10 @@ impl SphereRay {
         }
     }
 
-    /// The first `t` of the span at which the line may be in a sphere; `None` if it passes by.
+    /// The first `t` of the span at which the line may be in a sphere; `None` if the line misses it.
     ///
-    /// What rounding does to the foot of the centre on the line, and to its distance, is below `doubt`, a length.
+    /// The length `doubt` bounds the rounding error of the centre's projection onto the line, and of its distance
+    /// from the line.
     #[inline]
     pub fn enter(&self, centre: Vec3, radius: f64) -> Option<f64> {
         let to = (centre - self.ahead) * self.culls;
@@ -314,7 +320,7 @@ impl SphereRay {
             return Some(self.span.t_min());
         }
         let foot = to.dot(self.d) * self.inverse_squared;
-        // The square of half of what is inside, and more by the rounding of both squares.
+        // The square of half the chord, rounded up by the errors of both squares.
         let within = radius * radius * (1.0 + 32.0 * HALF_ULP) - (to - self.d * foot).length_squared();
         if within < 0.0 {
             return None;
@@ -325,7 +331,7 @@ impl SphereRay {
     }
 }
 
-/// How a line passes parallel planes.
+/// How a line crosses a family of parallel planes.
 #[derive(Clone, Copy, Debug)]
 pub struct Slope {
     ahead: f64,
@@ -336,22 +342,23 @@ pub struct Slope {
 }
 
 impl Slope {
-    /// Whether planes are passed in ascending order. Where they cannot cull it is no matter.
+    /// Whether the line crosses the planes in ascending order. Irrelevant where the planes cannot cull.
     #[inline]
     pub fn ascends(&self) -> bool {
         self.inverse >= 0.0
     }
 
-    /// The first `t` at which the line may be behind the plane at a height; ascends along the line, and never
-    /// exceeds [`Slope::latest`] of the same plane.
+    /// The first `t` at which the line may be behind the plane at the height `at`. It never decreases from one plane
+    /// to the next along the line, and is at most [`Slope::latest`] of the same plane.
     ///
-    /// Across an axis both are worked out as for the faces of boxes. So where planes cut a box into pieces, and
-    /// `t` is in the interval of the box, then it is in that of a piece: structures that cut space lose nothing.
+    /// For planes perpendicular to an axis, both are computed exactly as for the faces of boxes. Where such planes
+    /// cut a box into pieces, every `t` in the interval of the box is therefore in the interval of a piece:
+    /// structures that subdivide space lose no item.
     #[inline]
     pub fn earliest(&self, at: f64) -> f64 {
         let t = (at - self.ahead) * self.inverse;
         let t = t * if t > 0.0 { self.shrink } else { self.grow };
-        // NaN, planes that do not cull, becomes no bound at all.
+        // NaN, from planes that do not cull, becomes the trivial bound.
         if t > f64::NEG_INFINITY { t } else { f64::NEG_INFINITY }
     }
 
@@ -390,7 +397,7 @@ mod tests {
     }
 
     proptest! {
-        /// Points of the box seen from the origin are inside the interval, however flat the box.
+        /// The interval contains the `t` of a point of the box at which the line is aimed, however flat the box is.
         #[test]
         fn the_interval_holds_every_point_of_the_box(
             o in prop::array::uniform3(-1e3..1e3f64),
@@ -403,7 +410,7 @@ mod tests {
             if flat < 3 { size[flat] = 0.0; }
             let b = Aabb::new(a, a + size);
             let p = a + size * Vec3::from(w);
-            // The direction is exact by construction only in part, so aim with a box around the point.
+            // `o + d` may differ from `p` by rounding, so the box is extended to contain it.
             let d = p - o;
             let near = b.union(&Aabb::new(o + d, o + d));
             let (enter, exit) = BoxRay::new(&Line::exact(o, d), Span::FORWARD).enter_exit(&near).unwrap();

@@ -1,20 +1,20 @@
-//! What one ray may cost: a number of steps, and a cancel flag that is read between them.
+//! The budget of one ray: a number of steps, and a cancel flag that is read between them.
 //!
-//! Traversals call [`Budget::step`] for each entry they take from a heap or a stack. That is a decrement; the flag is
-//! read once in `SLICE` steps.
+//! Traversals call [`Budget::step`] for each entry that they take from a heap or a stack. It costs a decrement; the
+//! flag is read once in `SLICE` steps.
 
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Steps between two looks at the cancel flag: a fraction of a millisecond.
+/// Steps between two reads of the cancel flag: a fraction of a millisecond.
 const SLICE: u64 = 1024;
 
-/// How the caller of a query follows and ends it while it runs.
+/// How the caller of a query monitors and cancels it while it runs.
 #[derive(Clone, Copy, Default)]
 pub struct Watch<'c> {
     /// Set by any thread to end the query with an error.
     pub cancel: Option<&'c AtomicBool>,
-    /// Called with 0 from time to time while a single ray is worked on, by the thread that works on it.
+    /// Called with 0 from time to time while a single ray is processed, by the thread that processes it.
     pub progress: Option<&'c (dyn Fn(u64) + Sync)>,
 }
 
@@ -25,12 +25,12 @@ impl fmt::Debug for Watch<'_> {
     }
 }
 
-/// Why a ray was given up.
+/// Why a ray was abandoned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {
     /// The cancel flag was set.
     Cancelled,
-    /// It took all its steps.
+    /// The ray has used all its steps.
     Exhausted,
 }
 
@@ -38,9 +38,9 @@ pub enum Ended {
 #[derive(Clone, Debug)]
 pub struct Budget<'c> {
     watch: Watch<'c>,
-    /// Steps until the next look at the flag.
+    /// Steps until the flag is read next.
     slice: u64,
-    /// Steps after those.
+    /// Steps left after those.
     rest: u64,
     most: u64,
     ended: Option<Ended>,
@@ -53,18 +53,19 @@ impl Default for Budget<'_> {
 }
 
 impl<'c> Budget<'c> {
-    /// Follows another watch from the next ray on.
+    /// Uses another watch from the next ray on.
     pub fn watch(&mut self, watch: Watch<'c>) {
         self.watch = watch;
     }
 
-    /// Begins a ray of at most so many steps.
+    /// Begins a ray of at most `most` steps.
     pub fn begin(&mut self, most: u64) {
         let slice = most.min(SLICE);
         (self.slice, self.rest, self.most, self.ended) = (slice, most - slice, most, None);
     }
 
-    /// Takes a step. `false` ends the traversal: its answer is void, and [`Budget::ended`] says why.
+    /// Takes a step. If it returns `false` the traversal must end: its result is invalid, and [`Budget::ended`]
+    /// returns the reason.
     #[inline]
     pub fn step(&mut self) -> bool {
         match self.slice.checked_sub(1) {
@@ -91,7 +92,7 @@ impl<'c> Budget<'c> {
         true
     }
 
-    /// Reads the cancel flag now: for work that takes no steps.
+    /// Reads the cancel flag now and reports progress, for work that takes no steps.
     pub fn check(&mut self) {
         if let Some(progress) = self.watch.progress {
             progress(0);
@@ -101,7 +102,7 @@ impl<'c> Budget<'c> {
         }
     }
 
-    /// Why the ray was given up; `None` if it was not.
+    /// Why the ray was abandoned; `None` if it was not.
     pub fn ended(&self) -> Option<Ended> {
         self.ended
     }

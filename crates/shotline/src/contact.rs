@@ -1,28 +1,29 @@
-//! Contacts: stretches on which a line runs within the surface of a solid, and where beside the line the interior is.
+//! Contacts: intervals on which a line lies in the surface of a solid, with the sector around the line that contains
+//! the interior.
 
 use std::cmp::Ordering;
 
 use crate::crossing::Crossing;
 use crate::math::{Affine, HALF_ULP, Vec3, power_of_two_near, unit};
 
-/// A stretch on which a line that runs within the surface of a solid, up to rounding, has the interior beside it.
+/// An interval on which a line lies in the surface of a solid, up to rounding, and has the interior beside it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
-    /// Where the stretch begins: the crossing of a surface that bounds it.
+    /// The start of the interval: the crossing of a surface that bounds it.
     pub enter: Crossing,
-    /// Where it ends.
+    /// The end of the interval.
     pub exit: Crossing,
-    /// The sector in which the interior is.
+    /// The sector around the line that contains the interior.
     pub sector: Sector,
 }
 
-/// A sector around a line, of half a turn at most: between two borders, from the first to the last counter-clockwise,
-/// seen with the line coming towards the eye.
+/// A sector around a line, of at most half a turn. It runs counter-clockwise from its first border to its last, seen
+/// with the line pointing towards the viewer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sector {
-    /// Where it begins.
+    /// The first border.
     pub from: Border,
-    /// Where it ends.
+    /// The last border.
     pub to: Border,
 }
 
@@ -35,14 +36,14 @@ pub struct Border {
     pub side: f64,
 }
 
-/// A surface that contains a line, to second order: at a step `v` from the line's point at `t`, its implicit function is
-/// `2 (normal + (t - at) turn) v + v form v`, up to a positive factor.
+/// A surface that contains a line, to second order: at the displacement `v` from the line's point at `t`, its
+/// implicit function is `2 (normal + (t - at) turn) v + v form v`, up to a positive factor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sheet {
-    /// Half the gradient at the point `at` of the line, of length 1: outward.
+    /// Half the gradient at the line's point at `t = at`, scaled to length 1. It points outward.
     pub normal: Vec3,
-    /// Its change for one step of `t`: not zero on a cone, whose gradient grows from the apex on, and where the tangent
-    /// plane turns around the line.
+    /// Its change for one unit of `t`. Not zero on a cone, whose gradient grows with the distance from the apex, and
+    /// where the tangent plane turns around the line.
     pub turn: Vec3,
     /// The `t` to which `normal` belongs.
     pub at: f64,
@@ -64,7 +65,7 @@ impl Sheet {
         }
     }
 
-    /// The same surface with its outside inside.
+    /// The same surface with inside and outside exchanged.
     pub fn turned_over(self) -> Sheet {
         Sheet { normal: -self.normal, turn: -self.turn, form: self.form.map(|row| -row), ..self }
     }
@@ -72,7 +73,7 @@ impl Sheet {
     /// The same surface in another frame, given the map from that frame to this one.
     fn in_frame(&self, this_from_that: &Affine) -> Sheet {
         let columns = Vec3::AXES.map(|axis| this_from_that.vector(axis));
-        // At a size of about 1, so that the products are in range.
+        // Scaled to a size of about 1, so that the products are in range.
         let size = power_of_two_near(columns.iter().map(|c| c.abs().max_element()).fold(0.0, f64::max));
         let columns = columns.map(|column| column / size);
         let along_columns = |v: Vec3| Vec3::from(columns.map(|column| v.dot(column)));
@@ -89,15 +90,16 @@ impl Sheet {
 }
 
 impl Border {
-    /// A border that leaves a line straight, in a direction across it.
+    /// The border in the plane through a line and a direction across it, on the side of the line to which the
+    /// direction points.
     pub fn straight(direction: Vec3, line: Vec3) -> Border {
         Border { sheet: Sheet::plane(unit(direction).cross(unit(line))), side: 1.0 }
     }
 }
 
 impl Sector {
-    /// What lies behind one surface or behind two that do not turn, around a line that they contain; `None` if nothing
-    /// does.
+    /// The sector behind one surface, or behind two whose `turn` is zero, around a line that they contain; `None` if
+    /// the sector is empty.
     pub fn behind(sheets: &[Sheet], line: Vec3) -> Option<Sector> {
         let between = |first: Sheet, last: Sheet| Sector {
             from: Border { sheet: last, side: 1.0 },
@@ -114,7 +116,8 @@ impl Sector {
         }
     }
 
-    /// The same sector in another frame, given the map from that frame to this one; a mirror turns it round.
+    /// The same sector in another frame, given the map from that frame to this one. A reflection exchanges its
+    /// borders.
     pub fn in_frame(&self, this_from_that: &Affine) -> Sector {
         if this_from_that.is_identity() {
             return *self;
@@ -141,7 +144,7 @@ mod tests {
         let (x, y) = (Vec3::X, Vec3::Y);
         let plane = Sheet::plane;
         let half = |n: Vec3| Sector::behind(&[plane(n)], line).unwrap();
-        // The interior of x < 0 begins on the y axis and goes on counter-clockwise.
+        // The sector of x < 0 begins on the y axis and continues counter-clockwise.
         assert_eq!((direction(half(x).from, line).dot(x), direction(half(x).to, line).dot(x)), (0.0, 0.0));
         assert!(direction(half(x).from, line).dot(y) > 0.0 && direction(half(x).to, line).dot(y) < 0.0);
         for (a, b) in [(x, y), (y, x)] {

@@ -1,25 +1,25 @@
 //! Counters of the work that rays cause.
 
-/// Counts of work done, added up by a walk.
+/// Counts of the work done by traversals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
     /// Boxes tested against a ray.
     pub boxes: u64,
     /// Cells visited by a grid or an octree.
     pub cells: u64,
-    /// Splitting planes met.
+    /// Splitting planes tested against a ray.
     pub planes: u64,
     /// Solids and triangles intersected.
     pub primitive_tests: u64,
-    /// Intersections that a tag saved.
+    /// Intersections that tags saved.
     pub tags_saved: u64,
     /// Entries pushed on a heap.
     pub heap_pushes: u64,
-    /// Lists that rounding had broken and that were repaired by membership. None should ever be.
+    /// Lists that rounding had made invalid and that were repaired by membership tests. Should always be 0.
     pub repaired: u64,
-    /// Rays cast from a [`CoherenceHint`](crate::query::CoherenceHint) that met anything.
+    /// Rays cast with a [`CoherenceHint`](crate::query::CoherenceHint) that met a body.
     pub hinted: u64,
-    /// Those among them that met the body of their seed.
+    /// Those of them that met the body of their hint.
     pub hinted_right: u64,
 }
 
@@ -30,7 +30,7 @@ pub struct Counter {
     pub name: &'static str,
     /// What it counts, in a few words.
     pub summary: &'static str,
-    /// Reads it.
+    /// Reads the count.
     pub of: fn(&Counters) -> u64,
 }
 

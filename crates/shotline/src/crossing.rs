@@ -1,24 +1,24 @@
-//! What a solid answers: the crossings of a whole line with its surface.
+//! What a solid returns: the crossings of a whole line with its surface.
 
-/// The number of a crossing's triangle where there is none.
+/// Stands for the triangle of a crossing that has none.
 pub const NO_PRIMITIVE: u32 = u32::MAX;
 
-/// A place where a line passes the surface of one solid.
+/// A point at which a line crosses the surface of one solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
-    /// The parameter on the line; infinite where the interior has no end.
+    /// The parameter on the line; infinite where the interior is unbounded.
     pub t: f64,
     /// A bound on the error of `t`, from the rounding of the inputs and of the arithmetic.
     pub t_err: f64,
-    /// Whether the line passes into the interior.
+    /// Whether the line enters the interior.
     pub entering: bool,
     /// Which surface of the solid: an index into [`crate::solid::Solid::surfaces`].
     pub surface: u32,
     /// The triangle of a mesh, else [`NO_PRIMITIVE`].
     pub primitive: u32,
-    /// The crossing is one event with others within this many times its bound: [`GROUPING`], or less where the
-    /// sign of the surface is certain nearer to `t` than that. A root near infinity has a bound as large as its own
-    /// distance, and must not reach back to where the line certainly is inside or outside.
+    /// The crossing is one event with others within this many times its bound: [`GROUPING`], or less where the sign
+    /// of the implicit function is certain closer to `t` than that. A root near infinity has a bound as large as its
+    /// own distance, which must not extend back to where the line is certainly inside or outside.
     pub reach: f32,
 }
 
@@ -39,15 +39,16 @@ impl Crossing {
     }
 }
 
-/// Crossings are one event where their `t` agree within so many times the sum of their bounds.
+/// Crossings are coincident, that is one event, if their `t` differ by at most this many times the sum of their
+/// bounds.
 pub const GROUPING: f64 = 8.0;
 
-/// Whether two crossings, the first not after the second, are one event.
+/// Whether two crossings, the first not after the second, are coincident.
 pub fn are_coincident(a: &Crossing, b: &Crossing) -> bool {
     b.t == a.t || b.low() <= a.high()
 }
 
-/// Whether a list is what a solid may answer: ascending, alternating from an entry, and even.
+/// Whether a list is valid as the result of a solid: ascending, alternating from an entry, and of even length.
 pub fn is_alternating(list: &[Crossing]) -> bool {
     list.len().is_multiple_of(2)
         && list.iter().enumerate().all(|(i, c)| c.entering == (i % 2 == 0))

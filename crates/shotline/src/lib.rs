@@ -1,9 +1,9 @@
 //! shotline finds where rays cross solids: **every** crossing, in order, entering or exiting.
 //!
-//! Solids are exact (quadrics, the torus, closed meshes) and combined by union, intersection and difference;
-//! a graph of affine transforms places them and shares parts. Lists are even, alternate, leave nothing where
-//! solids only touch, carry a bound on the error of every `t`, and are the same bits whatever accelerator,
-//! batch or number of threads found them. `ARCHITECTURE.md` states the contract in full.
+//! Solids are exact (quadrics, the torus, closed meshes) and combined by union, intersection and difference; a graph
+//! of affine transforms places and shares them. Lists of crossings have even length and alternate. Solids that only
+//! touch leave no crossings. Every `t` has a bound on its error. Results are bit-identical for every accelerator,
+//! batch and number of threads. `ARCHITECTURE.md` states the contract in full.
 //!
 //! # A tour
 //!
@@ -43,26 +43,25 @@
 //! # }
 //! ```
 //!
-//! # What is where
+//! # Modules
 //!
-//! - [`shape`] builds scenes with operators; [`prelude`] has what most programs need.
-//! - [`scene`] describes, [`compile`] checks and builds, [`query`] casts; [`query::batch`] casts arrays of rays
-//!   over all cores.
-//! - [`solid`] has the solids, [`accel`] the accelerators: one file and one line to add one.
-//! - [`measure`] tells volume, mass, centroid and inertia of objects.
-//! - [`region`] bounds what planes and quadrics enclose together.
-//! - [`trace`] tells what a ray did, step by step.
+//! - [`scene`] describes, [`compile`] checks and builds, [`query`] casts; [`query::batch`] casts arrays of rays on
+//!   all cores.
+//! - [`solid`] has the solids and [`accel`] the accelerators. Adding one takes one file and one line.
+//! - [`measure`] computes the volume, mass, centroid and inertia of objects.
+//! - [`region`] computes boxes around the region that planes and quadrics enclose together.
+//! - [`trace`] records what a ray did, step by step.
 //! - [`csg`] has the programs and the sweep that combine any number of operands.
 //! - [`lecture`] has the textbook forms that production code replaces: Roth's table, quartics, normals by the adjugate.
 //! - [`math`] and [`roots`] have planes as row vectors, affine maps and polynomial roots.
 //!
 //! # What is not promised
 //!
-//! - Whether a ray within its own rounding of a tangent, an edge, a rim or an apex touches or crosses. What is
-//!   promised is that the list is even and alternates either way.
-//! - What a ray that lies in a face of a mesh sees of that face. (In a face of another solid it is not inside; in one
-//!   that two operands of a union share it is.)
-//! - Crossings at distances at which f64 cannot tell the solid from a point.
+//! - Whether a ray that is within rounding of a tangent, an edge, a rim or an apex touches or crosses there. In
+//!   either case the list has even length and alternates.
+//! - What a ray that lies in a face of a mesh finds of that face. (A ray in a face of another solid is not inside; a
+//!   ray in a face that two operands of a union share is inside.)
+//! - Crossings at distances at which f64 cannot distinguish the solid from a point.
 #![deny(missing_docs)]
 
 pub mod aabb;

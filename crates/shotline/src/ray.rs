@@ -1,9 +1,9 @@
-//! Validated rays, spans of their parameter, and the line that a local frame meets.
+//! Validated rays, spans of their parameter, and the lines of rays in local frames.
 
 use crate::math::{Affine, HALF_ULP, Vec3};
 
-/// The ray `o + t d`. The direction has any finite non-zero length and is never normalised: `t` counts
-/// lengths of `d`, so that the same `t` holds in every frame of a scene graph.
+/// The ray `o + t d`. The direction has any finite non-zero length and is never normalised: `t` is in units of the
+/// length of `d`, so that the same `t` is valid in every frame of a scene graph.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     origin: Vec3,
@@ -46,7 +46,7 @@ impl Ray {
         self.origin
     }
 
-    /// The direction, one step of `t`.
+    /// The direction: the displacement for one unit of `t`.
     pub fn direction(&self) -> Vec3 {
         self.direction
     }
@@ -57,14 +57,14 @@ impl Ray {
     }
 }
 
-/// The part `[t_min, t_max]` of a ray that is asked about.
+/// The interval `[t_min, t_max]` of a ray to which a query applies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Span {
     t_min: f64,
     t_max: f64,
 }
 
-/// A span with NaN or with its ends exchanged.
+/// A span with NaN, with an infinite `t_min`, or with its ends reversed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("the span from t_min = {t_min} to t_max = {t_max} is not an interval")]
 pub struct InvalidSpan {
@@ -101,13 +101,13 @@ impl Span {
     }
 }
 
-/// A ray's whole line as a frame of the scene graph meets it: `T^-1 o`, `T^-1 d`, with bounds for what
-/// rounding has done to either. The parameter `t` is that of the ray.
+/// The whole line of a ray in a frame of the scene graph: `T^-1 o` and `T^-1 d`, with bounds on the rounding errors
+/// of both. The parameter `t` is that of the ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
-    /// Where `t` is 0.
+    /// The point at which `t` is 0.
     pub o: Vec3,
-    /// One step of `t`.
+    /// The displacement for one unit of `t`.
     pub d: Vec3,
     /// Bounds on the error of each component of `o`; zero where exact.
     pub o_err: Vec3,
@@ -149,7 +149,7 @@ impl Line {
             let weigh = |v: Vec3| a[0] * v.x.abs() + a[1] * v.y.abs() + a[2] * v.z.abs();
             out.o[i] = m[0] * self.o.x + m[1] * self.o.y + m[2] * self.o.z + m[3];
             out.d[i] = m[0] * self.d.x + m[1] * self.d.y + m[2] * self.d.z;
-            // Half an ulp for an entry, one product and up to three sums; in the mean far less.
+            // Half an ulp each for an entry, one product and up to three sums. The mean error is far less.
             out.o_err[i] = 5.0 * HALF_ULP * (weigh(self.o) + m[3].abs()) + weigh(self.o_err);
             out.d_err[i] = 4.0 * HALF_ULP * weigh(self.d) + weigh(self.d_err);
         }

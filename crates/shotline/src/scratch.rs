@@ -1,11 +1,11 @@
-//! The memory of one thread that queries use again from ray to ray.
+//! The working memory of one thread, which queries reuse from ray to ray.
 
 use crate::budget::Budget;
 use crate::counters::Counters;
 use crate::tags::Tags;
 use crate::trace::Log;
 
-/// The memory of whoever walks; reused from ray to ray.
+/// The working memory of a traversal, reused from ray to ray.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch<'c> {
     /// Work counted so far.
@@ -14,8 +14,8 @@ pub struct Scratch<'c> {
     pub tags: Tags,
     /// Steps, while they are recorded.
     pub log: Log,
-    /// The triangles of the mesh asked last in whose planes the line runs, up to rounding.
+    /// The triangles of the mesh queried last whose planes contain the line, up to rounding.
     pub in_plane: Vec<u32>,
-    /// What the ray may still cost.
+    /// The remaining budget of the ray.
     pub budget: Budget<'c>,
 }

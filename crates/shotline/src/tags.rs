@@ -1,8 +1,8 @@
-//! Tags, or mailboxes: an item met in several cells is intersected once a ray (Amanatides and Woo 1987;
-//! Arnaldi, Priol and Bouatouch 1987).
+//! Tags, or mailboxes: an item met in several cells is intersected once per ray (Amanatides and Woo 1987; Arnaldi,
+//! Priol and Bouatouch 1987).
 
-/// For each item the number of the ray that met it last. Rays are counted up, so nothing is cleared between
-/// them. Part of the caller's scratch: structures and solids keep no state of a ray.
+/// For each item the number of the ray that met it last. Ray numbers increase, so nothing is cleared between rays.
+/// Tags belong to the caller's scratch memory: structures and solids keep no state of a ray.
 #[derive(Clone, Debug, Default)]
 pub struct Tags {
     met: Vec<u32>,
@@ -14,29 +14,28 @@ impl Tags {
     pub fn begin(&mut self) {
         self.ray = self.ray.wrapping_add(1);
         if self.ray == 0 {
-            // Once in 2^32 rays the numbers begin again.
+            // The numbers wrap around once in 2^32 rays.
             self.met.fill(0);
             self.ray = 1;
         }
     }
 
-    /// Makes room for items below `count`: not needed where no structure repeats them.
+    /// Makes room for items below `count`. Not needed if the structure proposes no item more than once.
     pub fn reserve(&mut self, count: usize) {
         if self.met.len() < count {
             self.met.resize(count, 0);
         }
     }
 
-    /// Tags an item, and answers whether this is its first time on this ray. Where there is no room for it
-    /// every time is the first.
+    /// Tags an item. Returns whether the ray had not met it before; always `true` for an item without room.
     #[inline]
     pub fn is_first(&mut self, item: usize) -> bool {
         self.met.get_mut(item).is_none_or(|met| std::mem::replace(met, self.ray) != self.ray)
     }
 }
 
-/// As [`Tags`], for the items of levels that one ray may visit many times: a hash set, for a visit meets few of the
-/// items of its level.
+/// Like [`Tags`], for the items of levels that one ray may visit many times. A hash set, because a visit meets few of
+/// the items of its level.
 #[derive(Clone, Debug, Default)]
 pub struct VisitTags {
     /// Open addressing by linear probing, at most half full; a power of two, or empty.
@@ -52,7 +51,7 @@ struct Slot {
     item: u32,
 }
 
-/// So many slots are kept from ray to ray.
+/// Maximum number of slots kept from ray to ray.
 const KEPT: usize = 1 << 16;
 
 impl VisitTags {
@@ -65,7 +64,7 @@ impl VisitTags {
         }
     }
 
-    /// Tags an item in a visit, and answers whether this is its first time on this ray.
+    /// Tags an item in a visit. Returns whether the ray had not met it before in this visit.
     #[inline]
     pub fn is_first(&mut self, visit: u32, item: u32) -> bool {
         if 2 * self.used >= self.slots.len() {
@@ -82,17 +81,17 @@ impl VisitTags {
         is_first
     }
 
-    /// Slots that memory is kept for.
+    /// The number of slots that are allocated.
     #[cfg(test)]
     pub(crate) fn room(&self) -> usize {
         self.slots.capacity()
     }
 
-    /// Where an item is, or belongs.
+    /// The index of the slot in which an item is, or belongs.
     fn index(&self, new: Slot) -> usize {
         let mask = self.slots.len() - 1;
         let key = u64::from(new.visit) << 32 | u64::from(new.item);
-        // Fibonacci hashing (Knuth): the high bits are the well mixed ones.
+        // Fibonacci hashing (Knuth): the high bits are well mixed.
         let mut index = (key.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32) as usize & mask;
         loop {
             let slot = &self.slots[index];

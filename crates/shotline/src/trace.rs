@@ -1,8 +1,7 @@
-//! What a ray does, step by step, for those who want to see it.
+//! Records what a ray does, step by step.
 //!
-//! Whoever works on a ray tells the [`Log`] in the scratch memory. While nobody listens that is a look at one
-//! pointer: what a step says is put into words only if it is kept. See
-//! [`Caster::record`](crate::query::Caster::record).
+//! Queries report their steps to the [`Log`] in the scratch memory. While the log is off, that costs a test of one
+//! pointer: a step is described only if it is kept. See [`Caster::record`](crate::query::Caster::record).
 //!
 //! ```
 //! use shotline::{compile, math::Vec3, query::Caster, ray::{Ray, Span}, scene::Scene, trace::Act};
@@ -24,16 +23,16 @@ use crate::crossing::Crossing;
 /// One step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Step {
-    /// How far inside: levels in levels, a body in its level, a test in its body.
+    /// The nesting depth: levels in levels, a body in its level, a test in its body.
     pub depth: usize,
-    /// Where on the ray what it speaks of begins; `None` for what the ray does not meet.
+    /// The `t` at which the subject of the step begins; `None` if the ray does not meet it.
     pub t: Option<f64>,
-    /// What is done.
+    /// The action.
     pub act: Act,
 }
 
-/// What a step does. Parts are in the words of their structure; items are bodies and levels by the name of their
-/// placement, leaves by kind and number.
+/// The action of a step. A node is described in the terms of its structure. An item that is a body or a level has the
+/// name of its placement; a leaf has its kind and number.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Act {
     /// A level is entered.
@@ -50,80 +49,81 @@ pub enum Act {
         /// Its leaves.
         leaves: usize,
     },
-    /// The nearest pending part is opened.
+    /// The nearest queued node is expanded.
     Expand {
-        /// Which.
+        /// Its description.
         node: String,
     },
-    /// A part waits in the heap from now on.
+    /// A node is pushed on the heap.
     PushNode {
-        /// Which.
+        /// Its description.
         node: String,
     },
-    /// An item waits in the heap from now on.
+    /// An item is pushed on the heap.
     PushItem {
-        /// Which.
+        /// Its description.
         item: String,
     },
-    /// An item is offered, but its own box is not met.
+    /// An item is proposed, but the ray misses its box.
     Miss {
-        /// Which.
+        /// Its description.
         item: String,
     },
-    /// An item is offered again: its tag saves the work.
+    /// An item is proposed again, and its tag saves the work.
     Saved {
-        /// Which.
+        /// Its description.
         item: String,
     },
     /// A leaf is intersected. [`Act::Found`] follows, after the [`Act::Run`]s of a mesh.
     Test {
-        /// Which.
+        /// Its description.
         item: String,
     },
-    /// Triangles that the walk through a mesh came to.
+    /// A run of triangles that the traversal of a mesh visits.
     Run {
-        /// Boxes, cells and planes met since the run before.
+        /// Boxes, cells and planes met since the previous run.
         met: u64,
         /// Triangles intersected.
         tested: u64,
-        /// Triangles whose tag saved that.
+        /// Triangles whose tag saved the intersection.
         saved: u64,
         /// Hits.
         hits: Vec<Crossing>,
-        /// The `t` behind which nothing is wanted any more.
+        /// The `t` beyond which no more items are needed.
         limit: f64,
     },
-    /// What a leaf answered. The crossings wait in the heap.
+    /// The leaf returns its crossings, which are pushed on the heap.
     Found {
-        /// Ascending.
+        /// The crossings, in ascending order.
         crossings: Vec<Crossing>,
     },
-    /// A crossing before the box in which its leaf can matter: it is counted and does not wait.
+    /// A crossing before the box in which its leaf can affect the result. It is applied at once and not pushed on the
+    /// heap.
     Before {
         /// The leaf.
         item: String,
         /// Its crossing.
         crossing: Crossing,
     },
-    /// Nothing pending begins before a crossing: the leaf is toggled.
+    /// No queued entry begins before a crossing: the leaf is toggled.
     Toggle {
         /// The leaf.
         item: String,
         /// Its crossing.
         crossing: Crossing,
     },
-    /// The body's own crossing: what the query is given.
+    /// A crossing of the body itself, which the query receives.
     Boundary {
-        /// Whether the ray passes into the body.
+        /// Whether the ray enters the body.
         entering: bool,
     },
     /// The span begins inside the body.
     Start,
     /// The span ends inside the body.
     End,
-    /// The walk ends.
+    /// The traversal ends.
     Done {
-        /// What was never looked at.
+        /// The number of queued entries that were never examined.
         pending: usize,
     },
 }
@@ -131,28 +131,28 @@ pub enum Act {
 /// Steps in the order in which they were taken.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trace {
-    /// As many as there was room for.
+    /// The steps kept, up to the limit.
     pub steps: Vec<Step>,
-    /// How many more there were.
+    /// The number of further steps, which were not kept.
     pub left_out: u64,
 }
 
-/// Keeps steps while somebody listens.
+/// Keeps steps while it is on.
 #[derive(Clone, Debug, Default)]
 pub struct Log {
     trace: Option<Box<Trace>>,
     most: usize,
-    /// The depth of what is walked now.
+    /// The depth of the level or body that is being traversed.
     pub(crate) depth: usize,
 }
 
 impl Log {
-    /// Begins to keep steps, so many at most.
+    /// Starts to keep steps, at most `most` of them.
     pub fn start(&mut self, most: usize) {
         *self = Log { trace: Some(Box::default()), most, depth: 0 };
     }
 
-    /// Answers what was kept, and ends.
+    /// Stops, and returns what was kept.
     pub fn take(&mut self) -> Trace {
         self.trace.take().map_or_else(Trace::default, |trace| *trace)
     }
@@ -163,7 +163,7 @@ impl Log {
         self.trace.is_some()
     }
 
-    /// Tells a step, so much deeper than what is walked now.
+    /// Adds a step that is `deeper` levels below the current depth.
     #[inline]
     pub fn add(&mut self, deeper: usize, t: Option<f64>, act: impl FnOnce() -> Act) {
         if self.trace.is_some() {

@@ -1,4 +1,4 @@
-//! No structure at all: every item is proposed to every ray. The oracle of the others.
+//! No acceleration: proposes every item to every ray. Tests compare the other structures with it.
 
 use super::{Accelerator, Child, QueueEntry, Visitor};
 use crate::aabb::{Aabb, BoxRay};

@@ -1,15 +1,15 @@
-//! Numbers and boxes in words.
+//! Formats numbers and boxes for people.
 
 use crate::aabb::Aabb;
 
-/// Six significant digits, as short as can be.
+/// At most six significant digits, without trailing zeros.
 pub(super) fn number(x: f64) -> String {
     let rounded = format!("{x:.5e}").parse().unwrap_or(x);
     let digits = format!("{rounded:?}");
     digits.strip_suffix(".0").map_or(digits.clone(), str::to_owned)
 }
 
-/// The stretch along each axis.
+/// The interval along each axis.
 pub(super) fn box_of(b: &Aabb) -> String {
     let axis = |i: usize| format!("[{}, {}]", number(b.min[i]), number(b.max[i]));
     format!("{} x {} x {}", axis(0), axis(1), axis(2))

@@ -1,6 +1,5 @@
-//! The user's own hierarchy: the groups of the scene graph, and the operations of a combination, are the
-//! bounding volumes (Clark 1976, "Hierarchical geometric models for visible surface algorithms"; Rubin and
-//! Whitted 1980).
+//! The user's own hierarchy: there is a box around each group of the scene graph and each operation of a combination
+//! (Clark 1976, "Hierarchical geometric models for visible surface algorithms"; Rubin and Whitted 1980).
 
 use std::collections::BinaryHeap;
 use std::ops::Range;
@@ -10,14 +9,14 @@ use super::{Accelerator, Child, Items, QueueEntry, display};
 use crate::aabb::{Aabb, BoxRay};
 use crate::counters::Counters;
 
-/// A box around what the user has put together.
+/// A group that the user made, with the box around it.
 #[derive(Clone, Debug)]
 struct Group {
     bounds: Aabb,
-    /// First of its members, which lie beside each other.
+    /// Index of its first member. Its members are adjacent.
     first: u32,
     count: u32,
-    /// The group around it; the first group has none.
+    /// Index of the enclosing group; unused for the first group.
     parent: u32,
 }
 
@@ -27,7 +26,7 @@ enum Member {
     Group(u32),
 }
 
-/// An item's place.
+/// The innermost group of an item, and whether the item's box is empty.
 #[derive(Clone, Copy, Debug, Default)]
 struct ItemGroup {
     group: u32,
@@ -37,13 +36,13 @@ struct ItemGroup {
 /// The tree of groups.
 #[derive(Clone, Debug)]
 struct Hierarchy {
-    /// Outer before inner; the first holds everything.
+    /// Outer groups come before inner ones; the first contains all items.
     groups: Vec<Group>,
     members: Vec<Member>,
     item_groups: Vec<ItemGroup>,
 }
 
-/// Builds it; where nobody has grouped anything, as in a mesh, a BVH instead.
+/// Builds the hierarchy, or a BVH where there are no groups, as in a mesh.
 pub(super) fn build(items: Items) -> Box<dyn Accelerator> {
     match items.groups {
         Some(groups) => Box::new(Hierarchy::build(items.boxes, groups)),
@@ -54,7 +53,7 @@ pub(super) fn build(items: Items) -> Box<dyn Accelerator> {
 impl Hierarchy {
     fn build(boxes: &[Aabb], groups: &[Range<u32>]) -> Hierarchy {
         let everything = 0..boxes.len() as u32;
-        // A group of one item, and one with the same items as the group around it, adds nothing.
+        // A group of one item, or with the same items as the enclosing group, adds nothing.
         let inner = groups.iter().filter(|r| r.len() > 1 && **r != everything);
         let mut ranges: Vec<Range<u32>> = std::iter::once(&everything).chain(inner).cloned().collect();
         ranges.dedup();
@@ -105,7 +104,7 @@ impl Hierarchy {
         self.members(group).iter().filter_map(bounds).fold(Aabb::EMPTY, |all, b| all.union(&b))
     }
 
-    /// Offers a group, if the ray meets it.
+    /// Queues a group if the ray meets its box.
     fn push_group(&self, group: u32, ray: &BoxRay, out: &mut Vec<QueueEntry>, counters: &mut Counters) {
         counters.boxes += 1;
         if let Some((t, _)) = ray.enter_exit(&self.groups[group as usize].bounds) {
@@ -114,7 +113,7 @@ impl Hierarchy {
     }
 }
 
-/// For each range the next that does not lie in it.
+/// For each range, the index of the next range that does not lie in it.
 fn next_siblings(ranges: &[Range<u32>]) -> Vec<usize> {
     let mut next_siblings = vec![ranges.len(); ranges.len()];
     for index in (0..ranges.len()).rev() {
@@ -132,7 +131,7 @@ impl Accelerator for Hierarchy {
         self.push_group(0, ray, out, counters);
     }
 
-    /// A part is a group. Its items have the bound of the group: who walks tests their own boxes.
+    /// A node is a group. Its items get the bound of the group; the caller tests their own boxes.
     fn expand(&self, node: u64, t: f64, ray: &BoxRay, out: &mut Vec<QueueEntry>, counters: &mut Counters) {
         for &member in self.members(node as usize) {
             match member {
@@ -143,7 +142,7 @@ impl Accelerator for Hierarchy {
         }
     }
 
-    /// Follows every motion: the groups are the user's, however their members move.
+    /// Always succeeds: the groups do not depend on where their members are.
     fn refit(&mut self, items: &[u32], boxes: &dyn Fn(u32) -> Aabb) -> bool {
         let mut changed = BinaryHeap::new();
         for &item in items {
@@ -151,7 +150,7 @@ impl Accelerator for Hierarchy {
             item_group.is_empty = boxes(item).is_empty();
             changed.push(item_group.group);
         }
-        // Inner groups come behind outer ones: the last first, and each box is worked out once.
+        // Inner groups have larger indices than outer ones. Taking the largest index first computes each box once.
         while let Some(index) = changed.pop() {
             while changed.peek() == Some(&index) {
                 changed.pop();
@@ -187,7 +186,8 @@ mod tests {
     use crate::math::Vec3;
     use crate::ray::{Line, Span};
 
-    /// What a ray along x at a height opens and is offered, of boxes at heights 0, 1, 2...
+    /// The items proposed to a ray along x at a height, among boxes at heights 0, 1, 2..., and the number of boxes
+    /// tested.
     fn offered(groups: &[Range<u32>], height: f64) -> (Vec<u32>, u64) {
         let at = |i: u32| Vec3::new(0.0, 0.0, f64::from(i));
         let boxes: Vec<Aabb> = (0..8).map(|i| Aabb::new(at(i), at(i) + Vec3::new(1.0, 1.0, 0.5))).collect();

@@ -1,5 +1,7 @@
-//! Accelerators: structures over boxes that propose items in ascending `t`. They see boxes and item numbers,
-//! never solids; what an item is, and tagging, is the business of whoever walks them.
+//! Accelerators: structures over the boxes of numbered items, which propose items to a ray in ascending `t`.
+//!
+//! An accelerator sees only boxes and item numbers, never solids. The caller of a traversal knows what an item is,
+//! and tags the items that it has tested.
 
 mod brute;
 mod bsp;
@@ -16,49 +18,49 @@ use std::ops::Range;
 use crate::aabb::{Aabb, BoxRay};
 use crate::counters::Counters;
 
-/// What a structure has still to offer to one ray, beginning not before `t`.
+/// An entry in the queue of a best-first traversal: a node or an item that the ray may meet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QueueEntry {
-    /// A true lower bound of every `t` at which the ray meets what is behind this.
+    /// A lower bound on every `t` at which the ray meets the child.
     pub t: f64,
-    /// What is behind it.
+    /// The node or item.
     pub child: Child,
 }
 
-/// What a pending entry stands for.
+/// What a [`QueueEntry`] stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Child {
-    /// A part of the structure, to be opened by [`Accelerator::open`]. The number is the structure's own.
+    /// A node, to be expanded by [`Accelerator::expand`]. Only the structure can interpret the number.
     Node(u64),
     /// An item.
     Item(u32),
-    /// An item whose own box the ray enters exactly at the bound, and that is offered once only: callers need not test its
-    /// box again.
+    /// An item whose own box the ray enters exactly at the bound, and which is proposed only once. Callers need not
+    /// test its box again.
     Entered(u32),
 }
 
-/// Called with a run of items; answers the `t` beyond which nothing is wanted any more.
+/// Called with a run of items. Returns the `t` beyond which the caller needs no more items.
 pub type Visitor<'a> = dyn FnMut(&[u32], &mut Counters) -> f64 + 'a;
 
 /// A structure over the boxes of numbered items.
 ///
-/// The same item may be proposed more than once, see [`Tags`](crate::tags::Tags). Every item whose box the ray meets within its span is
-/// proposed, with a bound not above the first such `t`.
+/// Every item whose box the ray meets within its span is proposed, with a bound of at most the first such `t`. An
+/// item may be proposed more than once, see [`Tags`](crate::tags::Tags).
 pub trait Accelerator: CloneBoxed + Send + Sync + Debug {
-    /// Appends what a walk begins with.
+    /// Appends the entries with which a traversal starts.
     fn roots(&self, ray: &BoxRay, out: &mut Vec<QueueEntry>, counters: &mut Counters);
 
-    /// Opens a part that was offered at `t`: appends what it consists of.
+    /// Expands a node that was queued with the bound `t`: appends its children.
     fn expand(&self, node: u64, t: f64, ray: &BoxRay, out: &mut Vec<QueueEntry>, counters: &mut Counters);
 
-    /// Ordered depth-first walk: visits runs of items, nearest first as far as the structure can tell, and
-    /// skips what begins after the `t` last answered by `visit` (at first `t_max` of the span).
+    /// Traverses the structure depth first, nearer children first. Calls `visit` with runs of items. Skips everything
+    /// that begins after the `t` that `visit` returned last (initially the span's `t_max`).
     fn traverse(&self, ray: &BoxRay, counters: &mut Counters, visit: &mut Visitor) {
         let mut limit = ray.span().t_max();
         let (mut stack, mut found) = (Vec::new(), Vec::new());
         self.roots(ray, &mut found, counters);
         loop {
-            // Nearest on top; ties in the order proposed.
+            // The nearest entry comes on top. Entries with equal `t` keep the order in which they were proposed.
             found.reverse();
             found.sort_by(|a: &QueueEntry, b: &QueueEntry| b.t.total_cmp(&a.t));
             stack.append(&mut found);
@@ -73,27 +75,28 @@ pub trait Accelerator: CloneBoxed + Send + Sync + Debug {
         }
     }
 
-    /// What a part is, in the structure's own words: for people who follow a ray step by step.
+    /// Describes a node in the structure's own terms, for a reader who follows a ray step by step.
     fn describe(&self, node: u64, _ray: &BoxRay) -> String {
         format!("node {node}")
     }
 
-    /// Follows items whose boxes have changed, where `boxes` tells the box of any item. `false` if the structure
-    /// cannot follow, or would be bad: then it has to be built anew, and means nothing any more.
+    /// Refits the structure to items whose boxes have changed; `boxes` returns the new box of any item. Returns
+    /// `false` if the structure cannot be refitted or would become too slow. The structure is then invalid, and the
+    /// caller must rebuild it.
     fn refit(&mut self, _items: &[u32], _boxes: &dyn Fn(u32) -> Aabb) -> bool {
         false
     }
 
-    /// Whether an item may be proposed more than once to a ray.
+    /// Whether the structure may propose an item more than once to one ray.
     fn has_duplicate_refs(&self) -> bool;
 
     /// Bytes used.
     fn memory(&self) -> usize;
 }
 
-/// Copies of what is known only as some accelerator. Whatever is [`Clone`] has this.
+/// Cloning of a boxed accelerator of unknown type. Every accelerator that is [`Clone`] implements this.
 pub trait CloneBoxed {
-    /// A copy.
+    /// Returns a boxed copy.
     fn clone_boxed(&self) -> Box<dyn Accelerator>;
 }
 
@@ -109,13 +112,13 @@ impl Clone for Box<dyn Accelerator> {
     }
 }
 
-/// What a structure is built over.
+/// The input of a builder.
 #[derive(Clone, Copy, Debug)]
 pub struct Items<'a> {
     /// The boxes of items `0..boxes.len()`. Items with an empty box are never proposed.
     pub boxes: &'a [Aabb],
-    /// What the user has put together: ranges of items, each within or beside any other, outer before inner
-    /// and otherwise in order. `None` where nobody has grouped anything, as in a mesh.
+    /// The groups that the user made: ranges of items. Any two are nested or disjoint. Outer ranges come before inner
+    /// ones, disjoint ranges in ascending order. `None` where there are no groups, as in a mesh.
     pub groups: Option<&'a [Range<u32>]>,
 }
 
@@ -131,16 +134,16 @@ impl<'a> From<&'a Vec<Aabb>> for Items<'a> {
     }
 }
 
-/// The name of the structure that suits most.
+/// The name of the accelerator that suits most scenes.
 pub const DEFAULT: &str = "bvh";
 
-/// Declares the registry and stamps the conformance suite onto each entry.
+/// Declares the registry, with a conformance test for each entry.
 macro_rules! registry {
     ($($name:ident => $build:expr),* $(,)?) => {
         /// The names of all accelerators.
         pub static NAMES: &[&str] = &[$(stringify!($name)),*];
 
-        /// Builds the structure of a name; `None` if there is no such name.
+        /// Builds the accelerator with a name. Returns `None` if there is no such name.
         pub fn build<'a>(name: &str, items: impl Into<Items<'a>>) -> Option<Box<dyn Accelerator>> {
             let build: fn(Items) -> Box<dyn Accelerator> = match name {
                 $(stringify!($name) => $build,)*

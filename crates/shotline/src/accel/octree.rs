@@ -1,8 +1,8 @@
-//! An octree: crowded cells are cut into eight at their middle (Glassner 1984, "Space subdivision for fast ray
+//! An octree: crowded cells are cut into octants at their centre (Glassner 1984, "Space subdivision for fast ray
 //! tracing").
 //!
-//! A cell shrinks to what is in it before it is cut: empty space is skipped at once, and a crowd that is small
-//! beside its surroundings is reached in one step.
+//! A cell is shrunk to its contents before it is cut. So rays skip empty space at once, and a crowd of items that is
+//! small relative to its surroundings is reached in one step.
 
 use super::prim_ref::{PrimRef, bounding_box, measure, partition_unbounded};
 use super::{Accelerator, Child, QueueEntry, Visitor, display};
@@ -10,24 +10,24 @@ use crate::aabb::{Aabb, BoxRay};
 use crate::counters::Counters;
 use crate::math::Vec3;
 
-/// Cells within cells.
+/// Maximum number of nested cells, including the root.
 const MAX_DEPTH: usize = 24;
-/// Cells of at most so many items are not cut.
+/// Cells of at most this many items are not cut.
 const MAX_LEAF: usize = 4;
-/// What visiting a cell costs, in tests of an item.
+/// The cost of visiting a cell, in units of an item test.
 const CELL_COST: f64 = 1.0;
-/// How many times an item may be listed, in the mean. It bounds the memory.
+/// Maximum mean number of references to an item. It bounds the memory.
 const MAX_SPREAD: usize = 8;
-/// A walk leaves up to seven cells behind it at each depth.
+/// A traversal leaves up to seven cells on its stack at each depth.
 const MAX_STACK: usize = 7 * MAX_DEPTH + 1;
 
-/// A cell, shrunk.
+/// A cell, shrunk to its contents.
 #[derive(Clone, Copy, Debug)]
 struct Cell {
     bounds: Aabb,
-    /// The first of its parts, which lie beside each other; or the first item in `items`.
+    /// Index of the first of its adjacent children, or of the first item in `items`.
     first: u32,
-    /// Number of parts, up to eight; 0 for a leaf.
+    /// Number of children, up to eight; 0 for a leaf.
     children: u32,
     /// Number of items of a leaf.
     count: u32,
@@ -36,14 +36,14 @@ struct Cell {
 /// The tree.
 #[derive(Clone, Debug)]
 pub(super) struct Octree {
-    /// The root is the first. None without items.
+    /// The root is the first. Empty if there are no bounded items.
     cells: Vec<Cell>,
     items: Vec<u32>,
     /// Items without finite bounds, proposed first.
     unbounded: Vec<u32>,
 }
 
-/// A cell whose contents are not decided. They may be listed `spare` times more than they are.
+/// A cell to cut or to keep as a leaf. Cuts in its subtree may add at most `spare` references.
 struct Task {
     cell: usize,
     items: Vec<PrimRef>,
@@ -102,7 +102,7 @@ impl Octree {
         ray.enter_exit(&self.cells[cell as usize].bounds).map(|(enter, _)| enter)
     }
 
-    /// Offers what a cell that is entered at `t` holds.
+    /// Queues a cell that is entered at `t`, or its items if it is a leaf.
     fn push_children(&self, index: u32, t: f64, out: &mut Vec<QueueEntry>) {
         let cell = &self.cells[index as usize];
         if cell.children > 0 {
@@ -117,7 +117,7 @@ fn new_leaf(bounds: Aabb) -> Cell {
     Cell { bounds, first: 0, children: 0, count: 0 }
 }
 
-/// The contents of the eighths of a box that hold any. A box that ends at the middle does not reach behind it.
+/// The contents of the octants of a box that are not empty. A box that ends at the middle does not extend beyond it.
 fn cut(bounds: &Aabb, items: &[PrimRef]) -> Vec<Vec<PrimRef>> {
     let middle = bounds.centre();
     let mut children = vec![Vec::new(); 8];
@@ -135,7 +135,7 @@ fn cut(bounds: &Aabb, items: &[PrimRef]) -> Vec<Vec<PrimRef>> {
     children
 }
 
-/// All of space on one side of the middle along each axis: above it where the axis' bit is set.
+/// The octant of space on one side of the middle along each axis: above it where the bit of the axis is set.
 fn octant(middle: Vec3, bits: u32) -> Aabb {
     let mut octant = Aabb::EVERYTHING;
     for axis in 0..3 {
@@ -145,7 +145,7 @@ fn octant(middle: Vec3, bits: u32) -> Aabb {
     octant
 }
 
-/// Whether visiting the parts is cheaper than testing all items (MacDonald and Booth 1990).
+/// Whether visiting the children is cheaper than testing all items (MacDonald and Booth 1990).
 fn is_worth_splitting(bounds: &Aabb, items: &[PrimRef], children: &[Vec<PrimRef>]) -> bool {
     let measure = measure(bounds);
     let cost: f64 = children.iter().map(|p| measure(&bounding_box(p)) * (p.len() as f64 + CELL_COST)).sum();
@@ -164,7 +164,7 @@ impl Accelerator for Octree {
         }
     }
 
-    /// A part is a cell that is cut.
+    /// A node is a cell with children.
     fn expand(&self, node: u64, _t: f64, ray: &BoxRay, out: &mut Vec<QueueEntry>, counters: &mut Counters) {
         let cell = &self.cells[node as usize];
         counters.cells += 1;
@@ -205,7 +205,7 @@ impl Accelerator for Octree {
             let base = height;
             for child in self.children(cell) {
                 let Some(t) = self.enter(child, ray) else { continue };
-                // Sorted as they come: the nearest on top.
+                // Insertion sort, with the nearest child on top.
                 let mut slot = height;
                 while slot > base && stack[slot - 1].0 < t {
                     stack[slot] = stack[slot - 1];

@@ -1,25 +1,25 @@
-//! What every structure sorts out first: items it can hold in cells, and items without finite bounds.
+//! References to items during a build. Every builder first separates the items with finite bounds from those without.
 
 use crate::aabb::Aabb;
 
-/// Boxes that reach farther count as infinite, so that no size and no area overflows.
+/// Boxes that extend farther count as unbounded, so that no size and no area overflows.
 const FARTHEST: f64 = 1e150;
 
-/// An item with the box, or the part of it, that is to be held.
+/// A reference to an item, with its box or a piece of its box.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PrimRef {
     pub bounds: Aabb,
     pub item: u32,
 }
 
-/// What a structure does with an item, by its box.
+/// How a structure stores an item, by its box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum BoundsClass {
     /// Never proposed.
     Empty,
-    /// Held.
+    /// Stored in the tree or the cells.
     Bounded,
-    /// Kept aside.
+    /// Stored in a separate list, and proposed first.
     Unbounded,
 }
 
@@ -35,8 +35,7 @@ impl BoundsClass {
     }
 }
 
-/// Items to be held by a structure, and those that are kept aside and proposed first. Items with an empty box
-/// are in neither.
+/// References to the bounded items, and the unbounded items. Items with an empty box are in neither.
 pub(super) fn partition_unbounded(boxes: &[Aabb]) -> (Vec<PrimRef>, Vec<u32>) {
     let (mut bounded, mut unbounded) = (Vec::with_capacity(boxes.len()), Vec::new());
     for (item, &bounds) in (0..).zip(boxes) {
@@ -49,12 +48,12 @@ pub(super) fn partition_unbounded(boxes: &[Aabb]) -> (Vec<PrimRef>, Vec<u32>) {
     (bounded, unbounded)
 }
 
-/// The box around all.
+/// The box around all items.
 pub(super) fn bounding_box(items: &[PrimRef]) -> Aabb {
     items.iter().fold(Aabb::EMPTY, |all, item| all.union(&item.bounds))
 }
 
-/// The parts of a box below and above a plane.
+/// The pieces of a box below and above a plane.
 pub(super) fn cut(bounds: &Aabb, axis: usize, at: f64) -> (Aabb, Aabb) {
     let (mut low, mut high) = (*bounds, *bounds);
     low.max[axis] = low.max[axis].min(at);
@@ -62,7 +61,7 @@ pub(super) fn cut(bounds: &Aabb, axis: usize, at: f64) -> (Aabb, Aabb) {
     (low, high)
 }
 
-/// Items below and above a plane, or what of them is. A box that ends at the plane does not reach behind it.
+/// The items below and above a plane, with their boxes clipped to it. A box that ends at the plane is not above it.
 pub(super) fn divide(items: &[PrimRef], axis: usize, at: f64) -> (Vec<PrimRef>, Vec<PrimRef>) {
     let (mut below, mut above) = (Vec::new(), Vec::new());
     for &PrimRef { bounds, item } in items {
@@ -78,8 +77,8 @@ pub(super) fn divide(items: &[PrimRef], axis: usize, at: f64) -> (Vec<PrimRef>, 
     (below, above)
 }
 
-/// What the chance of a line to meet a box within `whole` is proportional to: the surface, or where `whole` has
-/// none the edges.
+/// A measure proportional to the probability that a line meets a box within `whole`: the surface area, or the sum of
+/// the edge lengths where `whole` has no area.
 pub(super) fn measure(whole: &Aabb) -> fn(&Aabb) -> f64 {
     if whole.half_area() > 0.0 { Aabb::half_area } else { |b| b.size().element_sum() }
 }

@@ -1,5 +1,5 @@
-//! What a lecture on ray intersections teaches and production code does in another way: kept for readers, and as oracles
-//! for tests. Nothing outside of tests calls it.
+//! Methods from a lecture on ray intersections that production code replaces by others. They are kept for readers,
+//! and as oracles for tests. Nothing outside of tests calls them.
 
 pub mod normals;
 pub mod polynomials;

@@ -1,5 +1,5 @@
-//! All real roots of cubics and quartics. Production code solves quadratics, and cubics and quartics only between bounds
-//! (`crate::roots`, `crate::solid::torus`).
+//! All real roots of cubics and quartics. Production code solves quadratics, and solves cubics and quartics only
+//! between bounds (`crate::roots`, `crate::solid::torus`).
 
 use crate::roots::{Roots, cubic_between, quadratic, root_bound, sign_changes, unit_sized};
 

@@ -1,6 +1,6 @@
-//! Roth's classification (S. D. Roth, "Ray casting for modeling solids", 1982): the boolean operations on two lists of
-//! crossings. Production code combines any number of operands with [`crate::csg::Program`] and [`crate::csg::Sweep`]; the
-//! tests hold them to this table.
+//! Roth's classification (S. D. Roth, "Ray casting for modeling solids", 1982): the boolean operations on two lists
+//! of crossings. Production code combines any number of operands with [`crate::csg::Program`] and
+//! [`crate::csg::Sweep`]; tests compare them with this table.
 
 use crate::crossing::{Crossing, are_coincident};
 use crate::csg::Op;
@@ -50,8 +50,8 @@ pub fn classify(op: Op, left: Side, right: Side) -> Side {
     ROTH_TABLE[row].3
 }
 
-/// Merges the crossings of two solids into those of their combination. Crossings that agree within their
-/// bounds are toggled together and judged once, so that touching leaves nothing.
+/// Merges the crossings of two solids into those of their combination. Coincident crossings are toggled together and
+/// then classified once, so that solids that only touch leave no crossings.
 ///
 /// ```
 /// use shotline::crossing::Crossing;

@@ -1,17 +1,17 @@
-//! Affine maps of space, their closed-form inverse through the adjugate, and what they do to normals.
+//! Affine maps of space, their closed-form inverse through the adjugate, and their effect on normals.
 //!
-//! The inverse of `T = [S | x]` is `[S^-1 | -S^-1 x]` with `S^-1 = adj(S) / |S|`, the transposed matrix of
-//! cofactors over the determinant (J. C. Hart, lecture on ray intersections). Everything here happens once,
-//! when a scene is compiled, so it is worked out in double-double and rounded once: an entry of a stored
-//! inverse is wrong by at most half an ulp.
+//! The inverse of `T = [S | x]` is `[S^-1 | -S^-1 x]` with `S^-1 = adj(S) / |S|`, the transposed matrix of cofactors
+//! over the determinant (J. C. Hart, lecture on ray intersections). Products and inverses are needed only when a
+//! scene is compiled, so they are computed in double-double and rounded once: the error of an entry of a stored
+//! inverse is at most half an ulp.
 
 use super::length::unit;
 use super::power_of_two::power_of_two_near;
 use super::{Dd, Vec3};
 
-/// Transforms with a condition number above this are refused. At a condition `c` the bounds of crossings are of the size of
-/// `c` times 10^-15 of the solid, and crossings within 8 times the sum of their bounds are one event. So above this a solid
-/// would vanish between its own bounds.
+/// Transforms with a condition number above this are rejected. At a condition number `c` the bounds of crossings are
+/// about `c` times 10^-15 of the size of the solid, and crossings within 8 times the sum of their bounds are one
+/// event. So above this limit all crossings of a solid could be one event, and the solid would vanish.
 pub const MAX_CONDITION: f64 = 1e12;
 
 /// An affine map as a 3x4 matrix, row by row: `p -> S p + x`.
@@ -23,7 +23,7 @@ pub struct Affine {
     pub rows: [[f64; 4]; 3],
 }
 
-/// A transform that cannot be inverted, or so nearly that nothing reliable is left.
+/// A transform that is singular, or so nearly singular that its inverse is not reliable.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
     "the transform is singular or nearly so (condition number {condition:.3e}, at most {MAX_CONDITION:.0e} is accepted)"
@@ -34,7 +34,7 @@ pub struct SingularTransform {
 }
 
 impl Affine {
-    /// The map that moves nothing.
+    /// The identity.
     pub const IDENTITY: Affine =
         Affine { rows: [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]] };
 
@@ -69,7 +69,8 @@ impl Affine {
         turn(2, degrees.z).then_after(&turn(1, degrees.y).then_after(&turn(0, degrees.x)))
     }
 
-    /// The rotation by degrees about an axis of any length (Rodrigues); counter-clockwise seen from its tip.
+    /// The rotation by degrees about an axis of any length (Rodrigues); counter-clockwise with the axis pointing
+    /// towards the viewer.
     pub fn rotation_about(axis: Vec3, degrees: f64) -> Affine {
         let (s, c) = sin_cos_degrees(degrees);
         let a = unit(axis);
@@ -90,7 +91,7 @@ impl Affine {
 
     /// Whether this is exactly the identity.
     pub fn is_identity(&self) -> bool {
-        // All entries at once, without branches: each ray asks this of each placement on its way.
+        // All entries at once, without branches: this is called for each ray and each placement that the ray enters.
         let entries = self.rows.iter().flatten().zip(Affine::IDENTITY.rows.iter().flatten());
         entries.fold(true, |same, (a, b)| same & (a == b))
     }
@@ -139,14 +140,15 @@ impl Affine {
         if size == 0.0 {
             return f64::INFINITY;
         }
-        // Brought to size 1 first, so that the cubes in the determinant neither overflow nor vanish.
+        // Scaled to size 1 first, so that the cubes in the determinant neither overflow nor underflow.
         let unit = power_of_two_near(size);
         let scaled = Affine { rows: self.rows.map(|r| r.map(|x| x / unit)) };
         let det = scaled.determinant();
         if det == 0.0 { f64::INFINITY } else { norm(&linear) / unit * (norm(&scaled.adjugate()) / det.abs()) }
     }
 
-    /// The inverse in closed form by the adjugate, each entry correctly rounded but for extreme conditions.
+    /// The inverse in closed form by the adjugate. Each entry is correctly rounded unless the condition number is
+    /// extreme.
     ///
     /// # Errors
     /// [`SingularTransform`] if the condition number is above [`MAX_CONDITION`] or an entry is not finite.
@@ -155,19 +157,19 @@ impl Affine {
     }
 }
 
-/// A transformation node's matrix with its inverse. Nodes meet rays with `local_from_parent`.
+/// The matrix of a transformation node with its inverse. Rays are transformed by `local_from_parent`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TransformPair {
     /// `T`.
     pub parent_from_local: Affine,
     /// `T^-1`.
     pub local_from_parent: Affine,
-    /// The condition number of `T`: how many times a relative error of a ray may grow.
+    /// The condition number of `T`: the factor by which a relative error of a ray may grow.
     pub condition: f64,
 }
 
 impl TransformPair {
-    /// The placement that moves nothing.
+    /// The identity.
     pub const IDENTITY: TransformPair = TransformPair {
         parent_from_local: Affine::IDENTITY,
         local_from_parent: Affine::IDENTITY,
@@ -183,8 +185,8 @@ impl TransformPair {
     }
 }
 
-/// A product of transforms under way, in double-double: rounded only when it is placed, so that equal chains
-/// give equal bits and long chains do not gather rounding.
+/// A product of transforms in double-double. Only [`ComposedTransform::placement`] rounds it, so that equal chains
+/// give equal bits and long chains do not accumulate rounding errors.
 #[derive(Clone, Copy, Debug)]
 pub struct ComposedTransform(Wide);
 
@@ -196,7 +198,7 @@ impl ComposedTransform {
         [Dd::ZERO, Dd::ZERO, Dd::ONE, Dd::ZERO],
     ]);
 
-    /// The product with a further transform, inside those so far.
+    /// The product with a further transform, which is applied before those so far.
     pub fn then(&self, inner: &Affine) -> ComposedTransform {
         if inner.is_identity() { *self } else { ComposedTransform(compose(&self.0, &widen(inner))) }
     }
@@ -259,7 +261,7 @@ fn determinant(m: &Wide) -> Dd {
 
 /// The inverse of a matrix whose condition has been checked.
 fn inverse(m: &Wide) -> Wide {
-    // Powers of two bring the linear part to size 1 and are taken out again at the end, without rounding.
+    // A power of two scales the linear part to size 1 and is removed at the end, without rounding.
     let size = m.iter().flat_map(|r| &r[..3]).fold(0.0, |a: f64, x| a.max(x.hi.abs()));
     let unit = 1.0 / power_of_two_near(size);
     let scaled: Wide = m.map(|r| [r[0] * unit, r[1] * unit, r[2] * unit, r[3]]);
@@ -272,8 +274,8 @@ fn inverse(m: &Wide) -> Wide {
     })
 }
 
-/// Sine and cosine of an angle in degrees; exact at multiples of 90. By `libm`, so that every machine gets
-/// the same bits.
+/// Sine and cosine of an angle in degrees; exact at multiples of 90. Uses `libm`, so that every machine gets the same
+/// bits.
 fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
     let turn = libm::fmod(degrees, 360.0);
     match turn {
@@ -290,7 +292,7 @@ pub(crate) mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Well-conditioned maps with rotation, stretch, shear, mirror and translation.
+    /// Well-conditioned maps with rotation, scaling, shear, reflection and translation.
     pub(crate) fn affine_strategy() -> impl Strategy<Value = Affine> {
         let stretch = prop_oneof![0.2..4.0f64, -4.0..-0.2f64];
         (

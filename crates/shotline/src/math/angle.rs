@@ -20,7 +20,7 @@ pub fn sin_cos_degrees_wide(degrees: f64) -> (Dd, Dd) {
     }
 }
 
-/// By the series, for at most pi / 4.
+/// Uses the Taylor series, for angles of at most pi / 4.
 fn sin_cos(x: Dd) -> (Dd, Dd) {
     let square = x * x;
     let series = |first: Dd, from: u32| {

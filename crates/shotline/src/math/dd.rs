@@ -11,7 +11,7 @@ use std::ops::{Add, Mul, Neg, Sub};
 pub struct Dd {
     /// The number rounded to f64.
     pub hi: f64,
-    /// What rounding left.
+    /// The rest after rounding.
     pub lo: f64,
 }
 
@@ -37,7 +37,7 @@ pub fn two_prod(a: f64, b: f64) -> Dd {
     Dd { hi, lo: a.mul_add(b, -hi) }
 }
 
-/// The sum of numbers, gathered in double-double and rounded once.
+/// The sum of numbers, accumulated in double-double and rounded once.
 pub fn sum(numbers: impl IntoIterator<Item = f64>) -> f64 {
     numbers.into_iter().fold(Dd::ZERO, |sum, x| sum + Dd::from(x)).hi
 }

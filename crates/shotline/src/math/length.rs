@@ -1,4 +1,4 @@
-//! Lengths and unit vectors of vectors of any size: their squares may overflow or vanish.
+//! Lengths of vectors and unit vectors, for vectors so large or small that their squares overflow or underflow.
 
 use super::Vec3;
 use super::power_of_two::power_of_two_near;
@@ -14,7 +14,7 @@ pub fn unit(v: Vec3) -> Vec3 {
     (v / scale(v)).normalize()
 }
 
-/// A power of two near the largest component, by which dividing is exact; 1 where squares are harmless.
+/// A power of two near the largest component, so that division by it is exact; 1 where squares are in range.
 fn scale(v: Vec3) -> f64 {
     let size = v.abs().max_element();
     if (1e-100..1e100).contains(&size) || size == 0.0 || !size.is_finite() {

@@ -1,18 +1,18 @@
-//! Powers of two, by which numbers are scaled without rounding.
+//! Powers of two, for scaling without rounding.
 
 use super::Vec3;
 
-/// The `e` for which `x` lies from `2^(e-1)` to `2^e`.
+/// The `e` for which `2^(e-1) <= |x| < 2^e`.
 #[inline(always)]
 pub fn binary_exponent(x: f64) -> i32 {
-    // The exponent field says it, but for zero, subnormal numbers and what is not finite.
+    // The exponent field gives it, except for zero, subnormal numbers and numbers that are not finite.
     match (x.to_bits() >> 52) as i32 & 0x7ff {
         0 | 0x7ff => libm::frexp(x).1,
         field => field - 1022,
     }
 }
 
-/// `2^e` for `e` within the exponents of normal numbers, -1022 and 1023.
+/// `2^e` for the exponents `e` of normal numbers, -1022 to 1023.
 #[inline(always)]
 pub fn power_of_two(e: i32) -> f64 {
     f64::from_bits(((1023 + e) as u64) << 52)
@@ -28,7 +28,7 @@ pub fn power_of_two_near(x: f64) -> f64 {
     power_of_two(binary_exponent(x).clamp(-1000, 1000))
 }
 
-/// A power of two as two factors, so that it may itself be out of range.
+/// A power of two as two factors, so that the power itself may be out of range.
 #[derive(Clone, Copy)]
 pub struct PowerOfTwo(f64, f64);
 

@@ -1,7 +1,7 @@
-//! Bits that look random, by number.
+//! Pseudorandom bits from a number.
 
-/// The output of SplitMix64 for a state (Steele, Lea and Flood 2014, "Fast splittable pseudorandom number generators"):
-/// different states give bits that have nothing to do with each other.
+/// The output of SplitMix64 for a state (Steele, Lea and Flood 2014, "Fast splittable pseudorandom number
+/// generators"). The bits for different states look independent of each other.
 pub fn split_mix64(state: u64) -> u64 {
     let z = state.wrapping_add(SPLIT_MIX64_STEP);
     let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -9,7 +9,7 @@ pub fn split_mix64(state: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// What is added to the state of SplitMix64 from one output to the next.
+/// The increment of the state of SplitMix64 from one output to the next.
 pub const SPLIT_MIX64_STEP: u64 = 0x9e37_79b9_7f4a_7c15;
 
 #[cfg(test)]

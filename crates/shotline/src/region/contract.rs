@@ -1,14 +1,14 @@
-//! Interval contraction (F. Benhamou et al., "Revising hull and box consistency", 1999): each constraint is solved for
-//! one coordinate after the other, the others taken anywhere in the box. Works on boxes without an end.
+//! Interval contraction (F. Benhamou et al., "Revising hull and box consistency", 1999): each constraint is solved
+//! for one coordinate after the other, while the other coordinates range over the box. Works on unbounded boxes.
 
 use super::Quadratic;
 use crate::aabb::Aabb;
 use crate::math::HALF_ULP;
 
-/// At most so many times over all constraints.
+/// Maximum number of rounds over all constraints.
 const ROUNDS: usize = 30;
 
-/// Rounds go on while a side shrinks by more than this part of it.
+/// Rounds continue while an end becomes finite or a side shrinks by more than this fraction of its length.
 const WORTHWHILE: f64 = 1.0 / 64.0;
 
 /// An interval of numbers.
@@ -27,7 +27,7 @@ pub fn contract(start: Aabb, forms: &[Quadratic]) -> Aabb {
                 let Some((low, high)) = form.solved(&b, axis) else { return Aabb::EMPTY };
                 b.min[axis] = b.min[axis].max(low);
                 b.max[axis] = b.max[axis].min(high);
-                // Not `>`: a NaN must not make a box empty.
+                // Not `!(min <= max)`: a NaN must not make the box empty.
                 if b.min[axis] > b.max[axis] {
                     return Aabb::EMPTY;
                 }
@@ -46,7 +46,8 @@ pub fn contract(start: Aabb, forms: &[Quadratic]) -> Aabb {
 }
 
 impl Quadratic {
-    /// The values of a coordinate at which the constraint can be met in a box; `None` if there are none.
+    /// A range around the values of a coordinate at which the constraint can be met in a box; `None` if there are
+    /// none.
     fn solved(&self, b: &Aabb, axis: usize) -> Option<Range> {
         let all = (b.min[axis], b.max[axis]);
         if !self.involves(axis) {
@@ -64,7 +65,7 @@ impl Quadratic {
         (q - e, q + e)
     }
 
-    /// The least value of the terms without the square and the linear term of a coordinate.
+    /// A lower bound on the sum of all terms except the square and the linear term of a coordinate.
     fn least_without(&self, b: &Aabb, axis: usize) -> f64 {
         let (constant, _) = self.entry(3, 3);
         let (mut sum, mut size) = (constant, constant.abs());
@@ -88,12 +89,13 @@ impl Quadratic {
     }
 }
 
-/// A product in which 0 times infinity is 0: the coordinate is as large as one likes, but finite.
+/// A product in which 0 times infinity is 0: an infinite factor stands for a coordinate that is arbitrarily large,
+/// but finite.
 fn times(a: f64, b: f64) -> f64 {
     if a == 0.0 || b == 0.0 { 0.0 } else { a * b }
 }
 
-/// The least value of `a x^2 + 2 l x`, and the size of its terms there.
+/// The least value of `a x^2 + 2 l x`, and the largest magnitude of its terms at the points compared.
 fn least_square(a: Range, l: Range, x: Range) -> Range {
     let at = |x: f64| {
         if x.is_infinite() {
@@ -120,7 +122,7 @@ fn least_square(a: Range, l: Range, x: Range) -> Range {
     best
 }
 
-/// The least value of `2 c x y`, and its size.
+/// The least value of `2 c x y`, and its largest finite magnitude.
 fn least_product(c: Range, x: Range, y: Range) -> Range {
     let mut best = (f64::INFINITY, 0.0);
     for c in [c.0, c.1] {
@@ -134,7 +136,7 @@ fn least_product(c: Range, x: Range, y: Range) -> Range {
     best
 }
 
-/// The `x` of a range with `a x^2 + 2 l x <= most`, or a range around them; `None` if there are none.
+/// A range around the `x` of a range with `a x^2 + 2 l x <= most`; `None` if there are none.
 fn solve(a: Range, l: Range, most: f64, x: Range) -> Option<Range> {
     let largest = l.0.abs().max(l.1.abs());
     if a.0 > 0.0 {
@@ -168,13 +170,14 @@ fn solve(a: Range, l: Range, most: f64, x: Range) -> Option<Range> {
     Some(if a.1 < 0.0 && most < 0.0 { outside((-a.1, -a.0), l, -most, x) } else { x })
 }
 
-/// A range around the `x` of a range with `p x^2 - 2 l x >= least`, for positive `p` and `least`: beyond both roots.
+/// A range around the `x` of a range with `p x^2 - 2 l x >= least`, for positive `p` and `least`. Such `x` are not
+/// between the roots.
 fn outside(p: Range, l: Range, least: f64, x: Range) -> Range {
     let smallest = if l.0 <= 0.0 && 0.0 <= l.1 { 0.0 } else { l.0.abs().min(l.1.abs()) };
     let root = (smallest * smallest + p.0 * least).sqrt() * (1.0 - 16.0 * HALF_ULP);
     let root = (root - f64::MIN_POSITIVE).max(0.0);
     let pad = 8.0 * HALF_ULP * ((root + l.0.abs().max(l.1.abs())) / p.0) + f64::MIN_POSITIVE;
-    // The least that the higher root can be, and the most that the lower can.
+    // A lower bound on the higher root, and an upper bound on the lower root.
     let over = |n: f64| if n > 0.0 { n / p.1 } else { n / p.0 };
     let (high, low) = (over(l.0 + root) - pad, -over(root - l.1) + pad);
     match x {

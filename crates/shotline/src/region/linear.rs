@@ -1,32 +1,33 @@
-//! The box of a polytope by linear programming. The corner that reaches farthest is found by cutting; multipliers of the
-//! planes that meet there then prove how far it is, whatever rounding did to the corner (A. Neumaier and
-//! O. Shcherbina, "Safe bounds in linear and mixed-integer linear programming", 2004).
+//! The box of a polytope by linear programming. The farthest corner in a direction is found by cutting. Multipliers
+//! of the planes that meet there then prove a bound that is valid whatever the rounding error of the corner (A.
+//! Neumaier and O. Shcherbina, "Safe bounds in linear and mixed-integer linear programming", 2004).
 
 use super::Quadratic;
 use super::polytope::{Polytope, side};
 use crate::aabb::Aabb;
 use crate::math::{HALF_ULP, Plane, Vec3};
 
-/// More planes than this are not looked at together.
+/// Maximum number of planes; further ones are ignored.
 const MOST_PLANES: usize = 512;
 
-/// Of planes that meet in a corner, so many are combined.
+/// Maximum number of planes that are combined in a corner.
 const MOST_IN_A_CORNER: usize = 9;
 
-/// Planes meet in a corner if they are within this part of the size of the box.
+/// Planes meet in a corner if their distance from it is at most this fraction of the size of the box.
 const NEAR: f64 = 1e-9;
 
-/// A plane `normal . p + offset <= error`, the error being that of all points of the box.
+/// A constraint `normal . p + offset <= error`, where `error` is a bound for all points of the box.
 struct Bound {
     plane: Plane,
     error: f64,
 }
 
-/// The farther out the sides are, the less precise are the proofs. So what has moved far is done again, so often at most.
+/// Maximum number of rounds. A proof is less precise the farther out the sides are, so a round follows if a side has
+/// moved far.
 const ROUNDS: usize = 4;
 
-/// A box with its sides moved inward to where the planes let a point be. Along axes on which it has no end nothing changes,
-/// and planes that involve them do not count.
+/// The box with its sides moved inward to the bounds that the planes prove. Axes on which it is unbounded do not
+/// change, and planes that involve them are ignored.
 pub(super) fn tightened(b: Aabb, planes: &[Quadratic]) -> Aabb {
     let is_open = |axis: usize| !(b.min[axis].is_finite() && b.max[axis].is_finite());
     let open = || (0..3).filter(|&axis| is_open(axis));
@@ -95,7 +96,8 @@ fn bound(form: &Quadratic, reach: Vec3) -> Bound {
     Bound { plane: Plane::new(2.0 * Vec3::new(q[0][3], q[1][3], q[2][3]), q[3][3]), error }
 }
 
-/// The least bound on `direction . p` that three of the planes prove for points no farther out than `reach`.
+/// The least upper bound on `direction . p` that any three of the planes prove for points with `|p| <= reach` on each
+/// axis.
 fn proven(planes: &[&Bound], direction: Vec3, reach: Vec3) -> f64 {
     let mut best = f64::INFINITY;
     for (i, a) in planes.iter().enumerate() {
@@ -108,7 +110,8 @@ fn proven(planes: &[&Bound], direction: Vec3, reach: Vec3) -> f64 {
     best
 }
 
-/// With `direction = sum m n + rest` and `m >= 0`: `direction . p <= sum m (error - offset) + |rest| . reach`.
+/// The bound that three planes prove. With `direction = sum m n + rest` and `m >= 0` it is:
+/// `direction . p <= sum m (error - offset) + |rest| . reach`.
 fn by_three(planes: [&Bound; 3], direction: Vec3, reach: Vec3) -> f64 {
     let [a, b, c] = planes.map(|bound| bound.plane.normal);
     let volume = a.dot(b.cross(c));

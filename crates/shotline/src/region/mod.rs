@@ -1,16 +1,16 @@
 //! Boxes around the region that planes and quadrics enclose together.
 //!
-//! A half-space or a cylinder given as a quadric has no end, but an intersection of them may have one. The box of such an
-//! intersection is found in steps, from cheap to expensive, each of which is valid by itself:
+//! A half-space or a cylinder given as a quadric is unbounded, but an intersection of them may be bounded. The box of
+//! such an intersection is found in steps, from cheap to expensive, each of which is valid by itself:
 //!
-//! 1. interval contraction (`contract`): exact where everything lies along the axes;
-//! 2. a proof that the region has an end (`prune`): the points far away, in homogeneous coordinates, are cut into
+//! 1. interval contraction (`contract`): exact where everything is aligned with the axes;
+//! 2. a proof that the region is bounded (`prune`): the distant points, in homogeneous coordinates, are cut into
 //!    cells until each cell is outside of some constraint;
 //! 3. the box of the polytope of the planes (`linear`), by multipliers of linear programming;
-//! 4. cutting slabs off the box, where quadrics are slanted (`prune` again).
+//! 4. cutting slabs off the box where quadrics are slanted (`prune` again).
 //!
-//! Every box holds the region for all values of the coefficients within their bounds of error, rounding included.
-//! A step that does not succeed leaves a larger box.
+//! Every box contains the region for all values of the coefficients within their error bounds, rounding included. A
+//! step that does not succeed leaves a larger box.
 
 mod contract;
 mod linear;
@@ -29,7 +29,7 @@ pub use polytope::Polytope;
 pub struct Quadratic {
     /// `Q`, symmetric.
     q: [[f64; 4]; 4],
-    /// How far each entry may be off; 0 for entries that are exactly 0.
+    /// A bound on the error of each entry; 0 for entries that are exactly 0.
     e: [[f64; 4]; 4],
 }
 
@@ -45,13 +45,13 @@ pub struct Constraint {
 }
 
 impl Quadratic {
-    /// From a symmetric matrix, row by row, of which each entry is within two ulps.
+    /// From a symmetric matrix, row by row, each entry of which is accurate to two ulps.
     pub fn new(q: [[f64; 4]; 4]) -> Quadratic {
         let doubt = |x: f64| if x == 0.0 { 0.0 } else { 4.0 * HALF_ULP * x.abs() + f64::MIN_POSITIVE };
         Quadratic { q, e: q.map(|row| row.map(doubt)) }
     }
 
-    /// The same region in the coordinates of another frame, given the map from there.
+    /// The same region in the coordinates of another frame, given the map from that frame.
     fn moved(&self, local_from_body: &Affine) -> Quadratic {
         if local_from_body.is_identity() {
             return *self;
@@ -61,7 +61,7 @@ impl Quadratic {
         let size = t.map(|row| row.map(f64::abs));
         let q = sandwich(&self.q, &t);
         let (error, all) = (sandwich(&self.e, &size), sandwich(&self.q.map(|row| row.map(f64::abs)), &size));
-        // A product that vanishes is not 0: only entries without any product are exact.
+        // A product that underflows is not exactly 0: only entries without any nonzero product are exact.
         let is_there = |x: f64| f64::from(u8::from(x != 0.0));
         let products = sandwich(
             &each(|i, j| is_there(self.q[i][j]).max(is_there(self.e[i][j]))),
@@ -81,8 +81,8 @@ impl Quadratic {
         Quadratic { q: self.q.map(|row| row.map(|x| -x)), ..*self }
     }
 
-    /// In coordinates that count a length, a power of two, as 1; and over a power of two that makes the largest
-    /// coefficient about 1.
+    /// The same region in units of `length`, a power of two. The coefficients are divided by a power of two that
+    /// makes the largest about 1.
     fn scaled(&self, length: f64) -> Quadratic {
         let s = [length, length, length, 1.0];
         let by = |m: &[[f64; 4]; 4], factor: f64| each(|i, j| m[i][j] * s[i] * s[j] * factor);
@@ -90,7 +90,7 @@ impl Quadratic {
         let factor =
             if largest > 0.0 && largest.is_finite() { 1.0 / power_of_two_below(largest) } else { 1.0 };
         let e = by(&self.e, factor);
-        // What was not 0 and has vanished was within the smallest normal number before the factor.
+        // A coefficient or error bound that underflowed was at most the smallest normal number before the factor.
         let vanished = f64::MIN_POSITIVE * factor.max(1.0);
         let e = each(|i, j| if self.e[i][j] == 0.0 { 0.0 } else { e[i][j] + vanished });
         Quadratic { q: by(&self.q, factor), e }
@@ -100,7 +100,7 @@ impl Quadratic {
         self.q.iter().chain(&self.e).flatten().all(|x| x.is_finite())
     }
 
-    /// Whether a coordinate matters.
+    /// Whether the function depends on a coordinate.
     fn involves(&self, axis: usize) -> bool {
         (0..4).any(|j| self.q[axis][j] != 0.0 || self.e[axis][j] != 0.0)
     }
@@ -109,7 +109,7 @@ impl Quadratic {
         (0..3).all(|i| (0..3).all(|j| self.q[i][j] == 0.0 && self.e[i][j] == 0.0))
     }
 
-    /// Whether contraction alone does not see its whole extent.
+    /// Whether contraction alone does not find the exact extent of the region.
     fn is_slanted(&self) -> bool {
         if self.is_plane() {
             (0..3).filter(|&i| self.involves(i)).count() > 1
@@ -118,8 +118,8 @@ impl Quadratic {
         }
     }
 
-    /// A length of the size of what it encloses: how far a plane is from the origin, or a quadric reaches about its
-    /// middle. 0 where nothing tells one.
+    /// A length of about the size of the region: the distance of a plane from the origin, or the extent of a quadric
+    /// around its centre. 0 if the coefficients determine none.
     fn length(&self) -> f64 {
         let most = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |m: f64, x| m.max(x.abs()));
         let square = most(&mut (0..9).map(|k| self.q[k / 3][k % 3]));
@@ -135,8 +135,8 @@ impl Quadratic {
 }
 
 impl Constraint {
-    /// The points of a leaf that is where `x^T Q x < 0` in its own frame, or of its complement. `None` if the numbers are
-    /// too large to compute with.
+    /// The constraint on the points of a leaf, which is where `x^T Q x < 0` in its own frame, or of its complement.
+    /// `None` if the numbers are too large to compute with.
     pub fn new(
         q: [[f64; 4]; 4],
         body_from_local: &Affine,
@@ -157,7 +157,7 @@ pub fn enclose(start: Aabb, constraints: &[&Constraint]) -> Aabb {
     let mut start = start;
     let frame = first.body_from_local;
     if !frame.is_identity() && constraints.iter().all(|c| c.body_from_local == frame) {
-        // A cell that was turned as a whole is seen straight.
+        // All constraints share a frame, in which they may be aligned with the axes.
         let locals: Vec<Quadratic> = constraints.iter().map(|c| c.local).collect();
         start = start.intersection(&contract(Aabb::EVERYTHING, &locals).transformed(&frame));
     }
@@ -172,17 +172,17 @@ pub fn enclose(start: Aabb, constraints: &[&Constraint]) -> Aabb {
     if inner.is_empty() {
         return Aabb::EMPTY;
     }
-    // Scaling by a power of two is exact but for what vanishes.
+    // Scaling by a power of two is exact except for underflow.
     let grown = Aabb::new(inner.min * unit - tiny(unit), inner.max * unit + tiny(unit));
     start.intersection(&grown)
 }
 
-/// What underflow can do to a coordinate, where there are small ones.
+/// A bound on the underflow of a coordinate that is multiplied by `unit`.
 fn tiny(unit: f64) -> f64 {
     if unit < 1e-280 { f64::MIN_POSITIVE } else { 0.0 }
 }
 
-/// The same in coordinates in which everything is about of size 1.
+/// Does the same as [`enclose`], in coordinates in which all sizes are about 1.
 fn unit_box(start: Aabb, forms: &[Quadratic]) -> Aabb {
     let mut b = contract(start, forms);
     let slanted = forms.iter().filter(|form| form.is_slanted()).count();

@@ -5,16 +5,16 @@ use std::collections::HashMap;
 use crate::aabb::Aabb;
 use crate::math::{HALF_ULP, Plane, Vec3, unit};
 
-/// A corner within so many half-ulps of a plane, of the size of the terms, lies in it.
+/// A corner lies in a plane if the plane's value there is at most this many half-ulps of the magnitude of its terms.
 const IN_PLANE: f64 = 32.0;
 
-/// A closed convex polyhedron by its faces. In plain f64: corners are off by rounding, and what is thinner than that may
-/// be missing.
+/// A closed convex polyhedron, given by its faces. It is computed in plain f64: corners have rounding errors, and
+/// features thinner than these may be missing.
 #[derive(Clone, Debug)]
 pub struct Polytope {
     /// The corners.
     pub corners: Vec<Vec3>,
-    /// The corners of each face, by number, counter-clockwise seen from outside.
+    /// The indices of the corners of each face, counter-clockwise seen from outside.
     pub faces: Vec<Vec<u32>>,
 }
 
@@ -28,7 +28,7 @@ impl Polytope {
         Polytope { corners, faces: faces.iter().map(|face| face.to_vec()).collect() }
     }
 
-    /// Cuts away what lies in front of a plane.
+    /// Cuts off everything in front of a plane.
     pub fn cut(&mut self, plane: &Plane) {
         let sides: Vec<f64> = self.corners.iter().map(|&p| side(plane, p)).collect();
         if !sides.iter().any(|&s| s > 0.0) {
@@ -51,7 +51,7 @@ impl Polytope {
                 if of_a * of_b < 0.0 {
                     let corners = &mut self.corners;
                     kept.push(*made.entry((a.min(b), a.max(b))).or_insert_with(|| {
-                        // From the same end whichever face asks.
+                        // Interpolated from the same end for both faces of the edge.
                         let (a, b) = (a.min(b) as usize, a.max(b) as usize);
                         let part = sides[a] / (sides[a] - sides[b]);
                         corners.push(corners[a] + (corners[b] - corners[a]) * part);
@@ -108,7 +108,7 @@ impl Polytope {
     }
 }
 
-/// How far in front of a plane a point is, in lengths of the normal; 0 within rounding.
+/// The value of a plane at a point: positive in front of it, and 0 in the plane up to rounding.
 pub(super) fn side(plane: &Plane, p: Vec3) -> f64 {
     let value = plane.evaluate(p);
     let size = (plane.normal * p).abs().element_sum() + plane.offset.abs();

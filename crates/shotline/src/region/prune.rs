@@ -1,34 +1,34 @@
-//! Branch and prune: a cell is cut in halves until each piece is outside of some constraint, or a piece is found that
-//! is not.
+//! Branch and prune: a cell is halved repeatedly until each piece is outside of some constraint, or a piece at the
+//! finest size is not.
 
 use super::Quadratic;
 use super::contract::contract;
 use crate::aabb::Aabb;
 use crate::math::{HALF_ULP, Vec3};
 
-/// A cell of homogeneous coordinates: the middle and half of the size along each.
+/// A cell of homogeneous coordinates: the centre, and half of the size along each coordinate.
 type Cell = ([f64; 4], [f64; 4]);
 
-/// How far, in sizes of the constraints, a region may reach whose end is still found.
+/// How far a region may extend, in sizes of the constraints, and still be found to be bounded.
 const REACH: f64 = (1 << 20) as f64;
 
-/// Pieces smaller than the cell by more than this are not cut again.
+/// Pieces of at most this fraction of the size of the cell are not halved again.
 const FINEST: f64 = 1.0 / (1 << 16) as f64;
 
-/// Pieces looked at to show that a region has an end.
+/// Maximum number of pieces examined to prove that a region is bounded.
 const PATIENCE: usize = 4096;
 
-/// Pieces looked at to show that a slab may be cut off.
+/// Maximum number of pieces examined to prove that a slab may be cut off.
 const PATIENCE_OF_A_SLAB: usize = 256;
 
-/// The parts of a box that are cut off where they hold nothing.
+/// The thicknesses of slabs that are tried, as fractions of the box.
 const SLABS: [f64; 4] = [0.5, 0.25, 0.125, 0.0625];
 
-/// The box, with ends where it had none if it can be shown that the region has them.
+/// The box, made finite on the axes on which the region is proved to be bounded.
 ///
-/// Points far away are `[v w]` with `v` on the surface of the cube from -1 to 1 and `0 <= w <= 1 / REACH`. If none of them
-/// meets all constraints, the region lies within `REACH`. Where it has no end along an axis, the constraints that do not
-/// involve that axis may still bound the two others.
+/// Distant points are `[v w]` with `v` on the surface of the cube from -1 to 1 and `0 <= w <= 1 / REACH`. If none of
+/// them meets all constraints, the region lies within `REACH`. Where it is unbounded along an axis, the constraints
+/// that do not involve that axis may still bound the two others.
 pub(super) fn ended(b: Aabb, forms: &[Quadratic]) -> Aabb {
     for axes in [&[0, 1, 2][..], &[0, 1], &[0, 2], &[1, 2]] {
         let others = || (0..3).filter(|axis| !axes.contains(axis));
@@ -61,12 +61,12 @@ fn is_ended(forms: &[Quadratic], axes: &[usize]) -> bool {
     })
 }
 
-/// A finite box without slabs in which nothing meets all constraints.
+/// Cuts slabs off a finite box where no point of the slab meets all constraints.
 pub(super) fn shaved(b: Aabb, forms: &[Quadratic]) -> Aabb {
     let (mut b, mut search) = (b, Search::new(forms));
     for part in SLABS {
         let mut goes_on = true;
-        // From the reach to the size is twenty halvings of each side.
+        // Twenty halvings of each side lead from `REACH` to the size of the constraints.
         for _ in 0..64 {
             if !std::mem::take(&mut goes_on) {
                 break;
@@ -99,7 +99,7 @@ pub(super) fn shaved(b: Aabb, forms: &[Quadratic]) -> Aabb {
     b
 }
 
-/// A cell that holds a box.
+/// A cell that contains a box.
 fn cell(b: &Aabb) -> Cell {
     let middle = b.centre();
     let half = (b.max - middle).max(middle - b.min);
@@ -109,7 +109,7 @@ fn cell(b: &Aabb) -> Cell {
 
 struct Search {
     forms: Vec<Homogeneous>,
-    /// The constraint that excluded the last piece: likely it excludes the next.
+    /// The constraint that excluded the last piece. It is likely to exclude the next.
     last: usize,
 }
 
@@ -132,7 +132,7 @@ impl Search {
             if half[widest] <= finest {
                 return false;
             }
-            // Halves are rounded outward, so that together they hold the whole.
+            // Halves are rounded outward, so that together they cover the whole.
             let mut less = half;
             less[widest] *= 0.5;
             for sign in [-1.0, 1.0] {
@@ -156,8 +156,8 @@ impl Search {
     }
 }
 
-/// A constraint over homogeneous coordinates. That of a plane is linear: as a quadratic it would be 0 for `w = 0`, where
-/// it says most.
+/// A constraint over homogeneous coordinates. That of a plane is kept linear. As a quadratic it would be 0 at `w =
+/// 0`, where the linear one excludes most.
 enum Homogeneous {
     Linear { coefficients: [f64; 4], errors: [f64; 4] },
     Quadratic(Quadratic),
@@ -172,7 +172,7 @@ impl Homogeneous {
         Homogeneous::Linear { coefficients: row(&form.q), errors: row(&form.e) }
     }
 
-    /// At most the least value in a cell.
+    /// A lower bound on the values in a cell.
     fn least(&self, middle: &[f64; 4], half: &[f64; 4]) -> f64 {
         match self {
             Homogeneous::Linear { coefficients, errors } => {
@@ -190,7 +190,7 @@ impl Homogeneous {
 }
 
 impl Quadratic {
-    /// At most the least value in a cell, by the value and the slope in the middle.
+    /// A lower bound on the values in a cell, from the value and the slope at its centre.
     fn least(&self, middle: &[f64; 4], half: &[f64; 4]) -> f64 {
         let (mut value, mut spread, mut error) = (0.0, 0.0, 0.0);
         for i in 0..4 {

@@ -1,21 +1,21 @@
 //! Real roots of polynomials up to degree 4, without any absolute tolerance.
 //!
-//! Lines and quadratics have closed forms. Cubics and quartics are cut into monotone pieces at the roots of
-//! the derivative; each piece with a change of sign holds one root, which bracketed Newton finds (C. Yuksel,
-//! "High-Performance Polynomial Root Finding for Graphics", 2022). So no root is invented, none is lost but
-//! at a touching (below), and nothing can fail to end.
+//! Linear and quadratic polynomials have closed forms. Cubics and quartics are cut into monotone pieces at the roots
+//! of the derivative. Each piece with a change of sign contains one root, which bracketed Newton finds (C. Yuksel,
+//! "High-Performance Polynomial Root Finding for Graphics", 2022). So no root is spurious, only tangent roots may be
+//! lost (see below), and every search ends.
 //!
 //! Coefficients are given from the constant term upwards, `c[0] + c[1] x + c[2] x^2 + ...`; leading zeros
 //! lower the degree, and a polynomial that is zero everywhere, or has a coefficient that is NaN or infinite,
 //! has no roots here. Multiplying `x` or the polynomial by a power of two scales the roots exactly as long
 //! as nothing underflows; coefficients that differ by more than about 2^900 lose digits.
 //!
-//! **Multiple roots.** Roots are distinct, whatever their multiplicity. A root of odd multiplicity is a
-//! change of sign and is always found. At a root of even multiplicity the polynomial only touches zero: it
-//! is found if its value at the computed extremum is exactly zero, and is otherwise, by rounding, absent
-//! or a close pair. For quadratics the discriminant's sign is right for all coefficients that keep within
-//! range, so there a double root is one root. Where a touching has to be told from a near miss, decide by the
-//! sign of something better conditioned than the polynomial, as the torus does.
+//! **Multiple roots.** Each root is returned once, whatever its multiplicity. A root of odd multiplicity is a change
+//! of sign and is always found. At a root of even multiplicity the polynomial is tangent to zero. Such a root is
+//! found if the value at the computed extremum is exactly zero; otherwise rounding makes it absent or a close pair.
+//! For quadratics the sign of the discriminant is correct for all coefficients within range, so a double root is one
+//! root. To distinguish a tangent root from a near miss, use the sign of a quantity that is better conditioned than
+//! the polynomial, as the torus does.
 
 mod newton;
 
@@ -39,7 +39,7 @@ impl Roots {
         }
     }
 
-    /// Those strictly between two numbers.
+    /// The roots strictly between two numbers.
     fn within(&self, lo: f64, hi: f64) -> Roots {
         let mut out = Roots::default();
         self.iter().filter(|&&x| lo < x && x < hi).for_each(|&x| out.push(x));
@@ -89,8 +89,8 @@ pub fn quadratic(c: [f64; 3]) -> Roots {
     out
 }
 
-/// The roots of a cubic strictly between `lo` and `hi`. Newton stops at a step of `tolerance`, in units of
-/// `x`, or of an ulp: converging quadratically, simple roots come out far better than the tolerance.
+/// The roots of a cubic strictly between `lo` and `hi`. Newton stops at a step of `tolerance`, in units of `x`, or of
+/// an ulp. It converges quadratically, so simple roots are far more accurate than the tolerance.
 #[inline(always)]
 pub fn cubic_between(c: [f64; 4], lo: f64, hi: f64, tolerance: f64) -> Roots {
     let c = unit_sized(c);
@@ -137,8 +137,9 @@ pub fn horner<const N: usize>(c: &[f64; N], x: f64) -> (f64, f64) {
     (value, slope)
 }
 
-/// The coefficients over a power of two near the largest, so that products neither overflow nor, for
-/// ordinary polynomials, underflow. Left alone if they are of ordinary size; NaN if one of them is not finite.
+/// The coefficients divided by a power of two near the largest, so that products neither overflow nor, for ordinary
+/// polynomials, underflow. Coefficients of ordinary size are returned unchanged. All are NaN if one of them is not
+/// finite.
 #[inline(always)]
 pub(crate) fn unit_sized<const N: usize>(c: [f64; N]) -> [f64; N] {
     const ORDINARY: std::ops::Range<f64> = 1e-30..1e30;
@@ -149,14 +150,14 @@ pub(crate) fn unit_sized<const N: usize>(c: [f64; N]) -> [f64; N] {
     if ORDINARY.contains(&largest) {
         return c;
     }
-    // In two factors, each of which is an ordinary number.
+    // In two factors, each of which is a normal number.
     let exponent = -binary_exponent(largest);
     let (half, rest) = (libm::ldexp(1.0, exponent / 2), libm::ldexp(1.0, exponent - exponent / 2));
     c.map(|x| x * half * rest)
 }
 
-/// A power of two that no root exceeds in magnitude: Fujiwara's bound `2 max |c[n-k] / c[n]|^(1/k)`, taken
-/// on the exponents alone, so that it scales exactly and cannot overflow.
+/// A power of two that no root exceeds in magnitude: Fujiwara's bound `2 max |c[n-k] / c[n]|^(1/k)`, computed from
+/// the exponents alone, so that it scales exactly and cannot overflow.
 pub(crate) fn root_bound<const N: usize>(c: &[f64; N]) -> f64 {
     let exponent = |x: f64| binary_exponent(x);
     let lead = exponent(c[N - 1]);

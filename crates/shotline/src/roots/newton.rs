@@ -11,12 +11,12 @@ pub struct Piece {
     pub rising: bool,
 }
 
-/// So many steps may be Newton's. Wherever he converges he needs far fewer.
+/// Maximum number of Newton steps. Where Newton's method converges it needs far fewer.
 const NEWTON_STEPS: usize = 40;
 
-/// The zero in a piece. Newton's steps where they stay in the bracket, else bisection; stops at a step of
-/// `tolerance` or of an ulp. `value_and_slope` is only asked about points of the piece, and may give both times
-/// any positive factor.
+/// The zero in a piece, by Newton steps where they stay in the bracket and by bisection elsewhere. Stops at a step of
+/// `tolerance` or of an ulp. `value_and_slope` is called only for points of the piece. It may return both numbers
+/// multiplied by any positive factor.
 #[inline(always)]
 pub fn bracketed_newton(
     piece: Piece,
@@ -53,9 +53,9 @@ pub fn bracketed_newton(
     x
 }
 
-/// A number between two others: zero if they differ in sign, else the one in the middle of the sequence of
-/// all doubles between them, so that any interval is used up after about a hundred steps, whatever the
-/// magnitudes of its ends. It scales exactly with powers of two.
+/// A number between two others: zero if they differ in sign, else the middle one of all doubles between them. So
+/// bisection exhausts any interval after about a hundred steps, whatever the magnitudes of its ends. The result
+/// scales exactly with powers of two.
 fn between(lo: f64, hi: f64) -> f64 {
     if lo < 0.0 && hi > 0.0 {
         return 0.0;
@@ -67,6 +67,6 @@ fn between(lo: f64, hi: f64) -> f64 {
         (false, true) => return next_to_zero(lo),
         (false, false) => (lo.to_bits(), hi.to_bits()),
     };
-    // Of one sign, so their order is that of their bits, or its reverse.
+    // They have the same sign, so their order is that of their bits, or the reverse.
     f64::from_bits(lo.min(hi) + lo.abs_diff(hi) / 2)
 }

@@ -58,7 +58,7 @@ fn leading_zeros_and_constants() {
     assert_eq!(*quartic([-4.0, 0.0, 1.0, 0.0, 0.0]), [-2.0, 2.0]);
     assert_eq!(quartic([1.0, 0.0, 0.0, 0.0, 0.0]).len(), 0);
     assert_eq!(quartic([0.0; 5]).len(), 0);
-    // A leading coefficient that is nearly nothing adds roots far out, and leaves the others alone.
+    // A tiny leading coefficient adds distant roots and does not change the others.
     for tiny in [1e-20, 1e-100, -1e-100, 1e-250] {
         let found = cubic([-4.0, 0.0, 1.0, tiny]);
         assert_near(&found.within(-3.0, 3.0), &[-2.0, 2.0], 1e-15);
@@ -91,7 +91,7 @@ fn extreme_coefficients_end_without_nan() {
     }
 }
 
-/// Roots at least a tenth of their size apart.
+/// Ascending roots at least 2 apart, none of them near zero.
 fn spaced_roots(count: usize) -> impl Strategy<Value = Vec<f64>> {
     prop::collection::vec(-10.0..10.0f64, count).prop_map(|mut x| {
         x.sort_by(f64::total_cmp);
@@ -131,7 +131,7 @@ proptest! {
         let below = found.iter().filter(|r| **r < x).count();
         let value = horner(&c, x).0;
         prop_assume!(found.iter().all(|r| (r - x).abs() > 1e-6 * (1.0 + x.abs())));
-        // From the left the sign is that of -c[3]; a touching root may or may not be in the list.
+        // At the far left the sign is that of -c[3]; a double root may or may not be in the list.
         prop_assume!(value.abs() > 1e-9 && found.len() != 2);
         prop_assert_eq!((value > 0.0) == (c[3] < 0.0), below % 2 == 0);
     }

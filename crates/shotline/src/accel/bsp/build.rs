@@ -1,15 +1,15 @@
-//! Building by the surface area heuristic over the edges of all boxes (Wald and Havran 2006, "On building fast
-//! kd-trees for ray tracing, and on doing that in O(N log N)").
+//! Builds the tree by the surface area heuristic, with candidate planes at the ends of all boxes (Wald and Havran
+//! 2006, "On building fast kd-trees for ray tracing, and on doing that in O(N log N)").
 
 use super::direction::Direction;
 use super::{Bsp, MAX_DEPTH, Node};
 use crate::aabb::Aabb;
 use crate::accel::prim_ref::{PrimRef, bounding_box, partition_unbounded};
 
-/// How many times an item may be listed, in the mean. It bounds the memory.
+/// Maximum mean number of references to an item. It bounds the memory.
 const MAX_SPREAD: usize = 8;
 
-/// A node whose contents are not decided. They may be listed `spare` times more than they are.
+/// A node to split or to keep as a leaf. Splits in its subtree may add at most `spare` references and `depth` levels.
 struct Task {
     node: usize,
     bounds: Aabb,
@@ -18,7 +18,7 @@ struct Task {
     spare: usize,
 }
 
-/// A plane, and what a ray through the node is expected to cost with it, in tests of an item.
+/// A plane, and the expected cost of a ray through the node if it is split there, in units of an item test.
 #[derive(Clone, Copy)]
 struct Split<D> {
     cost: f64,
@@ -72,7 +72,7 @@ fn split_or_keep<D: Direction>(tree: &mut Bsp<D>, task: Task, tasks: &mut Vec<Ta
     tree.items.extend(items.iter().map(|b| b.item));
 }
 
-/// The cheapest plane through an edge of a box; `None` if there is none inside.
+/// The cheapest plane through an end of an item's box; `None` if no such plane is inside the node.
 fn best_split<D: Direction>(bounds: &Aabb, items: &[PrimRef]) -> Option<Split<D>> {
     let mut best: Option<Split<D>> = None;
     for &across in D::ALL {
@@ -81,7 +81,7 @@ fn best_split<D: Direction>(bounds: &Aabb, items: &[PrimRef]) -> Option<Split<D>
             items.iter().map(|b| across.extent(&b.bounds)).unzip();
         starts.sort_unstable_by(f64::total_cmp);
         ends.sort_unstable_by(f64::total_cmp);
-        // How many begin before the plane, and how many end at or before it.
+        // The numbers of items that begin before the plane, and that end at or before it.
         let (mut begun, mut ended) = (0, 0);
         while begun < items.len() || ended < items.len() {
             let at = if begun < items.len() { starts[begun].min(ends[ended]) } else { ends[ended] };

@@ -1,4 +1,4 @@
-//! The directions across which planes cut, and the axes among them.
+//! The directions perpendicular to which planes may cut. Here are the axes; `oblique` adds others.
 
 use std::fmt::Debug;
 use std::ops::Index;
@@ -6,41 +6,41 @@ use std::ops::Index;
 use crate::aabb::{Aabb, BoxRay, Slope};
 use crate::accel::prim_ref::{self, PrimRef, measure};
 
-/// A direction, with heights along it.
+/// A direction perpendicular to planes. A plane is given by its height along the direction.
 pub(in crate::accel) trait Direction: Copy + Debug + Send + Sync + 'static {
-    /// All directions across which a tree may cut.
+    /// All directions that the planes of a tree may have.
     const ALL: &'static [Self];
 
-    /// Its place among all.
+    /// Its index in `ALL`.
     fn index(self) -> usize;
 
-    /// The height along it, for people.
+    /// The formula of the height, for people.
     fn display(self) -> String;
 
-    /// How a ray passes the planes across it.
+    /// How a ray crosses the planes with this direction.
     fn slope(self, ray: &BoxRay) -> Slope;
 
-    /// How a ray passes the planes across each direction, by place.
+    /// How a ray crosses the planes with each direction, by `index`.
     type Slopes: Index<usize, Output = Slope>;
 
-    /// Works them out.
+    /// Computes the slopes of a ray.
     fn slopes(ray: &BoxRay) -> Self::Slopes;
 
-    /// The lowest and the greatest height in a box, rounded outward.
+    /// The least and the greatest height in a box, rounded outward.
     fn extent(self, b: &Aabb) -> (f64, f64);
 
-    /// Boxes around the parts of a box below and above a plane, perhaps rounded.
+    /// Boxes around the pieces of a box below and above a plane; they may have rounding errors.
     fn cut(self, b: &Aabb, at: f64) -> (Aabb, Aabb);
 
-    /// Items below and above a plane, or what of them is.
+    /// The items below and above a plane. Their boxes may be clipped to it.
     fn divide(self, items: &[PrimRef], at: f64) -> (Vec<PrimRef>, Vec<PrimRef>);
 
-    /// What a ray through a box is expected to cost, in tests of an item, if a plane cuts it and so many items
-    /// are below and above.
+    /// The expected cost of a ray through a box that a plane cuts, in units of an item test; `items` are the numbers
+    /// of items below and above the plane.
     fn cost(self, b: &Aabb, at: f64, items: [usize; 2]) -> f64;
 }
 
-/// What passing a plane across an axis costs, in tests of an item.
+/// The cost of crossing a plane perpendicular to an axis, in units of an item test.
 const PLANE_COST: f64 = 1.0;
 
 /// An axis; heights are coordinates.

@@ -1,9 +1,9 @@
-//! A binary space partition: planes cut space in two, and again (Kaplan 1985; across the axes, as a kd-tree,
-//! Havran 2000), across the axes only or also halfway between two.
+//! A binary space partition: planes cut space in two recursively (Kaplan 1985). They are perpendicular to the axes
+//! only, which makes a kd-tree (Havran 2000), or also to directions halfway between two axes.
 //!
-//! A ray comes to a node with an interval of `t`, and a plane divides the interval; the near side is walked
-//! first. The `t` of a plane has a doubt: the near side keeps all up to the last `t` at which the ray may be
-//! before the plane, the far side begins with the first at which it may be behind. So the two intervals overlap,
+//! A ray enters a node with an interval of `t`, which the node's plane divides. The near side is traversed first. The
+//! `t` of a plane has an error: the interval of the near side ends at the last `t` at which the ray may be before the
+//! plane, and that of the far side begins at the first `t` at which it may be behind. So the two intervals overlap,
 //! and no item is lost between them (see [`Slope::earliest`](crate::aabb::Slope::earliest)).
 
 mod build;
@@ -18,13 +18,13 @@ use super::{Accelerator, Child, QueueEntry, Visitor, display};
 use crate::aabb::{Aabb, BoxRay, Slope};
 use crate::counters::Counters;
 
-/// Deeper trees are not built, see `build`; so a walk's stack is an array.
+/// Maximum depth of a tree, see `build`. It lets the stack of a traversal be an array.
 const MAX_DEPTH: usize = 64;
 
-/// Space on one side of all planes above it.
+/// A node: a cell of space.
 #[derive(Clone, Copy, Debug)]
 enum Node<D> {
-    /// Cut by the plane at a height along a direction; the two sides are adjacent, the lower first.
+    /// Cut by the plane at the height `at` along a direction. The two children are adjacent, the lower one first.
     Plane {
         across: D,
         first: u32,
@@ -36,7 +36,7 @@ enum Node<D> {
     },
 }
 
-/// A node and where the ray is in it.
+/// A node, and the interval of `t` in which the ray is in it.
 #[derive(Clone, Copy, Default)]
 struct NodeInterval {
     node: u32,
@@ -48,7 +48,7 @@ struct NodeInterval {
 #[derive(Clone, Debug)]
 pub(super) struct Bsp<D> {
     bounds: Aabb,
-    /// The root is the first. None without items.
+    /// The root is the first. Empty if there are no bounded items.
     nodes: Vec<Node<D>>,
     items: Vec<u32>,
     /// Items without finite bounds, proposed first.
@@ -64,13 +64,13 @@ impl<D: Direction> Bsp<D> {
         &self.items[first as usize..][..count as usize]
     }
 
-    /// Where the ray is in the root.
+    /// The root and the ray's interval in it; `None` if the ray misses it.
     fn root(&self, ray: &BoxRay) -> Option<NodeInterval> {
         let (enter, exit) = ray.enter_exit(&self.bounds)?;
         (!self.nodes.is_empty()).then_some(NodeInterval { node: 0, enter, exit })
     }
 
-    /// Offers what a node holds.
+    /// Queues a node with a plane, or the items of a leaf.
     fn push_children(&self, interval: NodeInterval, out: &mut Vec<QueueEntry>) {
         let t = interval.enter;
         match self.nodes[interval.node as usize] {
@@ -82,7 +82,7 @@ impl<D: Direction> Bsp<D> {
     }
 }
 
-/// The near and the far side of a plane, as far as the ray comes to them.
+/// The near and the far side of a plane; `None` for a side that the ray does not reach.
 #[inline]
 fn sides(
     NodeInterval { enter, exit, .. }: NodeInterval,
@@ -116,7 +116,7 @@ impl<D: Direction> Accelerator for Bsp<D> {
         }
     }
 
-    /// A part is a node with a plane, and where the ray leaves it.
+    /// A node number stands for a node with a plane and the `t` at which the ray leaves the node.
     fn expand(&self, node: u64, t: f64, ray: &BoxRay, out: &mut Vec<QueueEntry>, counters: &mut Counters) {
         let (node, exit) = unpack(node);
         if let Node::Plane { across, first, at } = self.nodes[node as usize] {
@@ -135,7 +135,7 @@ impl<D: Direction> Accelerator for Bsp<D> {
         }
         counters.boxes += 1;
         let Some(root) = self.root(ray) else { return };
-        // Worked out once: planes across few directions are passed by the dozen.
+        // Computed once: a ray crosses many planes, but they have few directions.
         let slopes = D::slopes(ray);
         let mut next = Some(root);
         let mut stack = [NodeInterval::default(); MAX_DEPTH];
@@ -185,7 +185,7 @@ impl<D: Direction> Accelerator for Bsp<D> {
     }
 }
 
-/// The number of a part: the node, and the exit rounded up to an f32.
+/// Packs a node number: the index of the node, and the exit rounded up to an f32.
 fn pack(interval: NodeInterval) -> u64 {
     let mut exit = interval.exit as f32;
     if f64::from(exit) < interval.exit {

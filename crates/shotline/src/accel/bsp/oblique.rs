@@ -1,23 +1,24 @@
-//! Directions halfway between two axes, besides the axes.
+//! Directions halfway between two axes, in addition to the axes.
 
 use super::direction::{Axis, Direction};
 use crate::aabb::{Aabb, BoxRay, Slope};
 use crate::accel::prim_ref::PrimRef;
 use crate::math::{Dd, two_sum};
 
-/// What passing an oblique plane costs, in tests of an item.
+/// The cost of crossing an oblique plane, in units of an item test.
 const PLANE_COST: f64 = 1.5;
-/// By how much an oblique plane must be better than one across an axis: cells are measured as if they were
-/// boxes, and boxes of items are not cut by oblique planes, so more than the measure says reaches across.
+/// The factor by which an oblique plane must be better than one perpendicular to an axis. Cells are measured as if
+/// they were boxes, and oblique planes do not clip the boxes of items, so more items extend across the plane than the
+/// cost assumes.
 const HANDICAP: f64 = 1.25;
 
-/// A direction. Heights along it are a coordinate, or the sum or difference of two.
+/// A direction. The height along it is a coordinate, or the sum or the difference of two.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::accel) enum Oblique {
     Axis(Axis),
     /// The first coordinate plus the second.
     Sum(u8, u8),
-    /// The first less the second.
+    /// The first coordinate minus the second.
     Difference(u8, u8),
 }
 
@@ -103,8 +104,8 @@ impl Direction for Oblique {
         (low, high)
     }
 
-    /// Boxes are cut across axes only: what an oblique plane leaves of a box is none, and a box around that
-    /// would be rounded, by more or less than the plane seen from a ray.
+    /// Only planes perpendicular to an axis clip boxes. An oblique plane leaves pieces that are not boxes. Boxes
+    /// around them would be rounded, by more or less than the `t` at which a ray crosses the plane.
     fn divide(self, items: &[PrimRef], at: f64) -> (Vec<PrimRef>, Vec<PrimRef>) {
         if let Oblique::Axis(axis) = self {
             return axis.divide(items, at);
@@ -133,13 +134,13 @@ impl Direction for Oblique {
         let height = at - self.extent(b).0;
         let below = prism(sides, height) * items[0] as f64;
         let above = prism(sides, sides[0] + sides[1] - height) * items[1] as f64;
-        // A box without area gives no number, and no plane.
+        // A box without area gives NaN, and so no plane.
         PLANE_COST + HANDICAP * (below + above) / b.half_area()
     }
 }
 
-/// Half the area of the prism that a plane at a height above an edge cuts off a box: the sides of the box
-/// across the edge, and the one along it.
+/// Half the surface area of the prism that a plane at a height above an edge cuts off a box. The arguments are the
+/// two sides of the box perpendicular to the edge, and the side along it.
 fn prism([a, b, along]: [f64; 3], height: f64) -> f64 {
     let (over_a, over_b) = ((height - a).max(0.0), (height - b).max(0.0));
     let face = 0.5 * (height * height - over_a * over_a - over_b * over_b);
@@ -175,12 +176,13 @@ mod tests {
         let (low, high) = Difference(0, 1).cut(&b, -3.0);
         assert_eq!((low.max, low.min), (Vec3::new(2.0, 5.0, 0.0), Vec3::new(1.0, 4.0, -1.0)));
         assert_eq!((high.max, high.min), (b.max, b.min));
-        // A triangle with legs of 1, along 1: its area, and half of what is around it.
+        // A prism of length 1 over a triangle with legs of 1: the area of the triangle, and half of its perimeter.
         assert_eq!(prism([2.0, 3.0, 1.0], 1.0), 0.5 + 0.5 * (2.0 + 2f64.sqrt()));
         assert_eq!(prism([2.0, 3.0, 1.0], 5.0), b.half_area());
     }
 
-    /// What lies on one side of a plane is met within the plane's bounds, and nothing is lost between them.
+    /// A ray meets a box on one side of a plane within the bounds of the plane, and nothing is lost between the
+    /// bounds.
     #[test]
     fn planes_bound_what_lies_behind_them() {
         let mut random = Random::new(6);

@@ -1,4 +1,4 @@
-//! The usual build: by the surface area heuristic over bins (Wald 2007, "On fast construction of SAH-based bounding
+//! The default builder: the surface area heuristic over bins (Wald 2007, "On fast construction of SAH-based bounding
 //! volume hierarchies").
 
 use super::{Bvh, MAX_DEPTH, MAX_LEAF, Node};
@@ -7,12 +7,12 @@ use crate::accel::prim_ref::{PrimRef, bounding_box, partition_unbounded};
 use crate::math::Vec3;
 
 pub(super) const BINS: usize = 16;
-/// What a box test costs, in tests of an item.
+/// The cost of a box test, in units of an item test.
 pub(super) const BOX_COST: f64 = 1.0;
-/// Below this depth nodes are halved by count, which adds at most 32 levels.
+/// Deeper nodes are halved by count, which adds at most 32 levels.
 pub(super) const MAX_HEURISTIC_DEPTH: usize = MAX_DEPTH - 34;
 
-/// A range of entries that becomes a node.
+/// A node to split, with its range of entries.
 struct Task {
     node: usize,
     start: usize,
@@ -40,7 +40,7 @@ fn leaf(entries: &[PrimRef], start: usize) -> Node<Aabb> {
     Node { bounds: bounding_box(entries), first: start as u32, count: entries.len() as u32 }
 }
 
-/// Splits leaves until it no longer pays; depth first, so that near nodes are near in memory.
+/// Splits leaves while that lowers the cost. Works depth first, so that nodes close in the tree are close in memory.
 fn split_all(nodes: &mut Vec<Node<Aabb>>, entries: &mut [PrimRef]) {
     let mut tasks = vec![Task { node: 0, start: 0, end: entries.len(), depth: 0 }];
     while let Some(Task { node, start, end, depth }) = tasks.pop() {
@@ -57,7 +57,7 @@ fn split_all(nodes: &mut Vec<Node<Aabb>>, entries: &mut [PrimRef]) {
     }
 }
 
-/// Partitions the entries of a node and answers how many go left; `None` to keep a leaf.
+/// Partitions the entries of a node. Returns how many go left, or `None` to keep a leaf.
 fn split(entries: &mut [PrimRef], bounds: &Aabb, depth: usize) -> Option<usize> {
     if entries.len() < 2 {
         return None;
@@ -72,19 +72,19 @@ fn split(entries: &mut [PrimRef], bounds: &Aabb, depth: usize) -> Option<usize> 
         }
         return Some(best.partition(entries, &centres));
     }
-    // All centres in one bin, or too deep for trust in the heuristic: halve by count.
+    // All centres are in one bin, or the node is too deep for the heuristic: halve by count.
     if entries.len() <= MAX_LEAF {
         return None;
     }
     Some(split_at_median(entries, &centres))
 }
 
-/// The box around the centres.
+/// The box around the centres of the entries.
 pub(super) fn centres(entries: &[PrimRef]) -> Aabb {
     Aabb::around(entries.iter().map(|e| e.bounds.centre()))
 }
 
-/// Moves the lower half by count along the longest axis to the front and answers how many it is.
+/// Moves the lower half of the entries, by count along the longest axis, to the front. Returns its length.
 pub(super) fn split_at_median(entries: &mut [PrimRef], centres: &Aabb) -> usize {
     let axis = largest_axis(centres.size());
     let middle = entries.len() / 2;
@@ -110,7 +110,7 @@ impl Binning {
     }
 }
 
-/// A border between bins of centres.
+/// A split at the border between two bins.
 pub(super) struct Split {
     pub cost: f64,
     axis: usize,
@@ -119,7 +119,7 @@ pub(super) struct Split {
 }
 
 impl Split {
-    /// Moves the entries on the left to the front and answers how many they are.
+    /// Moves the entries that go left to the front. Returns their number.
     pub(super) fn partition(&self, entries: &mut [PrimRef], centres: &Aabb) -> usize {
         let bins = Binning::new(centres, self.axis);
         let mut left = 0;
@@ -133,7 +133,7 @@ impl Split {
     }
 }
 
-/// The cheapest border between bins on any axis; `None` where every axis has all centres in one bin.
+/// The cheapest split on any axis; `None` if on every axis all centres are in one bin.
 pub(super) fn best_split(entries: &[PrimRef], centres: &Aabb) -> Option<Split> {
     let mut best: Option<Split> = None;
     for axis in 0..3 {
@@ -148,7 +148,7 @@ pub(super) fn best_split(entries: &[PrimRef], centres: &Aabb) -> Option<Split> {
             boxes[bin] = boxes[bin].union(&e.bounds);
             counts[bin] += 1;
         }
-        // Costs of what lies right of each border, from the right; then meet them from the left.
+        // A sweep from the right computes the cost right of each border. A sweep from the left adds the rest.
         let mut right_cost = [0.0; BINS];
         let (mut bounds, mut count) = (Aabb::EMPTY, 0);
         for bin in (1..BINS).rev() {

@@ -1,15 +1,15 @@
-//! The fast build: items are sorted along a Morton curve and halved where its cells are (Lauterbach et al. 2009,
-//! "Fast BVH construction on GPUs"; Karras 2012).
+//! The fast builder: sorts items along a Morton curve and splits them at the borders of its cells (Lauterbach et al.
+//! 2009, "Fast BVH construction on GPUs"; Karras 2012).
 
 use super::{Bvh, MAX_LEAF, Node};
 use crate::aabb::Aabb;
 use crate::accel::prim_ref::{PrimRef, bounding_box, partition_unbounded};
 use crate::math::Vec3;
 
-/// Bits of a code for each axis. So at most 63 cuts are made between cells, and at most 30 within one.
+/// Bits of a code for each axis. So a path from the root has at most 63 splits between cells and 30 within one.
 const BITS: u32 = 21;
 
-/// The place of an item on the curve.
+/// An item with its position on the curve.
 struct MortonRef {
     code: u64,
     bounds: Aabb,
@@ -40,7 +40,7 @@ fn sorted_by_morton_code(items: &[PrimRef]) -> Vec<MortonRef> {
     let mut refs: Vec<MortonRef> = items
         .iter()
         .map(|&PrimRef { bounds, item }| {
-            // An axis without extent gives no number, which is cell 0.
+            // An axis without extent gives NaN, which becomes cell 0.
             let cell = (bounds.centre() - whole.min) * cells;
             let code = (0..3).map(|axis| spread_bits(cell[axis] as u64) << axis).sum();
             MortonRef { code, bounds, item }
@@ -50,7 +50,7 @@ fn sorted_by_morton_code(items: &[PrimRef]) -> Vec<MortonRef> {
     refs
 }
 
-/// The bits of a number of a cell, two apart.
+/// The bits of a cell number, with two zeros between neighbours.
 fn spread_bits(cell: u64) -> u64 {
     let mut x = cell.min((1 << BITS) - 1);
     x = (x | x << 32) & 0x001f_0000_0000_ffff;
@@ -60,7 +60,7 @@ fn spread_bits(cell: u64) -> u64 {
     (x | x << 2) & 0x1249_2492_4924_9249
 }
 
-/// Splits nodes until they are leaves; depth first, so that near nodes are near in memory.
+/// Splits nodes until they are leaves. Works depth first, so that nodes close in the tree are close in memory.
 fn split_all(nodes: &mut Vec<Node<Aabb>>, refs: &[MortonRef]) {
     let mut open = vec![0];
     while let Some(index) = open.pop() {
@@ -78,8 +78,8 @@ fn split_all(nodes: &mut Vec<Node<Aabb>>, refs: &[MortonRef]) {
     }
 }
 
-/// How many places of a run go left: those without the highest bit in which any differ; half of them if all are
-/// in one cell.
+/// How many references of a run go left: those without the highest bit in which any codes differ, or half of them if
+/// all codes are equal.
 fn split(run: &[MortonRef]) -> usize {
     let differing = run[0].code ^ run[run.len() - 1].code;
     match differing.checked_ilog2() {
@@ -88,7 +88,7 @@ fn split(run: &[MortonRef]) -> usize {
     }
 }
 
-/// Works out all boxes, children first.
+/// Computes all boxes, children first.
 fn compute_bounds(nodes: &mut [Node<Aabb>], refs: &[MortonRef]) {
     for index in (0..nodes.len()).rev() {
         let Node { first, count, .. } = nodes[index];

@@ -1,7 +1,7 @@
-//! A bounding volume hierarchy: a binary tree of boxes or other volumes, with two walks.
+//! A bounding volume hierarchy: a binary tree of boxes or other volumes, with two traversals.
 //!
-//! Best first: the caller's heap holds pending boxes, the nearest is opened next (Goldsmith and Salmon 1987).
-//! Depth first: the nearer child at once, the farther one on a small stack.
+//! Best first: the caller's heap holds the queued nodes, and the nearest is expanded next (Goldsmith and Salmon
+//! 1987). Depth first: the nearer child is visited at once, and the farther one is pushed on a small stack.
 
 mod binned_sah;
 mod lbvh;
@@ -18,12 +18,12 @@ use super::{Accelerator, Child, QueueEntry, Visitor, display};
 use crate::aabb::{Aabb, BoxRay};
 use crate::counters::Counters;
 
-/// Deeper trees are not built; so a walk's stack is an array.
+/// Maximum depth of a tree. It lets the stack of a traversal be an array.
 const MAX_DEPTH: usize = 96;
-/// Leaves of at most so many items are not split further unless the heuristic gains by it.
+/// A leaf of at most this many items is split only if the heuristic gains by it.
 const MAX_LEAF: usize = 4;
 
-/// What a node is bounded by.
+/// A bounding volume.
 pub(super) trait Volume: Copy + PartialEq + Debug + Send + Sync + 'static {
     /// A volume around boxes.
     fn around(boxes: impl Iterator<Item = Aabb> + Clone) -> Self;
@@ -31,22 +31,22 @@ pub(super) trait Volume: Copy + PartialEq + Debug + Send + Sync + 'static {
     /// A volume around both.
     fn union(&self, other: &Self) -> Self;
 
-    /// A ray prepared for tests against many of these.
+    /// A ray prepared for tests against many volumes.
     type Ray<'r>;
 
     /// Prepares a ray.
     fn prepare(ray: &BoxRay) -> Self::Ray<'_>;
 
-    /// Where a ray enters it; `None` if it passes by.
+    /// The `t` at which a ray enters the volume; `None` if the ray misses it.
     fn enter(&self, ray: &Self::Ray<'_>) -> Option<f64>;
 
-    /// Whether a volume around one box is that box.
+    /// Whether the volume around one box is that box itself.
     const IS_BOX: bool;
 
-    /// In proportion to the chance of a line to meet it.
+    /// A number proportional to the probability that a line meets the volume.
     fn area(&self) -> f64;
 
-    /// What it is, for people.
+    /// A description for people.
     fn display(&self) -> String;
 }
 
@@ -81,48 +81,48 @@ impl Volume for Aabb {
     }
 }
 
-/// A volume with what is in it.
+/// A volume, with its children or items.
 #[derive(Clone, Copy, Debug)]
 struct Node<V> {
     bounds: V,
-    /// First of two adjacent children, or first item in `items`.
+    /// Index of the first of two adjacent children, or of the first item in `items`.
     first: u32,
     /// Number of items; 0 for an inner node.
     count: u32,
 }
 
-/// The hierarchy. Children are found behind their parents.
+/// The hierarchy. Children have larger indices than their parents.
 #[derive(Clone, Debug)]
 pub(super) struct Bvh<V = Aabb> {
-    /// Children are adjacent; the root is node 0. Empty without items.
+    /// Siblings are adjacent; the root is node 0. Empty if there are no bounded items.
     nodes: Vec<Node<V>>,
     /// Item numbers in the order of the leaves.
     items: Vec<u32>,
     /// Items without finite bounds, proposed first.
     unbounded: Vec<u32>,
-    /// Whether items may be in several leaves, each with a part of its box.
+    /// Whether an item may be in several leaves, each with a piece of its box.
     has_duplicate_refs: bool,
-    /// What refitting needs; a tree that was never refitted has none.
+    /// Data for refitting; `None` until the first refit.
     refit_data: Option<Box<RefitData>>,
 }
 
 impl Bvh {
-    /// Built with care for the time that rays take: by the surface area heuristic.
+    /// Builds a tree for fast traversal, by the surface area heuristic.
     pub(super) fn binned_sah(boxes: &[Aabb]) -> Bvh {
         binned_sah::build(boxes)
     }
 
-    /// Built in the shortest time.
+    /// Builds a tree in the shortest time.
     pub(super) fn lbvh(boxes: &[Aabb]) -> Bvh {
         lbvh::build(boxes)
     }
 
-    /// Built by the surface area heuristic, which may cut boxes in two.
+    /// Builds a tree by the surface area heuristic with spatial splits, which may cut the boxes of items.
     pub(super) fn sbvh(boxes: &[Aabb]) -> Bvh {
         sbvh::build(boxes)
     }
 
-    /// The balanced tree, with spheres.
+    /// Builds the tree of `binned_sah`, with spheres.
     pub(super) fn spheres(boxes: &[Aabb]) -> Bvh<Sphere> {
         sphere::build(boxes)
     }
@@ -133,7 +133,7 @@ impl<V: Volume> Bvh<V> {
         &self.items[node.first as usize..(node.first + node.count) as usize]
     }
 
-    /// Offers what a node whose box is entered at `t` holds.
+    /// Queues the children or the items of a node whose volume is entered at `t`.
     fn push_children(&self, index: u32, t: f64, out: &mut Vec<QueueEntry>) {
         let node = &self.nodes[index as usize];
         if node.count == 0 {
@@ -163,7 +163,7 @@ impl<V: Volume> Accelerator for Bvh<V> {
         }
     }
 
-    /// A part is the first of two children.
+    /// A node number is the index of the first of two siblings; both are tested.
     fn expand(&self, node: u64, t: f64, ray: &BoxRay, out: &mut Vec<QueueEntry>, counters: &mut Counters) {
         let (first, ray) = (node as u32, V::prepare(ray));
         counters.boxes += 2;
@@ -263,7 +263,8 @@ mod tests {
         deepest
     }
 
-    /// Boxes whose sizes grow by powers of two draw heuristics into a chain; the stack must hold it.
+    /// For boxes whose sizes grow by powers of two, heuristics build a chain of nodes; the stack must have room for
+    /// it.
     #[test]
     fn depth_is_bounded() {
         let boxes: Vec<Aabb> =

@@ -1,4 +1,4 @@
-//! Following items that move: boxes are worked out again from the leaf up, and the tree stays as it is.
+//! Refitting to items that move: boxes are computed again from the leaves up, and the tree stays as it is.
 
 use std::collections::BinaryHeap;
 
@@ -6,22 +6,22 @@ use super::{Bvh, Volume};
 use crate::aabb::Aabb;
 use crate::accel::prim_ref::BoundsClass;
 
-/// The sum of the inner volumes' areas, beside what it was when built, at which a tree is given up. The sum is
-/// what lines through the scene meet boxes in proportion to, so at twice the sum a ray costs twice as much.
+/// A refit fails where the sum of the inner volumes' areas exceeds this multiple of the sum of the tree as built. The
+/// number of volumes that a line meets is proportional to the sum, so at twice the sum a ray costs twice as much.
 const MAX_AREA_GROWTH: f64 = 2.0;
 
-/// In place of a leaf: for items kept aside, and for empty ones.
+/// Used in place of a leaf's index, for unbounded items and for items with an empty box.
 const UNBOUNDED: u32 = u32::MAX;
 const EMPTY: u32 = u32::MAX - 1;
 
-/// The way up, worked out when it is first needed.
+/// The links from items and nodes towards the root. The first refit computes them.
 #[derive(Clone, Debug)]
 pub(super) struct RefitData {
-    /// Of each node; the root has none.
+    /// The parent of each node; unused for the root.
     parents: Vec<u32>,
     /// The leaf of each item.
     leaves: Vec<u32>,
-    /// Areas of all inner volumes, added up: as built, and now.
+    /// The sum of the areas of all inner volumes: as built, and now.
     built: f64,
     now: f64,
 }
@@ -43,7 +43,7 @@ impl RefitData {
         RefitData { parents, leaves, built, now: built }
     }
 
-    /// The leaf of an item; `None` where there is none.
+    /// The leaf of an item; `None` if it is in no leaf.
     fn leaf(&self, item: u32) -> Option<u32> {
         self.leaves.get(item as usize).copied().filter(|&leaf| leaf < EMPTY)
     }
@@ -62,15 +62,15 @@ impl RefitData {
 }
 
 impl<V: Volume> Bvh<V> {
-    /// Works out the boxes above some items again. `false` if one of them belongs elsewhere now, or if the
-    /// tree has become bad.
+    /// Computes the volumes above some items again. Returns `false` if the [`BoundsClass`] of an item has changed, or
+    /// if the tree has become too slow.
     pub(super) fn refit_bounds(&mut self, items: &[u32], boxes: &dyn Fn(u32) -> Aabb) -> bool {
         let mut refit_data = self.refit_data.take().unwrap_or_else(|| Box::new(RefitData::of(self)));
         if items.iter().any(|&item| refit_data.kind(item) != BoundsClass::of(&boxes(item))) {
             return false;
         }
         let mut changed: BinaryHeap<u32> = items.iter().filter_map(|&item| refit_data.leaf(item)).collect();
-        // Children come behind their parents: the last first, and each box is worked out once.
+        // Children have larger indices than their parents. Taking the largest index first computes each volume once.
         while let Some(index) = changed.pop() {
             while changed.peek() == Some(&index) {
                 changed.pop();
@@ -93,7 +93,7 @@ impl<V: Volume> Bvh<V> {
         is_good
     }
 
-    /// The volume around what a node holds.
+    /// The volume around the children or the items of a node.
     pub(super) fn node_bounds(&self, index: u32, boxes: &dyn Fn(u32) -> Aabb) -> V {
         let node = &self.nodes[index as usize];
         if node.count > 0 {

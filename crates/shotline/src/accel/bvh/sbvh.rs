@@ -1,17 +1,17 @@
-//! The careful build: where the boxes of two children would overlap, a plane may cut the boxes of items instead
-//! (Stich, Friedrich and Dietrich 2009, "Spatial splits in bounding volume hierarchies").
+//! The high-quality builder: where the boxes of two children would overlap, a plane may cut the boxes of items
+//! instead (Stich, Friedrich and Dietrich 2009, "Spatial splits in bounding volume hierarchies").
 
 use super::binned_sah::{self, BINS, BOX_COST, MAX_HEURISTIC_DEPTH};
 use super::{Bvh, MAX_LEAF, Node};
 use crate::aabb::Aabb;
 use crate::accel::prim_ref::{PrimRef, bounding_box, cut, divide, partition_unbounded};
 
-/// How many times an item may be listed, in the mean. It bounds the memory.
+/// Maximum mean number of references to an item. It bounds the memory.
 const MAX_SPREAD: usize = 2;
-/// Planes are tried where the children's overlap is more than this share of the root.
+/// Spatial splits are tried where the area of the children's overlap is more than this fraction of the root's.
 const OVERLAP: f64 = 1e-5;
 
-/// A node whose contents are not decided. They may be listed `spare` times more than they are.
+/// A node to split or to keep as a leaf. Splits in its subtree may add at most `spare` references.
 struct Task {
     node: usize,
     items: Vec<PrimRef>,
@@ -56,7 +56,7 @@ fn undecided(items: &[PrimRef]) -> Node<Aabb> {
     Node { bounds: bounding_box(items), first: 0, count: 0 }
 }
 
-/// What goes to either child; `None` to keep a leaf.
+/// The references of the two children; `None` to keep a leaf.
 fn split(
     items: &mut [PrimRef],
     bounds: &Aabb,
@@ -101,7 +101,7 @@ struct Plane {
     at: f64,
 }
 
-/// What is in one bin: pieces of boxes, how many begin here and how many end.
+/// A bin: the box around the pieces of boxes in it, and the numbers of boxes that begin and that end in it.
 #[derive(Clone, Copy)]
 struct Bin {
     bounds: Aabb,
@@ -109,7 +109,7 @@ struct Bin {
     ended: usize,
 }
 
-/// The cheapest of evenly spaced planes on any axis that does not list more than is to spare.
+/// The cheapest of evenly spaced planes on any axis that add at most `spare` references.
 fn best_plane(items: &[PrimRef], bounds: &Aabb, spare: usize) -> Option<Plane> {
     let mut best: Option<Plane> = None;
     for axis in 0..3 {

@@ -1,4 +1,4 @@
-//! Spheres instead of boxes: the same trees with another volume. Whitted (1980) began with spheres.
+//! Spheres instead of boxes, in the same trees. Whitted (1980) used spheres first.
 
 use super::{Bvh, Node, Volume, binned_sah};
 use crate::aabb::{Aabb, BoxRay, SphereRay};
@@ -12,8 +12,8 @@ pub(in crate::accel) struct Sphere {
     radius: f64,
 }
 
-/// The balanced tree of boxes, with the smaller of two spheres for each box: around it, and around the children's
-/// spheres.
+/// Builds the tree of `binned_sah` and replaces each box by the smaller of two spheres: one around the box, and one
+/// around the spheres of the children or the boxes of the items.
 pub(super) fn build(boxes: &[Aabb]) -> Bvh<Sphere> {
     let Bvh { nodes, items, unbounded, has_duplicate_refs, .. } = binned_sah::build(boxes);
     let sphere = |node: &Node<Aabb>| Node {
@@ -38,13 +38,13 @@ pub(super) fn build(boxes: &[Aabb]) -> Bvh<Sphere> {
     tree
 }
 
-/// A little more, for the rounding of a length or of a few operations.
+/// Increases `x` by enough to cover the rounding of a length or of a few operations.
 fn outward(x: f64) -> f64 {
     x * (1.0 + 8.0 * HALF_ULP) + f64::MIN_POSITIVE
 }
 
 impl Volume for Sphere {
-    /// About the centre of the box around all, as far as the farthest corner.
+    /// Its centre is that of the box around all boxes; its radius is the distance of the farthest corner.
     fn around(boxes: impl Iterator<Item = Aabb> + Clone) -> Sphere {
         let centre = Aabb::around(boxes.clone().flat_map(|b| [b.min, b.max])).centre();
         let farthest = |b: Aabb| length((b.max - centre).abs().max((centre - b.min).abs()));
@@ -64,7 +64,7 @@ impl Volume for Sphere {
         } else {
             large.centre
         };
-        // Wherever rounding has put the centre, the radius is right for it.
+        // The radius is computed from the rounded centre, so it is valid whatever the rounding error.
         let reach = |s: &Sphere| outward(outward(length(s.centre - centre)) + s.radius);
         Sphere { centre, radius: reach(small).max(reach(large)) }
     }

@@ -1,27 +1,27 @@
-//! Building the grid: how fine, and where finer still.
+//! Builds the grid: chooses the cell size, and the cells that are subdivided.
 
 use super::{Cell, Grid, MAX_CELLS, SubGrid};
 use crate::aabb::Aabb;
 use crate::accel::prim_ref::{PrimRef, bounding_box, partition_unbounded};
 use crate::math::Vec3;
 
-/// Cells for each item in the block around everything: few, for most of it is empty where items form surfaces,
-/// and rays should pass that in large steps.
+/// Cells per item in the outermost grid. Few: where items form surfaces most of the grid is empty, and rays should
+/// cross that in large steps.
 const ROOT_DENSITY: f64 = 0.02;
-/// Cells for each item in the blocks of crowded cells.
+/// Cells per item in the subgrids of crowded cells.
 const SUBGRID_DENSITY: f64 = 16.0;
-/// Cells of more items are made a block of their own.
+/// A cell with more items becomes a subgrid.
 const MAX_ITEMS: usize = 16;
-/// Blocks within blocks.
+/// Maximum number of nested grids, including the outermost.
 const MAX_DEPTH: u32 = 6;
-/// In how many cells of its block an item may lie, in the mean; if in more, the cells are made larger.
+/// Maximum mean number of cells of a subgrid that an item lies in; above it the cells are made larger.
 const MAX_SPREAD: usize = 6;
-/// In how many cells an item may lie, in the mean over everything. It bounds the memory.
+/// Maximum mean number of additional references to an item, over the whole grid. It bounds the memory.
 const MAX_TOTAL_SPREAD: usize = 16;
-/// So many listings can be numbered by cells, each perhaps a run of its own with its length.
+/// Maximum number of references that a [`Cell`] can address, if each is a run of its own, preceded by its length.
 const MAX_LISTED: usize = 1 << 30;
 
-/// A cell whose contents are not decided.
+/// A crowded cell, to be made a subgrid if that has more than one cell.
 struct Task {
     cell: usize,
     items: Vec<PrimRef>,
@@ -30,7 +30,7 @@ struct Task {
 
 struct Builder {
     grid: Grid,
-    /// How many more times items may be listed.
+    /// The number of references that may still be added.
     spare: usize,
 }
 
@@ -61,7 +61,7 @@ impl Builder {
         }
     }
 
-    /// Writes the run of a cell.
+    /// Appends the run of a cell.
     fn list(&mut self, items: impl ExactSizeIterator<Item = u32>) -> Cell {
         let cell = Cell(self.grid.runs.len() as u32);
         self.grid.runs.push(items.len() as u32);
@@ -69,7 +69,7 @@ impl Builder {
         cell
     }
 
-    /// A block around items, with so many cells for each or as many as there may be.
+    /// A subgrid around items, with `density` cells per item, or as many as the limits on references allow.
     fn subgrid(&self, items: &[PrimRef], density: f64) -> SubGrid {
         let bounds = bounding_box(items);
         let mut counts = resolution(bounds.size(), items.len() as f64 * density);
@@ -85,7 +85,7 @@ impl Builder {
         }
     }
 
-    /// Adds a block with its cells; those that are crowded are left as tasks.
+    /// Adds a subgrid with its cells. Returns the crowded cells as tasks.
     fn fill(&mut self, subgrid: SubGrid, items: &[PrimRef], depth: u32) -> Vec<Task> {
         let cells = subgrid.counts.iter().map(|&n| n as usize).product();
         self.grid.subgrids.push(subgrid);
@@ -112,14 +112,14 @@ impl Builder {
     }
 }
 
-/// The items of each cell of a block, by their place in the list given.
+/// The items of each cell of a subgrid, as indices into the list given.
 struct CellLists {
     ends: Vec<usize>,
     items: Vec<u32>,
 }
 
 impl CellLists {
-    /// By counting first.
+    /// Sorts by counting.
     fn new(subgrid: &SubGrid, items: &[PrimRef], cells: usize) -> CellLists {
         let mut ends = vec![0; cells];
         for_each_cell(subgrid, items, |cell, _| ends[cell] += 1);
@@ -154,7 +154,7 @@ fn for_each_cell(subgrid: &SubGrid, items: &[PrimRef], mut each: impl FnMut(usiz
     }
 }
 
-/// First and last along each axis.
+/// The first and the last cell along each axis.
 type Range = [(u32, u32); 3];
 
 fn volume(range: &Range) -> usize {
@@ -162,8 +162,7 @@ fn volume(range: &Range) -> usize {
 }
 
 impl SubGrid {
-    /// Cells that hold a box all together: planes between which it lies. A box that ends at a plane does not
-    /// reach behind it.
+    /// The cells that together contain a box. A box that ends at a plane does not extend beyond it.
     fn cells_of(&self, b: &Aabb) -> Range {
         [0, 1, 2].map(|axis| {
             let (low, high) = (b.min[axis], b.max[axis]);
@@ -193,13 +192,13 @@ impl SubGrid {
     }
 }
 
-/// How many cubic cells along each axis make about so many in all.
+/// The numbers of cubic cells along the axes that give about `cells` in total.
 fn resolution(size: Vec3, cells: f64) -> [u32; 3] {
     let longest = size.max_element();
     if longest == 0.0 {
         return [1; 3];
     }
-    // Axes that are shorter than a cell have one, and leave the number to the others.
+    // An axis that is shorter than a cell gets one cell; the total is reached along the others.
     let mut counts = [1; 3];
     let mut axes = vec![0, 1, 2];
     loop {

@@ -1,53 +1,53 @@
-//! The march of a ray through the cells of a block.
+//! The traversal of the cells of a subgrid by a ray.
 //!
-//! Amanatides and Woo add up the steps of `t`; here the `t` of each plane is worked out from the plane, with
-//! its doubt: between `earliest` and `latest` the ray may be on either side. A cell is *met* if the interval
-//! that its six planes leave is not empty, which is just what a test of its box would say. All cells that are
-//! met are visited, each once. Along a ray in general position that is a chain; where it passes an edge or a
-//! corner, or by, as near as rounding, all cells there are met.
+//! Amanatides and Woo add up steps of `t`. Here the `t` of each plane is computed from the plane, with its error:
+//! between `earliest` and `latest` the ray may be on either side. A cell is *met* if the interval between its six
+//! planes is not empty, exactly as in a test of its box. Every met cell is visited once. A ray in general position
+//! meets a chain of cells; where it passes an edge or a corner within rounding, it meets all cells around it.
 //!
-//! No item is lost: planes cut its box into pieces, one in each cell that it is listed in, and a `t` in the
-//! interval of the box is in that of a piece (see [`Slope::earliest`](crate::aabb::Slope::earliest)), so in that of the piece's cell.
+//! No item is lost. The planes cut its box into pieces, one in each cell that lists the item. A `t` in the interval
+//! of the box is in that of a piece (see [`Slope::earliest`](crate::aabb::Slope::earliest)), and so in that of the
+//! piece's cell.
 //!
-//! Each met cell that is not met from the start is reached from one other: the one before it across the plane
-//! that was passed last, and of several passed at the same `t` across that of the highest axis. That one is met
-//! too: it shares the other two pairs of planes, and the interval of the pair only moves back to end at the
-//! plane that is passed.
+//! Every met cell that is not met at the start is reached from exactly one other cell: its neighbour across the plane
+//! that the ray crossed last. If the ray crossed several planes at the same `t`, that of the highest axis counts. The
+//! neighbour is met too: it has the same planes on the other two axes, and on this axis its interval is the one
+//! before, which ends at the plane crossed.
 
 use super::SubGrid;
 use crate::aabb::BoxRay;
 
-/// A ray in a block.
+/// A ray in a subgrid.
 pub(super) struct Dda<'a> {
     subgrid: &'a SubGrid,
     ray: &'a BoxRay,
-    /// Where it comes in, or its span begins.
+    /// The `t` at which the ray enters the subgrid or its span begins.
     start: f64,
     ascends: [bool; 3],
     strides: [usize; 3],
 }
 
-/// A cell that is met.
+/// A cell that the ray meets.
 #[derive(Clone, Copy)]
 pub(super) struct CellCursor {
-    /// Its place along each axis, counted as the ray comes.
+    /// Its index along each axis, counted in the direction of the ray.
     pub coordinates: [u32; 3],
-    /// Its number.
+    /// Its index among the cells of the grid.
     pub cell: usize,
     axes: [AxisInterval; 3],
 }
 
-/// The interval that the planes of one axis leave.
+/// The interval between the two planes of a cell on one axis.
 #[derive(Clone, Copy, Default)]
 struct AxisInterval {
     enter: f64,
-    /// `earliest` and `latest` of the plane behind.
+    /// `earliest` and `latest` of the far plane.
     leave: f64,
     exit: f64,
 }
 
 impl<'a> Dda<'a> {
-    /// `None` if the ray passes by.
+    /// Returns `None` if the ray misses the subgrid.
     #[inline]
     pub fn new(subgrid: &'a SubGrid, ray: &'a BoxRay) -> Option<Dda<'a>> {
         let (start, _) = ray.enter_exit(&subgrid.bounds)?;
@@ -55,7 +55,7 @@ impl<'a> Dda<'a> {
         Some(Dda { subgrid, ray, start, ascends, strides: subgrid.strides() })
     }
 
-    /// Where the ray comes to a cell.
+    /// The `t` at which the ray enters a cell.
     #[inline]
     pub fn enter(&self, cursor: &CellCursor) -> f64 {
         let [x, y, z] = &cursor.axes;
@@ -64,7 +64,7 @@ impl<'a> Dda<'a> {
         if last > self.start { last } else { self.start }
     }
 
-    /// The cells met at the start: one, and all others on `frontier`.
+    /// Returns one of the cells met at the start, and pushes the others on `frontier`.
     pub fn begin(&self, frontier: &mut Vec<CellCursor>) -> CellCursor {
         let ranges = [0, 1, 2].map(|axis| self.first_and_last(axis));
         let [x, y, z] = ranges;
@@ -80,7 +80,7 @@ impl<'a> Dda<'a> {
         self.at([x.0, y.0, z.0])
     }
 
-    /// The first and last place along an axis where the ray can be at the start.
+    /// The first and the last index along an axis at which the ray can be at the start.
     fn first_and_last(&self, axis: usize) -> (u32, u32) {
         let count = self.subgrid.counts[axis];
         let cell = self.subgrid.guess(axis, self.ray.coordinate(axis, self.start));
@@ -98,7 +98,7 @@ impl<'a> Dda<'a> {
         (first, last)
     }
 
-    /// The cell at a place.
+    /// The cell with given coordinates.
     pub fn at(&self, coordinates: [u32; 3]) -> CellCursor {
         let mut cursor =
             CellCursor { coordinates, cell: self.subgrid.first_cell, axes: [AxisInterval::default(); 3] };
@@ -110,7 +110,7 @@ impl<'a> Dda<'a> {
         cursor
     }
 
-    /// The cell to go on to; any others, where more than one is reached from here, on `frontier`.
+    /// Returns the next cell. If more than one is reached from this cell, pushes the others on `frontier`.
     #[inline]
     pub fn next(&self, cursor: &CellCursor, frontier: &mut Vec<CellCursor>) -> Option<CellCursor> {
         let mut next = None;
@@ -133,7 +133,7 @@ impl<'a> Dda<'a> {
         next
     }
 
-    /// The cell behind the plane of an axis.
+    /// The cell beyond the far plane of an axis.
     #[inline]
     fn step(&self, cursor: &CellCursor, axis: usize) -> CellCursor {
         let mut next = *cursor;
@@ -162,7 +162,7 @@ impl<'a> Dda<'a> {
         self.ray.slope(axis).earliest(self.plane(axis, coordinates))
     }
 
-    /// The plane before a place.
+    /// The plane at which the ray enters the cells with an index along an axis.
     #[inline]
     fn plane(&self, axis: usize, coordinates: u32) -> f64 {
         let i = if self.ascends[axis] { coordinates } else { self.subgrid.counts[axis] - coordinates };

@@ -1,9 +1,8 @@
 //! A grid of cubic cells, with finer grids in crowded cells.
 //!
-//! A ray marches from cell to cell (Amanatides and Woo 1987, "A fast voxel traversal algorithm for ray
-//! tracing"). One size of cells suits no scene that is crowded in some place and empty in others, a teapot in a
-//! stadium; so a crowded cell holds a grid of its own, around what is in it, and the user need not know
-//! which scenes are of that kind.
+//! A ray steps from cell to cell (Amanatides and Woo 1987, "A fast voxel traversal algorithm for ray tracing"). No
+//! single cell size suits a scene that is crowded in one region and empty elsewhere, such as a teapot in a stadium. A
+//! crowded cell therefore holds a grid of its own around its contents. The user need not know which scenes need this.
 
 mod build;
 mod dda;
@@ -14,23 +13,24 @@ use crate::counters::Counters;
 use crate::math::Vec3;
 use dda::Dda;
 
-/// Cells along an axis, at most: places are packed into parts with so many bits for each axis.
+/// Bits for each coordinate of a cell in a node number. They limit the number of cells along an axis.
 const COORDINATE_BITS: u32 = 10;
 const MAX_CELLS: u32 = 1 << COORDINATE_BITS;
 
-/// Cells of one size in a box.
+/// A box divided into cells of one size.
 #[derive(Clone, Copy, Debug)]
 struct SubGrid {
     bounds: Aabb,
     /// Edge lengths of a cell.
     step: Vec3,
     counts: [u32; 3],
-    /// Its first cell; x runs fastest, then y.
+    /// Index of its first cell; x runs fastest, then y.
     first_cell: usize,
 }
 
 impl SubGrid {
-    /// The `i`-th plane across an axis, of `counts + 1`; they ascend, and the outer ones are those of the box.
+    /// The `i`-th of `counts + 1` planes perpendicular to an axis. They ascend, and the outer ones are faces of the
+    /// box.
     #[inline]
     fn plane(&self, axis: usize, i: u32) -> f64 {
         if i >= self.counts[axis] {
@@ -40,7 +40,7 @@ impl SubGrid {
         }
     }
 
-    /// The cell that holds a coordinate, or one beside it: a first guess.
+    /// The cell that contains a coordinate, or a neighbour of that cell: a first guess.
     #[inline]
     fn guess(&self, axis: usize, x: f64) -> u32 {
         // NaN, from an axis without extent, becomes 0.
@@ -48,21 +48,21 @@ impl SubGrid {
         i.min(self.counts[axis] - 1)
     }
 
-    /// How far apart cells are that lie beside each other along an axis.
+    /// The difference between the indices of neighbouring cells along each axis.
     fn strides(&self) -> [usize; 3] {
         [1, self.counts[0] as usize, self.counts[0] as usize * self.counts[1] as usize]
     }
 }
 
-/// What a cell holds: the place of a run of items, or the number of a finer grid. One small number, for rays pass
-/// many cells and mostly wait for them to come from memory.
+/// The contents of a cell: the position of a run of items, or the index of a finer grid. It is one small number
+/// because rays pass many cells and mostly wait for memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Cell(u32);
 
 impl Cell {
     /// The run at 0 is empty.
     const EMPTY: Cell = Cell(0);
-    /// Marks blocks.
+    /// The bit that marks the index of a finer grid.
     const SUBGRID: u32 = 1 << 31;
 
     fn of_subgrid(subgrid: usize) -> Cell {
@@ -77,10 +77,10 @@ impl Cell {
 /// The grid.
 #[derive(Clone, Debug)]
 pub(super) struct Grid {
-    /// The first is the whole. None without items.
+    /// The first one contains all bounded items. Empty if there are none.
     subgrids: Vec<SubGrid>,
     cells: Vec<Cell>,
-    /// Runs of items, each after its length.
+    /// Runs of items, each preceded by its length.
     runs: Vec<u32>,
     /// Items without finite bounds, proposed first.
     unbounded: Vec<u32>,
@@ -96,7 +96,7 @@ impl Grid {
         &run[1..][..run[0] as usize]
     }
 
-    /// Offers the cells in which a ray is when it comes to a block.
+    /// Queues the cells in which a ray is when it enters a subgrid.
     fn push_start_cells(
         &self,
         subgrid: u32,
@@ -116,7 +116,7 @@ impl Grid {
         }
     }
 
-    /// How many blocks there are around one: found by looking for the cell that holds it, which is slow.
+    /// The number of subgrids around a subgrid. This is slow: it searches for the cell that holds the subgrid.
     fn depth(&self, subgrid: u32) -> usize {
         let holder = self.cells.iter().position(|cell| cell.subgrid() == Some(subgrid));
         holder.map_or(0, |cell| {
@@ -125,7 +125,7 @@ impl Grid {
         })
     }
 
-    /// Walks through the cells of a block and answers the limit.
+    /// Traverses the cells of a subgrid. Returns the limit for `t`.
     fn traverse_subgrid(
         &self,
         subgrid: u32,
@@ -165,8 +165,7 @@ impl Accelerator for Grid {
         }
     }
 
-    /// A part is a cell: its contents are offered and the cells that the ray comes to from there. Empty cells
-    /// are passed at once.
+    /// A node is a cell. Queues its contents, and the cells that the ray reaches from it; skips empty cells at once.
     fn expand(&self, node: u64, _t: f64, ray: &BoxRay, out: &mut Vec<QueueEntry>, counters: &mut Counters) {
         let (subgrid, coordinates) = unpack(node);
         let Some(dda) = Dda::new(&self.subgrids[subgrid as usize], ray) else { return };
@@ -229,7 +228,7 @@ impl Accelerator for Grid {
     }
 }
 
-/// A block and a place in it as the number of a part.
+/// Packs a subgrid and the coordinates of a cell into a node number.
 fn pack(subgrid: u32, coordinates: [u32; 3]) -> u64 {
     coordinates.iter().fold(u64::from(subgrid), |node, &i| node << COORDINATE_BITS | u64::from(i))
 }
