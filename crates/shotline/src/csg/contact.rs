@@ -1,9 +1,9 @@
 //! Leaves in whose surface a ray runs: a face that two operands share belongs to the interior of their union.
 //!
-//! A ray in a face is not in the interior of the solid, but on one side of the ray is interior. A regularised
-//! combination contains the ray where it is inside on every side of the ray. So the surfaces that contain the ray cut
-//! the plane perpendicular to it into sectors, and the expression is evaluated once in each sector (the
-//! neighbourhoods of Requicha and Voelcker, Boolean operations in solid modeling, 1985).
+//! A ray in a face is not in the interior of the solid, but one side of the ray is. A regularised combination contains
+//! the ray where every side of the ray is inside. So the surfaces that contain the ray cut the plane perpendicular to
+//! it into sectors, and the expression is evaluated once in each sector (the neighbourhoods of Requicha and Voelcker,
+//! Boolean operations in solid modeling, 1985).
 //!
 //! Along a ruling of a hyperboloid or a saddle the tangent plane rotates around the ray. The expression is evaluated
 //! again where borders of two sectors exchange their order.

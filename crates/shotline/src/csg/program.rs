@@ -51,7 +51,7 @@ pub struct Program {
     pub(super) leaves: Vec<Link>,
     /// Replaces the counters where the leaves are few.
     table: Option<TruthTable>,
-    /// The set of leaves without each of which the result is empty, from the table; 0 without a table.
+    /// The set of leaves that must all be inside for the result to be true, from the table; 0 without a table.
     needed: u32,
 }
 

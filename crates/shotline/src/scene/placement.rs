@@ -1,4 +1,4 @@
-//! The ways in which a node may be placed, kept as they were written.
+//! Transforms of nodes, stored as they were written.
 
 use crate::math::{Affine, ComposedTransform, Vec3};
 
@@ -33,7 +33,7 @@ pub enum LocalTransform {
 }
 
 impl LocalTransform {
-    /// The product of a chain so far with this transform inside it.
+    /// The product of a chain of outer transforms with this transform inside it.
     pub fn inside(&self, composed: &ComposedTransform) -> ComposedTransform {
         self.matrices().iter().fold(*composed, |composed, m| composed.then(m))
     }
