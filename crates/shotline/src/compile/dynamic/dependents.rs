@@ -43,7 +43,7 @@ pub(super) struct Dependents {
     of_node: HashMap<NodeId, Vec<OccurrenceId>>,
     bodies: HashMap<u32, Vec<PlacementRef>>,
     levels: HashMap<u32, Vec<PlacementRef>>,
-    /// One placement of each body that a node is part of as an operand or within one. Computed on first use.
+    /// For each transform inside combinations, one placement of each of these combinations. Computed on first use.
     operands: OnceLock<HashMap<NodeId, Vec<PlacementRef>>>,
 }
 
