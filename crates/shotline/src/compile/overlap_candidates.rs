@@ -43,7 +43,7 @@ pub struct OverlapCandidates {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum SoleObject {
     Nothing,
-    /// Only parts of one object; `None` stands for the object that is named above the level.
+    /// Leaves of a single object; `None` stands for the object that is named above the level.
     One(Option<u32>),
     Several,
 }

@@ -146,7 +146,7 @@ impl Contacts {
 
     /// Whether the ray is inside the expression on all of its sides. The state is left as it was.
     ///
-    /// Around the ray, membership changes only at borders, so the expression is evaluated just behind each border.
+    /// Around the ray, membership changes only at borders, so the expression is evaluated just past each border.
     /// Borders that differ by rounding only count as one.
     pub fn value(&mut self, program: &Program, state: &mut ProgramState, side: OneSided) -> bool {
         let t = self.sample(side);

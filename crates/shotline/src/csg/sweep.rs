@@ -165,7 +165,7 @@ impl Sweep {
     }
 
     fn classify_group(&mut self, program: &Program) {
-        // Events are in the order of their lower ends: in a chain the last event begins behind the end of another.
+        // Events are in the order of their lower ends: in a chain the last event begins after the end of another.
         if self.group.last().is_some_and(|last| last.low > self.first_high) {
             self.classify_chain(program);
         } else {

@@ -1,4 +1,4 @@
-//! The fold, which every query uses: it passes the boundaries of the bodies that the ray meets to the query, nearest
+//! The fold, which every query uses: it passes the boundaries of the bodies that the ray hits to the query, nearest
 //! body first.
 
 use std::ops::ControlFlow;
@@ -60,7 +60,7 @@ impl<'w> Caster<'w> {
     ) -> ControlFlow<()> {
         let Scope { span, kinds } = query.scope;
         // Boundaries beyond the limit do not matter, but those at the limit itself do. A span does not contain an
-        // entry at its end, so it ends one ulp behind the limit.
+        // entry at its end, so it ends one ulp beyond the limit.
         let span = if *limit < span.t_max() {
             Span::new(span.t_min(), limit.next_up()).unwrap_or(span)
         } else {
@@ -97,7 +97,7 @@ impl<'w> Caster<'w> {
                                 break;
                             }
                         } else if wanted == Wanted::First {
-                            // Only rounding can make the span begin inside a body whose box begins behind it. Run
+                            // Only rounding can make the span begin inside a body whose box begins later. Run
                             // again for all boundaries.
                             wanted = Wanted::All;
                             continue 'again;

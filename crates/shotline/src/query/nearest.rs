@@ -22,7 +22,7 @@ impl Caster<'_> {
             .map(|(body_entry, boundary)| hit(self.world, &self.traversal, ray, &body_entry, &boundary)))
     }
 
-    /// As [`Caster::closest`], but tests the hinted body first, and then skips what lies behind its first
+    /// As [`Caster::closest`], but tests the hinted body first, and then skips what lies beyond its first
     /// crossing. The result is the same. Stores the body of the crossing in the hint.
     ///
     /// # Errors

@@ -1,7 +1,7 @@
 //! Repairs crossing lists that do not alternate.
 //!
 //! Solids return lists that ascend and alternate in spite of rounding, and their conformance suite tests this. If a
-//! list did not, the parity of everything behind the fault would be wrong. So each list is checked. A broken list is
+//! list did not, the parity of everything after the fault would be wrong. So each list is checked. A broken list is
 //! rebuilt from the membership of points between its crossings, and the repair is counted.
 
 use crate::crossing::{Crossing, is_alternating};
@@ -19,7 +19,7 @@ pub(super) fn repair(solid: &dyn Solid, line: &Line, list: &mut Vec<Crossing>) -
     let mut ends = ends.into_iter();
     let mut inside = false;
     list.retain_mut(|crossing| {
-        // An infinite end means that the interior is unbounded. Behind the last crossing the line is outside.
+        // An infinite end means that the interior is unbounded. After the last crossing the line is outside.
         let after = ends.next().is_some_and(|end| {
             let middle = 0.5 * crossing.t + 0.5 * end;
             middle.is_infinite() || solid.contains(line.at(middle))

@@ -79,7 +79,7 @@ impl Stream<'_, '_> {
         if clear == 0 {
             return;
         }
-        // An event that begins before the exit may end behind it.
+        // An event that begins before the exit may end after it.
         let (exit, events) = (self.exit, &self.scratch.events);
         let reach = events.iter().filter(|e| e.low <= exit).fold(exit, |reach, e| reach.max(e.high()));
         let is_last = !events.iter().any(|e| e.low > exit && e.low <= reach);

@@ -44,7 +44,7 @@ pub(super) fn namesakes(scene: &Scene, path: &str) -> usize {
     first.map_or(0, |first| names().filter(|name| *name == first).count())
 }
 
-/// The rest of a path behind a name at its beginning; `None` if the path begins differently.
+/// The rest of a path after a name at its beginning; `None` if the path begins differently.
 fn after_name<'p>(path: &'p str, name: &str) -> Option<&'p str> {
     path.strip_prefix(name).filter(|after| after.is_empty() || after.starts_with('/'))
 }

@@ -144,7 +144,7 @@ fn segments_are_owned_by_the_highest_rank() {
     }
 }
 
-/// One sweep returns all overlaps: those that repeated queries for the first overlap find, each begun behind the
+/// One sweep returns all overlaps: those that repeated queries for the first overlap find, each begun after the
 /// last.
 #[test]
 fn overlaps_are_those_that_segments_refuse() {
@@ -159,7 +159,7 @@ fn overlaps_are_those_that_segments_refuse() {
             let QueryError::Overlap { first, second, t_in, t_out } = error else { panic!("{error}") };
             let number =
                 |name: &str| name.strip_prefix("slab ").and_then(|n| n.parse().ok()).expect("a number");
-            // Behind the last overlap both objects may begin where the span does: then the lower number is reported
+            // After the last overlap both objects may begin where the span does: then the lower number is reported
             // first.
             let (a, b): (u32, u32) = (number(&first), number(&second));
             expected.push((a.min(b), a.max(b), t_in, t_out));

@@ -1,4 +1,4 @@
-//! All queries agree, wherever the span begins and ends: at crossings, just before and behind them, inside walls and
+//! All queries agree, wherever the span begins and ends: at crossings, just before and after them, inside walls and
 //! between them.
 
 use super::*;

@@ -233,7 +233,7 @@ fn thin_objects_that_overlap_keep_their_segments() {
         let length =
             |object: u32| segments.iter().filter(|s| s.object == object).map(|s| s.length).sum::<f64>();
         let (below, above) = (length(0) / f64::from(count), length(1) / f64::from(count));
-        // An end that coincides with the begin of the other object is replaced by it.
+        // An end that coincides with the start of the other object is replaced by it.
         assert!((1.7e-6..4.3e-6).contains(&below), "{count}: {below}");
         assert!((above - 4e-6).abs() < 3e-7, "{count}: {above}");
     }
