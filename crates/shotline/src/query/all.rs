@@ -27,7 +27,7 @@ impl Caster<'_> {
     /// paths.
     ///
     /// # Errors
-    /// As [`Caster::closest`], and [`QueryError::TooMany`].
+    /// As [`Caster::closest`], [`QueryError::TooMany`] and [`QueryError::OutOfMemory`].
     pub fn crossings(
         &mut self,
         ray: &Ray,
