@@ -1,10 +1,10 @@
-//! Which accelerator is used where.
+//! Chooses the accelerator of each level, body and mesh.
 
 use super::{Options, SceneError};
 use crate::accel;
 use crate::scene::{NodeId, Scene};
 
-/// The accelerators of a scene under some options.
+/// The accelerators of a scene with some options.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AccelChoice<'s> {
     scene: &'s Scene,
@@ -13,7 +13,7 @@ pub(super) struct AccelChoice<'s> {
 
 impl<'s> AccelChoice<'s> {
     /// # Errors
-    /// Every name that is none.
+    /// One error for each name that is not the name of an accelerator.
     pub fn new(scene: &'s Scene, options: Options) -> Result<AccelChoice<'s>, Vec<SceneError>> {
         let of_parts = scene.accels.iter().map(|(&node, &name)| (Some(node), name));
         let all = of_parts.chain(scene.accel.map(|name| (None, name)));
@@ -30,17 +30,17 @@ impl<'s> AccelChoice<'s> {
         if unknown.is_empty() { Ok(AccelChoice::again(scene, options)) } else { Err(unknown) }
     }
 
-    /// As [`AccelChoice::new`], of what has been checked.
+    /// As [`AccelChoice::new`], for a scene and options that have been checked.
     pub fn again(scene: &'s Scene, options: Options) -> AccelChoice<'s> {
         AccelChoice { scene, everywhere: options.accel }
     }
 
-    /// The accelerator of a part.
+    /// The accelerator of a node.
     pub fn of(&self, node: NodeId) -> &'static str {
         self.everywhere.or_else(|| self.scene.accels.get(&node).copied()).unwrap_or(self.general())
     }
 
-    /// The accelerator of what has none of its own, and of the whole scene.
+    /// The accelerator of nodes that have none of their own, and of the scene as a whole.
     pub fn general(&self) -> &'static str {
         self.everywhere.or(self.scene.accel).unwrap_or(accel::DEFAULT)
     }

@@ -15,10 +15,10 @@ use crate::region::Constraint;
 use crate::scene::{Node, NodeId, Scene};
 use crate::solid::Solid;
 
-/// So many leaves are asked one after the other: that is cheaper than any accelerator.
+/// Up to this many leaves are tested one after the other, which is cheaper than any accelerator.
 const MAX_LEAVES_WITHOUT_ACCEL: usize = 8;
 
-/// What building bodies draws on and adds to.
+/// The input of building bodies, and the totals over all bodies built.
 pub(super) struct BodyBuilder<'s> {
     pub scene: &'s Scene,
     pub leaves: &'s BuiltLeaves,
@@ -28,13 +28,13 @@ pub(super) struct BodyBuilder<'s> {
     pub stats: Stats,
 }
 
-/// A leaf with the map that places it.
+/// A leaf with the transform that places it.
 struct PlacedLeaf {
     leaf: Leaf,
     body_from_local: Affine,
 }
 
-/// What is still to be done for a node of an expression.
+/// A pending step of flattening an expression.
 enum Step {
     Enter(NodeId, ComposedTransform),
     Combine(Op, usize),
@@ -62,7 +62,7 @@ impl BodyBuilder<'_> {
         Ok(Body::Solid(finish(&tree, root, leaves, first_surface, self.choice.of(node))))
     }
 
-    /// The expression over placed leaves. Shared parts are written out: each use is a leaf of its own.
+    /// Flattens the expression over placed leaves. Shared nodes are expanded: each use is a leaf of its own.
     fn flatten(
         &mut self,
         node: NodeId,
@@ -118,7 +118,7 @@ impl BodyBuilder<'_> {
         Ok(PlacedLeaf { leaf, body_from_local: placement.parent_from_local })
     }
 
-    /// The placement of a node under a chain; remembers how badly conditioned any has been.
+    /// The placement of a node under a chain of transforms. Updates the worst condition number so far.
     pub fn placed(
         &mut self,
         node: NodeId,
@@ -162,13 +162,13 @@ fn finish(tree: &Tree, root: u32, placed: Vec<PlacedLeaf>, first_surface: u32, a
     SolidBody { leaves, program, accel, bounds, first_surface }
 }
 
-/// What is known of each leaf that has no end; nothing where all have.
+/// The constraints of unbounded leaves; empty where every leaf is bounded.
 fn constraints(program: &Program, placed: &[PlacedLeaf]) -> Vec<Option<Constraint>> {
     let has_no_end = |placed: &PlacedLeaf| {
         let b = placed.leaf.bounds;
         !b.is_empty() && !b.is_finite() && placed.leaf.solid.surfaces().len() == 1
     };
-    // A lone leaf has the box that it has.
+    // A single leaf has no other operands that could reduce its box.
     if placed.len() < 2 || !placed.iter().any(has_no_end) {
         return Vec::new();
     }
@@ -180,7 +180,7 @@ fn constraints(program: &Program, placed: &[PlacedLeaf]) -> Vec<Option<Constrain
     (0..).zip(placed).map(constraint).collect()
 }
 
-/// The leaves of each operation, outer ones first.
+/// The ranges of the leaves of all operations, outer operations first.
 fn operations(tree: &Tree) -> Vec<Range<u32>> {
     let mut ranges: Vec<Range<u32>> = Vec::with_capacity(tree.nodes.len());
     for node in &tree.nodes {
@@ -198,7 +198,7 @@ fn operations(tree: &Tree) -> Vec<Range<u32>> {
     ranges
 }
 
-/// Whether a node is a body when a group holds it.
+/// Whether a node in a group is placed as a body.
 pub(super) fn is_body(node: &Node) -> bool {
     matches!(node, Node::Solid { .. } | Node::Mesh { .. } | Node::Csg { .. })
 }

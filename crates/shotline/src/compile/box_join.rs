@@ -1,17 +1,18 @@
-//! Which boxes of many meet: a tree over them, held against itself. It takes `n log n` and the pairs that it comes by.
+//! Finds the pairs of boxes that intersect, by traversing a tree over the boxes against itself. The cost is `n log n`
+//! plus the number of pairs found.
 
 use crate::aabb::Aabb;
 use crate::math::Vec3;
 
-/// So many boxes are compared one by one.
+/// Up to this many boxes are compared one by one.
 const FEW: usize = 4;
 
-/// Boxes that lie together: those from `first` on, in the order of the tree.
+/// Neighbouring boxes: `count` of them from index `first` on, in the order of the tree.
 struct Node {
     bounds: Aabb,
     first: usize,
     count: usize,
-    /// Two halves, where there are more than a few.
+    /// The two child nodes, if there are more than a few boxes.
     halves: Option<[usize; 2]>,
 }
 
@@ -20,8 +21,8 @@ pub(super) fn meet(a: &Aabb, b: &Aabb) -> bool {
     a.min.max(b.min).cmplt(a.max.min(b.max)).all()
 }
 
-/// Calls `found` with each pair of boxes that have a volume in common. Every comparison takes one off the budget; answers
-/// `false` where that has ended before all pairs were found.
+/// Calls `found` with each pair of boxes that have a volume in common. Each comparison of two nodes costs one unit of
+/// the budget. Returns `false` if the budget ended before all pairs were found.
 pub(super) fn join(boxes: &[Aabb], budget: &mut u64, mut found: impl FnMut(usize, usize)) -> bool {
     if boxes.is_empty() {
         return true;
@@ -58,9 +59,9 @@ pub(super) fn join(boxes: &[Aabb], budget: &mut u64, mut found: impl FnMut(usize
     true
 }
 
-/// A tree that halves the boxes by their middles along the longest side.
+/// Builds a tree that halves the boxes by their centres along the longest axis.
 fn tree(boxes: &[Aabb], order: &mut [usize]) -> Vec<Node> {
-    // Boxes without an end have a middle, too.
+    // The clamp gives unbounded boxes a centre too.
     let far = Vec3::splat(0.25 * f64::MAX);
     let middle = |i: usize| boxes[i].min.clamp(-far, far) * 0.5 + boxes[i].max.clamp(-far, far) * 0.5;
     let mut nodes: Vec<Node> = Vec::new();

@@ -1,4 +1,4 @@
-//! What each node is by itself: leaf solids built, transforms checked, combinations checked.
+//! Builds and checks each node by itself: builds leaf solids, and checks transforms and combinations.
 
 use std::sync::Arc;
 
@@ -10,10 +10,10 @@ use crate::scene::{Node, NodeId, Scene};
 use crate::solid::Solid;
 use crate::solid::mesh::{MeshError, MeshSolid, Weld};
 
-/// A combination of more leaves than this is refused before it is built.
+/// A combination of more leaves than this is rejected before it is built.
 const MAX_LEAVES: u64 = 4_000_000;
 
-/// Nodes likewise, shared ones counted wherever they stand: a nest of groups can be large without a leaf.
+/// The same limit for nodes, with shared nodes counted at every use: nested groups can be large without any leaf.
 const MAX_NODES: u64 = 10 * MAX_LEAVES;
 
 /// A leaf of the graph, built.
@@ -29,20 +29,21 @@ pub(super) struct BuiltLeaves {
     leaves: Vec<Option<BuiltLeaf>>,
 }
 
-/// What a combination must know of its operands.
+/// What a combination needs to know of its operands.
 #[derive(Clone, Copy, Default)]
 struct SubtreeSummary {
     leaves: u64,
-    /// All nodes, itself among them.
+    /// The number of all nodes, including the node itself.
     nodes: u64,
     object: Option<NodeId>,
     open_mesh: Option<NodeId>,
-    /// Whether something is wrong with a combination in it, which is not told again of every one above.
+    /// Whether an error in a combination below has been reported. It is not reported again for each combination
+    /// above.
     reported: bool,
 }
 
 impl BuiltLeaves {
-    /// Builds every leaf that can be reached and reports everything that is wrong with any node.
+    /// Builds every reachable leaf, and reports everything that is wrong with any node.
     pub(super) fn build(
         scene: &Scene,
         graph: &Graph,
@@ -86,7 +87,7 @@ fn build_leaf(node: &Node, id: NodeId, choice: AccelChoice) -> Result<Option<Bui
             Err(e) => {
                 let name = file.as_ref().map_or("mesh", |file| &file.name);
                 let e = match (e, file.as_ref().and_then(|file| file.weld)) {
-                    // Readers refuse a file without any face, so that welding has dropped them all.
+                    // Readers reject a file without faces, so welding must have removed all of them.
                     (MeshError::Empty, Some(Weld::Within(within))) if mesh.faces.is_empty() => {
                         MeshError::Collapsed { within }
                     }

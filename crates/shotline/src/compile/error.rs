@@ -1,4 +1,4 @@
-//! What is wrong with a scene.
+//! Errors of scenes.
 
 use std::fmt::{self, Display, Formatter};
 
@@ -8,13 +8,13 @@ use crate::scene::NodeId;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{message}")]
 pub struct SceneError {
-    /// The node at fault; readers know where it was written.
+    /// The node at fault; a reader of scene files knows where in the file it was written.
     pub node: Option<NodeId>,
     /// The parameter at fault.
     pub param: Option<&'static str>,
     /// What is wrong.
     pub message: String,
-    /// How to mend it.
+    /// How to correct it.
     pub hint: Option<String>,
 }
 

@@ -1,4 +1,5 @@
-//! The graph as a whole: that every number names a node, that there is no cycle, which parts are shared.
+//! The graph as a whole: checks that every number refers to a node and that there is no cycle, and finds shared
+//! nodes.
 
 use std::collections::HashMap;
 
@@ -7,17 +8,17 @@ use crate::scene::{Node, NodeId, Scene};
 
 /// A checked graph.
 pub(super) struct Graph {
-    /// Every node that can be reached, children before parents.
+    /// Every reachable node, children before parents.
     pub postorder: Vec<NodeId>,
-    /// Whether a node is placed on more than one way from the root. What is below a combination is not
-    /// placed by itself.
+    /// Whether a node is placed through more than one path from the roots. A node below a combination is not placed
+    /// by itself.
     shared: Vec<bool>,
 }
 
 #[derive(Clone, Copy, PartialEq)]
 enum Mark {
     New,
-    /// On the way from a root to where the search is, at this place.
+    /// On the path from a root to the current node, at this index.
     Open(usize),
     Done,
 }
@@ -58,17 +59,18 @@ fn check_numbers(scene: &Scene) -> Result<(), Vec<SceneError>> {
     if errors.is_empty() { Ok(()) } else { Err(errors) }
 }
 
-/// Cycles told of; a file can have millions.
+/// Maximum number of cycles that are reported; a file can have millions.
 const CYCLES_TOLD: usize = 100;
 
-/// Depth-first search with an explicit stack; cycles found are errors that name their nodes.
+/// Depth-first search with an explicit stack. Returns the nodes in postorder, or an error for each cycle that names
+/// its nodes.
 fn search(scene: &Scene) -> Result<Vec<NodeId>, Vec<SceneError>> {
     let mut marks = vec![Mark::New; scene.nodes.len()];
     let mut postorder = Vec::new();
     let mut errors = Vec::new();
-    // Of several names the first tells.
+    // If a node has several names, the first is used: in reversed order it is inserted last.
     let names = scene.defs.iter().rev().map(|(name, id)| (*id, name.as_str())).collect();
-    // A node and how many of its children have been looked at: the way from a root to here.
+    // The path from a root to the current node: each node with the number of its children that have been visited.
     let mut way: Vec<(NodeId, usize)> = Vec::new();
     for root in roots(scene) {
         if marks[root.0 as usize] == Mark::New {
@@ -101,10 +103,10 @@ fn search(scene: &Scene) -> Result<Vec<NodeId>, Vec<SceneError>> {
     if errors.is_empty() { Ok(postorder) } else { Err(errors) }
 }
 
-/// Names told of a cycle; of a longer one the first are.
+/// Maximum number of names in the report of a cycle; a longer cycle is cut after its first names.
 const NAMES_TOLD: usize = 12;
 
-/// A cycle by the names of its parts, or its node numbers where no part has a name.
+/// Describes a cycle by the names of its nodes, or by their numbers if none of them has a name.
 fn cycle_error(names: &HashMap<NodeId, &str>, cycle: &[(NodeId, usize)]) -> SceneError {
     let back_to = cycle[0].0;
     let named = || cycle.iter().filter_map(|(id, _)| names.get(id));
@@ -121,7 +123,8 @@ fn cycle_error(names: &HashMap<NodeId, &str>, cycle: &[(NodeId, usize)]) -> Scen
         .with_hint("break the cycle: a shared part may not be used inside itself")
 }
 
-/// A node is shared if it is placed by several parents, or by one that is shared.
+/// Finds shared nodes: those with several parents, or with a parent that is shared. Operands of combinations do not
+/// count.
 fn find_shared(scene: &Scene, postorder: &[NodeId]) -> Vec<bool> {
     let mut parents = vec![0u32; scene.nodes.len()];
     let mut reached = vec![false; scene.nodes.len()];

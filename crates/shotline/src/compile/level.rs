@@ -1,5 +1,5 @@
-//! Levels: the placements of a group, under one accelerator. A group with several parents is a level of its
-//! own, placed like a body; other groups dissolve into the level around them.
+//! Levels: the placements of a group, under one accelerator. A group with several parents becomes a level of its own,
+//! which is placed like a body. Other groups are flattened into the level that contains them.
 
 use std::sync::Arc;
 
@@ -18,18 +18,19 @@ use crate::accel::{self, Items};
 use crate::math::{ComposedTransform, TransformPair};
 use crate::scene::{Node, NodeId, Scene};
 
-/// Index of one occurrence of a transform on the way from the root of a level to placements.
+/// Index of one occurrence of a transform on the path from the root of a level to its placements.
 pub(super) type OccurrenceId = u32;
 
-/// Is told, in order, which transforms the levels are built from and what is placed below them.
+/// Receives, in order, the transforms that the levels are built from and the placements below them.
 pub(super) trait Recorder {
-    /// A transform occurs in the level that is being built, below another occurrence.
+    /// Records a transform of the level that is being built, below the occurrence `above`. Returns its own occurrence
+    /// if it is kept.
     fn add(&mut self, node: NodeId, above: Option<OccurrenceId>) -> Option<OccurrenceId>;
 
-    /// A node is placed in the level that is being built. `baked`: its transforms are part of the body.
+    /// Records that a node is placed in the level that is being built. `baked`: its transforms are part of the body.
     fn place(&mut self, occurrence: Option<OccurrenceId>, node: NodeId, baked: bool, target: Target);
 
-    /// The level that was being built is complete.
+    /// Records that the level that was being built is complete.
     fn end_level(&mut self);
 }
 
@@ -42,7 +43,7 @@ impl Recorder for () {
     fn end_level(&mut self) {}
 }
 
-/// Builds the world of a scene. The recorder is told where each transform of the scene has an effect.
+/// Builds the world of a scene. The recorder receives the points where each transform of the scene has an effect.
 pub(super) fn build(
     scene: &Scene,
     graph: &Graph,
@@ -68,32 +69,33 @@ struct Builder<'s> {
     labels: Labels<'s>,
     bodies: BodyBuilder<'s>,
     world: World,
-    /// Shared bodies and groups that are compiled already.
+    /// Shared bodies and groups that have been compiled.
     targets: HashMap<NodeId, Target>,
     objects: HashMap<NodeId, u32>,
     recorder: &'s mut dyn Recorder,
 }
 
-/// A node on the way down from a level's root.
+/// A pending node on the path down from a level's root.
 struct Visit {
     node: NodeId,
     composed: ComposedTransform,
     object: Option<u32>,
     name: NameId,
-    /// The innermost transform above, if that is kept.
+    /// The innermost transform above, if the recorder keeps it.
     occurrence: Option<OccurrenceId>,
 }
 
-/// The placements of each group that dissolves into a level: a range, for members are visited depth first.
+/// The placements of each group that is flattened into a level. They are a contiguous range because members are
+/// visited depth first.
 #[derive(Default)]
 struct Groups {
     ranges: Vec<Range<u32>>,
-    /// Groups that are being visited, with the height of the stack at which each ends.
+    /// Groups that are being visited: the index of the range, and the height of the stack at which the group ends.
     open: Vec<(usize, usize)>,
 }
 
 impl Groups {
-    /// A group begins; it ends when the stack of what is to be visited is down to `height` again.
+    /// Begins a group. It ends when the stack of pending visits has shrunk back to `height`.
     fn begin(&mut self, height: usize, placed: usize) {
         self.open.push((self.ranges.len(), height));
         self.ranges.push(placed as u32..placed as u32);
@@ -110,7 +112,7 @@ impl<'s> Builder<'s> {
     fn run(&mut self) -> Result<(), SceneError> {
         let (graph, scene) = (self.graph, self.bodies.scene);
         self.number_objects();
-        // Children come before parents, so what a level places is there already.
+        // Children come before parents, so the targets of a level's placements exist already.
         for &id in graph.postorder.iter().filter(|&&id| graph.is_shared(id)) {
             let node = scene.node(id);
             let target = match node {
@@ -129,7 +131,7 @@ impl<'s> Builder<'s> {
         Ok(())
     }
 
-    /// Objects in the order of the file: roots first come first, then those found inside.
+    /// Numbers the objects depth first: each root, in the order of the file, followed by the objects inside it.
     fn number_objects(&mut self) {
         let scene = self.bodies.scene;
         let mut stack: Vec<NodeId> = scene.objects.iter().rev().copied().collect();
@@ -150,7 +152,7 @@ impl<'s> Builder<'s> {
         }
     }
 
-    /// Builds a body; `None` for a combination of empty groups, of which there is nothing to place.
+    /// Builds a body. Returns `None` for a combination of empty groups, which has nothing to place.
     fn body(&mut self, node: NodeId, composed: &ComposedTransform) -> Result<Option<Target>, SceneError> {
         let body = self.bodies.build(node, composed)?;
         if body.leaf_count() == 0 {
@@ -160,7 +162,7 @@ impl<'s> Builder<'s> {
         Ok(Some(Target::Body((self.world.bodies.len() - 1) as u32)))
     }
 
-    /// Builds the level of some members; their names carry their place in the group if `indexed`.
+    /// Builds the level of some members. If `indexed`, their names contain their index in the group.
     fn level(&mut self, members: &[NodeId], indexed: bool, accel: &'static str) -> Result<u32, SceneError> {
         let mut level = Level { accel_name: accel, ..Level::default() };
         let mut stack = Vec::new();
@@ -195,7 +197,8 @@ impl<'s> Builder<'s> {
         Ok((self.world.levels.len() - 1) as u32)
     }
 
-    /// Members to visit: those of the level itself, or of a group that dissolves into it.
+    /// Pushes members that are to be visited: those of the level itself, or those of a group that is flattened into
+    /// it.
     fn push_members(
         &mut self,
         stack: &mut Vec<Visit>,
@@ -216,8 +219,8 @@ impl<'s> Builder<'s> {
         stack[start..].reverse();
     }
 
-    /// Places a body or a shared group. What is not shared has its transforms baked in, so that its leaves
-    /// meet rays through one matrix.
+    /// Places a body or a shared group. A body that is not shared has its transforms baked in, so that rays are
+    /// transformed only once, by the matrix of each leaf.
     fn place(&mut self, level: &mut Level, visit: Visit) -> Result<(), SceneError> {
         let shared = self.targets.get(&visit.node);
         let baked = shared.is_none();

@@ -1,8 +1,8 @@
-//! Scene to World: everything that is checked and worked out once.
+//! Compiles a scene to a world: everything that is checked and computed once.
 //!
-//! The graph is checked (`graph`), leaf solids are built and placed in bodies (`body`), bodies and shared
-//! groups are placed in levels (`level`). A part with several parents is compiled once and placed many
-//! times; nothing here recurses, so depth is limited by memory only.
+//! The graph is checked (`graph`), leaf solids are built and placed in bodies (`body`), bodies and shared groups are
+//! placed in levels (`level`). A node with several parents is compiled once and placed many times. Nothing here
+//! recurses, so depth is limited by memory only.
 
 mod accel_choice;
 mod body;
@@ -29,18 +29,18 @@ use accel_choice::AccelChoice;
 
 use crate::scene::Scene;
 
-/// Choices of [`compile`].
+/// Options of [`compile`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Options {
-    /// The accelerator used everywhere, by name (see [`crate::accel::NAMES`]), whatever the scene says. `None` for
-    /// the scene's own [choices](Scene::accels), and [`crate::accel::DEFAULT`] where it has none.
+    /// The accelerator used everywhere, by name (see [`crate::accel::NAMES`]), regardless of the scene. With `None`,
+    /// the scene's own [choices](Scene::accels) apply, and [`crate::accel::DEFAULT`] where it has none.
     pub accel: Option<&'static str>,
 }
 
 /// Checks a scene and builds its world.
 ///
 /// # Errors
-/// Everything that is wrong with the scene, not only the first.
+/// Everything that is wrong with the scene, not only the first error.
 pub fn compile(scene: &Scene, options: Options) -> Result<World, Vec<SceneError>> {
     let choice = AccelChoice::new(scene, options)?;
     let graph = graph::Graph::of(scene)?;

@@ -1,4 +1,5 @@
-//! The names of instance paths, kept as links so that a million placements do not hold a million strings.
+//! The names of instance paths, stored as links to parents, so that a million placements do not store a million
+//! strings.
 
 use std::collections::HashMap;
 
@@ -14,7 +15,7 @@ const NO_INDEX: u32 = u32::MAX;
 struct Link {
     parent: Option<NameId>,
     label: u32,
-    /// The place among the members of a group.
+    /// The index among the members of a group; `NO_INDEX` where the name has none.
     index: u32,
 }
 
@@ -27,7 +28,7 @@ pub(super) struct PathNames {
 }
 
 impl PathNames {
-    /// A name below another.
+    /// Adds a name below another.
     pub(super) fn add(&mut self, parent: Option<NameId>, label: &str, index: Option<usize>) -> NameId {
         let label = match self.by_label.get(label) {
             Some(&known) => known,
@@ -43,8 +44,8 @@ impl PathNames {
         NameId((self.links.len() - 1) as u32)
     }
 
-    /// The name in full, outermost part first, appended to `out` with a slash before each part but the
-    /// very first.
+    /// Appends the full name to `out`, outermost component first, with a slash before each component unless `out` is
+    /// empty.
     pub(super) fn write(&self, name: NameId, out: &mut String) {
         let mut composed = Vec::new();
         let mut next = Some(name);
@@ -69,7 +70,7 @@ impl PathNames {
     }
 }
 
-/// Finds what to call nodes: by their definition, their object's name, or what they are.
+/// Finds the labels of nodes: the name of their definition, the name of their object, or their kind.
 pub(super) struct Labels<'s> {
     scene: &'s Scene,
     defs: HashMap<NodeId, &'s str>,

@@ -1,7 +1,8 @@
-//! Where parts of different objects may overlap: pairs of leaves whose boxes meet.
+//! Finds where different objects may overlap: pairs of leaves whose boxes intersect.
 //!
-//! Parts are refined in pairs: of two that meet, what they hold is compared. Pairs within a shared level are looked for at
-//! one of its places, so that work and memory grow with the pairs and not with the placements.
+//! Subtrees are refined in pairs: where the boxes of two intersect, their children are compared. Pairs within a
+//! shared level are searched for in one of its placements only, so that work and memory grow with the pairs and not
+//! with the placements.
 
 use std::collections::{HashMap, HashSet};
 
@@ -10,50 +11,51 @@ use super::world::{Body, Placement, Target, World};
 use crate::aabb::Aabb;
 use crate::math::Affine;
 
-/// Half-ulps of its coordinates by which a box may be larger than what it holds: boxes that abut do not meet.
+/// Half-ulps of its coordinates by which a box may be larger than its contents. Boxes are shrunk by this, so that
+/// boxes that abut do not intersect.
 const PADDING: f64 = 32.0;
 
-/// Pairs of parts that wait to be refined, at most: in a level, and below two parts that meet.
+/// Maximum number of pairs of subtrees that wait to be refined: in a level, and below two subtrees that intersect.
 const WAITING: usize = 1 << 22;
 const WAITING_BELOW: usize = 1 << 17;
 
-/// Parts of two objects of equal priority whose boxes meet.
+/// Leaves of two objects of equal priority whose boxes intersect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OverlapCandidate {
     /// The objects, the lower number first.
     pub objects: [u32; 2],
-    /// What the boxes have in common, in world coordinates; infinite where the parts have no end.
+    /// The intersection of the boxes, in world coordinates; infinite where both leaves are unbounded.
     pub common: Aabb,
 }
 
-/// The answer of [`World::meetings`].
+/// The result of [`World::overlap_candidates`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OverlapCandidates {
-    /// Pairs of parts, of all that there are so many as were wanted.
+    /// The pairs found, at most as many as requested.
     pub pairs: Vec<OverlapCandidate>,
-    /// The number of pairs found.
+    /// The number of all pairs found.
     pub count: u64,
-    /// Whether that is all. If not, the comparisons that were allowed were too few.
+    /// Whether the search was complete. If not, it needed more comparisons or more waiting pairs than were allowed.
     pub complete: bool,
 }
 
-/// What levels hold.
+/// The objects in a level.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum SoleObject {
     Nothing,
-    /// Parts of one object; `None` stands for the one that is named above.
+    /// Leaves of a single object; `None` stands for the object that is named above the level.
     One(Option<u32>),
     Several,
 }
 
-/// A part in its place.
+/// A subtree of the world, placed in the world.
 #[derive(Clone, Copy, Debug)]
 struct Subtree {
     /// In world coordinates.
     bounds: Aabb,
-    /// The object of all that it holds; `None` where there are several.
+    /// The object of all its leaves; `None` where there are several.
     sole: Option<u32>,
-    /// The object that was named here or above.
+    /// The object that was named at the subtree or above it.
     named: Option<u32>,
     what: SubtreeKind,
 }
@@ -61,13 +63,14 @@ struct Subtree {
 #[derive(Clone, Copy, Debug)]
 enum SubtreeKind {
     Leaf,
-    /// With the map from its frame to the world.
+    /// With the transform from its frame to the world.
     Placement(Target, Affine),
 }
 
 impl World {
-    /// Pairs of leaves of two objects of equal priority whose boxes meet, with so many comparisons at most. Leaves that
-    /// are taken away do not count. Of a shared group the pairs within it are found at one of its places.
+    /// Finds pairs of leaves of two objects of equal priority whose boxes intersect. Returns at most `most` of them,
+    /// and makes at most `comparisons` comparisons. Subtracted leaves do not count. Pairs within a shared group are
+    /// found in only one of its placements.
     pub fn overlap_candidates(&self, most: usize, comparisons: u64) -> OverlapCandidates {
         let sole = self.sole_objects();
         let mut search = Search {
@@ -80,8 +83,8 @@ impl World {
         search.found
     }
 
-    /// Boxes of the leaves of each wanted object, in world coordinates, so many of each at most. What many groups hold may
-    /// be given in part: after so many `steps` it ends.
+    /// Boxes of the leaves of each wanted object, in world coordinates, at most `each` per object. The search ends
+    /// after `steps` steps, so objects in many groups may be incomplete.
     pub fn leaf_boxes(&self, wanted: &[bool], each: usize, mut steps: u64) -> Vec<Vec<Aabb>> {
         let sole = self.sole_objects();
         let mut children = SubtreeChildren::new(self, &sole);
@@ -102,7 +105,7 @@ impl World {
         boxes
     }
 
-    /// What each level holds. Levels come after those that they place.
+    /// The objects in each level. Levels come after those that they place.
     fn sole_objects(&self) -> Vec<SoleObject> {
         let mut sole_objects: Vec<SoleObject> = Vec::with_capacity(self.levels.len());
         for level in &self.levels {
@@ -130,11 +133,11 @@ fn sole_object_of(placed: &Placement, sole_objects: &[SoleObject]) -> SoleObject
     }
 }
 
-/// What parts hold.
+/// Computes the children of subtrees.
 struct SubtreeChildren<'w> {
     world: &'w World,
     sole_objects: &'w [SoleObject],
-    /// The boxes of the leaves of a body, each once, in its frame.
+    /// The boxes of the leaves of a body, without duplicates, in its frame.
     leaves: HashMap<u32, Vec<Aabb>>,
 }
 
@@ -152,7 +155,7 @@ impl<'w> SubtreeChildren<'w> {
         }
     }
 
-    /// The parts of a part that have a volume; none of a leaf.
+    /// The children of a subtree that have a volume; none for a leaf.
     fn of(&mut self, subtree: &Subtree) -> Vec<Subtree> {
         let inner: Vec<Subtree> = match subtree.what {
             SubtreeKind::Leaf => return Vec::new(),
@@ -172,9 +175,9 @@ impl<'w> SubtreeChildren<'w> {
         inner.into_iter().filter(|subtree| subtree.bounds.min.cmplt(subtree.bounds.max).all()).collect()
     }
 
-    /// What is placed in a level that is placed by `map`.
+    /// The subtree of a placement in a level that is itself placed by `map`.
     fn placed(&self, placed: &Placement, map: &Affine, named: Option<u32>) -> Option<Subtree> {
-        // It was inverted once, so it can be again, but for rounding.
+        // This matrix is itself an inverse, so it can be inverted, except for rounding.
         let own = placed.local_from_parent.inverse().ok()?;
         let named = placed.object.or(named);
         let sole = match sole_object_of(placed, self.sole_objects) {
@@ -209,13 +212,13 @@ impl<'w> SubtreeChildren<'w> {
 struct Search<'w> {
     children: SubtreeChildren<'w>,
     most: usize,
-    /// Comparisons that are left.
+    /// The number of comparisons that are left.
     budget: u64,
     found: OverlapCandidates,
 }
 
 impl Search<'_> {
-    /// Looks through each level of several objects at one of its places. Whether the budget was enough.
+    /// Searches each level of several objects in one of its placements. Returns whether the search was complete.
     fn run(&mut self) -> bool {
         let mut seen = HashSet::new();
         let mut levels = vec![self.children.root()];
@@ -233,7 +236,7 @@ impl Search<'_> {
         true
     }
 
-    /// Looks for pairs among parts that lie beside each other.
+    /// Searches for pairs among siblings. Returns whether the search was complete.
     fn within(&mut self, children: &[Subtree]) -> bool {
         let boxes: Vec<Aabb> = children.iter().map(|subtree| subtree.bounds).collect();
         let mut pairs = Vec::new();
@@ -254,7 +257,8 @@ impl Search<'_> {
         complete
     }
 
-    /// Looks for pairs of leaves, one of each of two parts that meet.
+    /// Searches for pairs of leaves, one from each of two subtrees that intersect. Returns whether the search was
+    /// complete.
     fn between(&mut self, a: Subtree, b: Subtree) -> bool {
         let mut waiting = vec![(a, b)];
         while let Some((a, b)) = waiting.pop() {
@@ -286,13 +290,13 @@ impl Search<'_> {
         true
     }
 
-    /// What a part holds that meets another; itself, if it is a leaf.
+    /// The children of a subtree whose boxes intersect another subtree; the subtree itself if it is a leaf.
     fn open(&mut self, subtree: &Subtree, other: &Subtree) -> Vec<Subtree> {
         if let SubtreeKind::Leaf = subtree.what {
             return vec![*subtree];
         }
         let mut inner = self.children.of(subtree);
-        // All are looked at, whether they meet or not.
+        // All children are compared, whether they intersect or not.
         self.budget = self.budget.saturating_sub(inner.len() as u64);
         inner.retain(|inner| meet(&inner.bounds, &other.bounds));
         inner
@@ -300,7 +304,7 @@ impl Search<'_> {
 }
 
 impl OverlapCandidates {
-    /// Adds a pair of leaves; it is kept if there are not so many yet.
+    /// Counts a pair of leaves, and keeps it if fewer than `most` have been kept.
     fn add(&mut self, a: &Subtree, b: &Subtree, most: usize) {
         let (Some(one), Some(other)) = (a.sole, b.sole) else { return };
         self.count += 1;
@@ -317,7 +321,7 @@ fn spend(budget: &mut u64, steps: usize) -> bool {
     rest.is_some()
 }
 
-/// Whether parts may belong to different objects of equal priority.
+/// Whether subtrees may contain leaves of different objects of equal priority.
 fn may_overlap(world: &World) -> impl Fn(&Subtree, &Subtree) -> bool {
     move |a, b| match (a.sole, b.sole) {
         (Some(a), Some(b)) => a != b && world.object_priority(a) == world.object_priority(b),
@@ -349,7 +353,7 @@ mod tests {
         let two = scene.add_csg(Op::Union, vec![a, far]);
         scene.add_object("two", None, two);
         scene.add_object("b", None, b);
-        // In the box of the union, but of no leaf of it.
+        // In the box of the union, but in none of the boxes of its leaves.
         scene.add_object("off", None, off);
         let found = overlap_candidates(&scene);
         assert!(found.complete && found.count == 1, "{found:?}");

@@ -1,4 +1,4 @@
-//! Worlds without the short ways for bodies of few leaves: what the tests hold those to.
+//! Worlds without the special cases for bodies of few leaves, as a reference for tests of those cases.
 
 use std::sync::Arc;
 
@@ -8,10 +8,10 @@ use crate::aabb::Aabb;
 use crate::accel;
 
 impl World {
-    /// The same world with every body under an accelerator of some name, and with counters for every program.
+    /// Returns the same world with every body under the accelerator `name`, and with counters for every program.
     ///
     /// # Panics
-    /// Where bodies are shared with another world.
+    /// If bodies are shared with another world.
     pub(crate) fn plain(mut self, name: &str) -> World {
         for body in &mut self.bodies {
             let Some(body) = Arc::get_mut(body) else { panic!("bodies are shared with another world") };

@@ -1,4 +1,4 @@
-//! What is wrong with a scene is said once, where it is.
+//! Every error of a scene is reported once, at its node.
 
 use std::sync::Arc;
 
@@ -102,7 +102,7 @@ fn depth_is_no_matter() {
     assert!(compile(&scene, Options::default()).is_ok());
 }
 
-/// A combination of empty groups is nothing: it has no path, no surface and no bounds, wherever it stands.
+/// A combination of empty groups is not placed: it has no path, no surface and no bounds, wherever it is.
 #[test]
 fn combinations_without_leaves_are_not_placed() {
     let mut scene = Scene::default();
@@ -112,7 +112,7 @@ fn combinations_without_leaves_are_not_placed() {
     let ball = sphere(&mut scene, 1.0);
     scene.add_object("first", None, emptier);
     scene.add_object("ball", None, ball);
-    // Shared, and so a body of its own; and the last of all bodies.
+    // Shared, so it would be a body of its own, and the last of all bodies.
     let both = scene.add(Node::Group { members: vec![empty, empty] });
     scene.add_object("last", None, both);
     let world = compile(&scene, Options::default()).expect("it compiles");
@@ -129,7 +129,7 @@ fn combinations_without_leaves_are_not_placed() {
     assert!(world.bounds().is_empty() && world.surface_name(0).is_empty());
 }
 
-/// The bounds of what has an end, also within a group that is placed beside what has none.
+/// The bounds of everything bounded, also within a group that is placed beside unbounded solids.
 #[test]
 fn finite_bounds_are_those_of_all_that_has_an_end() {
     let mut scene = Scene::default();

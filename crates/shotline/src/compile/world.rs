@@ -1,4 +1,4 @@
-//! What a scene is compiled to.
+//! The compiled form of a scene.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use crate::math::{Affine, ComposedTransform};
 use crate::solid::Solid;
 use crate::solid::mesh::MeshSolid;
 
-/// Sizes of a world.
+/// Sizes of a world, and the condition of its matrices.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stats {
     /// Nodes of the scene.
@@ -19,18 +19,18 @@ pub struct Stats {
     pub objects: usize,
     /// Leaf solids in memory, each counted once however often it is placed.
     pub leaves: usize,
-    /// Leaf solids as rays meet them, every placement counted.
+    /// Leaf solids in the scene as rays see it: each counted once for every placement.
     pub virtual_leaves: u64,
-    /// Bytes.
+    /// Memory in bytes.
     pub memory_bytes: usize,
-    /// The largest condition number of a matrix through which rays are met; 0 if there is none.
+    /// The largest condition number of a matrix that transforms rays; 0 if there is none.
     pub condition: f64,
 }
 
-/// A scene compiled for casting: immutable and shared by all threads.
+/// A scene compiled for ray queries: immutable, and shared by all threads.
 #[derive(Clone, Debug)]
 pub struct World {
-    /// Levels and bodies are shared with worlds that differ in others: see [`super::DynamicWorld`].
+    /// Levels and bodies may be shared with worlds that differ from this one elsewhere: see [`super::DynamicWorld`].
     pub(super) levels: Vec<Arc<Level>>,
     pub(super) root: u32,
     pub(super) bodies: Vec<Arc<Body>>,
@@ -38,7 +38,7 @@ pub struct World {
     pub(super) object_names: Vec<String>,
     pub(super) material_names: Vec<String>,
     pub(super) names: Arc<PathNames>,
-    /// An object with a body that is not a solid, and that body.
+    /// The number of an object with a body that is not a solid, and the number of that body.
     pub(super) surface: Option<(u32, u32)>,
     pub(super) stats: Stats,
 }
@@ -56,7 +56,7 @@ pub(crate) struct Level {
     pub accel: Option<Box<dyn Accelerator>>,
     pub(super) accel_name: &'static str,
     pub bounds: Aabb,
-    /// Number of bodies below, every placement counted.
+    /// Number of bodies below, counted once for every placement.
     pub path_count: u64,
     pub leaf_count: u64,
 }
@@ -64,14 +64,14 @@ pub(crate) struct Level {
 /// A body or a level, placed.
 #[derive(Clone, Debug)]
 pub(crate) struct Placement {
-    /// The `T^-1` that rays are met with.
+    /// The inverse transform `T^-1`, by which rays are transformed.
     pub local_from_parent: Affine,
     /// In the frame of the level.
     pub bounds: Aabb,
     pub target: Target,
-    /// The object that begins here; `None` where it was named further up.
+    /// The object that begins here; `None` where the object is named further up.
     pub object: Option<u32>,
-    /// Paths of the level that lie before this placement.
+    /// Number of paths of the level that come before this placement.
     pub first_path: u64,
     pub(super) name: NameId,
 }
@@ -82,7 +82,7 @@ pub(crate) enum Target {
     Level(u32),
 }
 
-/// What has crossings.
+/// Anything that rays can hit, in a frame of its own.
 #[derive(Debug)]
 pub(crate) enum Body {
     Solid(SolidBody),
@@ -107,7 +107,7 @@ pub(crate) struct Leaf {
     pub solid: Arc<dyn Solid>,
     pub kind: &'static str,
     pub local_from_body: Affine,
-    /// Where the leaf can matter, in the frame of the body.
+    /// Where the leaf can affect the result, in the frame of the body.
     pub bounds: Aabb,
     pub first_surface: u32,
 }
@@ -146,13 +146,13 @@ impl World {
         self.stats
     }
 
-    /// A box around everything, in world coordinates; infinite where something is.
+    /// A box around everything, in world coordinates; infinite if anything is unbounded.
     pub fn bounds(&self) -> Aabb {
         self.root().bounds
     }
 
-    /// A box around all that has an end, in world coordinates: of whatever is placed without an end only the parts that
-    /// have one. Empty if there is nothing of finite size.
+    /// A box around everything bounded, in world coordinates. Of an unbounded placement, only the bounded bodies
+    /// inside it count. Empty if nothing is bounded.
     pub fn finite_bounds(&self) -> Aabb {
         // Levels come after those that they place.
         let mut finite: Vec<Aabb> = Vec::with_capacity(self.levels.len());
@@ -160,7 +160,7 @@ impl World {
             let parts = level.placements.iter().map(|placed| match placed.target {
                 _ if placed.bounds.is_finite() || placed.bounds.is_empty() => placed.bounds,
                 Target::Body(_) => Aabb::EMPTY,
-                // It was inverted once, so it can be again, but for rounding.
+                // This matrix is itself an inverse, so it can be inverted, except for rounding.
                 Target::Level(below) => match placed.local_from_parent.inverse() {
                     Ok(map) if !finite[below as usize].is_empty() => finite[below as usize].transformed(&map),
                     _ => Aabb::EMPTY,
@@ -183,9 +183,9 @@ impl World {
         name
     }
 
-    /// The matrix of an instance path, all transforms on the way together: world coordinates from those of what is
-    /// placed. Of a solid or a mesh alone these are its own, of a combination those it is written in if it is shared, else
-    /// those of the group around it. `None` for a number not in use.
+    /// The matrix of an instance path, the product of all transforms on it: world coordinates from local coordinates.
+    /// The local frame of a solid or a mesh alone is its own. That of a combination is the frame it is written in if
+    /// it is shared, otherwise that of the group around it. `None` for a number that is not in use.
     pub fn path_transform(&self, path: u64) -> Option<Affine> {
         let way: Vec<&Placement> = self.way(path).collect();
         let Target::Body(body) = way.last()?.target else { return None };
@@ -215,8 +215,8 @@ impl World {
         })
     }
 
-    /// The name of a leaf surface: what leaf of its body, by kind and number where there are several, and
-    /// which of its surfaces, as in `cylinder#2.side`; empty for a number not in use.
+    /// The name of a leaf surface: the kind of the leaf, its number in its body if there are several, and the surface
+    /// of the leaf, as in `cylinder#2.side`. Empty for a number that is not in use.
     pub fn surface_name(&self, surface: u32) -> String {
         let i = self.bodies.partition_point(|b| b.first_surface() <= surface);
         let Some(body) = i.checked_sub(1).map(|i| &*self.bodies[i]) else { return String::new() };
@@ -244,7 +244,7 @@ impl World {
         name
     }
 
-    /// An object that has no inside, with its mesh, if there is one: such worlds have no segments.
+    /// An object that has no inside, with its mesh, if there is one. A world with such an object has no segments.
     pub(crate) fn surface(&self) -> Option<(u32, &SurfaceBody)> {
         let (object, body) = self.surface?;
         match self.body(body) {
@@ -253,7 +253,7 @@ impl World {
         }
     }
 
-    /// Looks through the levels for [`World::surface`], each once.
+    /// Searches the levels for [`World::surface`], each level once.
     pub(super) fn find_surface(&self) -> Option<(u32, u32)> {
         let mut seen = vec![false; self.levels.len()];
         let mut ways = vec![(self.root, 0)];
@@ -275,7 +275,7 @@ impl World {
         None
     }
 
-    /// All levels; what a level places comes before it, and the root is the last.
+    /// All levels. A level comes after the levels that it places; the root is the last.
     pub(crate) fn levels(&self) -> &[Arc<Level>] {
         &self.levels
     }
@@ -337,7 +337,7 @@ impl World {
 }
 
 impl SolidBody {
-    /// The name of a leaf: its kind, and its number where there are several.
+    /// The name of a leaf: its kind, followed by its number if there are several.
     pub(crate) fn leaf_name(&self, leaf: usize) -> String {
         let kind = self.leaves[leaf].kind;
         if self.leaves.len() > 1 { format!("{kind}#{leaf}") } else { kind.to_owned() }

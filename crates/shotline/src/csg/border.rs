@@ -1,4 +1,5 @@
-//! The border of a sector as a curve in the plane across a ray, which may turn and bend along the ray.
+//! The border of a sector as a curve in the plane perpendicular to a ray. Along the ray, the curve may rotate and its
+//! curvature may change.
 
 use std::f64::consts::TAU;
 
@@ -6,60 +7,61 @@ use crate::contact::Border;
 use crate::crossing::Crossing;
 use crate::math::{HALF_ULP, Vec3};
 
-/// Borders at a smaller angle, in radians, have one direction.
+/// Borders that differ by less than this angle, in radians, have the same direction.
 pub(super) const ONE_DIRECTION: f64 = 1e-6;
 
-/// Curvatures that differ by less than this part of them are one.
+/// Curvatures that differ by less than this fraction of them are equal.
 const ONE_CURVATURE: f64 = 1e-6;
 
-/// A curvature below this part of the largest that the form of a surface has in any direction counts as zero.
+/// A curvature below this fraction of the largest that the form of a surface has in any direction counts as zero.
 const NO_CURVATURE: f64 = 1e-10;
 
-/// A curve that leaves the ray at an angle, with a curvature, positive if it bends counter-clockwise.
+/// A curve that starts at the ray in the direction of an angle. The curvature is positive if it bends
+/// counter-clockwise.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Curve {
     pub angle: f64,
     pub curvature: f64,
-    /// Curvatures that differ by less are one.
+    /// Curvatures that differ by less than this are equal.
     pub doubt: f64,
 }
 
 impl Curve {
-    /// Whether it leaves the ray in the same direction as another.
+    /// Whether it starts in the same direction as another curve.
     pub fn is_along(&self, other: &Curve) -> bool {
         libm::remainder(self.angle - other.angle, TAU).abs() < ONE_DIRECTION
     }
 
-    /// Whether it differs from another by rounding only.
+    /// Whether it differs from another curve by rounding only.
     pub fn is_one_with(&self, other: &Curve) -> bool {
         self.is_along(other) && !self.is_behind(other) && !other.is_behind(self)
     }
 
-    /// Whether it bends more than another in the same direction.
+    /// Whether it bends further counter-clockwise than another curve of the same direction.
     pub fn is_behind(&self, other: &Curve) -> bool {
         self.curvature == f64::INFINITY || self.curvature - other.curvature > self.doubt.max(other.doubt)
     }
 }
 
-/// A vector in the plane across the ray.
+/// A vector in the plane perpendicular to the ray.
 type Flat = [f64; 2];
 
-/// A [`Border`] in coordinates of the plane across the ray.
+/// A [`Border`] in coordinates of the plane perpendicular to the ray.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FlatBorder {
     normal: Flat,
     turn: Flat,
     at: f64,
-    /// The form's coefficients of `x^2`, `x y` (half of it) and `y^2`.
+    /// The coefficients of the form: of `x^2`, half of that of `x y`, and of `y^2`.
     form: [f64; 3],
-    /// The largest entry of the whole form.
+    /// The largest absolute value in the whole form.
     form_size: f64,
     doubt: f64,
     side: f64,
 }
 
 impl FlatBorder {
-    /// The border as seen by two directions that span the plane.
+    /// Projects the border into the plane that two directions span.
     pub fn new(border: &Border, (x, y): (Vec3, Vec3)) -> FlatBorder {
         let sheet = &border.sheet;
         let flat = |v: Vec3| [v.dot(x), v.dot(y)];
@@ -75,12 +77,12 @@ impl FlatBorder {
         }
     }
 
-    /// Whether this is the other half of another border's sheet.
+    /// Whether this is the other half of the sheet of another border.
     pub fn is_opposite(&self, other: &FlatBorder) -> bool {
         self.side == -other.side && (self.normal, self.turn, self.at) == (other.normal, other.turn, other.at)
     }
 
-    /// Whether it turns along the ray, or its curvature changes.
+    /// Whether its direction or its curvature changes along the ray.
     pub fn turns(&self) -> bool {
         self.turn != [0.0; 2]
     }
@@ -89,7 +91,8 @@ impl FlatBorder {
         if self.turns() { add(self.normal, self.turn, t - self.at) } else { self.normal }
     }
 
-    /// The curve at a `t`: to first order across the normal `n`, and to second order so that `2 n v + v form v` is 0.
+    /// The curve at a `t`: to first order perpendicular to the normal `n`, and to second order such that
+    /// `2 n v + v form v` is 0.
     pub fn curve(&self, t: f64) -> Curve {
         let normal = self.normal_at(t);
         let length = libm::hypot(normal[0], normal[1]);
@@ -99,18 +102,18 @@ impl FlatBorder {
         Curve { angle: libm::atan2(y, x), curvature, doubt }
     }
 
-    /// A step of `t` on which the border turns by an angle that is not small, if it turns at all.
+    /// A step of `t` over which the border rotates by an angle that is not small; infinite if it does not rotate.
     pub fn step(&self, t: f64) -> f64 {
         size(self.normal_at(t)).max(size(self.normal)) / size(self.turn)
     }
 
-    /// Appends where the borders of two sheets may exchange their order: where the sheets become parallel, or where two that
-    /// are parallel everywhere have one curvature.
+    /// Appends where the borders of two sheets may exchange their order: where the sheets become parallel, or, if
+    /// they are parallel everywhere, where their curvatures become equal.
     pub fn exchanges(&self, other: &FlatBorder, out: &mut Vec<Crossing>) {
         if !self.turns() && !other.turns() {
             return;
         }
-        // In steps `u` from the place of the first.
+        // `u` is `t` relative to the position of the first border.
         let (n, dn) = (self.normal, self.turn);
         let shift = self.at - other.at;
         let (m, dm) = (add(other.normal, other.turn, shift), other.turn);
@@ -123,7 +126,7 @@ impl FlatBorder {
         let polynomial = if !parallel.is_nothing(ONE_DIRECTION) {
             parallel
         } else if cross(n, dn).abs() > ONE_DIRECTION * size(n) * size(dn) {
-            // Both turn alike: one normal is a constant times the other.
+            // Both rotate alike: one normal is a constant multiple of the other.
             let ratio = dot(n, m) / dot(n, n);
             let form: [f64; 3] = std::array::from_fn(|i| ratio * self.form[i] - other.form[i]);
             let large: f64 = (0..3).map(|i| (ratio * self.form[i]).abs() + other.form[i].abs()).sum();
@@ -133,7 +136,7 @@ impl FlatBorder {
                 sizes: [size(w) * size(w), 2.0 * size(w) * size(dw), size(dw) * size(dw)].map(|x| x * large),
             }
         } else {
-            // Neither turns: the curvatures are as one over the lengths of the normals.
+            // Neither rotates: the curvatures are inversely proportional to the lengths of the normals.
             let w = quarter_turn(n);
             let (a, b) = (polar(self.form, w, w), polar(other.form, w, w));
             Polynomial {
@@ -152,14 +155,14 @@ impl FlatBorder {
     }
 }
 
-/// A polynomial of the second degree with the sizes of what its terms were added up from.
+/// A polynomial of the second degree, with the sizes of the summands of its coefficients.
 struct Polynomial {
     terms: [f64; 3],
     sizes: [f64; 3],
 }
 
 impl Polynomial {
-    /// Whether all terms are zero up to errors of their sizes.
+    /// Whether all coefficients are zero within a relative error of their sizes.
     fn is_nothing(&self, doubt: f64) -> bool {
         self.terms.iter().zip(self.sizes).all(|(term, size)| term.abs() <= doubt * size)
     }
@@ -204,12 +207,12 @@ fn size(a: Flat) -> f64 {
     libm::hypot(a[0], a[1])
 }
 
-/// Turned counter-clockwise.
+/// Rotates by 90 degrees counter-clockwise.
 fn quarter_turn([x, y]: Flat) -> Flat {
     [-y, x]
 }
 
-/// The symmetric bilinear form.
+/// The symmetric bilinear form of a quadratic form.
 fn polar([xx, xy, yy]: [f64; 3], a: Flat, b: Flat) -> f64 {
     xx * a[0] * b[0] + xy * (a[0] * b[1] + a[1] * b[0]) + yy * a[1] * b[1]
 }

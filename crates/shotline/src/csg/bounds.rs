@@ -1,35 +1,36 @@
-//! Where the leaves of a program can matter, and the box of its result.
+//! Where the leaves of a program can matter, and the bounding box of its result.
 
 use super::Op;
 use super::program::{Link, Program};
 use crate::aabb::Aabb;
 use crate::region::{Constraint, enclose};
 
-/// More constraints than this are not looked at together.
+/// Maximum number of constraints that are combined.
 const MOST_CONSTRAINTS: usize = 512;
 
-/// Leaves without an end that are looked at one by one, at most.
+/// Maximum number of unbounded leaves whose boxes are refined one by one.
 const MOST_LEAVES: usize = 4096;
 
-/// What the bounds are worked out from.
+/// The input from which the bounds are computed.
 #[derive(Clone, Copy, Debug)]
 pub struct LeafBounds<'a> {
     /// The box of each leaf.
     pub boxes: &'a [Aabb],
-    /// What else is known of the points of each leaf: `None` where its box tells all. Where a leaf is taken away, it is
-    /// what is known of the points outside. May be empty if nothing is known of any leaf.
+    /// What else is known of the points of each leaf; `None` where its box says everything. For a leaf that is
+    /// [taken](Program::is_taken), it is what is known of the points outside the leaf. May be empty if nothing is
+    /// known of any leaf.
     pub constraints: &'a [Option<Constraint>],
 }
 
-/// The constraints that all points of a node meet, each with the leaf it comes from.
+/// The constraints that all points of a node satisfy, each with the leaf it comes from.
 type Met = Vec<(u32, Constraint)>;
 
 impl Program {
-    /// The boxes within which the leaves can matter: an operand counts only inside the bounds of what it is
-    /// taken from or intersected with. Empty for leaves that never matter.
+    /// The boxes within which the leaves can matter: an operand counts only inside the bounds of the operands that it
+    /// is intersected with or subtracted from. Empty for leaves that never matter.
     ///
-    /// Operands that have no end by themselves are looked at together: half-spaces that enclose a polytope, or cut off a
-    /// cylinder or a cone, have finite boxes.
+    /// Unbounded operands are considered together: half-spaces that enclose a polytope, or cut off a cylinder or a
+    /// cone, have finite boxes.
     pub fn effective_bounds(&self, leaves: LeafBounds) -> Vec<Aabb> {
         let met = self.met(leaves.constraints);
         let effective = self.within(leaves.boxes, &self.node_bounds(leaves.boxes, &met));
@@ -47,11 +48,11 @@ impl Program {
         if refined == effective {
             return effective;
         }
-        // A union of what has now an end bounds what stands beside it.
+        // A union whose operands are bounded now also bounds its siblings.
         self.within(&refined, &self.node_bounds(&refined, &met))
     }
 
-    /// The boxes of the nodes, each within those above it.
+    /// The boxes of the nodes, each within those of its ancestors.
     fn node_bounds(&self, leaves: &[Aabb], met: &[Met]) -> Vec<Aabb> {
         let mut bounds: Vec<Aabb> = self
             .nodes
@@ -76,14 +77,14 @@ impl Program {
         bounds
     }
 
-    /// The boxes of leaves within those of the nodes that hold them.
+    /// The boxes of leaves, cut to the boxes of their nodes.
     fn within(&self, leaves: &[Aabb], nodes: &[Aabb]) -> Vec<Aabb> {
         let cut =
             leaves.iter().zip(&self.leaves).map(|(own, link)| own.intersection(&nodes[link.node as usize]));
         cut.map(|b| if b.is_empty() { Aabb::EMPTY } else { b }).collect()
     }
 
-    /// Joins what is known of an operand to what is known of the node above it.
+    /// Merges the box of an operand into that of its parent node.
     fn gather(&self, bounds: &mut [Aabb], link: &Link, own: Aabb) {
         let Some(node) = self.nodes.get(link.node as usize) else { return };
         let above = &mut bounds[link.node as usize];
@@ -95,7 +96,7 @@ impl Program {
         };
     }
 
-    /// The constraints of each node, its own and those of operands all of whose points it consists of. Empty if nothing
+    /// The constraints of each node: its own, and those of operands that contain all of its points. Empty if no leaf
     /// has a constraint.
     fn met(&self, constraints: &[Option<Constraint>]) -> Vec<Met> {
         if constraints.iter().all(Option::is_none) {
@@ -123,7 +124,7 @@ impl Program {
         met
     }
 
-    /// The box of a leaf that has no end: cut by everything that must hold where it matters.
+    /// The box of an unbounded leaf, cut by every constraint that must hold where the leaf matters.
     fn leaf_bounds(&self, leaf: u32, start: Aabb, met: &[Met], constraints: &[Option<Constraint>]) -> Aabb {
         let mut all: Vec<&Constraint> = Vec::new();
         let link = self.leaves[leaf as usize];
@@ -140,14 +141,14 @@ impl Program {
         if b.is_empty() { Aabb::EMPTY } else { b }
     }
 
-    /// Whether a leaf is one of those that a difference takes from its first operand, be that taken away or not.
+    /// Whether a difference takes the leaf from its first operand, even if that difference is itself subtracted.
     pub fn is_taken(&self, leaf: u32) -> bool {
         let link = self.leaves[leaf as usize];
         self.nodes[link.node as usize].op == Op::Difference && !link.first
     }
 
-    /// Whether the result is what all leaves have in common, the complements of those that are
-    /// [taken](Program::is_taken) among them.
+    /// Whether the result is the intersection of all leaves, with leaves that are [taken](Program::is_taken) replaced
+    /// by their complements.
     pub fn is_conjunction(&self) -> bool {
         self.nodes.iter().all(|node| {
             let passes = match self.nodes.get(node.link.node as usize) {
@@ -160,7 +161,7 @@ impl Program {
 
     /// The box of the result, from the effective bounds of its leaves.
     pub fn bounds(&self, effective: &[Aabb]) -> Aabb {
-        // What is taken away adds nothing to the box of the result.
+        // Subtracted leaves add nothing to the box of the result.
         (0..)
             .zip(effective)
             .filter(|(leaf, _)| !self.is_subtracted(*leaf))

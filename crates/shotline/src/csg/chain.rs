@@ -1,24 +1,26 @@
-//! Chains: events of which each agrees with the next within the bounds, but the first not with the last.
+//! Chains: events of which each coincides with the next within the bounds, but the first does not coincide with the
+//! last.
 //!
-//! A thousand abutting layers, each thinner than the bounds of its faces, are one body all the same. So a chain is
-//! not one event. Its boundaries are taken in the order of their `t`; then what is too thin to be resolved goes,
-//! first the gaps between extents, so that extents which hang are_coincident become one, then the extents that are
-//! still too thin. What reaches further than the bounds therefore stays.
+//! A thousand abutting layers, each thinner than the bounds of its faces, still form one body. So a chain is not one
+//! event. Its boundaries are taken in the order of their `t`. Then the intervals that are too thin to be resolved are
+//! removed: first the gaps between extents, so that connected extents become one, then the extents that are still too
+//! thin. So everything that is wider than the bounds remains.
 
 use super::event::Boundary;
 use crate::crossing::are_coincident;
 
-/// Leaves of the alternating boundaries of a chain those that bound what is resolved.
+/// Keeps those of the alternating boundaries of a chain that bound resolved intervals.
 pub(super) fn resolve(chain: &mut Vec<Boundary>) {
     let (Some(first), Some(last)) = (chain.first(), chain.last()) else { return };
-    // The first boundary leads from the side before the chain to the other. If the chain ends on the side where it
-    // began, what differs from that side is the extent.
+    // The first boundary leads away from the side before the chain. If the last leads back to it, the extent is what
+    // lies on the other side. Otherwise the chain ends on the other side, and the extent is the wider of the two
+    // sides.
     let extent = if first.entering != last.entering { first.entering } else { wider(chain) };
     join(chain, !extent);
     join(chain, extent);
 }
 
-/// Removes the stretches of one side that are too thin to be resolved: those from an entry to an exit for `true`.
+/// Removes the intervals of one side that are too thin to be resolved: for `true` those from an entry to an exit.
 fn join(chain: &mut Vec<Boundary>, side: bool) {
     let mut kept = 0;
     for i in 0..chain.len() {
@@ -36,7 +38,7 @@ fn join(chain: &mut Vec<Boundary>, side: bool) {
     chain.truncate(kept);
 }
 
-/// The side that takes more of a chain: inside (`true`) or outside.
+/// The side with the greater total length in a chain: inside (`true`) or outside.
 fn wider(chain: &[Boundary]) -> bool {
     let inside: f64 = chain
         .windows(2)
@@ -51,7 +53,8 @@ mod tests {
     use super::*;
     use crate::crossing::Crossing;
 
-    /// What is left of boundaries at the given places, with bounds of 1/16: thinner than 1 is not resolved.
+    /// The boundaries that are left of those at the given `t`, with bounds of 1/16: intervals thinner than 1 are not
+    /// resolved.
     fn resolved(entering: bool, places: &[f64]) -> Vec<f64> {
         let boundary = |(i, t): (usize, &f64)| {
             let entering = entering ^ (i % 2 == 1);
@@ -66,9 +69,9 @@ mod tests {
     #[test]
     fn layers_are_one_extent() {
         assert_eq!(resolved(true, &[0.0, 0.4, 0.4, 0.8, 0.8, 1.2]), [0.0, 1.2]);
-        // With gaps as wide as they are.
+        // With gaps as wide as the layers.
         assert_eq!(resolved(true, &[0.0, 0.4, 0.8, 1.2]), [0.0, 1.2]);
-        // Slots taken out of a block, side by side.
+        // Adjacent slots cut out of a block.
         assert_eq!(resolved(false, &[0.0, 0.4, 0.4, 0.8, 0.8, 1.2]), [0.0, 1.2]);
     }
 
@@ -82,7 +85,7 @@ mod tests {
 
     #[test]
     fn a_chain_that_ends_on_the_other_side_keeps_one_boundary() {
-        // Layers upon a body, and slots at the end of one.
+        // Layers on a body, and slots at the end of a body.
         assert_eq!(resolved(true, &[0.0, 0.6, 0.6, 1.2, 1.2]), [0.0]);
         assert_eq!(resolved(false, &[0.0, 0.6, 0.6, 1.2, 1.2]), [0.0]);
     }

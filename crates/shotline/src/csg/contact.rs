@@ -1,12 +1,12 @@
 //! Leaves in whose surface a ray runs: a face that two operands share belongs to the interior of their union.
 //!
-//! A ray in a face is not in the interior of the solid, but on one side of it is. A regularised combination
-//! contains the ray where it is inside on every side around the ray. So the plane across the ray is cut into
-//! sectors by the surfaces that the ray lies in, and the expression is judged once in each (the neighbourhoods of
-//! Requicha and Voelcker, Boolean operations in solid modeling, 1985).
+//! A ray in a face is not in the interior of the solid, but one side of the ray is. A regularised combination contains
+//! the ray where every side of the ray is inside. So the surfaces that contain the ray cut the plane perpendicular to
+//! it into sectors, and the expression is evaluated once in each sector (the neighbourhoods of Requicha and Voelcker,
+//! Boolean operations in solid modeling, 1985).
 //!
-//! Along a ruling of a hyperboloid or a saddle the tangent plane turns around the ray. The expression is judged again
-//! where borders of two sectors exchange their order.
+//! Along a ruling of a hyperboloid or a saddle the tangent plane rotates around the ray. The expression is evaluated
+//! again where borders of two sectors exchange their order.
 
 use std::f64::consts::{PI, TAU};
 
@@ -28,7 +28,7 @@ struct SectorContact {
     enter: f64,
 }
 
-/// The same at one place of the ray.
+/// A sector at one `t` of the ray.
 #[derive(Clone, Copy, Debug)]
 struct SectorAt {
     leaf: u32,
@@ -41,7 +41,7 @@ impl SectorAt {
         (self.to.angle - self.from.angle).rem_euclid(TAU)
     }
 
-    /// Whether a curve other than the borders runs in the sector.
+    /// Whether a curve that is not one of the borders runs in the sector.
     fn contains(&self, curve: &Curve) -> bool {
         if curve.is_along(&self.from) {
             curve.is_behind(&self.from)
@@ -53,18 +53,18 @@ impl SectorAt {
     }
 }
 
-/// Where two surfaces in which the ray runs exchange their order around it.
+/// A point where two surfaces in which the ray runs exchange their order around it.
 #[derive(Clone, Copy, Debug)]
 pub struct OrderExchange {
-    /// The leaf of one of them.
+    /// The leaf of one of the surfaces.
     pub leaf: u32,
-    /// The place.
+    /// The `t` of the point and its bound.
     pub crossing: Crossing,
     /// Where the ray has entered the bounds of both leaves.
     pub enter: f64,
 }
 
-/// A place on the ray, on one side of a `t`, before anything else changes there.
+/// One side of a `t` of the ray, closer to it than any other change.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum OneSided {
     Before(f64),
@@ -75,15 +75,15 @@ pub(super) enum OneSided {
 #[derive(Debug, Default)]
 pub(super) struct Contacts {
     sectors: Vec<SectorContact>,
-    /// Whether a part has borders that turn.
+    /// Whether any sector has borders that rotate.
     turning: bool,
-    /// Where the borders of two parts exchange their order: the numbers of the parts, and `t`.
+    /// Where the borders of two sectors exchange their order: the numbers of the sectors, and `t`.
     order_exchanges: Vec<([u32; 2], f64)>,
-    /// Two directions that span the plane across the ray, and with it form a right-handed frame.
+    /// Two directions that span the plane perpendicular to the ray. With the ray they form a right-handed frame.
     across: Option<(Vec3, Vec3)>,
-    /// The parts beside which the ray runs just now.
+    /// The sectors whose interval contains the current `t`.
     open: Vec<u32>,
-    /// Those at one place, and their borders: memory only.
+    /// The open sectors at one `t`, and their borders; kept only to reuse the memory.
     sectors_at: Vec<SectorAt>,
     borders: Vec<Curve>,
 }
@@ -97,13 +97,13 @@ impl Contacts {
         self.open.clear();
     }
 
-    /// Whether the ray runs in no surface just now.
+    /// Whether the ray currently runs in no surface.
     pub fn is_empty(&self) -> bool {
         self.open.is_empty()
     }
 
-    /// Adds a sector in which a leaf has its interior on some stretch of the ray; returns its number. Appends where its
-    /// borders exchange their order with those of other leaves.
+    /// Adds a sector in which a leaf has its interior on an interval of the ray; returns its number. Appends the
+    /// points where its borders exchange their order with those of other leaves.
     pub fn add(
         &mut self,
         leaf: u32,
@@ -122,7 +122,8 @@ impl Contacts {
         self.turning |= sector.turns();
         let others = if self.turning { &self.sectors[..] } else { &[] };
         for (other_number, other) in (0..).zip(others).filter(|(_, other)| other.leaf != leaf) {
-            // In one order, whichever leaf was found first: so the bits are the same with all accelerators.
+            // In the order of the leaves, whichever was found first, so that the bits are the same with all
+            // accelerators.
             let [a, b] = if other.leaf < leaf { [other, &sector] } else { [&sector, other] };
             for crossing in a.exchanges(b) {
                 self.order_exchanges.push(([other_number, number], crossing.t));
@@ -133,7 +134,7 @@ impl Contacts {
         number
     }
 
-    /// Begins or ends the stretch of a sector.
+    /// Begins or ends the interval of a sector.
     pub fn toggle(&mut self, sector: u32) {
         match self.open.iter().position(|&p| p == sector) {
             Some(side) => {
@@ -143,16 +144,16 @@ impl Contacts {
         }
     }
 
-    /// Whether the expression is in on all sides of the ray. The state is left as it was.
+    /// Whether the ray is inside the expression on all of its sides. The state is left as it was.
     ///
-    /// What is around the ray changes at borders only, so it is judged behind each of them. Borders that differ
-    /// by rounding only count as one.
+    /// Around the ray, membership changes only at borders, so the expression is evaluated just past each border.
+    /// Borders that differ by rounding only count as one.
     pub fn value(&mut self, program: &Program, state: &mut ProgramState, side: OneSided) -> bool {
         let t = self.sample(side);
         let mut sectors_at = std::mem::take(&mut self.sectors_at);
         sectors_at.clear();
         sectors_at.extend(self.open.iter().map(|&sector| self.sectors[sector as usize].sector_at(t)));
-        // No sector is wider than half a turn: what seems so is one without width.
+        // No sector is wider than half a turn: one that seems wider has no width.
         sectors_at.retain(|sector_at| (ONE_DIRECTION..PI + ONE_DIRECTION).contains(&sector_at.width()));
         let mut borders = std::mem::take(&mut self.borders);
         borders.clear();
@@ -167,8 +168,9 @@ impl Contacts {
         value
     }
 
-    /// Returns a `t` at which the borders have the same order as at a place. It lies at most half way to the next `t` where
-    /// borders exchange their order or end. Within that it is far enough for borders that turn to be clearly apart.
+    /// Returns a `t` at which the borders have the same order as on a side. It lies at most half way to the next `t`
+    /// at which borders exchange their order or end. Within that limit it is far enough for rotating borders to be
+    /// clearly apart.
     fn sample(&self, side: OneSided) -> f64 {
         let (t, way) = match side {
             OneSided::Before(t) => (t, -1.0),
@@ -196,7 +198,8 @@ impl SectorContact {
         self.from.turns() || self.to.turns()
     }
 
-    /// Where borders of this part and of another may exchange their order. Those of one sheet have the same places.
+    /// The points where borders of this sector and of another may exchange their order. The two borders of one sheet
+    /// have the same points.
     fn exchanges(&self, other: &SectorContact) -> Vec<Crossing> {
         let sheets = |sector: &SectorContact| {
             if sector.from.is_opposite(&sector.to) { vec![sector.from] } else { vec![sector.from, sector.to] }
@@ -209,7 +212,7 @@ impl SectorContact {
     }
 }
 
-/// A curve between a border and the next one counter-clockwise.
+/// A curve between a border and the next border counter-clockwise.
 fn behind(borders: &[Curve], border: &Curve) -> Curve {
     let next = borders.iter().filter(|other| other.is_along(border) && other.is_behind(border));
     let next = next.map(|other| other.curvature).fold(f64::INFINITY, f64::min);
@@ -238,7 +241,7 @@ mod tests {
         Program::new(&Tree { nodes }, leaf_count, leaf_count as usize)
     }
 
-    /// Whether a ray along z lies in the combination of boxes that it touches with the given outward normals.
+    /// Whether a ray along z is inside the combination of boxes in whose faces, given by outward normals, it runs.
     fn holds(op: Op, leaves: &[&[Vec3]]) -> bool {
         let program = program(op, leaves.len() as u32);
         let (mut contacts, mut state) = (Contacts::default(), ProgramState::default());
@@ -269,7 +272,7 @@ mod tests {
         assert!(holds(Op::Union, &[&[Vec3::X], &[Vec3::NEG_X]]));
         // Up to rounding.
         assert!(holds(Op::Union, &[&[Vec3::X], &[Vec3::new(-1.0, 1e-15, 0.0)]]));
-        // On the same side, one upon the other, and at an angle that leaves a gap.
+        // On the same side, and at an angle that leaves a gap.
         assert!(!holds(Op::Union, &[&[Vec3::X], &[Vec3::X]]));
         assert!(!holds(Op::Union, &[&[Vec3::X], &[Vec3::Y]]));
         assert!(!holds(Op::Intersection, &[&[Vec3::X], &[Vec3::NEG_X]]));

@@ -1,12 +1,12 @@
-//! What goes into a sweep and what comes out: events of leaves, boundaries of the result.
+//! The input and the output of a sweep: events of leaves, and boundaries of the result.
 
 use crate::crossing::Crossing;
 
-/// What a boundary is.
+/// The kind of a boundary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i8)]
 pub enum HitKind {
-    /// The ray passes a surface.
+    /// The ray crosses a surface.
     Surface = 0,
     /// The span begins inside: there is no surface.
     Start = 1,
@@ -17,35 +17,36 @@ pub enum HitKind {
 /// What changes for a leaf at an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EventKind {
-    /// The ray passes into the leaf's interior or out of it.
+    /// The ray enters or leaves the leaf's interior.
     Membership,
-    /// The ray begins or ceases to run within the leaf's surface, with the interior in the sector of this number.
+    /// The ray begins or ceases to run in the leaf's surface. The interior is in the sector of this number.
     Contact(u32),
-    /// Two surfaces within which the ray runs exchange their order around it.
+    /// Two surfaces in which the ray runs exchange their order around it.
     OrderExchange,
 }
 
-/// A crossing of a leaf on its way into the sweep.
+/// A crossing of a leaf, as input of the sweep.
 #[derive(Clone, Copy, Debug)]
 pub struct Event {
-    /// The lower end of the interval in which this crossing is one with others.
+    /// The lower end of the interval in which this crossing coincides with others.
     pub low: f64,
     /// The leaf.
     pub leaf: u32,
     /// What changes there.
     pub kind: EventKind,
-    /// What the leaf's solid answered.
+    /// The crossing that the leaf's solid returned.
     pub crossing: Crossing,
 }
 
 impl Event {
-    /// The event of a leaf's crossing, given where the ray enters the leaf's effective bounds. Before those
-    /// the leaf cannot matter; `None` says that it happened before and only changes the state.
+    /// Creates the event of a leaf's crossing, given the `t` at which the ray enters the leaf's effective bounds.
+    /// Returns `None` for a crossing before that: the leaf cannot matter there, so the crossing only changes the
+    /// state.
     pub fn new(leaf: u32, kind: EventKind, crossing: Crossing, enter: f64) -> Option<Event> {
         if crossing.high() < enter {
             return None;
         }
-        // Never before the box: so the order of events does not depend on when the box was opened.
+        // Never before the box, so that the order of events does not depend on when the box was opened.
         Some(Event { low: crossing.low().max(enter), leaf, kind, crossing })
     }
 
@@ -55,12 +56,12 @@ impl Event {
     }
 }
 
-/// Where the membership in the result changes.
+/// A point where membership in the result changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Boundary {
-    /// What it is.
+    /// The kind.
     pub kind: HitKind,
-    /// Whether the ray passes into the result.
+    /// Whether the ray enters the result.
     pub entering: bool,
     /// The leaf whose surface it is; meaningless without a surface.
     pub leaf: u32,

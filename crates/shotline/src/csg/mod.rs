@@ -1,5 +1,5 @@
-//! Boolean combination: Roth's table, programs over many operands, and the sweep that turns crossings of
-//! leaves into boundaries of the result.
+//! Boolean combination: programs over many operands, and the sweep that turns crossings of leaves into boundaries of
+//! the result.
 
 mod border;
 mod bounds;

@@ -1,12 +1,13 @@
 //! A boolean expression of any number of operands as a flat program of counters.
 //!
-//! A toggled leaf changes the counter of its node; only where that changes the node's value the walk goes up.
-//! So a crossing costs what it changes, not the size of the expression.
+//! Toggling a leaf changes the counter of its node. The change propagates upwards only while it changes the value of
+//! a node. So a crossing costs what it changes, not the size of the expression.
 
 use super::Op;
 use super::truth_table::TruthTable;
 
-/// A boolean expression as an arena; no recursion, so that its depth is no matter.
+/// A boolean expression as an arena. It is processed without recursion, so its depth is not limited by the call
+/// stack.
 #[derive(Clone, Debug, Default)]
 pub struct Tree {
     /// The nodes; arguments are indices.
@@ -16,7 +17,7 @@ pub struct Tree {
 /// A node of a [`Tree`].
 #[derive(Clone, Debug)]
 pub enum TreeNode {
-    /// A leaf, by number; each number stands in the tree once.
+    /// A leaf, by number; each number occurs once in the tree.
     Leaf(u32),
     /// A combination of at least one argument.
     Op(Op, Vec<u32>),
@@ -31,7 +32,7 @@ pub(super) struct Link {
     pub node: u32,
     /// Whether it is the first operand of a difference.
     pub first: bool,
-    /// Whether an odd number of differences takes it away.
+    /// Whether an odd number of differences subtracts it.
     subtracted: bool,
 }
 
@@ -42,25 +43,25 @@ pub(super) struct ProgramNode {
     pub link: Link,
 }
 
-/// The flat program: chains of like operations are one node, `((A - B) - C) - D` as well as `A - (B | C)`.
+/// The flat program. Chains of like operations are one node: `((A - B) - C) - D`, and also `A - (B | C)`.
 #[derive(Clone, Debug)]
 pub struct Program {
     /// Parents come before their children; the root is node 0.
     pub(super) nodes: Vec<ProgramNode>,
     pub(super) leaves: Vec<Link>,
-    /// Takes the place of the counters where the leaves are few.
+    /// Replaces the counters where the leaves are few.
     table: Option<TruthTable>,
-    /// The leaves without any of which the result is empty, by the table; none without a table.
+    /// The set of leaves that must all be inside for the result to be true, from the table; 0 without a table.
     needed: u32,
 }
 
 impl Program {
-    /// Flattens the expression under a root over leaves `0..leaf_count`.
+    /// Flattens the expression below a root over leaves `0..leaf_count`.
     pub fn new(tree: &Tree, root: u32, leaf_count: usize) -> Program {
         let top = Link { node: NONE, first: false, subtracted: false };
         let op = match tree.nodes[root as usize] {
             TreeNode::Op(op, _) => op,
-            // A lone leaf hangs under a union of one.
+            // A single leaf is the only operand of a union.
             TreeNode::Leaf(_) => Op::Union,
         };
         let mut program = Program {
@@ -81,7 +82,7 @@ impl Program {
                     let link = program.node_for(*op, link);
                     for (i, &arg) in args.iter().enumerate().rev() {
                         let taken = *op == Op::Difference && i > 0;
-                        // The arguments of a union that joins a difference keep the union's role in it.
+                        // The arguments of a union that is merged into a difference keep the role of the union in it.
                         let first = if *op == Op::Difference { i == 0 } else { link.first };
                         stack.push((arg, Link { first, subtracted: link.subtracted ^ taken, ..link }));
                     }
@@ -98,8 +99,8 @@ impl Program {
         program
     }
 
-    /// The node that takes the arguments of an operation: the one above, where the operation joins it, or
-    /// a new one. The link answered has that node and the role and polarity of what stands there.
+    /// Returns the link for the arguments of an operation. It leads to the node above if the operation is merged into
+    /// it, otherwise to a new node, and has the role and the polarity of the arguments there.
     fn node_for(&mut self, op: Op, link: Link) -> Link {
         let joins = match (self.nodes[link.node as usize].op, op) {
             (Op::Union, Op::Union) | (Op::Intersection, Op::Intersection) => true,
@@ -120,18 +121,18 @@ impl Program {
         self.leaves.len()
     }
 
-    /// Whether the leaf is taken away, so that its surface bounds the result from the other side.
+    /// Whether the leaf is subtracted, so that the result lies on the other side of its surface.
     pub fn is_subtracted(&self, leaf: u32) -> bool {
         self.leaves[leaf as usize].subtracted
     }
 
-    /// Whether the result is known to be empty wherever a leaf is out: an operand of an intersection, or the only leaf.
-    /// `false` says nothing.
+    /// Whether the result is known to be empty wherever the ray is outside a leaf: an operand of an intersection, or
+    /// the only leaf. `false` means that this is not known.
     pub fn needs(&self, leaf: u32) -> bool {
         self.needed.checked_shr(leaf).is_some_and(|needed| needed & 1 == 1)
     }
 
-    /// Drops the table, so that the counters are used however few the leaves.
+    /// Drops the table, so that the counters are used however few leaves there are.
     #[cfg(any(test, feature = "testkit"))]
     pub(crate) fn forget_table(&mut self) {
         (self.table, self.needed) = (None, 0);
@@ -146,10 +147,10 @@ impl Program {
 /// The truth values of one program along one ray; reused from ray to ray.
 #[derive(Clone, Debug, Default)]
 pub struct ProgramState {
-    /// The leaves that are in, as a set, where the program has a table: then nothing else is used.
+    /// The set of leaves that are inside, if the program has a table; then the other fields are not used.
     few_in: u32,
     leaf_in: Vec<bool>,
-    /// Number of operands that are in, without the first of a difference.
+    /// Number of operands that are inside, not counting the first operand of a difference.
     count: Vec<u32>,
     first_in: Vec<bool>,
     /// Leaves to clear for the next ray.
@@ -157,7 +158,7 @@ pub struct ProgramState {
 }
 
 impl ProgramState {
-    /// Everything out, for a program.
+    /// Prepares the state for a program, with every leaf outside.
     pub fn reset(&mut self, program: &Program) {
         if program.table.is_some() {
             self.few_in = 0;
@@ -172,7 +173,7 @@ impl ProgramState {
         }
     }
 
-    /// Clears what this ray has touched.
+    /// Moves the leaves that this ray has toggled back outside.
     pub fn clear(&mut self, program: &Program) {
         self.few_in = 0;
         while let Some(leaf) = self.touched.pop() {

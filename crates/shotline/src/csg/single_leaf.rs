@@ -1,25 +1,25 @@
-//! The boundaries of a single leaf, straight from its crossings: what the sweep makes of them, without the sweep.
+//! The boundaries of a single leaf, computed directly from its crossings. They are those that the sweep would return.
 
 use super::event::{Boundary, HitKind};
 use super::sweep::is_within;
 use crate::crossing::Crossing;
 use crate::ray::Span;
 
-/// Where a ray is in the list of crossings of the only leaf of a body. The list itself is kept by the caller.
+/// The position of a ray in the crossings of the only leaf of a body. The caller keeps the list of crossings.
 #[derive(Clone, Copy, Debug)]
 pub struct SingleLeaf {
     span: Span,
-    /// The next crossing to look at.
+    /// The index of the next crossing.
     next: usize,
-    /// Whether the ray is in the leaf before that crossing.
+    /// Whether the ray is inside the leaf before that crossing.
     leaf_in: bool,
-    /// Whether the result was in after the last boundary.
+    /// Whether the ray was inside the result after the last boundary.
     inside: bool,
     begun: bool,
 }
 
 impl SingleLeaf {
-    /// Begins a ray. `None` where crossings agree within their bounds: then the sweep decides what they are together.
+    /// Begins a ray. Returns `None` if crossings coincide within their bounds: then the sweep must resolve them.
     pub fn begin(list: &[Crossing], span: Span) -> Option<SingleLeaf> {
         let apart = list.windows(2).all(|pair| pair[1].low() > pair[0].high());
         let before = list.iter().take_while(|c| c.high() < span.t_min()).count();
@@ -27,7 +27,7 @@ impl SingleLeaf {
         apart.then_some(single)
     }
 
-    /// The next boundary, given the list again.
+    /// Returns the next boundary, given the same list again.
     pub fn next(&mut self, list: &[Crossing]) -> Option<Boundary> {
         let (t_min, t_max) = (self.span.t_min(), self.span.t_max());
         while let Some(crossing) = list.get(self.next).filter(|c| c.t < f64::INFINITY && c.low() <= t_max) {
@@ -70,7 +70,7 @@ mod tests {
     use super::*;
     use crate::testkit::random::Random;
 
-    /// The boundaries by the sweep.
+    /// The boundaries that the sweep returns.
     fn plain(list: &[Crossing], span: Span) -> Vec<Boundary> {
         let program = Program::new(&Tree { nodes: vec![TreeNode::Leaf(0)] }, 0, 1);
         let mut sweep = Sweep::default();
@@ -93,7 +93,8 @@ mod tests {
         let mut random = Random::new(3);
         let (mut fast, mut slow) = (0, 0);
         for _ in 0..200_000 {
-            // Few places, so that crossings lie at the ends of the span, and bounds that reach from one to the next.
+            // Few distinct `t`, so that crossings lie at the ends of the span, and bounds that reach from one
+            // crossing to the next.
             let mut places: Vec<f64> =
                 (0..2 * random.below(4)).map(|_| random.below(9) as f64 / 2.0).collect();
             places.sort_by(f64::total_cmp);

@@ -1,8 +1,8 @@
-//! The sweep: crossings of leaves in ascending order go in, boundaries of the combination come out.
+//! The sweep: takes crossings of leaves in ascending order and returns boundaries of the combination.
 //!
-//! Crossings that agree within their bounds are one event: all of them are toggled, then the expression is
-//! judged once. So tangents, shared faces and flush holes leave nothing, at any scale. Where events form a chain,
-//! each in agreement with the next but not the first with the last, the chain is resolved in `chain.rs`.
+//! Crossings that coincide within their error bounds are one event: all of them are toggled, then the expression is
+//! evaluated once. So tangents, shared faces and flush holes leave nothing, at any scale. In a chain of events, each
+//! coincides with the next but the first does not coincide with the last; `chain.rs` resolves chains.
 
 use std::collections::VecDeque;
 
@@ -21,12 +21,12 @@ pub struct Sweep {
     state: ProgramState,
     contacts: Contacts,
     group: Vec<Event>,
-    /// The highest and the lowest upper end of the events of the group.
+    /// The highest and the lowest of the upper ends of the events in the group.
     group_high: f64,
     first_high: f64,
-    /// Boundaries of a chain: memory only.
+    /// Boundaries of a chain; kept only to reuse the memory.
     chain: Vec<Boundary>,
-    /// Whether the result was in after the last event.
+    /// Whether the ray was inside the result after the last event.
     inside: bool,
     begun: bool,
     out: VecDeque<Boundary>,
@@ -60,14 +60,15 @@ impl Sweep {
         self.out.clear();
     }
 
-    /// Ends a ray; must be called before the next begins.
+    /// Ends a ray. Must be called before the next ray begins.
     pub fn end(&mut self, program: &Program) {
         self.state.clear(program);
         self.contacts.clear();
     }
 
-    /// Adds a contact of a leaf, before its events; it and the ray's direction are in the frame of the body. The ray enters
-    /// the leaf's bounds at `enter`. Appends where the borders of its sector exchange their order with those of others.
+    /// Adds a contact of a leaf; must be called before its events are added. The contact and the ray's direction are
+    /// in the frame of the body. The ray enters the leaf's bounds at `enter`. Appends the points where borders of the
+    /// contact's sector exchange their order with borders of other sectors.
     pub fn add_contact(
         &mut self,
         leaf: u32,
@@ -79,7 +80,8 @@ impl Sweep {
         EventKind::Contact(self.contacts.add(leaf, contact, direction, enter, order_exchanges))
     }
 
-    /// A crossing that happened before anything that matters.
+    /// Applies a crossing to the state without making it an event of its own. The caller does so for crossings that
+    /// lie before everything that matters.
     pub fn apply(&mut self, program: &Program, leaf: u32, kind: EventKind) {
         match kind {
             EventKind::Membership => self.state.toggle(program, leaf),
@@ -88,7 +90,8 @@ impl Sweep {
         }
     }
 
-    /// Whether the ray is in the result at a place, given the events of the group, where no other event is left to come.
+    /// Whether the ray is inside the result at a `place`, which is computed from the events of the group. All events
+    /// before the place must have been applied.
     fn value(&mut self, program: &Program, place: impl FnOnce(&[Event]) -> OneSided) -> bool {
         if self.contacts.is_empty() {
             self.state.value(program)
@@ -97,7 +100,7 @@ impl Sweep {
         }
     }
 
-    /// The next event; `low` must not be below that of earlier ones.
+    /// Adds the next event. Its `low` must not be below that of earlier events.
     pub fn offer(&mut self, program: &Program, event: Event) {
         self.advance(program, event.low);
         let high = event.high();
@@ -109,14 +112,14 @@ impl Sweep {
         self.group.push(event);
     }
 
-    /// Promises that no event below `low` will come.
+    /// Declares that no event below `low` will follow.
     pub fn advance(&mut self, program: &Program, low: f64) {
         if !self.group.is_empty() && low > self.group_high {
             self.classify_group(program);
         }
     }
 
-    /// Whether the ray is outside of the result after everything so far, with no event left to be judged.
+    /// Whether the ray is outside the result after all events so far, and no event is waiting to be evaluated.
     pub fn is_out(&mut self, program: &Program) -> bool {
         let t_min = self.span.t_min();
         self.group.is_empty()
@@ -124,7 +127,7 @@ impl Sweep {
             && (self.begun || !self.value(program, |_| OneSided::After(t_min)))
     }
 
-    /// Promises that no event will come.
+    /// Declares that no event will follow.
     pub fn finish(&mut self, program: &Program) {
         if !self.group.is_empty() {
             self.classify_group(program);
@@ -136,13 +139,14 @@ impl Sweep {
         }
     }
 
-    /// The next boundary that is certain.
+    /// Returns the next boundary that is certain.
     pub fn pop(&mut self) -> Option<Boundary> {
         self.out.pop_front()
     }
 
-    /// Judges the state before the first event. If the span begins inside, that is a boundary, unless the
-    /// first event lies where the span begins: then what comes after it decides.
+    /// Evaluates the state before the first event. If the span begins inside, that is a boundary, unless the first
+    /// event coincides with the start of the span (`alone` is `false`): then the state after the event decides, and
+    /// this returns whether the span begins inside before it.
     fn classify_start(&mut self, program: &Program, alone: bool) -> bool {
         if self.begun {
             return false;
@@ -161,7 +165,7 @@ impl Sweep {
     }
 
     fn classify_group(&mut self, program: &Program) {
-        // Events come in the order of their lower ends: in a chain the last begins behind the end of another.
+        // Events are in the order of their lower ends: in a chain the last event begins after the end of another.
         if self.group.last().is_some_and(|last| last.low > self.first_high) {
             self.classify_chain(program);
         } else {
@@ -170,7 +174,7 @@ impl Sweep {
         self.group.clear();
     }
 
-    /// Judges a group that is one event.
+    /// Evaluates a group that is one event.
     fn classify_event(&mut self, program: &Program) {
         let t_min = self.span.t_min();
         let at_start = self.group.iter().any(|e| e.low <= t_min);
@@ -195,8 +199,8 @@ impl Sweep {
         }
     }
 
-    /// Judges a chain: its events one by one in the order of their `t`, then what that leaves of extents and gaps
-    /// that are resolved.
+    /// Evaluates a chain: applies its events one by one in the order of their `t`, then keeps the boundaries of the
+    /// extents and gaps that are resolved.
     fn classify_chain(&mut self, program: &Program) {
         let t_min = self.span.t_min();
         let at_start = !self.begun && self.group.iter().any(|e| e.low <= t_min);
@@ -225,13 +229,14 @@ impl Sweep {
         self.chain = chain;
     }
 
-    /// Begins the span within a chain, given the state before it; returns the first boundary that counts.
+    /// Begins the span within a chain, given the state before the chain. Returns the index of the first boundary that
+    /// counts.
     fn start_in_chain(&mut self, chain: &[Boundary], before: bool) -> usize {
         let t_min = self.span.t_min();
         let first = chain.partition_point(|b| b.crossing.t < t_min);
         self.inside = before ^ (first % 2 == 1);
         if self.inside {
-            // If the ray leaves where the span begins, nothing is left of it.
+            // If the ray exits where the span begins, the interval before the exit has no length.
             if chain.get(first).is_some_and(|b| b.crossing.low() <= t_min) {
                 self.inside = false;
                 return first + 1;
@@ -241,14 +246,14 @@ impl Sweep {
         first
     }
 
-    /// A boundary where the span begins or ends inside.
+    /// Emits a boundary where the span begins or ends inside.
     fn emit_span_end(&mut self, kind: HitKind, t: f64) {
         self.out.push_back(Boundary::of_span_end(kind, t));
     }
 }
 
-/// The crossing that stands for events that are one: one that goes the way the result goes, the surest, whatever
-/// order they came in.
+/// The representative of coincident crossings: among those that change the result in the given direction, the one
+/// with the smallest error bound. It does not depend on the order of the events.
 fn representative(group: &[Event], program: &Program, entering: bool) -> Boundary {
     let goes_along = |e: &&Event| (e.crossing.entering != program.is_subtracted(e.leaf)) == entering;
     let order = |a: &&Event, b: &&Event| {
@@ -263,7 +268,7 @@ fn representative(group: &[Event], program: &Program, entering: bool) -> Boundar
     Boundary { kind: HitKind::Surface, entering, leaf: best.leaf, crossing: best.crossing }
 }
 
-/// Whether a boundary lies within a span, as far as its end goes. What begins where the span ends has no length in it.
+/// Whether a boundary lies before the end of a span. An entry at the end of the span bounds nothing in it.
 pub(super) fn is_within(boundary: &Boundary, span: Span) -> bool {
     let t = boundary.crossing.t;
     t < span.t_max() || (t == span.t_max() && !boundary.entering)
@@ -332,8 +337,8 @@ mod tests {
             (10.0, false, HitKind::End),
         ];
         assert_eq!(out, expected);
-        // On a face that is left nothing follows; on one that is entered it is a surface; on a seam the
-        // span begins inside.
+        // A span that begins on an exit face has nothing there; on an entry face the first boundary is a surface;
+        // where two leaves abut, the span begins inside.
         assert!(sweep(&program, &[vec![-1.0, 0.0], vec![]], span).is_empty());
         assert_eq!(
             sweep(&program, &[vec![0.0, 1.0], vec![]], span),

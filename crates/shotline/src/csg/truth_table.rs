@@ -1,22 +1,22 @@
-//! The truth table of a program of few leaves: the value of the expression for every set of leaves.
+//! The truth table of a program with few leaves: the value of the expression for every set of leaves.
 
-/// Programs of at most so many leaves have a table.
+/// Maximum number of leaves of a program that has a table.
 pub(super) const MAX_LEAVES: usize = 8;
 
-/// A bit for each set of leaves, which is itself a number of bits: bit 2 for leaf 2.
+/// One bit for each set of leaves. A set is itself a bit mask in which bit 2 stands for leaf 2.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TruthTable([u64; (1 << MAX_LEAVES) / 64]);
 
 impl TruthTable {
-    /// The table of an expression over so many leaves, given its value without any and what it is after a leaf is
-    /// toggled; `None` for too many leaves.
+    /// Builds the table of an expression over `leaf_count` leaves. `empty` is the value of the empty set; `after`
+    /// toggles a leaf and returns the new value. Returns `None` for too many leaves.
     pub fn new(leaf_count: usize, empty: bool, mut after: impl FnMut(u32) -> bool) -> Option<TruthTable> {
         if leaf_count > MAX_LEAVES {
             return None;
         }
         let mut table = TruthTable([0; (1 << MAX_LEAVES) / 64]);
         let (mut leaves, mut value) = (0_usize, empty);
-        // Gray's code: from one set to the next a single leaf changes.
+        // Gray code: from one set to the next a single leaf changes.
         for next in 1..=1_usize << leaf_count {
             table.0[leaves / 64] |= u64::from(value) << (leaves % 64);
             let leaf = next.trailing_zeros();
@@ -28,14 +28,14 @@ impl TruthTable {
         Some(table)
     }
 
-    /// The value with the leaves of a set in.
+    /// The value where exactly the leaves of a set are inside.
     #[inline]
     pub fn value(&self, leaves: u32) -> bool {
         let leaves = leaves as usize % (1 << MAX_LEAVES);
         self.0[leaves / 64] >> (leaves % 64) & 1 == 1
     }
 
-    /// The leaves without any of which the expression is out, as a set.
+    /// The set of leaves that must all be inside for the expression to be true.
     pub fn needed(&self) -> u32 {
         let all = (1 << MAX_LEAVES) - 1;
         (0..=all).filter(|&leaves| self.value(leaves)).fold(all, |needed, leaves| needed & leaves)

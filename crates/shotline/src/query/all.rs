@@ -8,7 +8,7 @@ use crate::ray::Ray;
 use crate::solid::Wanted;
 
 impl Caster<'_> {
-    /// The number of crossings in the scope.
+    /// Returns the number of crossings in the scope.
     ///
     /// # Errors
     /// As [`Caster::closest`].
@@ -22,11 +22,12 @@ impl Caster<'_> {
         Ok(count)
     }
 
-    /// Appends every crossing in the scope, ascending in `t`; those of one path alternate from an entry, unless only
-    /// surfaces are looked for. Crossings of different paths at the same `t` come in the order of the paths.
+    /// Appends every crossing in the scope, ascending in `t`. Those of one path alternate and begin with an entry,
+    /// unless only surfaces are requested. Crossings of different paths at the same `t` are in the order of the
+    /// paths.
     ///
     /// # Errors
-    /// As [`Caster::closest`], and [`QueryError::TooMany`].
+    /// As [`Caster::closest`], [`QueryError::TooMany`] and [`QueryError::OutOfMemory`].
     pub fn crossings(
         &mut self,
         ray: &Ray,

@@ -1,4 +1,4 @@
-//! The caster: a world and the memory with which one thread queries it. Its queries are in files of their own.
+//! The caster: a world and the memory with which one thread queries it. Each kind of query is in its own file.
 
 use super::membership::Membership;
 use super::segments::{Interval, SegmentScratch};
@@ -14,7 +14,8 @@ use crate::trace::Trace;
 
 /// A world with one thread's scratch memory.
 ///
-/// Every query has an end: see [`Limits`] and [`Caster::watch`]. What goes beyond is an error, and appends nothing.
+/// The cost of every query is bounded: see [`Limits`] and [`Caster::watch`]. A query that exceeds a limit returns an
+/// error and appends nothing.
 ///
 /// ```
 /// use shotline::compile::{Options, compile};
@@ -46,7 +47,7 @@ pub struct Caster<'w> {
 }
 
 impl<'w> Caster<'w> {
-    /// A caster for one thread.
+    /// Creates a caster for one thread.
     pub fn new(world: &'w World) -> Caster<'w> {
         Caster {
             world,
@@ -61,7 +62,7 @@ impl<'w> Caster<'w> {
         }
     }
 
-    /// Lets queries be followed and cancelled while they run: also within one ray.
+    /// Sets callbacks that observe and cancel queries while they run, even within one ray.
     pub fn watch(&mut self, watch: Watch<'w>) {
         self.scratch.budget.watch(watch);
     }
@@ -76,24 +77,24 @@ impl<'w> Caster<'w> {
         self.world
     }
 
-    /// Work counted since the caster was made, or since this was asked last.
+    /// Returns the work counted since the caster was created or since the last call, and resets the counters.
     pub fn take_counters(&mut self) -> Counters {
         std::mem::take(&mut self.scratch.counters)
     }
 
-    /// Keeps the steps of the queries that follow, so many at most, until [`Caster::take_trace`]. No answer
-    /// depends on it.
+    /// Records the steps of the queries that follow, at most `most`, until [`Caster::take_trace`]. No result depends
+    /// on recording.
     pub fn record(&mut self, most: usize) {
         self.scratch.log.start(most);
     }
 
-    /// The steps kept since [`Caster::record`]; none are kept from here on.
+    /// Returns the steps recorded since [`Caster::record`], and stops recording.
     pub fn take_trace(&mut self) -> Trace {
         self.scratch.log.take()
     }
 }
 
-/// Refuses worlds in which an object has no inside.
+/// Returns an error if an object of the world has no inside.
 ///
 /// # Errors
 /// [`QueryError::NotASolid`].

@@ -1,15 +1,17 @@
-//! Seeds: coherent rays meet the same bodies, so each may begin with what the one before it met.
+//! Coherence hints: coherent rays often hit the same body, so each ray of a series first tests the body that
+//! the previous ray hit.
 //!
-//! A seed only changes the order in which bodies are asked. Any occluder answers whether there is one; and the
-//! closest crossing is the least of all, in whatever order they are found. So no answer depends on it.
+//! A hint only changes the order in which bodies are tested. Any occluder proves that there is one, and the
+//! closest crossing is the minimum over all crossings in any order. So no result depends on the hint.
 
 use super::traversal::{BodyEntry, Traversal};
 use crate::counters::Counters;
 
-/// The body that the last ray of a series met, by the whole way to it: shared parts are met in many places.
+/// The body that the previous ray of a series hit. It is stored as the placements on the path to it, because a
+/// shared body has many placements.
 ///
-/// For rays that go alike: those to one light, or of neighbouring pixels. It belongs to whoever casts them, one
-/// for each series and thread.
+/// Meant for coherent rays: those to one light, or those of neighbouring pixels. The caller owns it and keeps
+/// one for each series and thread.
 #[derive(Clone, Debug, Default)]
 pub struct CoherenceHint {
     placements: Vec<u32>,
@@ -21,7 +23,7 @@ impl CoherenceHint {
         &self.placements
     }
 
-    /// Takes the body that a ray met as the next ray's, and counts whether it was this ray's.
+    /// Stores the body that a ray hit for the next ray, and counts whether the hint was right for this ray.
     pub(super) fn keep(&mut self, met: &BodyEntry, traversal: &Traversal, counters: &mut Counters) {
         counters.hinted += 1;
         if !self.placements.is_empty() && self.path == met.path {

@@ -1,4 +1,4 @@
-//! The objects that hold a point.
+//! The objects that contain a point.
 
 use super::QueryError;
 use super::caster::{Caster, all_solid};
@@ -8,7 +8,8 @@ use crate::math::Vec3;
 use crate::ray::Span;
 
 impl Caster<'_> {
-    /// Appends the objects whose interior holds a point, ascending. No promise within rounding of a surface.
+    /// Appends the objects whose interior contains a point, ascending. Nothing is promised for a point within
+    /// rounding error of a surface.
     ///
     /// # Errors
     /// As [`Caster::closest`], and [`QueryError::NotASolid`] for meshes that are not closed.

@@ -1,4 +1,5 @@
-//! The fold: every query is given the boundaries of the bodies that the ray meets, nearest body first.
+//! The fold, which every query uses: it passes the boundaries of the bodies that the ray hits to the query, nearest
+//! body first.
 
 use std::ops::ControlFlow;
 
@@ -15,11 +16,11 @@ use crate::solid::Wanted;
 use crate::trace::Act;
 
 impl<'w> Caster<'w> {
-    /// Gives every boundary in the scope to `fold`, body by body; nearest bodies first, but before all the one
-    /// of the seed.
+    /// Passes every boundary in the scope to `fold`, body by body: first the hinted body, then the others from the
+    /// nearest to the farthest.
     ///
     /// # Errors
-    /// [`QueryError::Cancelled`] and [`QueryError::TooLong`]; then what was given is void.
+    /// [`QueryError::Cancelled`] and [`QueryError::TooLong`]; then the boundaries passed so far are invalid.
     pub(super) fn fold(
         &mut self,
         ray: &Ray,
@@ -49,7 +50,7 @@ impl<'w> Caster<'w> {
         ControlFlow::Continue(())
     }
 
-    /// Gives the boundaries of one body, up to the limit, which it may lower.
+    /// Passes the boundaries of one body up to the limit, which the query may lower.
     pub(super) fn fold_body(
         &mut self,
         body_entry: &BodyEntry,
@@ -58,8 +59,8 @@ impl<'w> Caster<'w> {
         fold: &mut Fold<'_, 'w>,
     ) -> ControlFlow<()> {
         let Scope { span, kinds } = query.scope;
-        // With the first wanted, what lies beyond the best so far does not matter. What begins at the same `t` does, and a
-        // span does not hold what begins at its end.
+        // Boundaries beyond the limit do not matter, but those at the limit itself do. A span does not contain an
+        // entry at its end, so it ends one ulp beyond the limit.
         let span = if *limit < span.t_max() {
             Span::new(span.t_min(), limit.next_up()).unwrap_or(span)
         } else {
@@ -67,7 +68,7 @@ impl<'w> Caster<'w> {
         };
         let traversal = &mut self.traversal;
         let mut emit = |mut boundary: Boundary| {
-            // Of the two zeros only the positive one is given out: -0.0 would sort before it.
+            // Turns -0.0 into 0.0, because -0.0 would sort before it.
             boundary.crossing.t += 0.0;
             match fold(traversal, body_entry, boundary) {
                 FoldControl::Limit(t) => {
@@ -79,7 +80,8 @@ impl<'w> Caster<'w> {
         };
         match self.world.body(body_entry.body) {
             Body::Solid(body) => {
-                // Where a span may begin inside, the first boundary is perhaps not the one that is looked for.
+                // If the span may begin inside the body, its first boundary may be of a kind that is not in the
+                // scope.
                 let within = body_entry.enter <= span.t_min();
                 let mut wanted =
                     if within && !kinds.hold(HitKind::Start) { Wanted::All } else { query.wanted };
@@ -95,7 +97,8 @@ impl<'w> Caster<'w> {
                                 break;
                             }
                         } else if wanted == Wanted::First {
-                            // Only rounding puts the start inside of what begins behind it.
+                            // Only rounding can make the span begin inside a body whose box begins later. Run
+                            // again for all boundaries.
                             wanted = Wanted::All;
                             continue 'again;
                         }
@@ -123,7 +126,7 @@ impl<'w> Caster<'w> {
         ControlFlow::Continue(())
     }
 
-    /// Whether the budget of the ray has lasted.
+    /// Returns an error if the budget of the ray has ended.
     pub(super) fn outcome(&self) -> Result<(), QueryError> {
         match self.scratch.budget.ended() {
             None => Ok(()),

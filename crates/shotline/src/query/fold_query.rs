@@ -1,25 +1,25 @@
-//! What a query wants of a ray, and what it makes of the boundaries that it is given.
+//! What a query requests of a ray, and how it receives the boundaries.
 
 use super::Scope;
 use super::traversal::{BodyEntry, Traversal};
 use crate::csg::Boundary;
 use crate::solid::Wanted;
 
-/// Where the fold stands after a boundary.
+/// How the fold continues after a boundary.
 pub(super) enum FoldControl {
-    /// Nothing beyond this `t` is wanted any more.
+    /// Boundaries beyond this `t` are no longer needed.
     Limit(f64),
     Stop,
 }
 
-/// What a query makes of the boundaries it is given. The walk can be asked about the body.
+/// The callback of a query, called for each boundary with the traversal and the body.
 pub(super) type Fold<'f, 'w> = dyn FnMut(&mut Traversal<'w>, &BodyEntry, Boundary) -> FoldControl + 'f;
 
-/// What is wanted of a ray.
+/// What a query requests of a ray.
 pub(super) struct FoldQuery<'q> {
     pub scope: Scope,
-    /// All boundaries of each body, or the first.
+    /// All boundaries of each body, or only the first.
     pub wanted: Wanted,
-    /// The way to the body that is asked first.
+    /// The placements on the path to the body that is tested first; empty without a hint.
     pub hint: &'q [u32],
 }

@@ -1,27 +1,28 @@
-//! The heap of what is pending along a ray: nearest first, and of what begins at one `t` the last first. So where boxes
-//! lie in one place the order is depth first, and the heap does not grow with their number.
+//! The heap of pending entries along a ray. The nearest entry is popped first; among entries at the same `t`, the
+//! last one pushed. So coincident boxes are traversed depth first, and the heap does not grow with their number.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// What is popped first among entries at the same `t`.
+/// Which entry is popped first among those at the same `t`: the one of the higher rank.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Rank {
-    /// Crossings wait until every box that may begin at their `t` is open.
+    /// Crossings wait until every box that may begin at their `t` has been opened.
     Crossing,
     Box,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Slot<T> {
-    /// Ascends with `t`, in the order of [`f64::total_cmp`]: -0 comes before 0.
+    /// Increases with `t`, in the order of [`f64::total_cmp`]: -0 comes before 0.
     key: i64,
-    /// The rank and then the number of the push, in the order in which equal keys are popped, last first.
+    /// The rank in the high bits and the number of the push in the low bits. Among equal keys the highest tie is
+    /// popped first.
     tie: u64,
     what: T,
 }
 
-/// The key of a `t`, and the bits of the `t` of a key.
+/// Maps the bits of a `t` to its key, and a key back to the bits of its `t`.
 fn key(bits: i64) -> i64 {
     bits ^ ((bits >> 63) as u64 >> 1) as i64
 }
@@ -58,7 +59,7 @@ impl<T> PartialEq for Slot<T> {
 
 impl<T> Eq for Slot<T> {}
 
-/// So many entries are kept sorted: most rays never have more pending, and new entries are mostly near.
+/// Number of entries that are kept sorted: most rays never have more pending, and most new entries are near.
 const SORTED: usize = 24;
 
 /// A heap of pending entries; reused from ray to ray.
@@ -66,7 +67,7 @@ const SORTED: usize = 24;
 pub(super) struct Heap<T> {
     /// The nearest entries, nearest last.
     near: Vec<Slot<T>>,
-    /// The entries behind those.
+    /// All other entries; none comes before an entry in `near`.
     far: BinaryHeap<Slot<T>>,
     pushed: u32,
 }
@@ -90,7 +91,7 @@ impl<T: Copy> Heap<T> {
 
     #[inline]
     pub(super) fn push(&mut self, t: f64, rank: Rank, what: T) {
-        // Beyond 2^32 only the order among equals is lost.
+        // After 2^32 pushes this wraps: only the order among entries at the same `t` is lost.
         self.pushed = self.pushed.wrapping_add(1);
         let tie = u64::from(rank == Rank::Box) << 32 | u64::from(self.pushed);
         let slot = Slot { key: key(t.to_bits() as i64), tie, what };
@@ -101,7 +102,7 @@ impl<T: Copy> Heap<T> {
         }
     }
 
-    /// Puts an entry in its place among the nearest.
+    /// Inserts an entry at its position in `near`.
     #[inline]
     fn insert(&mut self, slot: Slot<T>) {
         self.near.push(slot);
@@ -119,7 +120,7 @@ impl<T: Copy> Heap<T> {
         if !is_behind(&self.near) && self.near.len() == SORTED {
             self.far.extend(self.near.drain(..SORTED / 2));
         }
-        // The entry may lie between those that have just left.
+        // The entry may belong among those that have just been moved to `far`.
         if is_behind(&self.near) {
             self.far.push(slot);
         } else {
@@ -156,7 +157,7 @@ mod tests {
         assert_eq!(order, "abcd");
     }
 
-    /// An entry that lies between those that leave the sorted ones for it.
+    /// The new entry belongs among the entries that are moved out of `near` to make room for it.
     #[test]
     fn an_entry_behind_the_nearest_half_waits_for_those_before_it() {
         let mut random = Random::new(8);

@@ -1,4 +1,4 @@
-//! Boundaries in world terms.
+//! Converts boundaries of bodies to hits in world coordinates.
 
 use super::Hit;
 use super::traversal::{BodyEntry, Traversal};
@@ -9,7 +9,7 @@ use crate::math::{Vec3, unit};
 use crate::ray::Ray;
 use crate::solid::Solid;
 
-/// A boundary of a body that the walk has met, in world terms.
+/// Converts a boundary of a body that the traversal returned to a hit in world coordinates.
 pub(super) fn hit(
     world: &World,
     traversal: &Traversal,
@@ -47,7 +47,8 @@ pub(super) fn hit(
     hit.normal = if crossing.primitive == NO_PRIMITIVE {
         if subtracted { -normal } else { normal }
     } else if (normal.dot(ray.direction()) < 0.0) == entering {
-        // A triangle is flat: which of its sides is outside shows in the way the ray goes.
+        // A triangle is flat, so its outward side follows from the direction of the ray and from whether the ray
+        // enters.
         normal
     } else {
         -normal

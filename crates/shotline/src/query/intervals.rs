@@ -1,4 +1,4 @@
-//! The intervals of a ray inside bodies and objects: what segments, overlaps and measures are made from.
+//! The intervals of a ray inside bodies and objects. Segments, overlaps and measures are computed from them.
 
 use super::caster::{Caster, all_solid};
 use super::fold_query::{FoldControl, FoldQuery};
@@ -7,12 +7,12 @@ use super::{Overlap, Overlaps, QueryError, Segment};
 use crate::ray::{Line, Ray, Span};
 use crate::solid::Wanted;
 
-/// The memory of so many intervals is kept for the next ray.
+/// The memory of up to this many intervals is kept for the next ray.
 const RETAINED_INTERVALS: usize = 4096;
 
 impl Caster<'_> {
-    /// Appends the intervals inside objects and answers how many overlaps of equal priority were met.
-    /// Stretches of one object that overlap or touch are joined.
+    /// Appends the intervals inside objects and returns the number of overlaps of equal priority. Intervals of
+    /// one object that overlap or touch are joined.
     ///
     /// # Errors
     /// As [`Caster::crossings`], [`QueryError::NotASolid`] for meshes that are not closed and, with
@@ -39,7 +39,8 @@ impl Caster<'_> {
         met
     }
 
-    /// Appends where objects of equal priority overlap, ascending: what [`Caster::segments`] refuses, but all of it.
+    /// Appends the overlaps of objects of equal priority, ascending. [`Caster::segments`] may refuse at the
+    /// first of them; this returns them all.
     ///
     /// # Errors
     /// As [`Caster::segments`].
@@ -58,7 +59,7 @@ impl Caster<'_> {
         found
     }
 
-    /// The intervals inside each body, in `self.intervals`.
+    /// Computes the intervals inside each body and stores them in `self.intervals`.
     fn intervals(&mut self, ray: &Ray, span: Span) -> Result<(), QueryError> {
         all_solid(self.world)?;
         let mut intervals = std::mem::take(&mut self.intervals);
@@ -68,7 +69,7 @@ impl Caster<'_> {
         let query = FoldQuery { scope: span.into(), wanted: Wanted::All, hint: &[] };
         self.fold(ray, &query, &mut |_, body_entry, boundary| {
             let end = boundary.crossing;
-            // The boundaries of a body come one after the other, in pairs.
+            // The boundaries of one body arrive one after the other, in pairs of an entry and an exit.
             match open.take() {
                 None => {
                     open =
@@ -84,11 +85,11 @@ impl Caster<'_> {
         refused.map_or(Ok(()), Err)
     }
 
-    /// Appends the intervals inside one object, from and to which `t`, whatever else is there: ascending and apart.
-    /// Answers how many steps it took; memory does not grow with them.
+    /// Appends the intervals `[t_in, t_out]` inside one object, regardless of other objects. They are ascending
+    /// and disjoint. Returns the number of steps taken. Memory does not grow with the number of steps.
     ///
     /// # Errors
-    /// [`QueryError`], as of [`Caster::crossings`].
+    /// As [`Caster::crossings`].
     pub(crate) fn object_intervals(
         &mut self,
         object: u32,
@@ -105,7 +106,7 @@ impl Caster<'_> {
         self.traversal.enter_root(self.world, &mut self.scratch);
         while let Some(body_entry) = self.traversal.next_unordered(self.world, &mut self.scratch) {
             if body_entry.object == object {
-                // Of one body they alternate.
+                // The boundaries of one body alternate, so they can be paired.
                 let _ = self.fold_body(&body_entry, &query, &mut limit, &mut |_, _, boundary| {
                     ends.push(boundary.crossing.t);
                     FoldControl::Limit(f64::INFINITY)

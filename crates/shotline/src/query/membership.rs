@@ -1,4 +1,5 @@
-//! Whether a body holds a point: its accelerator proposes the leaves whose boxes hold the point, the others are out.
+//! Tests whether a body contains a point. The accelerator finds the leaves whose boxes contain the point; the point
+//! is outside all others.
 
 use crate::aabb::BoxRay;
 use crate::accel::{Child, QueueEntry};
@@ -9,7 +10,7 @@ use crate::ray::{Line, Span};
 use crate::scratch::Scratch;
 use crate::tags::Tags;
 
-/// The memory of a question; reused from point to point.
+/// The memory of a membership test; reused from point to point.
 #[derive(Debug, Default)]
 pub(super) struct Membership {
     state: ProgramState,
@@ -17,17 +18,18 @@ pub(super) struct Membership {
     tags: Tags,
 }
 
-/// A point as a line: its span has no length, so that a box is met if and only if it holds the point. Boxes and bounds are
-/// conservative, so rounding may let a box in, but never leaves one out.
+/// A point as a line: its span has no length, so it hits a box if and only if the box contains the point. Boxes and
+/// bounds are conservative: rounding may include a box too many, but never leaves one out.
 pub(super) fn line_at(p: Vec3) -> Line {
     Line::exact(p, Vec3::X)
 }
 
 impl Membership {
-    /// Whether a body holds the origin of a line, in the frame of the body. Void if the budget has ended.
+    /// Returns whether a body contains the origin of a line, in the frame of the body. Invalid if the budget has
+    /// ended.
     ///
-    /// A leaf outside of its effective bounds cannot change the result (see `Program::effective_bounds`), so it is not
-    /// asked: the cost grows with the leaves whose boxes hold the point.
+    /// A leaf cannot change the result outside its effective bounds (see `Program::effective_bounds`), so it is not
+    /// tested there: the cost grows with the number of leaves whose boxes contain the point.
     pub(super) fn holds(&mut self, body: &SolidBody, line: &Line, here: Span, below: &mut Scratch) -> bool {
         self.state.reset(&body.program);
         match &body.accel {

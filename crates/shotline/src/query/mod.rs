@@ -1,4 +1,4 @@
-//! Queries: a [`Caster`] holds a world and one thread's scratch memory and answers rays.
+//! Queries: a [`Caster`] holds a world and the scratch memory of one thread, and traces rays.
 
 mod all;
 pub mod batch;
@@ -27,18 +27,18 @@ pub use scope::{Kinds, Scope};
 
 use crate::math::Vec3;
 
-/// A crossing of an object, in world terms.
+/// A crossing of an object, in world coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// The parameter, in lengths of the ray's direction.
+    /// The ray parameter, in units of the length of the ray's direction.
     pub t: f64,
-    /// A bound on its error.
+    /// A bound on the error of `t`.
     pub t_err: f64,
-    /// Whether the ray passes into the object.
+    /// Whether the ray enters the object.
     pub entering: bool,
-    /// Whether there is a surface here.
+    /// Whether there is a surface at the crossing.
     pub kind: HitKind,
-    /// The unit normal, out of the object; NaN where there is no surface.
+    /// The outward unit normal; NaN where there is no surface.
     pub normal: Vec3,
     /// The object: an index into [`object_names`](crate::compile::World::object_names).
     pub object: u32,
@@ -54,12 +54,12 @@ pub struct Hit {
     pub path: u64,
 }
 
-/// A stretch of a ray inside an object.
+/// An interval of a ray inside an object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
-    /// Where it begins.
+    /// Where the segment begins.
     pub t_in: f64,
-    /// Where it ends.
+    /// Where the segment ends.
     pub t_out: f64,
     /// Its length in world units.
     pub length: f64,
@@ -67,11 +67,11 @@ pub struct Segment {
     pub object: u32,
     /// Its material: an index into [`material_names`](crate::compile::World::material_names).
     pub material: Option<u32>,
-    /// The instance path; `None` where parts of several paths of the object join.
+    /// The instance path; `None` where intervals of several paths of the object are joined.
     pub path: Option<u64>,
 }
 
-/// A stretch that two objects of equal priority fill.
+/// An interval of a ray that is inside two objects of equal priority.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Overlap {
     /// The object that is entered first.
@@ -89,22 +89,22 @@ pub struct Overlap {
 /// What to do where objects of equal priority overlap.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Overlaps {
-    /// Refuse, naming both and the place.
+    /// Return an error that names both objects and the interval.
     #[default]
     Error,
-    /// The later object owns the overlap, which is counted.
+    /// The later object owns the overlap. Overlaps are counted.
     Priority,
-    /// Every claimant keeps its segment.
+    /// Every object keeps its whole segment.
     All,
 }
 
-/// What one ray may cost. The defaults are far beyond what models that make sense need, and take a few seconds and less
-/// than 1 GB.
+/// What one ray may cost. Realistic models stay far below the defaults; a ray that reaches them takes a few seconds
+/// and less than 1 GB.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Boxes, cells, bodies and crossings taken up on the way.
+    /// Number of boxes, cells, bodies and crossings that are processed.
     pub steps: u64,
-    /// Crossings that are gathered.
+    /// Number of crossings that are collected.
     pub crossings: usize,
 }
 
@@ -114,10 +114,10 @@ impl Default for Limits {
     }
 }
 
-/// Why a query has no answer.
+/// Why a query failed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum QueryError {
-    /// Segments were asked of a mesh that is not closed.
+    /// The query needs the inside of a mesh that is not closed.
     #[error("object '{object}' has no inside: its mesh is not closed: {why}")]
     NotASolid {
         /// The object.
@@ -125,7 +125,7 @@ pub enum QueryError {
         /// How many edges are open and where the first is.
         why: String,
     },
-    /// Two objects of equal priority claim the same stretch.
+    /// Two objects of equal priority overlap.
     #[error("objects '{first}' and '{second}' of equal priority overlap from t = {t_in} to t = {t_out}")]
     Overlap {
         /// The object entered first.
@@ -137,22 +137,22 @@ pub enum QueryError {
         /// Where it ends.
         t_out: f64,
     },
-    /// A ray meets more than [`Limits::crossings`].
+    /// A ray has more crossings than [`Limits::crossings`].
     #[error("the ray has more than {most} crossings")]
     TooMany {
-        /// How many there may be.
+        /// The limit.
         most: usize,
     },
     /// A ray takes more than [`Limits::steps`].
     #[error("the ray takes more than {most} steps through boxes, bodies and crossings")]
     TooLong {
-        /// How many there may be.
+        /// The limit.
         most: u64,
     },
     /// The crossings of the ray do not fit into memory.
     #[error("there is not enough memory for the crossings of the ray")]
     OutOfMemory,
-    /// The caller cancelled it: see [`Caster::watch`].
+    /// The caller cancelled the query: see [`Caster::watch`].
     #[error("cancelled")]
     Cancelled,
 }

@@ -1,4 +1,4 @@
-//! The nearest crossing of a ray, and whether there is any.
+//! Queries for the nearest crossing of a ray, and for whether there is any crossing.
 
 use super::caster::Caster;
 use super::coherence_hint::CoherenceHint;
@@ -11,7 +11,8 @@ use crate::ray::Ray;
 use crate::solid::Wanted;
 
 impl Caster<'_> {
-    /// The first crossing in the scope. Of several at the same `t`, that of the lowest path.
+    /// Returns the first crossing in the scope. Of several crossings at the same `t`, returns the one with the
+    /// lowest path.
     ///
     /// # Errors
     /// [`QueryError::Cancelled`] and [`QueryError::TooLong`].
@@ -21,8 +22,8 @@ impl Caster<'_> {
             .map(|(body_entry, boundary)| hit(self.world, &self.traversal, ray, &body_entry, &boundary)))
     }
 
-    /// As [`Caster::closest`], asking first the body that the seed's last ray met: what lies behind that is
-    /// passed over. It answers the same.
+    /// As [`Caster::closest`], but tests the hinted body first, and then skips what lies beyond its first
+    /// crossing. The result is the same. Stores the body of the crossing in the hint.
     ///
     /// # Errors
     /// As [`Caster::closest`].
@@ -62,7 +63,7 @@ impl Caster<'_> {
         Ok(best)
     }
 
-    /// Whether there is any crossing in the scope.
+    /// Returns whether there is any crossing in the scope.
     ///
     /// # Errors
     /// As [`Caster::closest`].
@@ -70,8 +71,8 @@ impl Caster<'_> {
         Ok(self.occluder(ray, scope.into(), &[])?.is_some())
     }
 
-    /// As [`Caster::any`], asking first the body that the seed's last ray met (the shadow cache: Haines and
-    /// Greenberg 1986). It answers the same.
+    /// As [`Caster::any`], but tests the hinted body first (the shadow cache of Haines and Greenberg 1986). The
+    /// result is the same. Stores the occluder that was found in the hint.
     ///
     /// # Errors
     /// As [`Caster::closest`].

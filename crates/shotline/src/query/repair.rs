@@ -1,14 +1,14 @@
-//! The last resort for a list that does not alternate.
+//! Repairs crossing lists that do not alternate.
 //!
-//! Solids answer lists that ascend and alternate, whatever rounding does; their conformance suite says so. Should
-//! one fail all the same, the parity of everything behind it would be wrong. So each list is looked at, a broken
-//! one is made anew from the membership of the places between its crossings, and that is counted.
+//! Solids return lists that ascend and alternate in spite of rounding, and their conformance suite tests this. If a
+//! list did not, the parity of everything after the fault would be wrong. So each list is checked. A broken list is
+//! rebuilt from the membership of points between its crossings, and the repair is counted.
 
 use crate::crossing::{Crossing, is_alternating};
 use crate::ray::Line;
 use crate::solid::Solid;
 
-/// Repairs the crossings of a solid if they need it; answers whether they did.
+/// Repairs the crossings of a solid if necessary; returns whether it was necessary.
 pub(super) fn repair(solid: &dyn Solid, line: &Line, list: &mut Vec<Crossing>) -> bool {
     if is_alternating(list) {
         return false;
@@ -19,7 +19,7 @@ pub(super) fn repair(solid: &dyn Solid, line: &Line, list: &mut Vec<Crossing>) -
     let mut ends = ends.into_iter();
     let mut inside = false;
     list.retain_mut(|crossing| {
-        // An infinite end says that the interior has none; behind the last crossing the line is outside.
+        // An infinite end means that the interior is unbounded. After the last crossing the line is outside.
         let after = ends.next().is_some_and(|end| {
             let middle = 0.5 * crossing.t + 0.5 * end;
             middle.is_infinite() || solid.contains(line.at(middle))
@@ -38,7 +38,7 @@ mod tests {
     use crate::aabb::Aabb;
     use crate::math::Vec3;
 
-    /// Everything between two pairs of planes across the x axis.
+    /// Two slabs perpendicular to the x axis.
     #[derive(Debug)]
     struct Slabs;
 
@@ -77,14 +77,14 @@ mod tests {
     #[test]
     fn broken_lists_follow_membership() {
         let right = vec![(1.0, true), (2.0, false), (3.0, true), (4.0, false)];
-        // Out of order, one the wrong way round, one twice, one that is no number.
+        // Out of order, one with the wrong direction, one duplicate, one NaN.
         let swapped = [(2.0, false), (1.0, true), (3.0, true), (4.0, false)];
         assert_eq!(repaired(&swapped), (true, right.clone()));
         let turned = [(1.0, true), (2.0, true), (3.0, true), (4.0, false), (f64::NAN, true)];
         assert_eq!(repaired(&turned), (true, right.clone()));
         let double = [(1.0, true), (1.5, true), (2.0, false), (3.0, true), (4.0, false)];
         assert_eq!(repaired(&double), (true, right));
-        // What was lost cannot be found, but what is left alternates.
+        // A missing crossing cannot be recovered, but the crossings that remain alternate.
         assert_eq!(repaired(&[(1.0, true), (2.0, false), (3.0, true)]).1, [(1.0, true), (2.0, false)]);
     }
 }

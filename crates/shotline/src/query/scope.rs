@@ -1,4 +1,4 @@
-//! Which part of a ray a query looks at, and which kinds of crossings it looks for.
+//! The scope of a query: a part of a ray, and the kinds of crossings to look for.
 
 use crate::csg::HitKind;
 use crate::ray::Span;
@@ -6,23 +6,23 @@ use crate::ray::Span;
 /// Which kinds of crossings a query looks for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Kinds {
-    /// Every crossing: lists alternate and are even.
+    /// Every crossing: lists alternate and have an even length.
     #[default]
     All,
-    /// Crossings with a surface. Those of kind [`HitKind::Start`] and [`HitKind::End`] are left out of lists and counts,
-    /// and the first crossing is the first surface: a ray that begins inside may have an odd list, which begins with an
-    /// exit.
+    /// Only crossings of a surface. Crossings of kind [`HitKind::Start`] and [`HitKind::End`] are left out of lists
+    /// and counts, and the first crossing is the first surface. The list of a ray that begins inside may have an odd
+    /// length and begin with an exit.
     Surfaces,
 }
 
 impl Kinds {
-    /// Whether a crossing of a kind is looked for.
+    /// Whether crossings of a kind are included.
     pub(super) fn hold(self, kind: HitKind) -> bool {
         self == Kinds::All || kind == HitKind::Surface
     }
 }
 
-/// What a query looks at. A [`Span`] by itself stands for every kind of crossing in it.
+/// What a query looks for. A [`Span`] alone stands for every kind of crossing in it.
 ///
 /// ```
 /// # use shotline::{compile, math::Vec3, query::{Caster, Scope}, ray::{Ray, Span}, scene::Scene};

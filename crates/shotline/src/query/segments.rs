@@ -1,5 +1,5 @@
-//! Segments: the stretches inside objects, with overlaps resolved. For `n` stretches it takes `n log n`, however they are
-//! nested.
+//! Segments: the intervals of a ray inside objects, with overlaps resolved. The cost for `n` intervals is
+//! `O(n log n)`, however they are nested.
 
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
@@ -11,7 +11,7 @@ use crate::crossing::{Crossing, are_coincident};
 use crate::math::length;
 use crate::ray::Ray;
 
-/// A stretch inside one body, between two of its boundaries.
+/// An interval inside one body, between two of its boundaries.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Interval {
     pub start: Crossing,
@@ -26,12 +26,12 @@ struct End {
     interval: usize,
 }
 
-/// A stretch while it is owned.
+/// A segment whose end is not known yet.
 struct Owned {
     start: f64,
     /// The interval that owns it now.
     interval: usize,
-    /// The path of all its parts, if that is one.
+    /// The path of all intervals of the segment; `None` if they have several.
     path: Option<u64>,
 }
 
@@ -41,8 +41,8 @@ pub(super) struct SegmentScratch {
     active: BTreeSet<Rank>,
 }
 
-/// Turns the intervals of all bodies into segments, ascending, and answers how many overlaps of equal
-/// priority there were. The answer is void if the budget has ended.
+/// Converts the intervals of all bodies to segments, ascending, and returns the number of overlaps of equal priority.
+/// The result is invalid if the budget has ended.
 pub(super) fn resolve(
     world: &World,
     ray: &Ray,
@@ -91,7 +91,7 @@ pub(super) fn resolve(
         if let (Some(owned), Some(after)) = (&mut owned, after)
             && intervals[owned.interval].object == intervals[after].object
         {
-            // Stretches of one object join.
+            // Intervals of one object are joined.
             owned.interval = after;
             owned.path = owned.path.filter(|path| *path == intervals[after].path);
             continue;
@@ -99,7 +99,7 @@ pub(super) fn resolve(
         if before.is_none() && after.is_none() {
             continue;
         }
-        // The end of the one that stops or begins here, where the event holds it.
+        // The interval's own end if it is part of the event, otherwise the first end of the event.
         let t_of = |interval: Option<usize>| {
             let own = event.iter().find(|e| Some(e.interval) == interval);
             own.unwrap_or(&event[0]).crossing.t
@@ -120,8 +120,8 @@ pub(super) fn resolve(
     Ok(met)
 }
 
-/// Appends the overlaps of equal priority, ascending and apart: of each the two that rank highest where it begins, up to
-/// where the first of them ends. Void if the budget has ended.
+/// Appends the overlaps of equal priority, ascending and disjoint. Each is between the two intervals that rank
+/// highest where it begins, and ends where the first of them ends. Invalid if the budget has ended.
 pub(super) fn overlaps(
     world: &World,
     intervals: &[Interval],
@@ -150,7 +150,7 @@ pub(super) fn overlaps(
     }
 }
 
-/// All ends in the order of the events that they make.
+/// All ends of the intervals in ascending order of `t`; at the same `t` in the order of the paths.
 fn ends(intervals: &[Interval]) -> Vec<End> {
     let mut ends: Vec<End> = Vec::with_capacity(2 * intervals.len());
     for (interval, i) in intervals.iter().enumerate() {
@@ -163,8 +163,9 @@ fn ends(intervals: &[Interval]) -> Vec<End> {
     ends
 }
 
-/// Groups sorted ends into events. In a chain, of which the first end is not one event with the last, ends of different
-/// intervals that may be a common face are one event, but no interval is swallowed.
+/// Groups sorted ends into events. In a chain, the first end does not coincide with the last. Then ends of different
+/// intervals and opposite directions, which may be a common face, are one event; but the two ends of a single
+/// interval are not, so that no interval is lost.
 fn events(ends: &[End]) -> impl Iterator<Item = &[End]> {
     ends.chunk_by(|a, b| are_coincident(&a.crossing, &b.crossing)).flat_map(|chain| {
         let low = chain.iter().map(|e| e.crossing.low()).fold(f64::NEG_INFINITY, f64::max);
@@ -176,21 +177,21 @@ fn events(ends: &[End]) -> impl Iterator<Item = &[End]> {
     })
 }
 
-/// How intervals rank: by priority, then the later object in the scene, then the lower path. The last is the interval's
-/// number; those of one path follow each other along the ray.
+/// The rank of an interval: by priority, then the later object in the scene, then the lower path. The last field is
+/// the index of the interval; intervals of one path follow each other along the ray.
 type Rank = (i32, u32, Reverse<u64>, usize);
 
-/// Who owns the stretch after an event.
+/// Determines which interval owns the ray after an event.
 struct Ownership<'a> {
     world: &'a World,
     intervals: &'a [Interval],
-    /// Those that hold the stretch.
+    /// The intervals that contain the ray after the event.
     active: &'a mut BTreeSet<Rank>,
 }
 
 impl<'a> Ownership<'a> {
     fn new(world: &'a World, intervals: &'a [Interval], scratch: &'a mut SegmentScratch) -> Ownership<'a> {
-        // Of a ray that was given up there may be some left.
+        // A ray that ended with an error may have left entries.
         if !scratch.active.is_empty() {
             scratch.active.clear();
         }
@@ -203,7 +204,7 @@ impl<'a> Ownership<'a> {
     }
 
     fn apply(&mut self, event: &[End]) {
-        // An interval that begins and ends in one event is not there.
+        // An interval that begins and ends in the same event is inserted and removed here: it has no length.
         for end in event.iter().filter(|end| end.crossing.entering) {
             self.active.insert(self.rank(end.interval));
         }
@@ -212,12 +213,12 @@ impl<'a> Ownership<'a> {
         }
     }
 
-    /// The highest rank owns.
+    /// The interval of the highest rank.
     fn owner(&self) -> Option<usize> {
         self.active.last().map(|(.., interval)| *interval)
     }
 
-    /// The highest rank of another object of the owner's priority.
+    /// The interval of the highest rank among those of other objects with the owner's priority.
     fn rival(&self, owner: usize) -> Option<usize> {
         let (priority, object, ..) = self.rank(owner);
         let lowest_of_owner = (priority, object, Reverse(u64::MAX), 0);
@@ -225,7 +226,7 @@ impl<'a> Ownership<'a> {
         (*p == priority).then_some(*rival)
     }
 
-    /// An overlap of two intervals that begins at `t`, with its bound.
+    /// The overlap of two intervals that begins at `t`; `t_err` is the error bound of `t`.
     fn overlap(&self, a: usize, b: usize, t: f64, t_err: f64) -> Overlap {
         let (a, b) = (&self.intervals[a], &self.intervals[b]);
         let (first, second) = if (a.start.t, a.object) <= (b.start.t, b.object) { (a, b) } else { (b, a) };

@@ -1,4 +1,5 @@
-//! The stream's way with bodies of few leaves: without an accelerator, and without the leaves that hardly matter.
+//! The special case of the stream for bodies of few leaves: it uses no accelerator, and does not intersect leaves
+//! that the line runs deep inside.
 
 use super::heap::Rank;
 use super::stream::{Entry, Stream};
@@ -9,15 +10,16 @@ use crate::csg::EventKind;
 use crate::trace::Act;
 
 impl Stream<'_, '_> {
-    /// Takes the leaves of a body without an accelerator: they are few. What begins first is intersected at once, what
-    /// begins later goes to the heap. Where one is missed that the result cannot do without, the stream ends.
+    /// Tests the boxes of all leaves of a body without an accelerator. The leaves whose boxes begin first are
+    /// intersected at once, and the others are pushed onto the heap. If the ray misses a leaf that the result needs,
+    /// the stream ends.
     pub(super) fn begin_small_body(&mut self) {
         let Some(ray) = &self.ray else { return };
         let leaves = &self.body.leaves;
         let mut last: Option<(&Aabb, Option<(f64, f64)>)> = None;
         let (mut first, mut exit) = (f64::INFINITY, f64::NEG_INFINITY);
         for (leaf, Leaf { bounds, .. }) in (0..).zip(leaves) {
-            // The operands of an intersection mostly have one box.
+            // The operands of an intersection often have the same box.
             let met = match last {
                 Some((same, met)) if same == bounds => met,
                 _ => {
@@ -55,8 +57,9 @@ impl Stream<'_, '_> {
         self.intersect_first(now, first, are_all);
     }
 
-    /// Intersects leaves, given as a set, whose boxes are entered first and at one `t`. A leaf in which the line runs
-    /// wherever another can matter is not intersected if these are all: it has no event up to there.
+    /// Intersects a set of leaves whose boxes are entered first, at the same `t`. `are_all`: the ray hits no other
+    /// box. Then a leaf is not intersected if the line stays clearly inside it as far as any other leaf can matter,
+    /// because it has no event up to there.
     fn intersect_first(&mut self, leaves: u32, enter: f64, are_all: bool) {
         let all = &self.body.leaves;
         let mut clear = 0;
@@ -76,7 +79,7 @@ impl Stream<'_, '_> {
         if clear == 0 {
             return;
         }
-        // An event that begins before the exit may reach beyond it.
+        // An event that begins before the exit may end after it.
         let (exit, events) = (self.exit, &self.scratch.events);
         let reach = events.iter().filter(|e| e.low <= exit).fold(exit, |reach, e| reach.max(e.high()));
         let is_last = !events.iter().any(|e| e.low > exit && e.low <= reach);

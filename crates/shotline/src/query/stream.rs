@@ -1,8 +1,8 @@
-//! The ordered stream inside one body: one heap of pending boxes and pending crossings.
+//! The ordered stream of boundaries of one body, from one heap of pending boxes and pending crossings.
 //!
-//! The nearest is popped. A box is opened, a leaf answers its crossings, a crossing goes to the sweep. No
-//! boundary is given out while a pending box could still begin at or before it. So the cost of a ray grows
-//! with what it meets, and whoever wants only the first boundary stops there.
+//! The stream pops the nearest entry: it opens a box, intersects a leaf, or passes a crossing to the sweep. No
+//! boundary is returned while a pending box could still begin at or before it. So the cost of a ray grows with what
+//! it hits, and a query that only needs the first boundary stops there.
 
 use super::heap::{Heap, Rank};
 use super::repair::repair;
@@ -18,14 +18,14 @@ use crate::solid::Wanted;
 use crate::tags::Tags;
 use crate::trace::{Act, Log};
 
-/// What the heap holds.
+/// An entry of the heap.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Entry {
-    /// A part of the accelerator.
+    /// A node of the accelerator.
     Node(u64),
-    /// A leaf, at the bound of its own box.
+    /// A leaf, at the `t` at which its own box begins.
     Leaf(u32),
-    /// An event, by its place among this ray's: entries are moved often and should be small.
+    /// An event, by its index among this ray's events: entries are moved often and should be small.
     Event(u32),
 }
 
@@ -38,30 +38,30 @@ pub(super) struct StreamScratch {
     pub(super) children: Vec<QueueEntry>,
     crossings: Vec<Crossing>,
     contacts: Vec<Contact>,
-    /// Of leaves; those of triangles are in the scratch that solids are given.
+    /// Tags of leaves. The tags of triangles are in the scratch memory of the solids.
     tags: Tags,
 }
 
-/// The boundaries of one body along one line, in order, pulled one by one.
+/// The boundaries of one body along one line, in order, computed on demand.
 pub(super) struct Stream<'a, 'c> {
     pub(super) body: &'a SolidBody,
     pub(super) line: &'a Line,
     span: Span,
-    /// The line for tests of boxes; `None` for a lone leaf, which is asked without any.
+    /// The line for box tests; `None` for a body of one leaf, which is intersected without a box test.
     pub(super) ray: Option<BoxRay>,
-    /// Where the boundaries are those of a lone leaf that need no sweep.
+    /// Set where the body is a single leaf whose boundaries need no sweep.
     single: Option<SingleLeaf>,
-    /// Where the line has left the boxes of all leaves, if that is known.
+    /// Where the line leaves the boxes of all leaves; infinite if that is not known.
     pub(super) exit: f64,
     wanted: Wanted,
     pub(super) scratch: &'a mut StreamScratch,
-    /// The scratch of what is below: of solids, and the counters of all.
+    /// The scratch memory of the solids, with the counters, the log and the budget of the ray.
     pub(super) below: &'a mut Scratch<'c>,
     pub(super) finished: bool,
 }
 
 impl<'a, 'c> Stream<'a, 'c> {
-    /// Begins at the start of a span. With [`Wanted::First`] only the first boundary may be pulled.
+    /// Begins a stream at the start of a span. With [`Wanted::First`] the caller may only request the first boundary.
     pub(super) fn new(
         body: &'a SolidBody,
         line: &'a Line,
@@ -104,7 +104,7 @@ impl<'a, 'c> Stream<'a, 'c> {
         stream
     }
 
-    /// The next boundary. `None` as well when the budget of the ray has ended.
+    /// Returns the next boundary. Also returns `None` when the budget of the ray has ended.
     pub(super) fn next(&mut self) -> Option<Boundary> {
         if let Some(single) = &mut self.single {
             return single.next(&self.scratch.crossings);
@@ -123,7 +123,7 @@ impl<'a, 'c> Stream<'a, 'c> {
                 continue;
             };
             self.scratch.sweep.advance(program, next);
-            // What was settled comes first: perhaps nothing further is wanted.
+            // Return what is certain by now first: the caller may not need more.
             if let Some(boundary) = self.scratch.sweep.pop() {
                 return Some(boundary);
             }
@@ -163,8 +163,8 @@ impl<'a, 'c> Stream<'a, 'c> {
         &mut self.below.log
     }
 
-    /// Moves what an accelerator offered to the heap; leaves with the bound of their own box. The log shows
-    /// offers so much deeper than the body.
+    /// Moves the children that an accelerator returned to the heap; leaves at the `t` at which their own box begins.
+    /// The log shows them `deeper` levels below the body.
     fn push_children(&mut self, deeper: usize) {
         let Some(ray) = &self.ray else { return };
         let scratch = &mut *self.scratch;
@@ -238,7 +238,7 @@ impl<'a, 'c> Stream<'a, 'c> {
             return;
         }
         if is_missed && !is_lone && self.body.program.needs(leaf) {
-            // Nothing is left of an intersection that lacks an operand.
+            // The result is empty: it needs this leaf, and the ray misses it.
             self.finished = true;
         }
         for i in 0..self.scratch.crossings.len() {
@@ -246,7 +246,7 @@ impl<'a, 'c> Stream<'a, 'c> {
         }
     }
 
-    /// Puts a crossing of a leaf on the heap, or to the state of the sweep if it happened before the leaf matters.
+    /// Pushes a crossing of a leaf onto the heap, or applies it to the sweep if it lies before the leaf's bounds.
     fn take(&mut self, leaf: u32, kind: EventKind, crossing: Crossing, enter: f64) {
         let scratch = &mut *self.scratch;
         match Event::new(leaf, kind, crossing, enter) {
@@ -266,7 +266,7 @@ impl<'a, 'c> Stream<'a, 'c> {
         }
     }
 
-    /// Takes the stretches on which the line lies in the surface of a leaf, if there are such.
+    /// Adds the intervals on which the line lies in the surface of a leaf; returns whether there are any.
     fn add_contact(&mut self, leaf: u32, line: &Line, enter: f64) -> bool {
         let Leaf { solid, local_from_body, .. } = &self.body.leaves[leaf as usize];
         let mut contacts = std::mem::take(&mut self.scratch.contacts);

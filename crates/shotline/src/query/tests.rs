@@ -1,4 +1,4 @@
-//! Whole worlds: every query agrees with every other, with membership, and with every accelerator.
+//! Tests of whole worlds: every query agrees with every other query, with membership, and with every accelerator.
 
 mod bounds;
 mod contacts;
@@ -50,12 +50,12 @@ fn crossings(world: &World, ray: &Ray, span: Span) -> Vec<Hit> {
     out
 }
 
-/// NaN normals are equal here.
+/// Compares as text, so that NaN normals are equal.
 fn assert_same(a: &[Hit], b: &[Hit], context: &str) {
     assert_eq!(format!("{a:?}"), format!("{b:?}"), "{context}");
 }
 
-/// What a path's matrix takes to the world is where the ray meets it, through levels in levels.
+/// The matrix of a path maps its solid to where the ray hits it, through nested levels.
 #[test]
 fn paths_have_matrices() {
     let mut random = Random::new(17);
@@ -92,7 +92,7 @@ fn paths_have_matrices() {
     assert!(met > 400 && world.path_transform(world.path_count()).is_none());
 }
 
-/// Between crossings membership is what `contains` says, and crossings of a path alternate.
+/// Between crossings, membership is what `contains` returns, and crossings of a path alternate.
 #[test]
 fn crossings_agree_with_membership() {
     let mut random = Random::new(4);
@@ -212,7 +212,7 @@ fn powers_of_two_scale_every_t_exactly() {
     }
 }
 
-/// A model put in another frame: every object under one more transform.
+/// The same model in another frame: every object below one more transform.
 fn moved(scene: &Scene, by: &Affine) -> Scene {
     let mut moved = scene.clone();
     for i in 0..moved.objects.len() {
@@ -226,7 +226,7 @@ fn moved(scene: &Scene, by: &Affine) -> Scene {
     moved
 }
 
-/// A million sizes away there are as many crossings.
+/// At a distance of a million times its size, a model has as many crossings.
 #[test]
 fn far_from_the_origin_the_counts_are_the_same() {
     let mut random = Random::new(12);
@@ -242,7 +242,7 @@ fn far_from_the_origin_the_counts_are_the_same() {
     }
 }
 
-/// The same model and ray smaller or larger by powers of two: the same bits.
+/// The same model and ray, scaled by powers of two, have the same bits.
 #[test]
 fn the_size_of_the_world_is_no_matter() {
     let mut random = Random::new(10);
@@ -263,7 +263,7 @@ fn the_size_of_the_world_is_no_matter() {
     }
 }
 
-/// Two boxes side by side as objects, with the right one's priority and how far it reaches into the left.
+/// Two adjacent boxes as objects, given the priority of the right one and how far it extends into the left one.
 fn two_boxes(priority: i32, into: f64) -> World {
     let mut scene = Scene::default();
     let corner = |x: f64, y: f64| [x, y, y];
@@ -306,7 +306,7 @@ fn instances_are_compiled_once_and_named() {
     let ball = scene.add_solid("sphere", &[&[0.25]]).expect("sphere");
     scene.defs.push(("ball".into(), ball));
     let mut part = ball;
-    // Each level holds ten of the level below: 10^12 spheres.
+    // Each level contains ten of the level below: 10^12 spheres.
     for level in 0..12 {
         let step = 10f64.powi(level);
         let members = (0..10)
@@ -355,7 +355,7 @@ fn a_box_of_many_holes_costs_what_the_ray_meets() {
     assert!(counters.primitive_tests < 53 * 40, "{counters:?}");
 }
 
-/// Whatever the ray meets: a world with a surface in it has no segments.
+/// A world with a surface in it has no segments, whatever the ray hits.
 #[test]
 fn surfaces_have_hits_but_no_inside() {
     let mut scene = Scene::default();

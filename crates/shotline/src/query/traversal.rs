@@ -1,4 +1,4 @@
-//! The walk through levels: which bodies a ray can meet, nearest box first.
+//! The traversal of levels: finds the bodies whose boxes a ray hits, nearest box first.
 
 use super::heap::{Heap, Rank};
 use crate::aabb::BoxRay;
@@ -11,33 +11,33 @@ use crate::scratch::Scratch;
 use crate::tags::VisitTags;
 use crate::trace::Act;
 
-/// A level met by the ray: where, on the way from the root.
+/// A visit of a level: a level that the ray has entered, and the path from the root to it.
 #[derive(Clone, Copy, Debug)]
 struct LevelVisit<'w> {
     level: &'w Level,
     line: Line,
     ray: BoxRay,
-    /// The visit of the level above and the placement in it; `None` for the root.
+    /// The visit of the level above, and the index of the placement in it; `None` for the root.
     above: Option<(u32, u32)>,
     object: u32,
     first_path: u64,
-    /// Different for each visit of a ray: a level that is entered twice is met by two lines, so its placements are
-    /// tagged for each visit.
+    /// Unique for each visit of a ray. A level that is entered twice is traversed along two different lines, so its
+    /// placements are tagged for each visit separately.
     serial: u32,
-    /// Whether its placements need tags.
+    /// Whether its placements need tags, because the accelerator may return one of them more than once.
     has_duplicate_refs: bool,
-    /// Entries that are pending in it, visits below it, and whoever else needs it. At 0 its memory is used again.
+    /// Number of pending entries in it, of visits below it, and of other users. At 0 its memory is reused.
     uses: u32,
 }
 
-/// What a visit has still to offer.
+/// A pending entry of a visit.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     visit: u32,
     what: Child,
 }
 
-/// A placed body that the ray may meet.
+/// A placed body whose box the ray hits.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BodyEntry {
     pub body: u32,
@@ -45,13 +45,13 @@ pub(super) struct BodyEntry {
     pub line: Line,
     pub object: u32,
     pub path: u64,
-    /// A lower bound of every `t` of the span at which the ray is in the body.
+    /// A lower bound on every `t` of the span at which the ray is in the body.
     pub enter: f64,
     visit: u32,
     placement: u32,
 }
 
-/// The ray in a placement, before what is placed is known to be a body or a level.
+/// The ray in a placement, before its target is known to be a body or a level.
 struct PlacementEntry {
     target: Target,
     line: Line,
@@ -69,24 +69,24 @@ impl PlacementEntry {
     }
 }
 
-/// The memory of a walk; reused from ray to ray.
+/// The memory of a traversal; reused from ray to ray.
 #[derive(Debug, Default)]
 pub(super) struct Traversal<'w> {
     visits: Vec<LevelVisit<'w>>,
-    /// Visits without a use.
+    /// Visits that are not in use.
     free: Vec<u32>,
     /// The serial number of the next visit.
     serial: u32,
-    /// The visit of the body that was given last: the caller may still need it.
+    /// The visit of the body that was returned last: the caller may still need it.
     given: Option<u32>,
     heap: Heap<Entry>,
-    /// What is pending where the order does not matter.
+    /// Pending entries of a traversal without order.
     stack: Vec<(f64, Entry)>,
     children: Vec<QueueEntry>,
     tags: VisitTags,
 }
 
-/// The visit of the root: it is never freed.
+/// The visit of the root, which is never freed.
 const ROOT: u32 = 0;
 
 impl<'w> Traversal<'w> {
@@ -114,8 +114,8 @@ impl<'w> Traversal<'w> {
         self.visits.push(root);
     }
 
-    /// Goes straight to a body by a way known beforehand; `None` where the ray misses a box on it, or where this
-    /// world has no such way.
+    /// Descends directly to a body along a known path. Returns `None` if the ray misses a box on the path, or if this
+    /// world has no such path.
     pub(super) fn descend_along(
         &mut self,
         world: &'w World,
@@ -140,7 +140,7 @@ impl<'w> Traversal<'w> {
         None
     }
 
-    /// The way from the root to a body: the number of the placement in each level.
+    /// Writes the path from the root to a body: the index of the placement in each level.
     pub(super) fn placements_on_path(&self, body_entry: &BodyEntry, placements_on_path: &mut Vec<u32>) {
         placements_on_path.clear();
         placements_on_path.push(body_entry.placement);
@@ -152,14 +152,14 @@ impl<'w> Traversal<'w> {
         placements_on_path.reverse();
     }
 
-    /// Opens the root; from now on there is a next body.
+    /// Opens the root. After this, [`Traversal::next`] returns bodies.
     pub(super) fn enter_root(&mut self, world: &World, below: &mut Scratch) {
         let t = self.visits[ROOT as usize].ray.span().t_min();
         self.enter(world, ROOT, t, below);
     }
 
-    /// The next body whose box begins at or before `limit`, nearest first, and depth first where boxes begin at one `t`.
-    /// `None` as well when the budget of the ray has ended.
+    /// Returns the next body whose box begins at or before `limit`: nearest first, and depth first among boxes that
+    /// begin at the same `t`. Also returns `None` when the budget of the ray has ended.
     pub(super) fn next(&mut self, world: &'w World, limit: f64, below: &mut Scratch) -> Option<BodyEntry> {
         self.release_given();
         while let Some((t, entry)) = self.heap.pop() {
@@ -178,8 +178,9 @@ impl<'w> Traversal<'w> {
         None
     }
 
-    /// The next body in whatever order: depth first, so that memory does not grow with what the ray meets. A walk is
-    /// done either by this or by [`Traversal::next`]. `None` as well when the budget of the ray has ended.
+    /// Returns the next body in any order. The traversal is depth first, so that memory does not grow with the number
+    /// of boxes that the ray hits. A traversal uses either this or [`Traversal::next`]. Also returns `None` when the
+    /// budget of the ray has ended.
     pub(super) fn next_unordered(&mut self, world: &'w World, below: &mut Scratch) -> Option<BodyEntry> {
         self.release_given();
         loop {
@@ -196,7 +197,7 @@ impl<'w> Traversal<'w> {
         }
     }
 
-    /// Opens an entry that was pending at `t`: a body is returned, anything else adds to what is pending.
+    /// Opens an entry that was pending at `t`. A body is returned; the children of anything else become pending.
     #[inline]
     fn expand(&mut self, world: &'w World, t: f64, entry: Entry, below: &mut Scratch) -> Option<BodyEntry> {
         if below.log.is_on() {
@@ -219,7 +220,7 @@ impl<'w> Traversal<'w> {
                             path: world.path_name(placement_entry.path),
                             leaves: world.body(number).leaf_count() as usize,
                         });
-                        // Its use of the visit is the caller's now.
+                        // The entry's use of the visit passes to the caller.
                         self.given = Some(entry.visit);
                         return Some(placement_entry.into_body(number));
                     }
@@ -234,7 +235,7 @@ impl<'w> Traversal<'w> {
         None
     }
 
-    /// Takes back the visits on the way to the body that was given last.
+    /// Releases the visits on the path to the body that was returned last.
     #[inline]
     fn release_given(&mut self) {
         if let Some(visit) = self.given.take() {
@@ -242,7 +243,7 @@ impl<'w> Traversal<'w> {
         }
     }
 
-    /// Keeps the visits on the way to a body until [`Traversal::release_body`], or the end of the ray.
+    /// Keeps the visits on the path to a body until [`Traversal::release_body`] or the end of the ray.
     pub(super) fn hold(&mut self, body: &BodyEntry) {
         self.visits[body.visit as usize].uses += 1;
     }
@@ -252,7 +253,7 @@ impl<'w> Traversal<'w> {
         self.release(body.visit);
     }
 
-    /// Takes away a use of a visit. What is not used any more is free.
+    /// Removes one use of a visit, and frees the visit if none is left.
     #[inline]
     fn release(&mut self, visit: u32) {
         let uses = &mut self.visits[visit as usize].uses;
@@ -262,7 +263,7 @@ impl<'w> Traversal<'w> {
         }
     }
 
-    /// Frees a visit that has no use, and what is only used by it.
+    /// Frees a visit that has no use, and the visits above it that only it used.
     fn free_from(&mut self, visit: u32) {
         self.free.push(visit);
         let mut below = visit;
@@ -277,19 +278,19 @@ impl<'w> Traversal<'w> {
         }
     }
 
-    /// Visits that memory is kept for.
+    /// The number of visits that memory is kept for.
     #[cfg(test)]
     pub(super) fn kept_visits(&self) -> usize {
         self.visits.capacity()
     }
 
-    /// Tags that memory is kept for.
+    /// The number of tags that memory is kept for.
     #[cfg(test)]
     pub(super) fn kept_tags(&self) -> usize {
         self.tags.room()
     }
 
-    /// Passes into a placement of a visited level.
+    /// Transforms the ray into the frame of a placement in a visited level.
     fn pass(&self, visit: u32, placement: u32, enter: f64) -> PlacementEntry {
         let above = &self.visits[visit as usize];
         let placed = &above.level.placements[placement as usize];
@@ -304,7 +305,7 @@ impl<'w> Traversal<'w> {
         }
     }
 
-    /// Visits a level, and answers the number of the visit.
+    /// Creates a visit of a level and returns its index.
     fn descend(&mut self, level: &'w Level, placement_entry: PlacementEntry) -> u32 {
         let PlacementEntry { line, object, path, visit, placement, .. } = placement_entry;
         let parent = &mut self.visits[visit as usize];
@@ -336,7 +337,8 @@ impl<'w> Traversal<'w> {
         }
     }
 
-    /// A normal in the frame of a body, in world terms: `(T^-1)^T n` on every level of the way up.
+    /// Transforms a normal from the frame of a body to world coordinates: `(T^-1)^T n` on every level of the path
+    /// upwards.
     pub(super) fn world_normal(&self, body_entry: &BodyEntry, normal: Vec3) -> Vec3 {
         let mut at = Some((body_entry.visit, body_entry.placement));
         let mut n = normal;
@@ -371,7 +373,7 @@ impl<'w> Traversal<'w> {
         }
         self.push_children(world, visit, below);
         if self.visits[visit as usize].uses == 0 {
-            // It offers nothing.
+            // Nothing in the level is pending.
             self.free_from(visit);
         }
     }

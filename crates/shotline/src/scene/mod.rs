@@ -1,5 +1,5 @@
-//! The scene as plain data: a directed acyclic graph of nodes in one arena, objects, materials, camera,
-//! lights. Nothing is checked here but what the types say; [`crate::compile`] checks.
+//! The scene as plain data: a directed acyclic graph of nodes in one arena, objects, materials, camera, lights.
+//! Nothing is checked here beyond the types; [`crate::compile`] checks the scene.
 
 mod motion;
 mod placement;
@@ -21,12 +21,12 @@ use crate::solid::{Kind, Params};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct NodeId(pub u32);
 
-/// A node of the graph. A node that several parents name is a shared part: it is compiled once.
+/// A node of the graph. A node with several parents is shared: it is compiled once.
 #[derive(Clone, Debug)]
 pub enum Node {
     /// A solid given by parameters.
     Solid {
-        /// What kind.
+        /// Its kind.
         kind: &'static Kind,
         /// Its parameters.
         params: Params,
@@ -40,9 +40,9 @@ pub enum Node {
     },
     /// A boolean combination; a group below it counts as the union of its members.
     Csg {
-        /// Which.
+        /// The operation.
         op: Op,
-        /// The operands, at least one; those of a difference after the first are taken away.
+        /// The operands, at least one; those of a difference after the first are subtracted.
         args: Vec<NodeId>,
     },
     /// A collection without boolean meaning: each member is a body of its own, with its own path.
@@ -50,11 +50,11 @@ pub enum Node {
         /// The members.
         members: Vec<NodeId>,
     },
-    /// A placed child.
+    /// A transform of a child.
     Transform {
-        /// How it is placed.
+        /// The transform: parent from local.
         transform: LocalTransform,
-        /// What is placed.
+        /// The child.
         child: NodeId,
     },
     /// An object: gives everything below it a name, a material and a priority. Not allowed below a boolean
@@ -64,7 +64,7 @@ pub enum Node {
         name: String,
         /// The name of its material.
         material: Option<String>,
-        /// Where objects overlap the higher owns the segment.
+        /// Where objects overlap, the object of higher priority owns the segment.
         priority: i32,
         /// Its shape.
         node: NodeId,
@@ -98,9 +98,9 @@ pub struct MeshFile {
 pub struct Scene {
     /// The unit of length, if the scene has one. Lengths are never converted.
     pub units: Option<Units>,
-    /// The arena.
+    /// All nodes, as an arena.
     pub nodes: Vec<Node>,
-    /// Shared parts by name, in order of definition.
+    /// Named nodes, which may be shared, in order of definition.
     pub defs: Vec<(String, NodeId)>,
     /// The roots, in order: each an [`Node::Object`].
     pub objects: Vec<NodeId>,
@@ -110,10 +110,10 @@ pub struct Scene {
     pub camera: Option<Camera>,
     /// The lights, if the scene has any.
     pub lights: Vec<Light>,
-    /// The accelerator of everything that has none of its own, by name (see [`crate::accel::NAMES`]).
+    /// The accelerator of all nodes that have none of their own, by name (see [`crate::accel::NAMES`]).
     pub accel: Option<&'static str>,
-    /// Accelerators of single parts: of meshes, of combinations (the outermost counts), and of groups that are
-    /// placed several times; other groups are part of the level around them. No answer depends on them.
+    /// Accelerators of individual nodes: of meshes, of combinations (the outermost counts), and of groups that are
+    /// placed several times; other groups are part of the level around them. No result depends on them.
     pub accels: HashMap<NodeId, &'static str>,
     /// How objects move in an animation; at most one for each name.
     pub motions: Vec<Motion>,
@@ -132,7 +132,7 @@ pub struct Material {
     pub specular: Option<f64>,
     /// Exponent of the highlight (Phong).
     pub shininess: Option<f64>,
-    /// Share of light that is mirrored, from 0 to 1.
+    /// Fraction of the light that is reflected as by a mirror, from 0 to 1.
     pub mirror: Option<f64>,
 }
 
@@ -143,9 +143,9 @@ pub struct Camera {
     pub eye: Vec3,
     /// What it looks at.
     pub target: Vec3,
-    /// The direction that is up in the picture.
+    /// The direction that points up in the picture.
     pub up: Vec3,
-    /// Which projection.
+    /// The projection.
     pub lens: Lens,
 }
 
@@ -171,7 +171,7 @@ pub struct Light {
     pub source: LightSource,
     /// Colour as sRGB from 0 to 1; white if absent.
     pub color: Option<[f64; 3]>,
-    /// Strength; 1 if absent. A light does not weaken with distance.
+    /// Strength; 1 if absent. It does not decrease with distance.
     pub intensity: Option<f64>,
 }
 
@@ -182,7 +182,7 @@ pub enum LightSource {
     Point(Vec3),
     /// From far away, travelling in this direction.
     Directional(Vec3),
-    /// From everywhere, without a shadow.
+    /// From everywhere, without shadows.
     Ambient,
 }
 
@@ -207,7 +207,7 @@ impl Scene {
         id
     }
 
-    /// The node of a number.
+    /// Returns the node with this number.
     pub fn node(&self, id: NodeId) -> &Node {
         &self.nodes[id.0 as usize]
     }
@@ -224,7 +224,7 @@ impl Scene {
         self.add(Node::Csg { op, args })
     }
 
-    /// Adds a placed child.
+    /// Adds a transform above a child.
     pub fn add_transform(&mut self, matrix: Affine, child: NodeId) -> NodeId {
         self.add(Node::Transform { transform: LocalTransform::Matrix(matrix), child })
     }

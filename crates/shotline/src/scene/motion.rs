@@ -3,22 +3,22 @@
 use super::{LocalTransform, Node, NodeId, Rotation, Scene};
 use crate::math::{Affine, Vec3};
 
-/// How an object moves in an animation: evenly, from where the scene puts it. First it turns, then it is shifted,
-/// in the frame that the object stands in.
+/// How an object moves in an animation: at constant speed, from its position in the scene. It is first rotated, then
+/// translated, in the frame that the object is placed in.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Motion {
-    /// The name of the object; all of that name move.
+    /// The name of the object; all objects of that name move.
     pub object: String,
-    /// How far it has turned in the end.
+    /// The rotation at the end of the motion.
     pub rotate: Option<Rotation>,
-    /// The point about which it turns; the origin if absent.
+    /// The point about which the object rotates; the origin if absent.
     pub about: Option<Vec3>,
-    /// How far it has gone in the end.
+    /// The translation at the end of the motion.
     pub translate: Option<Vec3>,
 }
 
 impl Motion {
-    /// Where a share of the motion has brought it: 0 at the beginning, 1 at the end.
+    /// The transform after a fraction of the motion: 0 at the beginning, 1 at the end.
     pub fn at(&self, share: f64) -> LocalTransform {
         let about = self.about.unwrap_or(Vec3::ZERO);
         let gone = self.translate.unwrap_or(Vec3::ZERO) * share;
@@ -33,7 +33,7 @@ impl Motion {
 }
 
 impl Scene {
-    /// Puts a transform into each object that moves: answers these nodes, each with the number of its motion.
+    /// Inserts a transform into each object that moves. Returns the new nodes, each with the index of its motion.
     pub fn set_in_motion(&mut self) -> Vec<(NodeId, usize)> {
         let mut moving = Vec::new();
         for i in 0..self.nodes.len() {

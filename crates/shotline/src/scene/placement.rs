@@ -1,4 +1,4 @@
-//! The ways in which a node may be placed, kept as they were written.
+//! Transforms of nodes, stored as they were written.
 
 use crate::math::{Affine, ComposedTransform, Vec3};
 
@@ -48,7 +48,7 @@ impl LocalTransform {
         LocalTransform::Steps { scale: None, rotate: None, translate: Some(offset) }
     }
 
-    /// The product of a chain so far with this transform inside it.
+    /// The product of a chain of outer transforms with this transform inside it.
     pub fn inside(&self, composed: &ComposedTransform) -> ComposedTransform {
         self.matrices().iter().fold(*composed, |composed, m| composed.then(m))
     }

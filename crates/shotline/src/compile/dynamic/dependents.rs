@@ -1,4 +1,4 @@
-//! Where each transform of a scene counts in its world: what has to be placed anew when it changes.
+//! Where each transform of a scene takes effect in its world: what must be updated when it changes.
 
 use std::collections::HashMap;
 use std::sync::OnceLock;
@@ -8,7 +8,8 @@ use super::super::world::Target;
 use crate::math::ComposedTransform;
 use crate::scene::{Node, NodeId, Scene};
 
-/// A transform on the way from the root of a level to placements. One below a shared transform has several.
+/// A transform on the path from the root of a level to placements. A transform below a shared one occurs several
+/// times.
 #[derive(Clone, Copy, Debug)]
 struct Occurrence {
     node: NodeId,
@@ -19,17 +20,17 @@ struct Occurrence {
     end: u32,
 }
 
-/// What was placed.
+/// The source of a placement.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Origin {
     pub node: NodeId,
-    /// Whether the matrix is part of the body.
+    /// Whether the matrix is baked into the body.
     pub baked: bool,
     /// The innermost transform above it.
     occurrence: Option<OccurrenceId>,
 }
 
-/// A placement: its level, and its number there.
+/// A placement: its level, and its index there.
 pub(super) type PlacementRef = (u32, u32);
 
 /// The transforms of a scene and the placements of its world.
@@ -42,17 +43,17 @@ pub(super) struct Dependents {
     of_node: HashMap<NodeId, Vec<OccurrenceId>>,
     bodies: HashMap<u32, Vec<PlacementRef>>,
     levels: HashMap<u32, Vec<PlacementRef>>,
-    /// Where nodes are used that are operands, or within operands: as found when first asked.
+    /// For each transform inside combinations, one placement of each of these combinations. Computed on first use.
     operands: OnceLock<HashMap<NodeId, Vec<PlacementRef>>>,
 }
 
 impl Dependents {
-    /// What was placed at a place.
+    /// The source of a placement.
     pub(super) fn origin(&self, (level, placement): PlacementRef) -> Origin {
         self.origins[level as usize][placement as usize]
     }
 
-    /// The transforms between the root of the level and what was placed, together.
+    /// The product of the transforms between the root of the level and a source.
     pub(super) fn composed(&self, scene: &Scene, origin: Origin) -> ComposedTransform {
         let mut ways = Vec::new();
         let mut next = origin.occurrence;
@@ -67,12 +68,12 @@ impl Dependents {
         })
     }
 
-    /// Every place of a level.
+    /// Every placement of a level.
     pub(super) fn of_level(&self, level: u32) -> &[PlacementRef] {
         self.levels.get(&level).map_or(&[], Vec::as_slice)
     }
 
-    /// Every place of a body.
+    /// Every placement of a body.
     pub(super) fn of_body(&self, body: u32) -> &[PlacementRef] {
         self.bodies.get(&body).map_or(&[], Vec::as_slice)
     }
@@ -86,7 +87,7 @@ impl Dependents {
         })
     }
 
-    /// A place of each body in which a transform stands: above an operand.
+    /// One placement of each body that contains a transform above one of its operands.
     pub(super) fn bodies_with(&self, scene: &Scene, node: NodeId) -> Vec<PlacementRef> {
         let operands = self.operands.get_or_init(|| find_operands(scene, &self.origins, &self.bodies));
         operands.get(&node).cloned().unwrap_or_default()
@@ -94,7 +95,7 @@ impl Dependents {
 }
 
 impl Recorder for Dependents {
-    /// A transform comes up in the level that is being built.
+    /// Adds an occurrence of a transform to the level that is being built.
     fn add(&mut self, node: NodeId, above: Option<OccurrenceId>) -> Option<OccurrenceId> {
         let id = self.dependents.len() as OccurrenceId;
         let (level, here) = (self.origins.len() as u32, self.level.len() as u32);
@@ -103,7 +104,7 @@ impl Recorder for Dependents {
         Some(id)
     }
 
-    /// Something is placed in the level that is being built.
+    /// Adds a placement to the level that is being built.
     fn place(&mut self, occurrence: Option<OccurrenceId>, node: NodeId, baked: bool, target: Target) {
         let placement = (self.origins.len() as u32, self.level.len() as u32);
         self.level.push(Origin { node, baked, occurrence });
@@ -125,7 +126,7 @@ impl Recorder for Dependents {
     }
 }
 
-/// For each transform inside of combinations a place of each of them.
+/// Finds, for each transform inside combinations, one placement of each of these combinations.
 fn find_operands(
     scene: &Scene,
     origins: &[Vec<Origin>],

@@ -1,4 +1,4 @@
-//! A world that is kept up to date while things move.
+//! A world that is kept up to date while transforms change.
 
 mod dependents;
 mod resolve_path;
@@ -19,12 +19,13 @@ use crate::scene::{LocalTransform, Node, NodeId, Scene};
 use dependents::{Dependents, PlacementRef};
 use resolve_path::{namesakes, place_above, resolve, transforms};
 
-/// A scene with its world, in which transforms may change. Only what lies above a change is worked out again: the
-/// placements below the transform, the combinations it is an operand's transform in, and the boxes of all levels
-/// above. The world is the same as if it were compiled anew, but for the shape of its accelerators, which no
-/// answer depends on.
+/// A scene with its world, in which transforms may change. Only what depends on a change is computed again: the
+/// placements below the transform, the combinations with the transform above one of their operands, and the boxes of
+/// all levels above. The world is the same as a newly compiled one, except for the shape of its accelerators, which
+/// no result depends on.
 ///
-/// A clone shares everything until one of the two changes, and then all but the levels and bodies that change.
+/// A clone shares everything until one of the two changes. Then it still shares the levels and bodies that do not
+/// change.
 ///
 /// ```
 /// use shotline::compile::{DynamicWorld, Options};
@@ -53,7 +54,7 @@ pub struct DynamicWorld {
 }
 
 impl DynamicWorld {
-    /// Compiles a scene, and keeps track of where its transforms count.
+    /// Compiles a scene, and records what depends on each of its transforms.
     ///
     /// # Errors
     /// As [`compile`](super::compile).
@@ -72,17 +73,17 @@ impl DynamicWorld {
         &self.scene
     }
 
-    /// The world as it is now. Of its [`Stats`] the memory is that of the beginning, and the condition the worst
-    /// that has been.
+    /// The current world. Of its [`Stats`], the memory is that of the first compilation, and the condition is the
+    /// worst so far.
     pub fn world(&self) -> &Arc<World> {
         &self.world
     }
 
-    /// Changes transforms, by their nodes, all at once. A part that is shared moves wherever it is.
+    /// Changes transforms, given by their nodes, all at once. A shared node moves in all of its placements.
     ///
     /// # Errors
-    /// The first [`SceneError`]: a node that is not a transform, or a matrix that cannot be inverted. Nothing is
-    /// changed then.
+    /// The first [`SceneError`]: a node that is not a transform, or a matrix that cannot be inverted. Then nothing is
+    /// changed.
     pub fn set(&mut self, transforms: &[(NodeId, LocalTransform)]) -> Result<(), SceneError> {
         for (id, _) in transforms {
             if !matches!(self.scene.nodes.get(id.0 as usize), Some(Node::Transform { .. })) {
@@ -97,12 +98,12 @@ impl DynamicWorld {
         done
     }
 
-    /// Places what a path names, or the beginning of one as in `robot/arm[2]`, by a matrix instead of all transforms
-    /// that stood between it and its group: parent from local. A part that is shared moves wherever it is. What has
-    /// no transform gets one, for which everything is compiled anew.
+    /// Replaces all transforms between the member that a path names and its group by one matrix: parent from local.
+    /// The path may also be the beginning of one, as in `robot/arm[2]`. A shared node moves in all of its placements.
+    /// A member without a transform gets one; then the whole scene is compiled again.
     ///
     /// # Errors
-    /// [`SceneError`]s: there is no such path or several, or the matrix cannot be inverted. Nothing is changed then.
+    /// [`SceneError`]s: there is no such path, or several, or the matrix cannot be inverted. Then nothing is changed.
     pub fn place(&mut self, path: &str, matrix: Affine) -> Result<(), Vec<SceneError>> {
         let member = resolve(&self.scene, path).ok_or_else(|| {
             let error = SceneError::general(format!("no path begins with '{path}'"));
@@ -132,8 +133,8 @@ impl DynamicWorld {
         self.set(&changes).map_err(|error| vec![error])
     }
 
-    /// A box, in world coordinates, around all that a transform moves. Infinite where some of it is an operand, or
-    /// is in a shared part and so in many places.
+    /// A box, in world coordinates, around everything that a transform moves. Infinite if some of it is an operand,
+    /// or is in a shared node and so has several placements.
     pub fn moved_bounds(&self, node: NodeId) -> Aabb {
         if !self.dependents.bodies_with(&self.scene, node).is_empty() {
             return Aabb::EVERYTHING;
@@ -144,7 +145,8 @@ impl DynamicWorld {
         })
     }
 
-    /// Writes transforms into the scene and answers those that were there, so that writing them undoes it.
+    /// Writes transforms into the scene and returns the previous ones, in an order such that writing them undoes the
+    /// change.
     fn write(&mut self, transforms: &[(NodeId, LocalTransform)]) -> Vec<(NodeId, LocalTransform)> {
         let (mut old, scene) = (Vec::new(), Arc::make_mut(&mut self.scene));
         for (id, new) in transforms {
@@ -156,14 +158,14 @@ impl DynamicWorld {
         old
     }
 
-    /// Brings the world up to date. All that can fail comes before anything is changed.
+    /// Updates the world. Everything that can fail is done before anything is changed.
     fn update(&mut self, nodes: impl Iterator<Item = NodeId>) -> Result<(), SceneError> {
         let (mut dirty, mut bodies) = (DirtyPlacements::default(), BTreeMap::new());
         for node in nodes {
             for at in self.dependents.moved_by(node) {
                 self.placement(at)?;
                 dirty.add(at);
-                // What is placed once has its matrix in the body.
+                // A body that is not shared contains its matrix.
                 if self.dependents.origin(at).baked {
                     bodies.extend(self.body(at).map(|body| (body, at)));
                 }
@@ -193,7 +195,7 @@ impl DynamicWorld {
         }
     }
 
-    /// The matrix of what is at a place.
+    /// The matrix of a placement.
     fn placement(&self, at: PlacementRef) -> Result<TransformPair, SceneError> {
         let origin = self.dependents.origin(at);
         let composed = self.dependents.composed(&self.scene, origin);
@@ -202,7 +204,7 @@ impl DynamicWorld {
         Ok(if origin.baked { TransformPair { condition, ..TransformPair::IDENTITY } } else { placement })
     }
 
-    /// The body at a place, built anew.
+    /// Rebuilds the body of a placement.
     fn rebuilt(&self, body: u32, at: PlacementRef) -> Result<Body, SceneError> {
         let origin = self.dependents.origin(at);
         let composed = if origin.baked {
@@ -218,7 +220,7 @@ impl DynamicWorld {
         BodyBuilder { scene: &self.scene, leaves: &self.leaves, choice, surfaces, stats }
     }
 
-    /// Places anew what is at some places of a level. Answers whether the level's box has changed.
+    /// Updates some placements of a level. Returns whether the level's box has changed.
     fn update_level(&mut self, level: u32, placements: &BTreeSet<u32>) -> Result<bool, SceneError> {
         let mut boxes = Vec::new();
         for &placement in placements {
@@ -232,7 +234,8 @@ impl DynamicWorld {
         }
         let level = Arc::make_mut(&mut Arc::make_mut(&mut self.world).levels[level as usize]);
         let before = level.bounds;
-        // A box that did not reach the level's faces does not move them by leaving.
+        // If a placement's old box did not touch the faces of the level's box, moving it cannot shrink the level's
+        // box.
         let mut faces_stay = true;
         for (&placement, new) in placements.iter().zip(boxes) {
             let old = std::mem::replace(&mut level.placements[placement as usize].bounds, new);
@@ -253,7 +256,7 @@ impl DynamicWorld {
     }
 }
 
-/// Placements to be placed anew, by level.
+/// Placements to be updated, by level.
 #[derive(Default)]
 struct DirtyPlacements(BTreeMap<u32, BTreeSet<u32>>);
 
@@ -283,8 +286,8 @@ mod tests {
         rays.iter().map(&mut list).collect()
     }
 
-    /// What is moved answers with the bits of what is compiled anew, whichever transform it is: above placements,
-    /// shared, around or inside of combinations.
+    /// A changed world returns the same bits as a newly compiled one, whichever transform changed: above placements,
+    /// shared, around combinations or inside of them.
     #[test]
     fn a_moved_world_is_the_same_as_a_new_one() {
         let mut random = Random::new(21);
@@ -316,7 +319,7 @@ mod tests {
         assert!(moves > 200, "{moves}");
     }
 
-    /// A clone that moves leaves the other as it was, and answers as a new world does.
+    /// Changing a clone leaves the original as it was, and the clone returns the same as a new world.
     #[test]
     fn clones_move_apart() {
         let mut random = Random::new(23);

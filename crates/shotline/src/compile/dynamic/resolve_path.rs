@@ -1,4 +1,4 @@
-//! The nodes that the names of paths stand for.
+//! Resolves the names of paths to nodes of the scene.
 
 use super::super::names::Labels;
 use crate::scene::{LocalTransform, Node, NodeId, Scene};
@@ -8,13 +8,13 @@ use crate::scene::{LocalTransform, Node, NodeId, Scene};
 pub(super) struct Member {
     /// The group; `None` for the roots of the scene.
     pub group: Option<NodeId>,
-    /// Its place among the members.
+    /// Its index among the members.
     pub index: usize,
-    /// The node there: what is placed, or a transform above it.
+    /// The member's node: the node that is placed, or a transform above it.
     pub node: NodeId,
 }
 
-/// The member that the name of a path, or the beginning of one, ends in. The first, where roots share a name.
+/// The member that the name of a path, or the beginning of one, ends in. If roots share a name, the first is used.
 pub(super) fn resolve(scene: &Scene, path: &str) -> Option<Member> {
     let labels = Labels::new(scene);
     let (mut group, mut members, mut rest) = (None, scene.objects.as_slice(), path);
@@ -23,7 +23,7 @@ pub(super) fn resolve(scene: &Scene, path: &str) -> Option<Member> {
             None => labels.of(node).to_owned(),
             Some(_) => format!("{}[{index}]", labels.of(node)),
         };
-        // Names may have slashes in them, so members are tried, not words.
+        // Names may contain slashes, so the path is matched against the names of members instead of being split.
         let (member, after) = members.iter().enumerate().find_map(|(index, &node)| {
             let after = after_name(rest, &name_of(index, node))?;
             Some((Member { group, index, node }, after))
@@ -36,7 +36,7 @@ pub(super) fn resolve(scene: &Scene, path: &str) -> Option<Member> {
     }
 }
 
-/// How many objects of the scene share the name with which a path begins.
+/// The number of root objects that have the name with which a path begins.
 pub(super) fn namesakes(scene: &Scene, path: &str) -> usize {
     let labels = Labels::new(scene);
     let names = || scene.objects.iter().map(|&root| labels.of(root));
@@ -44,12 +44,12 @@ pub(super) fn namesakes(scene: &Scene, path: &str) -> usize {
     first.map_or(0, |first| names().filter(|name| *name == first).count())
 }
 
-/// What follows a name at the beginning of a path; `None` if the path begins with another.
+/// The rest of a path after a name at its beginning; `None` if the path begins differently.
 fn after_name<'p>(path: &'p str, name: &str) -> Option<&'p str> {
     path.strip_prefix(name).filter(|after| after.is_empty() || after.starts_with('/'))
 }
 
-/// The group that a member is, below its transforms and its object.
+/// The group that a member is, below its transforms and its object, and its members; `None` if it is not a group.
 fn group_below(scene: &Scene, mut node: NodeId) -> Option<(NodeId, &[NodeId])> {
     loop {
         match scene.node(node) {
@@ -61,7 +61,7 @@ fn group_below(scene: &Scene, mut node: NodeId) -> Option<(NodeId, &[NodeId])> {
     }
 }
 
-/// The transforms between a member and what is placed, outermost first: those above its object and below.
+/// The transforms between a member and the node that it places, outermost first: those above its object and below it.
 pub(super) fn transforms(scene: &Scene, member: Member) -> Vec<NodeId> {
     let (mut found, mut node) = (Vec::new(), member.node);
     loop {
@@ -76,7 +76,8 @@ pub(super) fn transforms(scene: &Scene, member: Member) -> Vec<NodeId> {
     }
 }
 
-/// Puts a transform above a member. A root must be an object, so there it comes above the object's shape.
+/// Inserts a transform above a member. A root must be an object, so there it is inserted between the object and its
+/// shape.
 pub(super) fn place_above(scene: &mut Scene, member: Member, transform: LocalTransform) {
     let child = match (member.group, scene.node(member.node)) {
         (None, Node::Object { node, .. }) => *node,

@@ -1,7 +1,8 @@
-//! Batches over all cores: arrays in, arrays out; the same bits for any split and number of threads.
+//! Batches over all cores: arrays in, arrays out. The result has the same bits for any split and any number of
+//! threads.
 //!
-//! Rays and points are asked for by number ([`Rays`], [`Points`]), so they need not be copied from wherever they are.
-//! All are checked before any work starts. Answers take their own size and some tens of MB beside it.
+//! Rays and points are requested by index ([`Rays`], [`Points`]), so they need not be copied. All are validated
+//! before any work starts. The memory needed is that of the result and some tens of MB.
 
 mod rays;
 mod rows;
@@ -22,49 +23,49 @@ use crate::ray::{InvalidRay, Span};
 use rays::{PointRows, RayRows};
 use run::{Batch, CHUNK, empty};
 
-/// Why a batch has no answer.
+/// Why a batch has no result.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BatchError {
-    /// It was cancelled.
+    /// The batch was cancelled.
     #[error("cancelled")]
     Cancelled,
-    /// No ray has an answer: found before any work starts.
+    /// The world does not support the query. Found before any work starts.
     #[error(transparent)]
     World(QueryError),
-    /// A row is not a ray: the first one, found before any work starts, unless it changed later.
+    /// A row is not a ray. The first such row is reported, before any work starts unless the row changed later.
     #[error("ray {row}: {error}")]
     Ray {
-        /// Which row.
+        /// The row.
         row: usize,
-        /// Why it is not.
+        /// Why it is not a ray.
         error: InvalidRay,
     },
-    /// A point is nowhere: found as rows that are not rays are.
+    /// A point is not finite. Found in the same way as rows that are not rays.
     #[error("point {row} has a coordinate that is NaN or infinite")]
     Point {
-        /// Which row.
+        /// The row.
         row: usize,
     },
-    /// All answers together have too many rows.
+    /// The result has too many rows.
     #[error("the answer has more than {most} row{}", if *most == 1 { "" } else { "s" })]
     TooMany {
-        /// How many there may be.
+        /// The maximum.
         most: u64,
     },
-    /// The answers do not fit into memory.
+    /// The result does not fit into memory.
     #[error("there is not enough memory for the answers")]
     OutOfMemory,
-    /// A ray has no answer.
+    /// The query of a ray failed.
     #[error("ray {row}: {error}")]
     Query {
-        /// The ray's row; the first one that has no answer.
+        /// The first row whose query failed.
         row: usize,
         /// Why.
         error: QueryError,
     },
 }
 
-/// Checks rays, as every query does before its work starts.
+/// Validates rays, as every query does before its work starts.
 ///
 /// # Errors
 /// [`BatchError::Ray`] with the first row that is not a ray.
@@ -148,11 +149,11 @@ pub fn crossings(
     })
 }
 
-/// The stretches of each ray inside objects.
+/// The intervals of each ray inside objects.
 ///
 /// # Errors
-/// [`BatchError`]: a mesh that is not closed, a row that is not a ray, or else the first ray, by row, that has no
-/// answer.
+/// [`BatchError`]: a mesh that is not closed, a row that is not a ray, or otherwise the first ray, by row,
+/// whose query fails.
 pub fn segments(
     world: &World,
     rays: &(impl Rays + ?Sized),
@@ -169,10 +170,10 @@ pub fn segments(
     })
 }
 
-/// How far each ray goes through each material or object. It takes 8 bytes a ray and column of [`By`].
+/// The length of each ray in each material or object. The result takes 8 bytes per ray and column of [`By`].
 ///
 /// # Errors
-/// As [`segments`]; too many are more numbers than [`Run::most_rows`].
+/// As [`segments`], and [`BatchError::TooMany`] for more values than [`Run::most_rows`].
 pub fn thickness(
     world: &World,
     rays: &(impl Rays + ?Sized),
@@ -183,12 +184,12 @@ pub fn thickness(
 ) -> Result<Thickness, BatchError> {
     all_solid(world).map_err(BatchError::World)?;
     let columns = by.columns(world);
-    // By object there can be more numbers than any machine holds.
+    // With a column per object there can be more values than any machine holds.
     let count = rays.len().checked_mul(columns).filter(|count| *count as u64 <= run.most_rows);
     let mut lengths = blank(0.0, count.ok_or(BatchError::TooMany { most: run.most_rows })?)?;
     let met = AtomicU64::new(0);
     let mut rest = &mut lengths[..];
-    // Not `chunks_mut`: without objects there are parts all the same.
+    // Not `chunks_mut`, which panics for size 0: without objects every chunk is empty.
     let parts = std::iter::from_fn(move || {
         let size = rest.len().min(CHUNK * columns);
         rest.split_off_mut(..size)
@@ -206,7 +207,7 @@ pub fn thickness(
     Ok(Thickness { lengths, columns, overlaps: met.into_inner() })
 }
 
-/// What the closest crossing of each ray takes: every counter of [`COUNTERS`], row by row.
+/// The cost of the closest crossing of each ray: every counter of [`COUNTERS`], row by row.
 ///
 /// # Errors
 /// [`BatchError`]: cancelled, a row that is not a ray, a ray beyond its [limits](super::Limits), or too little memory.
@@ -231,7 +232,7 @@ pub fn cost(
     Ok(out)
 }
 
-/// Whether each point is inside any object. No promise within rounding of a surface.
+/// Whether each point is inside any object. Nothing is promised for points within rounding error of a surface.
 ///
 /// # Errors
 /// [`BatchError`]: a mesh that is not closed, a point that is not finite, or cancelled.
@@ -247,7 +248,7 @@ pub fn contains(world: &World, points: &(impl Points + ?Sized), run: Run) -> Res
     Ok(out)
 }
 
-/// The objects that hold each point. No promise within rounding of a surface.
+/// The objects that contain each point. Nothing is promised for points within rounding error of a surface.
 ///
 /// # Errors
 /// As [`contains`], and too many rows.

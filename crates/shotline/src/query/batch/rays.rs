@@ -1,5 +1,5 @@
-//! What a batch is asked about, by number: rays and points are made one by one from whatever holds their numbers,
-//! so that no copy of all of them is needed.
+//! The input of a batch: rays and points are created by index, one at a time, from the caller's data, so that
+//! no copy of all of them is needed.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use super::BatchError;
 use crate::math::Vec3;
 use crate::ray::{InvalidRay, Ray};
 
-/// Rays by number, made when they are asked for; by many threads, and more than once.
+/// Rays by index, created on demand. Many threads may request the same ray, and more than once.
 ///
 /// ```
 /// use shotline::math::Vec3;
@@ -31,21 +31,21 @@ use crate::ray::{InvalidRay, Ray};
 /// }
 /// ```
 pub trait Rays: Sync {
-    /// How many there are.
+    /// The number of rays.
     fn len(&self) -> usize;
 
-    /// Whether there is none.
+    /// Whether there are no rays.
     fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The ray of a row, below [`Rays::len`].
+    /// Returns the ray of a row; `row` is below [`Rays::len`].
     ///
     /// # Errors
-    /// [`InvalidRay`] if the numbers there are not a ray.
+    /// [`InvalidRay`] if the values of the row are not a ray.
     fn ray(&self, row: usize) -> Result<Ray, InvalidRay>;
 
-    /// Looks at some rows before any work starts. Rays that cannot be invalid need no look.
+    /// Validates some rows before any work starts. Rays that cannot be invalid need no check.
     ///
     /// # Errors
     /// The first row that is not a ray.
@@ -68,17 +68,18 @@ impl<T: AsRef<[Ray]> + Sync + ?Sized> Rays for T {
     }
 }
 
-/// Points by number, made when they are asked for.
+/// Points by index, created on demand.
 pub trait Points: Sync {
-    /// How many there are.
+    /// The number of points.
     fn len(&self) -> usize;
 
-    /// Whether there is none.
+    /// Whether there are no points.
     fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The point of a row, below [`Points::len`]. It must be finite to have an answer.
+    /// Returns the point of a row; `row` is below [`Points::len`]. A point that is not finite is an error of
+    /// the batch.
     fn point(&self, row: usize) -> Vec3;
 }
 
@@ -97,7 +98,7 @@ pub(super) trait Rows: Sync {
     type Row;
     fn len(&self) -> usize;
     fn row(&self, row: usize) -> Result<Self::Row, BatchError>;
-    /// Answers the first row that cannot be asked about.
+    /// Returns the first invalid row as an error.
     fn check(&self, rows: Range<usize>) -> Result<(), (usize, BatchError)>;
 }
 

@@ -1,4 +1,4 @@
-//! The answers as columns.
+//! The results of batches as columns.
 
 use std::collections::TryReserveError;
 
@@ -6,7 +6,7 @@ use super::BatchError;
 use crate::compile::World;
 use crate::query::{Hit, QueryError, Segment};
 
-/// Closest crossings as columns, a row a ray.
+/// Closest crossings as columns, one row per ray.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ClosestRows {
     /// Infinite for a miss.
@@ -27,7 +27,7 @@ pub struct ClosestRows {
     pub t_err: Vec<f64>,
 }
 
-/// All crossings as columns, a row a crossing, grouped by ray.
+/// All crossings as columns, one row per crossing, grouped by ray.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CrossingRows {
     /// The rows of ray `i` are `ray_splits[i]..ray_splits[i + 1]`.
@@ -36,7 +36,7 @@ pub struct CrossingRows {
     pub t: Vec<f64>,
     /// NaN where there is no surface.
     pub normal: Vec<[f64; 3]>,
-    /// Whether the ray passes into the object.
+    /// Whether the ray enters the object.
     pub entering: Vec<bool>,
     /// The object.
     pub object: Vec<i32>,
@@ -52,14 +52,14 @@ pub struct CrossingRows {
     pub t_err: Vec<f64>,
 }
 
-/// Segments as columns, a row a segment, grouped by ray.
+/// Segments as columns, one row per segment, grouped by ray.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SegmentRows {
     /// The rows of ray `i` are `ray_splits[i]..ray_splits[i + 1]`.
     pub ray_splits: Vec<i64>,
-    /// Where it begins.
+    /// Where the segment begins.
     pub t_in: Vec<f64>,
-    /// Where it ends.
+    /// Where the segment ends.
     pub t_out: Vec<f64>,
     /// Its length in world units.
     pub length: Vec<f64>,
@@ -67,16 +67,17 @@ pub struct SegmentRows {
     pub material: Vec<i32>,
     /// The object.
     pub object: Vec<i32>,
-    /// The instance path; -1 where parts of several paths of the object join.
+    /// The instance path; -1 where intervals of several paths of the object are joined.
     pub path: Vec<i64>,
-    /// How many overlaps of equal priority were met.
+    /// The number of overlaps of equal priority.
     pub overlaps: u64,
 }
 
-/// What thickness is counted by.
+/// What thickness is summed by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum By {
-    /// A column for each of [`material_names`](World::material_names), and a last one for objects without a material.
+    /// A column for each of [`material_names`](World::material_names), and a last column for objects without a
+    /// material.
     #[default]
     Material,
     /// A column for each of [`object_names`](World::object_names).
@@ -84,7 +85,7 @@ pub enum By {
 }
 
 impl By {
-    /// How many columns there are.
+    /// The number of columns.
     pub fn columns(self, world: &World) -> usize {
         match self {
             By::Material => world.material_names().len() + 1,
@@ -92,7 +93,7 @@ impl By {
         }
     }
 
-    /// The column of a segment, where there are so many.
+    /// The column of a segment, given the number of columns.
     pub(super) fn column(self, segment: &Segment, columns: usize) -> usize {
         match self {
             By::Material => segment.material.map_or(columns - 1, |material| material as usize),
@@ -101,19 +102,19 @@ impl By {
     }
 }
 
-/// How far each ray goes through each material or object.
+/// The length of each ray in each material or object.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Thickness {
-    /// The lengths of a ray's segments in world units, added up in their order: a row a ray, in it a number for each
+    /// The lengths of a ray's segments in world units, summed in their order: one row per ray, one value per
     /// column of [`By`].
     pub lengths: Vec<f64>,
-    /// How many columns a row has.
+    /// The number of columns.
     pub columns: usize,
-    /// How many overlaps of equal priority were met.
+    /// The number of overlaps of equal priority.
     pub overlaps: u64,
 }
 
-/// The objects that hold each point, grouped by point.
+/// The objects that contain each point, grouped by point.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ObjectRows {
     /// The rows of point `i` are `point_splits[i]..point_splits[i + 1]`.
@@ -122,13 +123,13 @@ pub struct ObjectRows {
     pub object: Vec<i32>,
 }
 
-/// Columns with any number of rows for each that was asked about.
+/// Columns with any number of result rows per input row.
 pub(super) trait Ragged: Send {
-    /// Without any.
+    /// Creates columns without rows.
     fn empty() -> Self;
-    /// How many rows there are.
+    /// The number of result rows.
     fn len(&self) -> usize;
-    /// Appends the rows of those that come next.
+    /// Appends the result rows of the input rows that come next.
     fn append(&mut self, part: Self) -> Result<(), TryReserveError>;
 }
 
@@ -144,9 +145,10 @@ impl From<TryReserveError> for QueryError {
     }
 }
 
-/// A column of so many rows, to be written.
+/// Creates a column of `rows` copies of a value, to be overwritten.
 pub(super) fn blank<T: Clone>(value: T, rows: usize) -> Result<Vec<T>, TryReserveError> {
-    // `vec!` has the operating system make the zeros, but ends the process if it cannot.
+    // `vec!` lets the operating system provide zeroed memory, but aborts if it cannot: so the allocation is
+    // tried first.
     Vec::<T>::new().try_reserve_exact(rows)?;
     Ok(vec![value; rows])
 }
@@ -176,7 +178,7 @@ fn or_minus_one(x: Option<u32>) -> i32 {
     x.map_or(-1, |x| x as i32)
 }
 
-/// The rows of a chunk of rays, to be written in place.
+/// The result rows of a chunk of rays, to be written in place.
 pub(super) struct ClosestChunk<'a> {
     t: &'a mut [f64],
     normal: &'a mut [[f64; 3]],
@@ -202,7 +204,7 @@ impl ClosestChunk<'_> {
 }
 
 impl ClosestRows {
-    /// So many rows, to be written.
+    /// Creates `rows` rows, to be overwritten.
     pub(super) fn blank(rows: usize) -> Result<ClosestRows, TryReserveError> {
         Ok(ClosestRows {
             t: blank(0.0, rows)?,
@@ -216,7 +218,7 @@ impl ClosestRows {
         })
     }
 
-    /// The rows in parts of one size; the last may be smaller.
+    /// Splits the rows into chunks of `size` rows; the last may be smaller.
     pub(super) fn parts(&mut self, size: usize) -> impl Iterator<Item = ClosestChunk<'_>> + Send {
         let (mut t, mut normal) = (self.t.chunks_mut(size), self.normal.chunks_mut(size));
         let (mut object, mut surface) = (self.object.chunks_mut(size), self.surface.chunks_mut(size));

@@ -1,7 +1,8 @@
-//! How a batch runs: rows are handed out in chunks, in their order, to workers on all threads.
+//! Runs a batch: workers on all threads take chunks of rows in ascending order.
 //!
-//! Each answer depends on its row only, so neither the split nor the number of threads can change it. What is handed
-//! out is always the front of what is left: so of several rows without an answer the first is found, whoever is faster.
+//! Each result depends only on its row, so neither the chunks nor the number of threads can change it. Chunks
+//! are always taken from the front of the remaining rows. So if several rows fail, the first of them is
+//! reported, however fast each worker is.
 
 use std::iter;
 use std::ops::Range;
@@ -21,18 +22,21 @@ use crate::query::{Caster, Hit, QueryError, Segment};
 /// How to run a batch.
 #[derive(Clone, Copy)]
 pub struct Run<'a> {
-    /// Threads, 256 at most; 0 for one a core. With 1, and for batches of a few thousand rows, the caller's own does the work.
+    /// Number of threads, at most 256; 0 for one per core. With 1, and for batches of at most
+    /// [`SEQUENTIAL_MAX`] rows, the calling thread does the work.
     pub threads: usize,
-    /// Threads kept by the caller: where new ones would be started, all of these are used instead.
+    /// A thread pool of the caller. Where new threads would be started, all threads of this pool are used
+    /// instead.
     pub pool: Option<&'a ThreadPool>,
-    /// Called from time to time with the number of rows done since the last call, from any thread; with 0 where a single
-    /// ray takes long.
+    /// Called from time to time, from any thread, with the number of rows completed since the last call. Called
+    /// with 0 while a single ray takes long.
     pub progress: Option<&'a (dyn Fn(u64) + Sync)>,
-    /// Set to end the batch early, also within a ray.
+    /// The caller sets this flag to end the batch early, even within a ray.
     pub cancel: Option<&'a AtomicBool>,
-    /// Where the counters of all rays are added up.
+    /// Receives the sum of the counters of all rays.
     pub counters: Option<&'a Mutex<Counters>>,
-    /// More rows than this, of crossings or segments, are an error, told before they fill the memory.
+    /// Maximum number of result rows, of crossings or segments. More are an error, which is returned before
+    /// they fill the memory.
     pub most_rows: u64,
 }
 
@@ -43,36 +47,36 @@ impl Default for Run<'_> {
 }
 
 impl<'a> Run<'a> {
-    /// What follows each ray of the batch.
+    /// The cancel flag and the progress callback, for the queries of single rays.
     pub fn watch(&self) -> Watch<'a> {
         Watch { cancel: self.cancel, progress: self.progress }
     }
 
-    /// The number of threads of a new pool. More than 256 take longer to start than they save.
+    /// The number of threads of a new pool. More than 256 threads take longer to start than they save.
     pub fn pool_threads(&self) -> usize {
         self.threads.min(256)
     }
 }
 
-/// Rows handed to a worker at once: few enough that dear ones are spread over the threads.
+/// Rows per work item: small enough to balance expensive rays across threads.
 pub(super) const CHUNK: usize = 256;
 
-/// Rows between looks at the cancel flag, which is read within long rays too.
+/// Rows between checks of the cancel flag, which long rays also check themselves.
 const BLOCK: usize = 64;
 
-/// Rows checked at once before the work starts.
+/// Rows per work item of the validation before the work starts.
 const CHECKED: usize = 1 << 14;
 
-/// Batches of no more rows are not worth starting threads for: the caller's own answers them.
+/// Batches of at most this many rows run on the calling thread: starting threads would cost more than it saves.
 pub const SEQUENTIAL_MAX: usize = 4096;
 
-/// Rows of an answer that a worker gathers before it counts them with those of the others.
+/// Result rows that a worker produces before it adds them to the shared count.
 const COUNTED: u64 = 4096;
 
-/// Rows of an answer, about 16 MB, that workers gather for themselves before they are appended to the answer.
+/// Result rows, about 16 MB, that workers collect in their own buffers before these are appended to the result.
 const WAVE: u64 = if cfg!(test) { 2_000 } else { 1 << 18 };
 
-/// One thread's memory.
+/// The memory of one worker.
 pub(super) struct Worker<'w> {
     pub caster: Caster<'w>,
     pub hits: Vec<Hit>,
@@ -80,21 +84,21 @@ pub(super) struct Worker<'w> {
     pub objects: Vec<u32>,
 }
 
-/// Empties what a worker keeps from row to row, and frees what only a rare row needs.
+/// Clears a buffer that a worker reuses from row to row, and frees memory that only a rare row needs.
 pub(super) fn empty<T>(kept: &mut Vec<T>) {
     kept.clear();
     kept.shrink_to(4096);
 }
 
-/// A batch on its way.
+/// A running batch.
 pub(super) struct Batch<'a, A> {
     world: &'a World,
     rows: A,
     run: Run<'a>,
-    /// Workers that wait for the next wave.
+    /// Workers that are reused by the next wave.
     idle: Mutex<Vec<Worker<'a>>>,
     counted: AtomicU64,
-    /// The first row that is known to have no answer, and why.
+    /// The first row known to have failed, `usize::MAX` if none, and its error.
     failed: AtomicUsize,
     failure: Mutex<Option<(usize, BatchError)>>,
 }
@@ -112,7 +116,8 @@ impl<'a, A: Rows> Batch<'a, A> {
         }
     }
 
-    /// An answer of one row for each: every worker writes its part of the columns, of [`CHUNK`] rows, in place.
+    /// Computes one result row for each row. Every worker writes its chunk of [`CHUNK`] rows of the columns in
+    /// place.
     pub fn fill<P: Send>(
         &self,
         parts: impl Iterator<Item = P> + Send,
@@ -130,8 +135,9 @@ impl<'a, A: Rows> Batch<'a, A> {
         })
     }
 
-    /// An answer of any number of rows for each, which `answer` appends and tells. Workers gather those of a chunk
-    /// for themselves, a wave of chunks at a time; while they do, those of the wave before are appended to the answer.
+    /// Computes any number of result rows for each row; `answer` appends them and returns their number. Workers
+    /// collect the result rows of a chunk in their own buffers, one wave of chunks at a time. Meanwhile the
+    /// buffers of the previous wave are appended to the result.
     pub fn gather<T: Ragged>(
         &self,
         answer: impl Fn(&mut Worker<'a>, &A::Row, &mut T) -> Result<usize, QueryError> + Sync,
@@ -163,7 +169,7 @@ impl<'a, A: Rows> Batch<'a, A> {
         })
     }
 
-    /// The answers of the next chunks, in order.
+    /// Computes the next wave of chunks and returns their results in order.
     fn wave<T: Ragged>(
         &self,
         workers: usize,
@@ -175,7 +181,7 @@ impl<'a, A: Rows> Batch<'a, A> {
         self.dispatch(workers, iter::from_fn(next), |worker, rows| {
             let (first, mut part) = (rows.start, T::empty());
             self.run_rows(worker, rows, |worker, one, _| answer(worker, one, &mut part));
-            // A row without crossings takes memory too.
+            // Rows without crossings take memory too.
             size.fetch_add((part.len() + CHUNK) as u64, Ordering::Relaxed);
             if let Ok(mut done) = done.lock() {
                 done.push((first, part));
@@ -186,7 +192,7 @@ impl<'a, A: Rows> Batch<'a, A> {
         done
     }
 
-    /// Runs work that is told how many workers there are: 1 stands for the caller's thread.
+    /// Runs `work` with the number of workers; 1 stands for the calling thread.
     fn on_threads<T: Send>(&self, work: impl FnOnce(usize) -> T + Send) -> T {
         if self.run.threads == 1 || self.rows.len() <= SEQUENTIAL_MAX {
             return work(1);
@@ -196,12 +202,12 @@ impl<'a, A: Rows> Batch<'a, A> {
         }
         match ThreadPoolBuilder::new().num_threads(self.run.pool_threads()).build() {
             Ok(pool) => pool.install(|| work(pool.current_num_threads())),
-            // Without threads to be had, the work is done by this one.
+            // If no threads can be started, the calling thread does the work.
             Err(_) => work(1),
         }
     }
 
-    /// Gives tasks, in their order, to so many workers, until there is none left or one has failed.
+    /// Hands out tasks, in order, to `workers` workers until no task is left or a row has failed.
     fn dispatch<T: Send>(
         &self,
         workers: usize,
@@ -248,7 +254,7 @@ impl<'a, A: Rows> Batch<'a, A> {
         (0..rows).step_by(size).map(move |first| first..rows.min(first + size))
     }
 
-    /// Looks at everything that is asked, before any of it is answered.
+    /// Validates all rows before any result is computed.
     fn check(&self, workers: usize) -> Result<(), BatchError> {
         self.dispatch(workers, self.chunks(CHECKED), |_, rows| {
             let first = rows.start;
@@ -260,7 +266,7 @@ impl<'a, A: Rows> Batch<'a, A> {
         self.outcome()
     }
 
-    /// Answers rows one after the other, up to one that has no answer or that comes after such a row.
+    /// Runs rows one after the other. Stops at a row that fails, and before rows that come after a failed row.
     fn run_rows(
         &self,
         worker: &mut Worker<'a>,
@@ -329,7 +335,7 @@ impl<'a, A: Rows> Batch<'a, A> {
     }
 }
 
-/// Why a batch ends at a row.
+/// The error of a batch for the error of one row.
 fn row_error(row: usize, error: QueryError) -> BatchError {
     match error {
         QueryError::Cancelled => BatchError::Cancelled,

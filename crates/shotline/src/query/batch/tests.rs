@@ -1,4 +1,4 @@
-//! Batches are held to the plain caster, one ray after the other.
+//! Compares batches to a single caster that traces one ray after the other.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
@@ -17,7 +17,7 @@ fn world(scene: &Scene) -> World {
     compile(scene, Options::default()).unwrap_or_else(|e| panic!("{e:?}"))
 }
 
-/// A random scene, its objects of two materials and of none.
+/// A random scene whose objects have one of two materials or none.
 fn material_world(random: &mut Random) -> World {
     let mut scene = random_scene(random);
     scene.materials = ["steel", "water"].map(|name| (name.to_owned(), Material::default())).to_vec();
@@ -49,11 +49,11 @@ fn run(threads: usize) -> Run<'static> {
     Run { threads, ..Run::default() }
 }
 
-/// Rows that may be no ray, and how often one was asked for.
+/// Rows that may be invalid rays, and the number of requests.
 struct Rows {
     rows: Vec<[f64; 6]>,
     asked: AtomicUsize,
-    /// From this question on the last row is no ray.
+    /// From this request on, the last row is not a ray.
     spoiled_from: usize,
 }
 
@@ -82,7 +82,7 @@ impl Rays for Rows {
     }
 }
 
-/// Every query of a batch, as text, which shows every bit but those of NaN.
+/// The results of every batch query as text, which shows every bit except those of NaN.
 fn batch_answers(world: &World, rays: &(impl Rays + ?Sized), run: Run) -> String {
     let span = Span::FORWARD;
     let closest = closest(world, rays, span, run).expect("closest");
@@ -94,7 +94,7 @@ fn batch_answers(world: &World, rays: &(impl Rays + ?Sized), run: Run) -> String
     format!("{closest:?}\n{any:?}\n{count:?}\n{crossings:?}\n{segments:?}\n{thickness:?}")
 }
 
-/// The same from a caster.
+/// The same results from a caster.
 fn plain_answers(world: &World, rays: &[Ray]) -> String {
     let (mut caster, span) = (Caster::new(world), Span::FORWARD);
     let number = |x: Option<u32>| x.map_or(-1, |x| x as i32);
@@ -151,7 +151,7 @@ fn plain_answers(world: &World, rays: &[Ray]) -> String {
     format!("{first:?}\n{any:?}\n{count:?}\n{all:?}\n{inside:?}\n{through:?}")
 }
 
-/// Whatever the threads, and at the edges of blocks, chunks and waves.
+/// For any number of threads, and at the limits of blocks, chunks and waves.
 #[test]
 fn batches_are_what_the_caster_answers() {
     let mut random = Random::new(31);
@@ -168,7 +168,7 @@ fn batches_are_what_the_caster_answers() {
     }
 }
 
-/// Rays meet so much that the rows of a few chunks are a wave.
+/// Rays have so many crossings that the rows of a few chunks fill a wave.
 #[test]
 fn many_waves_are_one_answer() {
     let world = row_of_balls(30);
@@ -240,7 +240,7 @@ fn a_row_that_is_spoiled_on_the_way_is_an_error() {
     }
 }
 
-/// Of two rays without an answer the first is named, however late it is found.
+/// Of two rays that fail, the first is named, however late it is found.
 #[test]
 fn the_first_ray_without_an_answer_is_named() {
     let mut scene = Scene::default();
@@ -266,7 +266,7 @@ fn the_first_ray_without_an_answer_is_named() {
     }
 }
 
-/// The flag is looked at each few rows, not each chunk: rays may be dear.
+/// The flag is checked every few rows, not every chunk, because rays may be expensive.
 #[test]
 fn a_batch_that_is_cancelled_ends_soon() {
     let (world, rays) = (ball(), some_rays(&mut Random::new(34), 20_000));
@@ -317,7 +317,7 @@ fn more_rows_than_asked_for_are_an_error() {
     }
 }
 
-/// Two balls, one within the other and only the inner of a material: every length is in a column.
+/// Two balls, one inside the other, and only the inner one has a material: every length is in a column.
 #[test]
 fn thickness_counts_what_has_no_material() {
     let mut scene = Scene::default();

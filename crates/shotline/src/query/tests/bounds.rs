@@ -1,5 +1,5 @@
-//! Boxes of combinations of solids that have no end: they hold everything, they are finite wherever they can be, and no
-//! answer depends on them.
+//! Boxes of combinations of unbounded solids: they contain everything, they are finite wherever they can be, and no
+//! result depends on them.
 
 use super::touching::{boxed, csg};
 use super::*;
@@ -11,8 +11,8 @@ use crate::ray::Line;
 use crate::scene::NodeId;
 use crate::testkit::membership::Membership;
 
-/// The coefficients of `|p - c|^2 - k (u . (p - c))^2 < r` for a unit vector: a sphere, a cylinder for `k = 1`, a cone or
-/// a hyperboloid for more, an ellipsoid for less.
+/// The coefficients of `|p - c|^2 - k (u . (p - c))^2 < r` for a unit vector `u`: a sphere for `k = 0`, a cylinder
+/// for `k = 1`, a cone or a hyperboloid for more, an ellipsoid for less.
 fn about(c: Vec3, u: Vec3, k: f64, r: f64) -> [f64; 10] {
     let entry = |i: usize, j: usize| f64::from(u8::from(i == j)) - k * u[i] * u[j];
     let row = |i: usize| (0..3).map(|j| entry(i, j) * c[j]).sum::<f64>();
@@ -39,7 +39,7 @@ fn half_space(scene: &mut Scene, normal: Vec3, offset: f64) -> NodeId {
     scene.add_solid("halfspace", &[&normal.to_array(), &[offset]]).expect("a half-space")
 }
 
-/// Two planes across an axis through a place, tilted by up to some part of a right angle.
+/// Two planes perpendicular to an axis through a point, tilted by up to a fraction of a right angle.
 fn cuts(scene: &mut Scene, random: &mut Random, c: Vec3, u: Vec3, tilt: f64, from: f64) -> [NodeId; 2] {
     [1.0, -1.0].map(|sign| {
         let n = (u + random.direction() * tilt) * sign * random.number(0.2, 5.0);
@@ -48,7 +48,7 @@ fn cuts(scene: &mut Scene, random: &mut Random, c: Vec3, u: Vec3, tilt: f64, fro
     })
 }
 
-/// A random cell that has an end though its operands have none.
+/// A random bounded cell whose operands are unbounded.
 fn cell(scene: &mut Scene, random: &mut Random) -> NodeId {
     let c = random.point(-2.0, 2.0);
     let axes = [Vec3::X, Vec3::NEG_Z, random.direction(), random.direction()];
@@ -57,7 +57,7 @@ fn cell(scene: &mut Scene, random: &mut Random) -> NodeId {
     let mut args = Vec::new();
     match random.below(7) {
         0 => {
-            // A polytope: half-spaces around a place, four of them a tetrahedron's.
+            // A polytope: half-spaces around a point, four of them those of a tetrahedron.
             let corners = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
             let more = (0..random.below(8)).map(|_| random.direction()).collect::<Vec<_>>();
             for n in corners.map(Vec3::from).into_iter().chain(more) {
@@ -91,7 +91,7 @@ fn cell(scene: &mut Scene, random: &mut Random) -> NodeId {
             args.extend(cuts(scene, random, c, u, tilt, -1.0));
         }
         _ => {
-            // Cut by what is taken away, in two steps, and drilled.
+            // Cut by operands that are subtracted, in two steps, and drilled.
             let [top, bottom] = cuts(scene, random, c, -u, tilt, -1.0);
             let tube = quadric(scene, about(c, u, 1.0, 1.0));
             let below = half_space(scene, Vec3::X, c.x + 0.9);
@@ -104,7 +104,7 @@ fn cell(scene: &mut Scene, random: &mut Random) -> NodeId {
     scene.add_csg(Op::Intersection, args)
 }
 
-/// A scene of one cell, turned, stretched and moved as a whole or not.
+/// A scene of one cell, in half of the cases rotated, stretched and moved as a whole.
 fn scene_of_a_cell(random: &mut Random) -> (Scene, NodeId) {
     let mut scene = Scene::default();
     let mut node = cell(&mut scene, random);
@@ -125,7 +125,7 @@ fn body(world: &World) -> &SolidBody {
     }
 }
 
-/// The boundaries of a body along a ray if no leaf had a box: `t`, its bound and the direction, bit for bit.
+/// The boundaries of a body along a ray if no leaf had a box: the bits of `t` and its bound, and the direction.
 fn without_boxes(body: &SolidBody, ray: &Ray, span: Span) -> Vec<(u64, u64, bool)> {
     let mut sweep = Sweep::default();
     sweep.begin(&body.program, span);
@@ -170,7 +170,7 @@ fn cells_of_open_solids_have_ends_and_no_answer_depends_on_them() {
         assert!(bounds.is_empty() || bounds.is_finite(), "case {case}: {bounds:?}");
         let around = if bounds.is_empty() { Aabb::new(Vec3::splat(-4.0), Vec3::splat(4.0)) } else { bounds };
         let membership = Membership::of(&scene);
-        // Points near and far: none of the inside is outside of the box.
+        // Points near and far: none that is inside is outside the box.
         for k in 0..400 {
             let reach = around.size() * [0.6, 1.0, 10.0, 1e3][k % 4];
             let p = around.centre() + random.point(-1.0, 1.0) * reach;
@@ -185,7 +185,7 @@ fn cells_of_open_solids_have_ends_and_no_answer_depends_on_them() {
     }
 }
 
-/// The box of what the rays meet.
+/// The box of the points that rays hit.
 fn seen(oracle: &World, random: &mut Random) -> Aabb {
     let mut points = Vec::new();
     for ray in rays_at(&oracle.bounds(), random, 4000) {
@@ -254,7 +254,7 @@ fn a_cylinder_between_two_planes_has_the_box_of_the_cylinder() {
     assert_tight(bounds_of(&[bowl], &[([0.0, 0.0, 1.0], 4.0)]), [-2.0, -2.0, 0.0], [2.0, 2.0, 4.0]);
 }
 
-/// A hexagonal prism without an end along z, as lattices have them.
+/// A hexagonal prism that is unbounded along z, as in lattices.
 #[test]
 fn an_endless_prism_ends_across_its_axis() {
     let h = 0.75f64.sqrt();
@@ -266,7 +266,7 @@ fn an_endless_prism_ends_across_its_axis() {
     assert!(b.max.x >= 1.0 && b.max.x < 1.0 + 1e-12 && b.max.y >= r && b.max.y < r * 1.01, "{b:?}");
 }
 
-/// Whatever a quadric holds is within its box, at any size and with any coefficients missing.
+/// Every point in a quadric is within its box, at any size and with any coefficients zero.
 #[test]
 fn boxes_of_quadrics_hold_them_at_any_size() {
     let mut random = Random::new(93);
@@ -312,7 +312,7 @@ fn a_cell_a_power_of_two_larger_has_a_box_as_much_larger() {
     }
 }
 
-/// Coefficients of squares vanish in the frame of a huge body, and those of planes stay.
+/// In the frame of a huge body the coefficients of squares underflow, and those of planes do not.
 #[test]
 fn bounds_of_huge_and_tiny_bodies_cut_nothing_off() {
     let seen = |power: i32| {

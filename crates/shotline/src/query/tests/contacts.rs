@@ -1,5 +1,5 @@
-//! Rays in the surfaces of operands of every kind, meshes among them: a ray is inside a combination where all that is
-//! around it is.
+//! Rays in the surfaces of operands of every kind, including meshes: a ray is inside a combination where everything
+//! around the ray is.
 
 use super::touching::{boxed, csg, halfspace, number, seen, seen_within};
 use super::*;
@@ -19,7 +19,7 @@ fn quadric(scene: &mut Scene, coefficients: [f64; 10]) -> NodeId {
     scene.add_solid("quadric", &[&coefficients]).expect("a quadric")
 }
 
-/// A block of cubes of the grid, as a solid of some kind.
+/// A block of cubes of the grid, as a random kind of solid.
 fn block(scene: &mut Scene, random: &mut Random, cells: &mut Cells) -> NodeId {
     let mut min = [0; 3];
     let mut max = [0; 3];
@@ -35,7 +35,7 @@ fn block(scene: &mut Scene, random: &mut Random, cells: &mut Cells) -> NodeId {
         0 | 1 => boxed(scene, min.map(f64::from), max.map(f64::from)),
         2 => mesh(scene, cubes(&places)),
         3 => {
-            // A mirror image of its mirror image.
+            // The mirror image of its mirror image.
             let mirror = Affine::scaling(Vec3::ONE - 2.0 * Vec3::AXES[axis]);
             let child = mesh(scene, cubes(&places).moved(&mirror).inside_out());
             scene.add_transform(mirror, child)
@@ -74,7 +74,8 @@ fn combination(scene: &mut Scene, random: &mut Random, depth: u32, cells: &mut C
     csg(scene, op, args)
 }
 
-/// Where the cubes around a ray along the grid are all of a set, within a span: the ray steps by one or none on each axis.
+/// Where all cubes around a ray along the grid are in a set, within a span. The ray advances by one or zero on each
+/// axis.
 fn expected(cells: &Cells, o: [f64; 3], d: [f64; 3], [t_min, t_max]: [f64; 2]) -> Vec<f64> {
     let inside = |t: f64| {
         let p: [f64; 3] = std::array::from_fn(|i| o[i] + t * d[i]);
@@ -95,8 +96,8 @@ fn expected(cells: &Cells, o: [f64; 3], d: [f64; 3], [t_min, t_max]: [f64; 2]) -
     list
 }
 
-/// The oracle counts cubes. Rays run in faces and along edges of operands, in planes and on diagonals, over the half line and
-/// over spans that begin and end anywhere.
+/// The oracle counts cubes. Rays run in faces and along edges of operands, in planes and on diagonals, over the half
+/// line and over spans that begin and end anywhere.
 #[test]
 fn rays_along_a_grid_see_what_is_all_around_them() {
     let mut random = Random::new(29);
@@ -122,7 +123,8 @@ fn rays_along_a_grid_see_what_is_all_around_them() {
                 [0.0, f64::INFINITY]
             } else {
                 let [a, b] = [0; 2].map(|_: i32| 0.25 * random.below(48) as f64);
-                // The span may begin where a cube does. Up to rounding it does not end there: of that no two frames agree.
+                // The span may begin where a cube does. It does not end there within rounding, because no two frames
+                // would agree.
                 [a.min(b), a.max(b) + 0.125]
             };
             let list = seen_within(scene.clone(), node, o, d, Span::new(span[0], span[1]).expect("a span"));
@@ -140,7 +142,8 @@ fn rays_along_a_grid_see_what_is_all_around_them() {
     assert!(6 * crossed > rays, "{crossed} of {rays}");
 }
 
-/// What runs in planes of faces far from the ray must not matter, and accelerators offer different ones of those.
+/// Faces far from the ray must not matter even if it runs in their planes, and accelerators return different ones of
+/// them.
 #[test]
 fn accelerators_agree_on_rays_in_faces_of_meshes() {
     let mut random = Random::new(30);
@@ -187,7 +190,7 @@ fn a_mesh_shares_its_faces_with_solids_and_with_its_mirror_image() {
     }
 }
 
-/// Along the line where two planes cross, and in a plane counted twice, the gradient of a quadric vanishes.
+/// The gradient of a quadric vanishes along the line where two planes cross, and in a double plane.
 #[test]
 fn a_ray_along_a_line_without_gradient_sees_what_is_around_it() {
     let mut scene = Scene::default();
@@ -203,7 +206,7 @@ fn a_ray_along_a_line_without_gradient_sees_what_is_around_it() {
     assert!(seen(scene.clone(), half, o, d).is_empty());
     let nothing = csg(&mut scene, Op::Difference, vec![cube, one, other]);
     assert!(seen(scene.clone(), nothing, o, d).is_empty());
-    // One quarter by half-spaces closes what the quadric leaves open on one side.
+    // Half-spaces fill the quarters that the quadric leaves open.
     let quarters = [[1.0, 1.0], [-1.0, -1.0]].map(|[x, y]| {
         let planes = [halfspace(&mut scene, [x, 0.0, 0.0], 0.0), halfspace(&mut scene, [0.0, y, 0.0], 0.0)];
         csg(&mut scene, Op::Intersection, planes.to_vec())
@@ -220,7 +223,7 @@ fn a_ray_along_a_line_without_gradient_sees_what_is_around_it() {
     assert!(seen(scene, rest, [0.0, 0.1, -3.0], d).is_empty());
 }
 
-/// At its apex a cone changes from one side of a line on it to the other.
+/// A cone changes at its apex from one side of a generator to the other.
 #[test]
 fn a_ray_along_a_cone_and_through_its_apex_changes_sides() {
     let mut scene = Scene::default();
@@ -228,7 +231,7 @@ fn a_ray_along_a_cone_and_through_its_apex_changes_sides() {
     let cones = quadric(&mut scene, cone);
     let outside = quadric(&mut scene, cone.map(|x| -3.0 * x));
     let cube = boxed(&mut scene, [-1.0; 3], [1.0; 3]);
-    // In front of the tangent plane along the ray: above the apex that side is outside of the cone, below it is inside.
+    // In front of the tangent plane along the ray. Above the apex that side is outside the cone, below it is inside.
     let beyond = halfspace(&mut scene, [-1.0, 0.0, 1.0], 0.0);
     let (o, d) = ([-3.0, 0.0, -3.0], [1.0, 0.0, 1.0]);
     let mut within_cube = |args: Vec<NodeId>| {
@@ -238,11 +241,11 @@ fn a_ray_along_a_cone_and_through_its_apex_changes_sides() {
     };
     assert_eq!(within_cube(vec![cones, outside]), [2.0, 4.0]);
     assert_eq!(within_cube(vec![outside, beyond]), [2.0, 3.0]);
-    // The tangent plane leaves the cone at once, so a gap is left on both sides of the ray.
+    // The tangent plane separates from the cone at once, so a gap is left on both sides of the ray.
     assert!(within_cube(vec![cones, beyond]).is_empty());
 }
 
-/// A rod that rests on a plate touches it along a line, which is not in the interior of both together.
+/// A rod that rests on a plate is tangent to it along a line, which is not in the interior of their union.
 #[test]
 fn a_ray_along_a_line_where_curved_surfaces_touch_is_not_inside() {
     let mut scene = Scene::default();
@@ -259,7 +262,7 @@ fn a_ray_along_a_line_where_curved_surfaces_touch_is_not_inside() {
     let (_, resting) = list(Op::Union, vec![rod, plate]);
     assert!(resting.is_empty(), "{resting:?}");
     let (hollow, _) = list(Op::Difference, vec![block, rod]);
-    // A bore that touches the face from inside leaves nothing there; the plug of a wider one overlaps it.
+    // A bore that is tangent to the face from inside leaves nothing there; the plug of a wider one overlaps it.
     assert!(list(Op::Union, vec![hollow, plate]).1.is_empty());
     assert_eq!(list(Op::Union, vec![hollow, plate, rod]).1, [2.0, 4.0]);
     assert_eq!(list(Op::Union, vec![hollow, plate, thick]).1, [2.0, 4.0]);

@@ -1,4 +1,4 @@
-//! What queries cost where there is much: of leaves, of nested objects, of overlaps.
+//! The cost of queries for many leaves, many nested objects and many overlaps.
 
 use super::*;
 use crate::accel;
@@ -23,7 +23,7 @@ fn sponge(holes: usize) -> Scene {
     scene
 }
 
-/// Points ask the leaves whose boxes hold them, not all.
+/// A point is tested against the leaves whose boxes contain it, not against all.
 #[test]
 fn membership_in_many_operands_costs_what_the_point_is_in() {
     let mut random = Random::new(61);
@@ -44,7 +44,7 @@ fn membership_in_many_operands_costs_what_the_point_is_in() {
     assert!(many.boxes + many.primitive_tests <= 3 * (few.boxes + few.primitive_tests), "{few:?} {many:?}");
 }
 
-/// A point is in what it is in if every leaf is asked: also on faces, edges and corners.
+/// Membership is the same as if every leaf were tested, also on faces, edges and corners.
 #[test]
 fn leaves_that_are_not_asked_would_change_nothing() {
     let mut random = Random::new(62);
@@ -79,7 +79,7 @@ fn leaves_that_are_not_asked_would_change_nothing() {
     }
 }
 
-/// Membership in the only body of a world, all leaves asked.
+/// Membership in the only body of a world, with all leaves tested.
 fn held_by_all_leaves(world: &World, p: Vec3) -> bool {
     let Body::Solid(body) = world.body(0) else { panic!("a solid") };
     let mut state = ProgramState::default();
@@ -92,7 +92,7 @@ fn held_by_all_leaves(world: &World, p: Vec3) -> bool {
     state.value(&body.program)
 }
 
-/// Objects in a row along x, each from one whole number to another, with priorities.
+/// Objects along x, each from one integer to another, with priorities.
 fn slabs(slabs: &[(i32, i32, i32)]) -> World {
     let mut scene = Scene::default();
     for (i, &(from, to, rank)) in slabs.iter().enumerate() {
@@ -106,7 +106,7 @@ fn slabs(slabs: &[(i32, i32, i32)]) -> World {
     world(&scene, "bvh")
 }
 
-/// Up to so many slabs, each from where to where and with which of so many ranks.
+/// Random slabs, at most `most`, each with its ends and one of `ranks` priorities.
 fn random_slabs(random: &mut Random, most: usize, ranks: usize) -> Vec<(i32, i32, i32)> {
     let slab = |random: &mut Random| {
         let from = 1 + random.below(20) as i32;
@@ -119,7 +119,7 @@ fn along() -> Ray {
     Ray::new(Vec3::ZERO, Vec3::X).expect("a ray")
 }
 
-/// Who owns each stretch is who ranks highest among those that hold its middle.
+/// The owner of each interval has the highest rank among the objects that contain its centre.
 #[test]
 fn segments_are_owned_by_the_highest_rank() {
     let mut random = Random::new(63);
@@ -144,7 +144,8 @@ fn segments_are_owned_by_the_highest_rank() {
     }
 }
 
-/// One walk tells all overlaps: those that are found if one asks for the first again and again, each time behind the last.
+/// One sweep returns all overlaps: those that repeated queries for the first overlap find, each begun after the
+/// last.
 #[test]
 fn overlaps_are_those_that_segments_refuse() {
     let mut random = Random::new(64);
@@ -158,7 +159,8 @@ fn overlaps_are_those_that_segments_refuse() {
             let QueryError::Overlap { first, second, t_in, t_out } = error else { panic!("{error}") };
             let number =
                 |name: &str| name.strip_prefix("slab ").and_then(|n| n.parse().ok()).expect("a number");
-            // Behind the last, both may begin where the span does: then the lower number is told first.
+            // After the last overlap both objects may begin where the span does: then the lower number is reported
+            // first.
             let (a, b): (u32, u32) = (number(&first), number(&second));
             expected.push((a.min(b), a.max(b), t_in, t_out));
             rest = Span::new(t_out, f64::INFINITY).expect("an interval");
@@ -172,7 +174,7 @@ fn overlaps_are_those_that_segments_refuse() {
     assert!(some > 200, "{some}");
 }
 
-/// As many objects as there are may lie in each other.
+/// Any number of objects may be nested.
 #[test]
 fn ten_thousand_nested_objects_have_their_segments() {
     let n = 10_000;
@@ -184,7 +186,7 @@ fn ten_thousand_nested_objects_have_their_segments() {
     assert_eq!((segments[0].t_in, segments[n as usize - 1].length), (1.0, f64::from(2 * n + 1)));
 }
 
-/// The path of a segment is that of all its parts, or none.
+/// A segment has a path only if all intervals that it is joined from have the same path.
 #[test]
 fn segments_of_several_paths_have_no_path() {
     let mut scene = Scene::default();

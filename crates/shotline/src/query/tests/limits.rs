@@ -1,4 +1,4 @@
-//! No ray goes on for ever or fills the memory, and any can be cancelled.
+//! Every ray ends, none fills the memory, and any can be cancelled.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -9,7 +9,7 @@ use crate::query::batch::BatchError;
 use crate::query::{Limits, QueryError, Scope, Watch};
 use crate::scene::NodeId;
 
-/// A part placed 2^40 times: each group holds the one before twice, the second time moved.
+/// A node placed 2^40 times: each group contains the previous one twice, the second time moved.
 fn doubled(part: impl Fn(&mut Scene) -> NodeId, moved: impl Fn(i32) -> Vec3) -> Scene {
     let mut scene = Scene::default();
     let mut node = part(&mut scene);
@@ -33,8 +33,8 @@ const FEW: Limits = Limits { steps: 20_000, crossings: 1000 };
 const TOO_LONG: QueryError = QueryError::TooLong { most: FEW.steps };
 const TOO_MANY: QueryError = QueryError::TooMany { most: FEW.crossings };
 
-/// Spheres in one place, almost in one place, and in a row that the ray goes along: every query has an end, and what it
-/// keeps in memory grows with the depth of the groups, not with what the ray meets.
+/// Coincident spheres, almost coincident ones, and spheres in a row along the ray. Every query ends, and its memory
+/// grows with the depth of the groups, not with the number of hits.
 #[test]
 fn a_ray_through_a_million_million_spheres_ends() {
     let places: [fn(i32) -> Vec3; 3] =
@@ -67,7 +67,7 @@ fn a_ray_through_a_million_million_spheres_ends() {
     }
 }
 
-/// The ray meets every box and no sphere, so that nothing bounds the search.
+/// The ray hits every box and no sphere, so that no hit bounds the search.
 #[test]
 fn a_ray_past_a_million_million_spheres_ends() {
     let world = world(&doubled(ball, |_| Vec3::ZERO), "bvh");
@@ -95,7 +95,7 @@ fn a_ray_through_a_million_million_sheets_ends() {
     assert_eq!(caster.any(&across(0.1), Span::FORWARD), Ok(true));
 }
 
-/// After an error the caster answers as a new one.
+/// After an error the caster returns the same as a new one.
 #[test]
 fn a_ray_that_was_given_up_leaves_nothing_behind() {
     let mut scene = doubled(ball, |_| Vec3::ZERO);
@@ -130,7 +130,7 @@ fn the_ray_beyond_its_limits_is_named() {
     );
 }
 
-/// The flag is read within a ray, and whoever watches is called.
+/// The cancel flag is checked within a ray, and the progress callback is called.
 #[test]
 fn one_ray_can_be_cancelled() {
     let scene = doubled(ball, |_| Vec3::ZERO);
@@ -167,7 +167,7 @@ fn one_ray_can_be_cancelled() {
     assert_eq!(batch::count(&world, &[ray], span, run), Err(BatchError::Cancelled));
 }
 
-/// A level of many placements that is visited many times takes memory for what is met of it.
+/// A level of many placements that is visited many times only uses memory for the placements that are hit.
 #[test]
 fn tags_of_a_visit_do_not_cost_the_size_of_its_level() {
     let mut scene = Scene::default();

@@ -1,4 +1,5 @@
-//! Rays along rulings, where the tangent planes of quadrics turn around the ray and their curvatures change along it.
+//! Rays along rulings, where the tangent planes of quadrics rotate around the ray and their curvatures change along
+//! it.
 
 use super::touching::{boxed, csg, halfspace, seen};
 use super::*;
@@ -11,7 +12,7 @@ fn leaf(scene: &mut Scene, [a, b, c, d, e, f, g]: Quadric) -> NodeId {
     scene.add_solid("quadric", &[&[e, g, 0.0, f, c, d, a, b, 0.0, 0.0]]).expect("a quadric")
 }
 
-/// A combination of quadrics, or one of them, by its number.
+/// A combination of quadrics, or a single quadric, by its number.
 #[derive(Debug)]
 enum Node {
     Leaf(usize),
@@ -56,11 +57,12 @@ impl Node {
     }
 }
 
-/// The radius of the circles around the ray on which the oracle looks, and the narrowest sector that it sees, in radians.
+/// The radius of the circles around the ray on which the oracle samples, and the narrowest sector that it sees, in
+/// radians.
 const RADIUS: f64 = 1e-5;
 const NARROWEST: f64 = 1e-9;
 
-/// Whether everything on a small circle around the z axis is inside: the circle is cut where the quadrics cross it.
+/// Whether everything on a small circle around the z axis is inside. The circle is cut where the quadrics cross it.
 fn surrounds(node: &Node, quadrics: &[Quadric], z: f64) -> bool {
     let value = |[a, b, c, d, e, f, g]: Quadric, angle: f64| {
         let (y, x) = angle.sin_cos();
@@ -71,7 +73,7 @@ fn surrounds(node: &Node, quadrics: &[Quadric], z: f64) -> bool {
         let [a, b, c, d, ..] = quadric;
         let tangent = f64::atan2(b + d * z, a + c * z) + std::f64::consts::FRAC_PI_2;
         for start in [tangent, tangent + std::f64::consts::PI] {
-            // By halves, between places where the sign certainly differs.
+            // Bisection, between angles at which the signs certainly differ.
             let (mut low, mut high) = (start - 0.5, start + 0.5);
             let sign = value(quadric, low) < 0.0;
             for _ in 0..45 {
@@ -89,7 +91,7 @@ fn surrounds(node: &Node, quadrics: &[Quadric], z: f64) -> bool {
     })
 }
 
-/// The oracle looks at what is on small circles around the ray, at many places of it.
+/// The oracle samples small circles around the ray, at many points of it.
 #[test]
 fn rays_along_rulings_see_what_is_all_around_them() {
     let mut random = Random::new(41);
@@ -102,7 +104,7 @@ fn rays_along_rulings_see_what_is_all_around_them() {
             let mut quadric: Quadric =
                 std::array::from_fn(|i| if linear && i >= 2 { 0.0 } else { random.below(7) as f64 - 3.0 });
             if let Some(other) = quadrics.last().filter(|_| random.below(4) == 0) {
-                // Tangent to the one before everywhere, on the same side or on the other.
+                // Tangent to the previous quadric everywhere, on the same side or on the other.
                 let sign = [1.0, -1.0][random.below(2)];
                 quadric[..4].copy_from_slice(&other[..4]);
                 quadric[..4].iter_mut().for_each(|x| *x *= sign);
@@ -137,7 +139,7 @@ fn rays_along_rulings_see_what_is_all_around_them() {
     assert!(lists > 60 && turns > 60, "{lists} {turns}");
 }
 
-/// Beside a ray along a ruling of a saddle, the saddle turns until it passes the face of another solid.
+/// Around a ray along a ruling, the saddle rotates until it passes the face of another solid.
 #[test]
 fn a_saddle_that_turns_past_a_face_closes_a_gap_until_there() {
     let mut scene = Scene::default();
@@ -155,7 +157,8 @@ fn a_saddle_that_turns_past_a_face_closes_a_gap_until_there() {
     assert!(within(4.0, vec![front, saddle]).is_empty());
 }
 
-/// A parabolic cylinder and a cone touch along a ray. The curvature of the cone falls with the distance from its apex.
+/// A parabolic cylinder and a cone are tangent along a ray. The curvature of the cone decreases with the distance
+/// from its apex.
 #[test]
 fn curvatures_are_compared_where_the_ray_is() {
     let mut scene = Scene::default();
@@ -167,8 +170,8 @@ fn curvatures_are_compared_where_the_ray_is() {
     assert_eq!(seen(scene, cut, [0.0, 0.0, -9.0], [0.0, 0.0, 1.0]), [12.0, 15.0]);
 }
 
-/// Where a gradient vanishes the order of the surfaces changes at once, and one of two sheets may turn past the other there
-/// without passing it.
+/// Where a gradient vanishes, the order of the surfaces changes at once, and one of two sheets may rotate up to the
+/// other without passing it.
 #[test]
 fn surfaces_are_told_apart_behind_an_apex() {
     type Case<'a> = (&'a [[f64; 10]], [f64; 3], [f64; 3], &'a [f64]);
@@ -209,7 +212,7 @@ fn surfaces_are_told_apart_behind_an_apex() {
             [-2., -1., 0.],
             &[0.5, 1.5],
         ),
-        // Alone: a ray in a surface is in nothing.
+        // A single surface: a ray in it is not inside anything.
         (&[[0., 2., 0., 0., -2., 1., 0., 0., 2., 0.]], [7., 0., 0.], [1., 0., 0.], &[]),
     ];
     for (quadrics, o, d, expected) in cases {
@@ -225,7 +228,7 @@ fn surfaces_are_told_apart_behind_an_apex() {
     }
 }
 
-/// The same in a frame of which the inverse is not exact.
+/// The same in a frame whose inverse is not exact.
 #[test]
 fn a_ray_in_a_surface_of_a_placed_quadric_is_in_nothing() {
     let mut scene = Scene::default();

@@ -1,10 +1,10 @@
-//! Bodies of few leaves, which are asked without an accelerator, a heap for them and counters: the same bits as with them.
+//! Bodies of few leaves, which are tested without an accelerator, a heap and counters: the same bits as with them.
 
 use super::*;
 use crate::scene::NodeId;
 use crate::testkit::agreement;
 
-/// Solids with faces, edges and axes at whole numbers, so that they share them.
+/// Solids with faces, edges and axes at integer coordinates, so that they share them.
 fn leaf(scene: &mut Scene, random: &mut Random) -> NodeId {
     let mut whole = || random.below(4) as f64;
     let (a, b, c) = (whole(), whole(), whole());
@@ -34,8 +34,8 @@ fn combination(scene: &mut Scene, random: &mut Random, leaf_count: usize) -> Nod
     open[0]
 }
 
-/// Rays along axes and diagonals through whole and half numbers, in faces and along edges, and others; spans begin at
-/// whole numbers, so inside, outside and at surfaces.
+/// Rays along axes and diagonals through integer and half-integer points, in faces and along edges, and random rays.
+/// Spans begin at integers, and so inside, outside and at surfaces.
 fn lattice_rays(random: &mut Random, count: usize) -> Vec<(Ray, Span)> {
     let one = |random: &mut Random| {
         let place = |random: &mut Random| random.below(13) as f64 * 0.5 - 1.0;
@@ -43,7 +43,7 @@ fn lattice_rays(random: &mut Random, count: usize) -> Vec<(Ray, Span)> {
         let d = match random.below(4) {
             0 => random.direction(),
             1 => Vec3::AXES[random.below(3)],
-            // All but parallel to a face.
+            // Almost parallel to a face.
             2 => Vec3::AXES[random.below(3)] + random.direction() * 1e-16,
             _ => Vec3::new(1.0, random.below(3) as f64 - 1.0, random.below(2) as f64),
         };
@@ -63,7 +63,7 @@ fn few_leaves_are_asked_by_short_ways_with_the_same_bits() {
         let part = combination(&mut scene, &mut random, 1 + case % 8);
         let node = match case % 3 {
             0 => part,
-            // A frame of its own, with errors.
+            // A frame of its own, with rounding errors.
             1 => scene.add_transform(Affine::rotation_xyz(Vec3::new(10.0, 20.0, 330.0)), part),
             _ => {
                 let moved = scene.add_transform(Affine::translation(Vec3::new(0.1, 0.0, 1.0)), part);
@@ -79,7 +79,7 @@ fn few_leaves_are_asked_by_short_ways_with_the_same_bits() {
     assert!(met > 3000, "{met}");
 }
 
-/// A fuel pin as OpenMC writes it: a cylinder without an end, cut by two planes.
+/// A fuel pin as OpenMC writes it: an infinite cylinder, cut by two planes.
 #[test]
 fn planes_that_a_line_stays_clear_of_are_not_intersected() {
     let mut scene = Scene::default();
@@ -92,7 +92,7 @@ fn planes_that_a_line_stays_clear_of_are_not_intersected() {
     scene.add_object("pin", None, pin);
     let world = world(&scene, "bvh");
     let mut random = Random::new(31);
-    // Across the pin, out of it, and through its ends, near its edges too.
+    // Across the pin, past it, and through its ends, also near its edges.
     let mut rays = Vec::new();
     for i in 0..3000 {
         let z = [0.3, 1.3, -0.7][i % 3] + [0.0, 0.3, 1e-9, 1e-14][i % 4] * random.number(-1.0, 1.0);

@@ -1,5 +1,5 @@
-//! Every query tells the same story, wherever the span begins and ends: at crossings, just before and behind them,
-//! within walls and between them.
+//! All queries agree, wherever the span begins and ends: at crossings, just before and after them, inside walls and
+//! between them.
 
 use super::*;
 use crate::testkit::agreement::{contains_agrees, hold, hold_one, spans_of};
@@ -13,7 +13,7 @@ fn mesh_scene(mesh: TriangleMesh) -> Scene {
     scene
 }
 
-/// Each ray with some of the spans that matter to it.
+/// Each ray with some of the spans that are critical for it.
 fn with_spans(random: &mut Random, world: &World, rays: &[Ray], most: usize) -> Vec<(Ray, Span)> {
     let mut out = Vec::new();
     for ray in rays {
@@ -67,7 +67,8 @@ fn queries_agree_on_every_span_of_meshes_with_thin_walls() {
     assert!(spans > 25_000, "{spans}");
 }
 
-/// A wall that the ray has left behind was taken for where it enters, and cut off before its end.
+/// Regression: a wall behind the start of the ray was taken for one that the ray enters, and was cut off before its
+/// end.
 #[test]
 fn a_ray_that_has_left_a_thin_wall_does_not_begin_inside() {
     for wall in [1e-2, 1e-4, 1e-6] {
@@ -84,7 +85,7 @@ fn a_ray_that_has_left_a_thin_wall_does_not_begin_inside() {
             Some(HitKind::Start)
         );
     }
-    // The same far from the origin, where the look-back was as long as the coordinates.
+    // The same far from the origin, where the look-back distance was as long as the coordinates.
     let far = Vec3::splat(1e4);
     let block = cuboid(far + Vec3::new(0.5, -1.0, -1.0), far + Vec3::ONE);
     let world = world(&mesh_scene(block), "bvh");

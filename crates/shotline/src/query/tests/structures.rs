@@ -1,4 +1,4 @@
-//! Whole worlds under every accelerator: the same bits, whatever looks them through, in whatever order.
+//! Whole worlds under every accelerator: the same bits, whichever accelerator is traversed, in whatever order.
 
 use std::sync::Arc;
 
@@ -9,17 +9,17 @@ use crate::solid::mesh::shapes::{ball, sheet};
 use crate::testkit::scene::random_scene;
 use crate::trace::Act;
 
-/// Everything asked of a ray under every accelerator, bodies of few leaves too, held to what `brute` says of the levels
-/// and the short ways say of such bodies.
+/// Runs every query on rays under every accelerator, also for bodies of few leaves. Compares the results to those of
+/// the levels under `brute` and of the special cases for such bodies.
 fn assert_all_accelerators_agree(scene: &Scene, rays: &[Ray], spans: &[Span], context: &str) {
     let oracle = world(scene, "brute");
-    // Of another accelerator's world too: a seed says where to look first, no more.
+    // The hints are also used in the worlds of other accelerators: a hint only determines what is tested first.
     let mut hints = [CoherenceHint::default(), CoherenceHint::default()];
     for name in accel::NAMES {
         let other = world(scene, name).plain(name);
         let mut caster = Caster::new(&other);
         for (i, ray) in rays.iter().enumerate() {
-            // Whether the steps are recorded is no matter.
+            // Results must not depend on whether the steps are recorded.
             if i % 2 == 0 {
                 caster.record(100);
             }
@@ -55,9 +55,9 @@ fn every_accelerator_gives_the_same_bits() {
     }
 }
 
-/// A crowd for every structure: many placements of a level of many placements, a body of many leaves, meshes
-/// of many triangles as leaf, operand and surface, and a solid without end. So that items lie in many cells,
-/// they are of all sizes.
+/// A crowd for every accelerator: many placements of a level of many placements, a body of many leaves, meshes of
+/// many triangles as leaf, operand and surface, and an unbounded solid. They have many sizes, so that items lie in
+/// many cells.
 pub(super) fn crowded_scene(random: &mut Random) -> Scene {
     let mut scene = Scene::default();
     let mesh = |scene: &mut Scene, mesh| scene.add(Node::Mesh { mesh: Arc::new(mesh), file: None });
@@ -93,7 +93,7 @@ fn crowds_are_the_same_to_every_accelerator() {
     assert_all_accelerators_agree(&scene, &rays, &spans, "crowds");
 }
 
-/// Rays that go alike are blocked by the same body, and a seed of one scene leads nowhere in another.
+/// Coherent rays are blocked by the same body, and a hint from one scene leads nowhere in another.
 #[test]
 fn seeds_save_the_walk_and_are_harmless_elsewhere() {
     let mut random = Random::new(15);
@@ -121,7 +121,7 @@ fn seeds_save_the_walk_and_are_harmless_elsewhere() {
     }
 }
 
-/// A trace tells every test, every tag and every boundary, and where it is cut how much is missing.
+/// A trace contains every test, every tag and every boundary, and if it is cut, how many steps are missing.
 #[test]
 fn traces_are_complete() {
     let mut random = Random::new(14);
@@ -139,7 +139,7 @@ fn traces_are_complete() {
             let (mut tests, mut alone, mut saved, mut boundaries) = (0, 0, 0, 0);
             for step in &whole.steps {
                 match &step.act {
-                    // Placed alone, perhaps a surface: then it is not counted as a solid.
+                    // A mesh placed alone may be a surface: then it is not counted as a solid.
                     Act::Test { item } if item == "mesh" => alone += 1,
                     Act::Test { .. } => tests += 1,
                     Act::Saved { .. } => saved += 1,
@@ -165,7 +165,7 @@ fn traces_are_complete() {
     }
 }
 
-/// Each part is looked through by the structure that it chooses, and no answer depends on it.
+/// Each node is traversed with the accelerator that it chooses, and no result depends on it.
 #[test]
 fn parts_choose_their_accelerators() {
     let mut random = Random::new(16);
@@ -210,7 +210,7 @@ fn parts_choose_their_accelerators() {
     assert!(errors[0].message.contains("'tree'") && errors[0].node == Some(NodeId(0)), "{errors:?}");
 }
 
-/// Structures that list an item in many cells intersect it once.
+/// Accelerators that list an item in many cells intersect it once.
 #[test]
 fn tags_save_tests() {
     let mut random = Random::new(14);

@@ -1,4 +1,4 @@
-//! Queries for surfaces only, and what lies at the ends of a span.
+//! Queries for surfaces only, and crossings at the ends of a span.
 
 use super::structures::crowded_scene;
 use super::*;
@@ -10,7 +10,8 @@ fn scope(span: Span) -> Scope {
     Scope::surfaces(span)
 }
 
-/// The crossings without those of kind `start` and `end`; the first of them, whether there is any, and how many.
+/// Compares queries for surfaces to the crossings without those of kind `start` and `end`: the list, its first
+/// element, whether there is any, and the count.
 fn assert_surfaces_are_those_of_the_list(
     world: &World,
     hints: &mut [CoherenceHint; 2],
@@ -34,8 +35,8 @@ fn assert_surfaces_are_those_of_the_list(
     assert_eq!(caster.count(ray, scope(span)), Ok(expected.len() as u64), "{of}");
 }
 
-/// Whatever the scene, the span and the accelerator: closed and open meshes, combinations and what has no end are among
-/// them, and many rays begin and end inside.
+/// For any scene, span and accelerator. The scenes contain closed and open meshes, combinations and unbounded solids,
+/// and many rays begin and end inside.
 #[test]
 fn surfaces_only_leaves_out_what_is_no_surface() {
     let mut random = Random::new(51);
@@ -60,7 +61,7 @@ fn surfaces_only_leaves_out_what_is_no_surface() {
     assert!(begun_inside > 300, "{begun_inside}");
 }
 
-/// From the middle of a room the wall is what a lidar sees.
+/// From the middle of a room, a lidar sees the wall.
 #[test]
 fn from_inside_a_box_only_its_wall_is_a_surface() {
     let mut scene = Scene::default();
@@ -82,7 +83,7 @@ fn from_inside_a_box_only_its_wall_is_a_surface() {
     assert_eq!(Kinds::default(), Kinds::All);
 }
 
-/// What begins where the span ends has no length in it; what ends there does.
+/// An interval that begins where the span ends has no length in it; one that ends there does.
 #[test]
 fn nothing_begins_where_the_span_ends() {
     let mut scene = Scene::default();
@@ -102,7 +103,7 @@ fn nothing_begins_where_the_span_ends() {
     }
 }
 
-/// Of two bodies that begin at one `t` the lower path is the closest, whichever is asked first.
+/// Of two bodies that begin at the same `t`, the one with the lower path is the closest, whichever is tested first.
 #[test]
 fn bodies_that_begin_together_are_told_apart_by_their_paths() {
     let mut scene = Scene::default();
@@ -120,7 +121,7 @@ fn bodies_that_begin_together_are_told_apart_by_their_paths() {
     }
 }
 
-/// From a face into a solid, and along negative zeros.
+/// From a face into a solid, and with negative zeros.
 #[test]
 fn no_crossing_is_at_minus_zero() {
     let mut scene = Scene::default();

@@ -1,4 +1,5 @@
-//! Meshes with thin walls held to exact arithmetic, however far from the origin, from whatever start.
+//! Meshes with thin walls compared to exact arithmetic, at any distance from the origin and from any start of the
+//! ray.
 
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
@@ -37,7 +38,7 @@ fn dot(a: &Exact, b: &Exact) -> BigRational {
     (0..3).map(|i| &a[i] * &b[i]).fold(BigRational::zero(), |sum, x| sum + x)
 }
 
-/// Whether rounded arithmetic is sure that a line passes a triangle by.
+/// Whether rounded arithmetic proves that a line misses a triangle.
 fn surely_missed(corners: [Vec3; 3], o: Vec3, d: Vec3) -> bool {
     let [a, b, c] = corners.map(|v| v - o);
     let side = |p: Vec3, q: Vec3| (d.dot(p.cross(q)), 1e-13 * d.length() * p.length() * q.length());
@@ -45,8 +46,8 @@ fn surely_missed(corners: [Vec3; 3], o: Vec3, d: Vec3) -> bool {
     sides.iter().any(|(s, err)| s > err) && sides.iter().any(|(s, err)| *s < -err)
 }
 
-/// Where a line passes through the faces of a mesh, with what that adds to the winding number; `None` if it meets an
-/// edge or runs in a face.
+/// Where a line crosses the faces of a mesh, with the change of the winding number there; `None` if it hits an edge
+/// or runs in a face.
 fn exact_hits(mesh: &TriangleMesh, ray: &Ray) -> Option<Vec<(BigRational, i32)>> {
     let (o, d) = (exact(ray.origin()), exact(ray.direction()));
     let mut hits = Vec::new();
@@ -69,7 +70,7 @@ fn exact_hits(mesh: &TriangleMesh, ray: &Ray) -> Option<Vec<(BigRational, i32)>>
     Some(hits)
 }
 
-/// Where the line passes into the inside and out of it.
+/// Where the line enters and leaves the inside.
 fn exact_crossings(hits: &[(BigRational, i32)]) -> Vec<(BigRational, bool)> {
     let (mut winding, mut out) = (0, Vec::new());
     for event in hits.chunk_by(|a, b| a.0 == b.0) {
@@ -83,7 +84,7 @@ fn exact_crossings(hits: &[(BigRational, i32)]) -> Vec<(BigRational, bool)> {
     out
 }
 
-/// What is to be listed from a span: where exactly, entering or not, and what it is.
+/// The expected list of a span: the exact `t`, whether the ray enters, and the kind.
 fn expected(all: &[(BigRational, bool)], span: Span) -> Vec<(BigRational, bool, HitKind)> {
     let (t_min, t_max) = (number(span.t_min()), span.t_max());
     let ends = |t: &BigRational| t_max.is_finite() && *t > number(t_max);
@@ -107,8 +108,8 @@ fn expected(all: &[(BigRational, bool)], span: Span) -> Vec<(BigRational, bool, 
     rows
 }
 
-/// Whether hits are so near to each other, or to an end of the span, that they are one event with it by their
-/// bounds, but not exactly. `reach` is the distance of the mesh's farthest corner in lengths of the direction.
+/// Whether hits coincide, by their bounds, with each other or with an end of the span, but not exactly. `reach` is
+/// the distance of the mesh's farthest corner in lengths of the direction.
 fn is_close(hits: &[(BigRational, i32)], span: Span, reach: f64) -> bool {
     let ends = [span.t_min(), span.t_max()].into_iter().filter(|t| t.is_finite()).map(number);
     let mut places: Vec<BigRational> = hits.iter().map(|hit| hit.0.clone()).chain(ends).collect();
@@ -120,7 +121,7 @@ fn is_close(hits: &[(BigRational, i32)], span: Span, reach: f64) -> bool {
     })
 }
 
-/// Spans that begin at crossings and between them, and end between them.
+/// Spans that begin at crossings or between them, and end between them.
 fn spans(world: &World, ray: &Ray) -> Vec<Span> {
     let whole = Span::new(-1e15, f64::INFINITY).expect("an interval");
     let ts: Vec<f64> = crossings(world, ray, whole).iter().map(|hit| hit.t).collect();
@@ -183,7 +184,7 @@ fn thin_walls_are_as_exact_arithmetic_says() {
     );
 }
 
-/// All hits of a mesh on a line, by every accelerator: the same bits.
+/// All hits of a mesh on a line; every accelerator must return the same bits.
 fn hits(mesh: &TriangleMesh, line: &Line) -> Vec<(u64, u64, bool)> {
     let mut lists = accel::NAMES.iter().map(|name| {
         let solid = MeshSolid::new(Arc::new(mesh.clone()), name).expect("a mesh");
@@ -196,7 +197,8 @@ fn hits(mesh: &TriangleMesh, line: &Line) -> Vec<(u64, u64, bool)> {
     first
 }
 
-/// The bounds came from the largest coordinate of any vertex, so that a far one made the mesh vanish.
+/// Regression: the error bounds were computed from the largest coordinate of any vertex, so that a far vertex made
+/// the mesh vanish.
 #[test]
 fn far_and_unused_vertices_change_no_bit() {
     let plain = cuboid(Vec3::new(0.1, 0.2, 0.3), Vec3::new(1.1, 1.2, 1.3));
@@ -222,7 +224,7 @@ fn far_and_unused_vertices_change_no_bit() {
 
 #[test]
 fn shells_of_all_sizes_in_one_mesh_answer_as_each_alone() {
-    // Side by side along x, each ten times the one before.
+    // Side by side along x, each shell ten times as large as the one before.
     let shell = |k: i32| {
         let (size, middle) = (10f64.powi(k), Vec3::new(3.0 * 10f64.powi(k), 0.0, 0.0));
         let half = Vec3::new(0.5, 0.31, 0.43) * size;
@@ -234,7 +236,7 @@ fn shells_of_all_sizes_in_one_mesh_answer_as_each_alone() {
     for k in 0..=15 {
         let (alone, middle, size) = shell(k);
         for _ in 0..12 {
-            // In a plane across x, so that no other shell is met.
+            // In a plane perpendicular to x, so that the line hits no other shell.
             let o = middle + Vec3::new(random.number(-0.4, 0.4), -2.0, random.number(-1.0, 1.0)) * size;
             let target = Vec3::new(o.x, 0.0, random.number(-0.4, 0.4) * size);
             let line = Line::exact(o, target - o);

@@ -1,4 +1,4 @@
-//! Rays in faces, rays parallel to surfaces without end, and chains of events.
+//! Rays in faces, rays parallel to unbounded surfaces, and chains of events.
 
 use super::*;
 
@@ -21,12 +21,12 @@ pub(super) fn csg(scene: &mut Scene, op: Op, args: Vec<crate::scene::NodeId>) ->
     scene.add(Node::Csg { op, args })
 }
 
-/// [`seen_within`] the half line.
+/// As [`seen_within`], for the half line.
 pub(super) fn seen(scene: Scene, node: crate::scene::NodeId, o: [f64; 3], d: [f64; 3]) -> Vec<f64> {
     seen_within(scene, node, o, d, Span::FORWARD)
 }
 
-/// The `t` at which a ray crosses a node as it is, and under a rotation of both; all queries must agree.
+/// The `t` at which a ray crosses a node, as it is and under a rotation of both. All queries must agree.
 pub(super) fn seen_within(
     mut scene: Scene,
     node: crate::scene::NodeId,
@@ -72,11 +72,11 @@ fn a_ray_in_a_shared_face_sees_no_seam() {
     let both = csg(&mut scene, Op::Union, vec![low, high]);
     let (o, d) = ([-1.0, 0.5, 1.0], [1.0, 0.0, 0.0]);
     assert_eq!(seen(scene.clone(), both, o, d), [1.0, 2.0]);
-    // A face that one has alone is outside, and so is a gap.
+    // A face that only one operand has is outside, and so is a gap.
     assert!(seen(scene.clone(), low, o, d).is_empty());
     let common = csg(&mut scene, Op::Intersection, vec![low, high]);
     assert!(seen(scene.clone(), common, o, d).is_empty());
-    // Begun within the face.
+    // A ray that begins in the face.
     assert_eq!(seen(scene, both, [0.5, 0.5, 1.0], d), [0.0, 0.5]);
 }
 
@@ -136,7 +136,7 @@ fn a_plug_fills_its_hole_along_the_wall_too() {
     assert_eq!(seen(scene, filled, o, d), [1.0, 4.0]);
 }
 
-/// A ray parallel to the plane of a cut, up to rounding: the far root must not swallow what is near.
+/// A ray that is parallel to a cutting plane up to rounding: the far root must not swallow near crossings.
 #[test]
 fn a_crossing_near_infinity_swallows_nothing() {
     let mut scene = Scene::default();
@@ -151,7 +151,7 @@ fn a_crossing_near_infinity_swallows_nothing() {
             let both = csg(&mut scene, Op::Union, vec![ball, cut]);
             let along = turn.vector(Vec3::new(-2.0, 1.0, 0.0)).to_array();
             let list = seen(scene.clone(), both, (Vec3::from(along) * -4.0).to_array(), along);
-            // The ball about the origin is on the way, whatever the ray sees of the cube.
+            // The ray crosses the ball about the origin, however it crosses the cube.
             let (from, to) = (4.0 - 0.2f64.sqrt(), 4.0 + 0.2f64.sqrt());
             let has = |t: f64| list.iter().any(|x| (x - t).abs() < 1e-12);
             assert!(has(from) && has(to), "{degrees} degrees, offset {offset}: {list:?}");
@@ -209,8 +209,8 @@ fn thin_layers_seen_from_afar_are_one_body() {
     }
 }
 
-/// Layers in two objects, each thicker than the bounds of its faces but begun within those of the other: what the ray
-/// passes of either is not swallowed by the chain that their faces make.
+/// Layers in two objects, each thicker than the bounds of its faces, but beginning within the bounds of a face of the
+/// other. The chain that their faces form must not swallow the segments of either.
 #[test]
 fn thin_objects_that_overlap_keep_their_segments() {
     for count in [1, 2, 500] {
@@ -233,7 +233,7 @@ fn thin_objects_that_overlap_keep_their_segments() {
         let length =
             |object: u32| segments.iter().filter(|s| s.object == object).map(|s| s.length).sum::<f64>();
         let (below, above) = (length(0) / f64::from(count), length(1) / f64::from(count));
-        // An end that is one event with the other's begin is taken for it.
+        // An end that coincides with the start of the other object is replaced by it.
         assert!((1.7e-6..4.3e-6).contains(&below), "{count}: {below}");
         assert!((above - 4e-6).abs() < 3e-7, "{count}: {above}");
     }
