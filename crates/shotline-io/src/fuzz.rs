@@ -124,7 +124,7 @@ fn cast(bytes: &[u8]) {
     let Ok(text) = String::from_utf8(bytes.to_vec()) else { return };
     let Ok(document) = parse_scene(text, None) else { return };
     match expanded_size(&document.scene) {
-        None => assert!(!agreement::hold(&document.scene, &[]), "a node contains itself"),
+        None => assert!(!agreement::check_scene(&document.scene, &[]), "a node contains itself"),
         Some(size) if size > MAX_EXPANDED => {}
         Some(_) => compiled(&document, bytes.iter().fold(0, |sum, b| sum * 31 % 65_537 + u64::from(*b))),
     }
@@ -133,7 +133,7 @@ fn cast(bytes: &[u8]) {
 fn compiled(document: &Document, seed: u64) {
     let scene = &document.scene;
     let rays: Vec<(Ray, Span)> = rays(scene.camera.as_ref(), &mut Random::new(seed)).collect();
-    if !agreement::hold(scene, &rays) {
+    if !agreement::check_scene(scene, &rays) {
         let errors = shotline::compile::compile(scene, Default::default()).expect_err("refused before");
         has_message(&document.diagnostics(&errors));
     }

@@ -225,7 +225,7 @@ fn coherence_changes_no_pixel() {
         let run = Run { counters: Some(&work), ..Run::default() };
         let settings = Settings { coherence, samples: 4, ..settings("lit") };
         let image = render(&world, &scene, &settings, run).unwrap();
-        (image, work.into_inner().unwrap().hinted_right)
+        (image, work.into_inner().unwrap().hint_hits)
     };
     let (plain, none) = picture(false, false);
     assert_eq!(none, 0);

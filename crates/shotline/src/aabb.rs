@@ -204,16 +204,16 @@ impl BoxRay {
     #[inline]
     pub fn oblique_slope(&self, [i, j]: [usize; 2], sign: f64) -> Slope {
         let (a, b) = (self.d[i], self.d[j] * sign);
-        let (way, both) = (a + b, a.abs() + b.abs());
+        let (travel, both) = (a + b, a.abs() + b.abs());
         // One ulp covers the rounding of the sum, and the margin covers underflow.
         let margin = f64::MIN_POSITIVE * (1.0 + both);
         let (i_ends, j_ends) =
             ((self.ahead[i], self.behind[i]), (self.ahead[j] * sign, self.behind[j] * sign));
         let high = (i_ends.0.max(i_ends.1) + j_ends.0.max(j_ends.1)).next_up() + margin;
         let low = (i_ends.0.min(i_ends.1) + j_ends.0.min(j_ends.1)).next_down() - margin;
-        let (ahead, behind) = if way >= 0.0 { (high, low) } else { (low, high) };
-        let doubt = (2.0 * (self.grow - 1.0) + 16.0 * HALF_ULP) * (both / way.abs());
-        let inverse = 1.0 / way;
+        let (ahead, behind) = if travel >= 0.0 { (high, low) } else { (low, high) };
+        let doubt = (2.0 * (self.grow - 1.0) + 16.0 * HALF_ULP) * (both / travel.abs());
+        let inverse = 1.0 / travel;
         let culls = doubt <= 0.25
             && !self.inverse[i].is_nan()
             && !self.inverse[j].is_nan()
@@ -276,12 +276,12 @@ pub struct SphereRay {
     /// An upper bound on the reciprocal of that length.
     inverse: f64,
     /// A bound on the distance by which the origin's error displaces the line.
-    spread: f64,
+    origin_error: f64,
     /// Twice the relative error of the distance to a face.
     doubt: f64,
     /// The smallest padded radius that is tested; smaller spheres are always met. Infinite where squares might
     /// underflow or overflow.
-    least: f64,
+    min_radius: f64,
     span: Span,
 }
 
@@ -298,9 +298,9 @@ impl SphereRay {
             culls: Vec3::select(ray.inverse.is_nan_mask(), Vec3::ZERO, Vec3::ONE),
             inverse_squared: 1.0 / squared,
             inverse: inverse.x.min(inverse.y).min(inverse.z) * (1.0 + 8.0 * HALF_ULP),
-            spread: (ray.ahead - ray.behind).abs().element_sum(),
+            origin_error: (ray.ahead - ray.behind).abs().element_sum(),
             doubt: 2.0 * (ray.grow - 1.0 + 16.0 * HALF_ULP),
-            least: if (1e-280..1e280).contains(&squared) { 1e-140 } else { f64::INFINITY },
+            min_radius: if (1e-280..1e280).contains(&squared) { 1e-140 } else { f64::INFINITY },
             span: ray.span,
         }
     }
@@ -314,9 +314,9 @@ impl SphereRay {
         let to = (centre - self.ahead) * self.culls;
         let reach = to.abs().element_sum();
         let doubt = 32.0 * HALF_ULP * reach;
-        let pad = self.spread + self.doubt * (reach + radius + self.spread);
+        let pad = self.origin_error + self.doubt * (reach + radius + self.origin_error);
         let radius = (radius + pad) * (1.0 + 8.0 * HALF_ULP) + 2.0 * doubt;
-        if !(reach < 1e140 && (self.least..1e140).contains(&radius)) {
+        if !(reach < 1e140 && (self.min_radius..1e140).contains(&radius)) {
             return Some(self.span.t_min());
         }
         let foot = to.dot(self.d) * self.inverse_squared;

@@ -1,13 +1,13 @@
 //! The budget of one ray: a number of steps, and a cancel flag that is read between them.
 //!
 //! Traversals call [`Budget::step`] for each entry that they take from a heap or a stack. It costs a decrement; the
-//! flag is read once in `SLICE` steps.
+//! flag is read once in `POLL_INTERVAL` steps.
 
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Steps between two reads of the cancel flag: a fraction of a millisecond.
-const SLICE: u64 = 1024;
+const POLL_INTERVAL: u64 = 1024;
 
 /// How the caller of a query monitors and cancels it while it runs.
 #[derive(Clone, Copy, Default)]
@@ -27,7 +27,7 @@ impl fmt::Debug for Watch<'_> {
 
 /// Why a ray was abandoned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ended {
+pub enum StopReason {
     /// The cancel flag was set.
     Cancelled,
     /// The ray has used all its steps.
@@ -43,7 +43,7 @@ pub struct Budget<'c> {
     /// Steps left after those.
     rest: u64,
     most: u64,
-    ended: Option<Ended>,
+    ended: Option<StopReason>,
 }
 
 impl Default for Budget<'_> {
@@ -60,7 +60,7 @@ impl<'c> Budget<'c> {
 
     /// Begins a ray of at most `most` steps.
     pub fn begin(&mut self, most: u64) {
-        let slice = most.min(SLICE);
+        let slice = most.min(POLL_INTERVAL);
         (self.slice, self.rest, self.most, self.ended) = (slice, most - slice, most, None);
     }
 
@@ -73,20 +73,20 @@ impl<'c> Budget<'c> {
                 self.slice = left;
                 true
             }
-            None => self.look(),
+            None => self.refill(),
         }
     }
 
     #[cold]
-    fn look(&mut self) -> bool {
+    fn refill(&mut self) -> bool {
         if self.rest == 0 {
-            self.ended = self.ended.or(Some(Ended::Exhausted));
+            self.ended = self.ended.or(Some(StopReason::Exhausted));
         }
         self.check();
         if self.ended.is_some() {
             return false;
         }
-        let slice = self.rest.min(SLICE);
+        let slice = self.rest.min(POLL_INTERVAL);
         self.rest -= slice;
         self.slice = slice - 1;
         true
@@ -98,12 +98,12 @@ impl<'c> Budget<'c> {
             progress(0);
         }
         if self.watch.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed)) {
-            self.ended = Some(Ended::Cancelled);
+            self.ended = Some(StopReason::Cancelled);
         }
     }
 
     /// Why the ray was abandoned; `None` if it was not.
-    pub fn ended(&self) -> Option<Ended> {
+    pub fn ended(&self) -> Option<StopReason> {
         self.ended
     }
 
@@ -121,12 +121,12 @@ mod tests {
 
     #[test]
     fn a_ray_has_so_many_steps_and_no_more() {
-        for most in [0, 1, SLICE - 1, SLICE, SLICE + 1, 10 * SLICE + 7] {
+        for most in [0, 1, POLL_INTERVAL - 1, POLL_INTERVAL, POLL_INTERVAL + 1, 10 * POLL_INTERVAL + 7] {
             let mut budget = Budget::default();
             for _ in 0..2 {
                 budget.begin(most);
                 assert_eq!((0..2 * most + 9).filter(|_| budget.step()).count() as u64, most);
-                assert_eq!((budget.ended(), budget.used()), (Some(Ended::Exhausted), most));
+                assert_eq!((budget.ended(), budget.used()), (Some(StopReason::Exhausted), most));
             }
         }
     }
@@ -141,10 +141,10 @@ mod tests {
         let mut budget = Budget::default();
         budget.watch(Watch { cancel: Some(&cancel), progress: Some(&progress) });
         budget.begin(u64::MAX);
-        assert!((0..10 * SLICE).all(|_| budget.step()));
+        assert!((0..10 * POLL_INTERVAL).all(|_| budget.step()));
         assert_eq!(looks.load(Ordering::Relaxed), 9);
         cancel.store(true, Ordering::Relaxed);
-        assert!((0..3 * SLICE).filter(|_| budget.step()).count() as u64 <= SLICE);
-        assert_eq!(budget.ended(), Some(Ended::Cancelled));
+        assert!((0..3 * POLL_INTERVAL).filter(|_| budget.step()).count() as u64 <= POLL_INTERVAL);
+        assert_eq!(budget.ended(), Some(StopReason::Cancelled));
     }
 }

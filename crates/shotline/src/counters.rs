@@ -20,7 +20,7 @@ pub struct Counters {
     /// Rays cast with a [`CoherenceHint`](crate::query::CoherenceHint) that met a body.
     pub hinted: u64,
     /// Those of them that met the body of their hint.
-    pub hinted_right: u64,
+    pub hint_hits: u64,
 }
 
 /// One of the counts of [`Counters`].
@@ -59,6 +59,6 @@ impl std::ops::AddAssign for Counters {
         self.heap_pushes += other.heap_pushes;
         self.repaired += other.repaired;
         self.hinted += other.hinted;
-        self.hinted_right += other.hinted_right;
+        self.hint_hits += other.hint_hits;
     }
 }

@@ -52,14 +52,14 @@ struct Slot {
 }
 
 /// Maximum number of slots kept from ray to ray.
-const KEPT: usize = 1 << 16;
+const MAX_KEPT_SLOTS: usize = 1 << 16;
 
 impl VisitTags {
     /// Begins a ray: no item is tagged.
     pub fn begin(&mut self) {
         self.ray = self.ray.wrapping_add(1);
         self.used = 0;
-        if self.ray == 0 || self.slots.len() > KEPT {
+        if self.ray == 0 || self.slots.len() > MAX_KEPT_SLOTS {
             (self.ray, self.slots) = (1, Vec::new());
         }
     }
@@ -133,7 +133,7 @@ mod tests {
             }
         }
         tags.begin();
-        assert!(tags.slots.len() <= KEPT);
+        assert!(tags.slots.len() <= MAX_KEPT_SLOTS);
     }
 
     #[test]

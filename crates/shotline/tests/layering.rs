@@ -15,7 +15,7 @@ use source::{Crate, Module, rust_files, tokens};
 
 /// The modules of the core, lowest first, each with all modules it imports. An unused entry is also an error and
 /// must be removed.
-const ARROWS: &[(&str, &[&str])] = &[
+const IMPORTS: &[(&str, &[&str])] = &[
     ("math", &[]),
     ("roots", &["math"]),
     ("ray", &["math"]),
@@ -77,7 +77,7 @@ const UNSAFE: &[&str] = &[];
 
 const MAX_LINES: usize = 500;
 
-const SHAPELESS: &[&str] = &["utils", "util", "misc", "common", "helpers"];
+const VAGUE_NAMES: &[&str] = &["utils", "util", "misc", "common", "helpers"];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap().to_path_buf()
@@ -124,11 +124,11 @@ fn repository(folder: &Path, found: &mut Vec<PathBuf>) {
 #[test]
 fn the_core_imports_downwards() {
     let core = package("crates/shotline");
-    let allowed: BTreeMap<&str, &[&str]> = ARROWS.iter().copied().collect();
+    let allowed: BTreeMap<&str, &[&str]> = IMPORTS.iter().copied().collect();
     let mut problems = Vec::new();
-    for (i, (module, targets)) in ARROWS.iter().enumerate() {
+    for (i, (module, targets)) in IMPORTS.iter().enumerate() {
         for target in *targets {
-            if !ARROWS[..i].iter().any(|(below, _)| below == target) {
+            if !IMPORTS[..i].iter().any(|(below, _)| below == target) {
                 problems.push(format!("the table lets {module} import {target}, which is not below it"));
             }
         }
@@ -148,7 +148,7 @@ fn the_core_imports_downwards() {
             }
         }
     }
-    for (from, targets) in ARROWS {
+    for (from, targets) in IMPORTS {
         for to in *targets {
             if !used.contains(&(from.to_string(), to.to_string())) {
                 problems.push(format!("{from} no longer imports {to}: take the arrow out of the table"));
@@ -163,8 +163,8 @@ fn files_do_not_import_in_a_circle() {
     let mut problems = Vec::new();
     for folder in ACYCLIC {
         let arrows = arrows_between_files(&package(folder));
-        let Some(circle) = arrows.keys().find_map(|start| circle(&arrows, start)) else { continue };
-        problems.extend(circle.iter().map(|(from, to)| {
+        let Some(cycle) = arrows.keys().find_map(|start| cycle(&arrows, start)) else { continue };
+        problems.extend(cycle.iter().map(|(from, to)| {
             format!("{}: {} imports {}", arrows[from][to], from.join("::"), to.join("::"))
         }));
     }
@@ -190,7 +190,7 @@ fn arrows_between_files(package: &Crate) -> BTreeMap<Module, BTreeMap<Module, St
 }
 
 /// Returns the edges of a shortest cycle through a module.
-fn circle(
+fn cycle(
     arrows: &BTreeMap<Module, BTreeMap<Module, String>>,
     start: &Module,
 ) -> Option<Vec<(Module, Module)>> {
@@ -265,7 +265,7 @@ fn names_say_something() {
     repository(&root(), &mut all);
     let shapeless = all.iter().filter(|path| {
         let stem = path.file_stem().unwrap().to_string_lossy().to_lowercase();
-        SHAPELESS.contains(&stem.as_str())
+        VAGUE_NAMES.contains(&stem.as_str())
     });
     let problem = |path: &PathBuf| format!("{}: name it after what it holds", shown(path));
     assert_none(&shapeless.map(problem).collect::<Vec<_>>());

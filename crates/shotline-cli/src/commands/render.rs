@@ -227,7 +227,7 @@ impl Command {
             "frames": self.frames.unwrap_or(1),
             "render_s": seconds,
             "seeded": work.hinted,
-            "seeded_right": work.hinted_right,
+            "seeded_right": work.hint_hits,
         });
         for counter in COUNTERS {
             line[counter.name] = json!((counter.of)(&work));

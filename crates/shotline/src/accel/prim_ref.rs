@@ -62,7 +62,7 @@ pub(super) fn cut(bounds: &Aabb, axis: usize, at: f64) -> (Aabb, Aabb) {
 }
 
 /// The items below and above a plane, with their boxes clipped to it. A box that ends at the plane is not above it.
-pub(super) fn divide(items: &[PrimRef], axis: usize, at: f64) -> (Vec<PrimRef>, Vec<PrimRef>) {
+pub(super) fn partition_by_plane(items: &[PrimRef], axis: usize, at: f64) -> (Vec<PrimRef>, Vec<PrimRef>) {
     let (mut below, mut above) = (Vec::new(), Vec::new());
     for &PrimRef { bounds, item } in items {
         let (low, high) = cut(&bounds, axis, at);

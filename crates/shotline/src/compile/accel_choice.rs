@@ -15,8 +15,8 @@ impl<'s> AccelChoice<'s> {
     /// # Errors
     /// One error for each name that is not the name of an accelerator.
     pub fn new(scene: &'s Scene, options: Options) -> Result<AccelChoice<'s>, Vec<SceneError>> {
-        let of_parts = scene.accels.iter().map(|(&node, &name)| (Some(node), name));
-        let all = of_parts.chain(scene.accel.map(|name| (None, name)));
+        let of_nodes = scene.accels.iter().map(|(&node, &name)| (Some(node), name));
+        let all = of_nodes.chain(scene.accel.map(|name| (None, name)));
         let all = all.chain(options.accel.map(|name| (None, name)));
         let unknown = all.filter(|(_, name)| !accel::NAMES.contains(name)).map(|(node, name)| {
             let message = format!("there is no accelerator named '{name}'");
@@ -27,11 +27,11 @@ impl<'s> AccelChoice<'s> {
             error.with_hint(format!("known are {}", accel::NAMES.join(", ")))
         });
         let unknown: Vec<SceneError> = unknown.collect();
-        if unknown.is_empty() { Ok(AccelChoice::again(scene, options)) } else { Err(unknown) }
+        if unknown.is_empty() { Ok(AccelChoice::new_unchecked(scene, options)) } else { Err(unknown) }
     }
 
     /// As [`AccelChoice::new`], for a scene and options that have been checked.
-    pub fn again(scene: &'s Scene, options: Options) -> AccelChoice<'s> {
+    pub fn new_unchecked(scene: &'s Scene, options: Options) -> AccelChoice<'s> {
         AccelChoice { scene, everywhere: options.accel }
     }
 

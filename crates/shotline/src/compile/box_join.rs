@@ -5,7 +5,7 @@ use crate::aabb::Aabb;
 use crate::math::Vec3;
 
 /// Up to this many boxes are compared one by one.
-const FEW: usize = 4;
+const MAX_LEAF_BOXES: usize = 4;
 
 /// Neighbouring boxes: `count` of them from index `first` on, in the order of the tree.
 struct Node {
@@ -13,11 +13,11 @@ struct Node {
     first: usize,
     count: usize,
     /// The two child nodes, if there are more than a few boxes.
-    halves: Option<[usize; 2]>,
+    children: Option<[usize; 2]>,
 }
 
 /// Whether two boxes have a volume in common.
-pub(super) fn meet(a: &Aabb, b: &Aabb) -> bool {
+pub(super) fn intersects(a: &Aabb, b: &Aabb) -> bool {
     a.min.max(b.min).cmplt(a.max.min(b.max)).all()
 }
 
@@ -34,12 +34,12 @@ pub(super) fn join(boxes: &[Aabb], budget: &mut u64, mut found: impl FnMut(usize
         let Some(rest) = budget.checked_sub(1) else { return false };
         *budget = rest;
         let (left, right) = (&nodes[a], &nodes[b]);
-        if !meet(&left.bounds, &right.bounds) {
+        if !intersects(&left.bounds, &right.bounds) {
             continue;
         }
-        match (left.halves, right.halves) {
+        match (left.children, right.children) {
             (Some([l, r]), _) if a == b => waiting.extend([(l, l), (r, r), (l, r)]),
-            (Some([l, r]), _) if right.halves.is_none() || left.count >= right.count => {
+            (Some([l, r]), _) if right.children.is_none() || left.count >= right.count => {
                 waiting.extend([(l, b), (r, b)]);
             }
             (_, Some([l, r])) => waiting.extend([(a, l), (a, r)]),
@@ -48,7 +48,7 @@ pub(super) fn join(boxes: &[Aabb], budget: &mut u64, mut found: impl FnMut(usize
                     let from = if a == b { i + 1 } else { right.first };
                     for j in from..right.first + right.count {
                         let (i, j) = (order[i].min(order[j]), order[i].max(order[j]));
-                        if meet(&boxes[i], &boxes[j]) {
+                        if intersects(&boxes[i], &boxes[j]) {
                             found(i, j);
                         }
                     }
@@ -72,10 +72,10 @@ fn tree(boxes: &[Aabb], order: &mut [usize]) -> Vec<Node> {
         let number = nodes.len();
         if let Some((parent, half)) = parent {
             let parent: &mut Node = &mut nodes[parent];
-            parent.halves.get_or_insert([0, 0])[half] = number;
+            parent.children.get_or_insert([0, 0])[half] = number;
         }
-        nodes.push(Node { bounds, first, count, halves: None });
-        if count > FEW {
+        nodes.push(Node { bounds, first, count, children: None });
+        if count > MAX_LEAF_BOXES {
             let size = Aabb::around(part.iter().map(|i| middle(*i))).size();
             let axis = (0..3).fold(0, |best, axis| if size[axis] > size[best] { axis } else { best });
             let half = count / 2;
@@ -114,7 +114,7 @@ mod tests {
             assert!(join(&boxes, &mut u64::MAX.clone(), |i, j| found.push((i, j))));
             found.sort_unstable();
             let all = (0..count).flat_map(|i| (i + 1..count).map(move |j| (i, j)));
-            let expected: Vec<_> = all.filter(|&(i, j)| meet(&boxes[i], &boxes[j])).collect();
+            let expected: Vec<_> = all.filter(|&(i, j)| intersects(&boxes[i], &boxes[j])).collect();
             assert_eq!(found, expected);
         }
     }
@@ -127,7 +127,7 @@ mod tests {
             let boxes: Vec<Aabb> =
                 (0..nx * ny).map(|i| Aabb::new(corner(i), corner(i) + Vec3::ONE)).collect();
             let mut budget = 40 * boxes.len() as u64;
-            assert!(join(&boxes, &mut budget, |i, j| panic!("{i} and {j} do not meet")));
+            assert!(join(&boxes, &mut budget, |i, j| panic!("{i} and {j} do not intersect")));
         }
     }
 }

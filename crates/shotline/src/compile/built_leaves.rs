@@ -171,7 +171,7 @@ fn check_combination(leaves: &BuiltLeaves, id: NodeId, below: &SubtreeSummary, e
         let message = format!("a combination of {count} {what}; at most {most} are accepted");
         errors.push(
             SceneError::at(id, message)
-                .with_hint("outside of combinations, groups place shared leaves without limit"),
+                .with_hint("outside of combinations, groups place shared parts without limit"),
         );
     }
 }

@@ -60,7 +60,7 @@ fn check_numbers(scene: &Scene) -> Result<(), Vec<SceneError>> {
 }
 
 /// Maximum number of cycles that are reported; a file can have millions.
-const CYCLES_TOLD: usize = 100;
+const MAX_REPORTED_CYCLES: usize = 100;
 
 /// Depth-first search with an explicit stack. Returns the nodes in postorder, or an error for each cycle that names
 /// its nodes.
@@ -71,28 +71,28 @@ fn search(scene: &Scene) -> Result<Vec<NodeId>, Vec<SceneError>> {
     // If a node has several names, the first is used: in reversed order it is inserted last.
     let names = scene.defs.iter().rev().map(|(name, id)| (*id, name.as_str())).collect();
     // The path from a root to the current node: each node with the number of its children that have been visited.
-    let mut way: Vec<(NodeId, usize)> = Vec::new();
+    let mut path: Vec<(NodeId, usize)> = Vec::new();
     for root in roots(scene) {
         if marks[root.0 as usize] == Mark::New {
             marks[root.0 as usize] = Mark::Open(0);
-            way.push((root, 0));
+            path.push((root, 0));
         }
-        while let Some((node, next)) = way.last_mut() {
+        while let Some((node, next)) = path.last_mut() {
             let Some(&child) = scene.node(*node).children().get(*next) else {
                 marks[node.0 as usize] = Mark::Done;
                 postorder.push(*node);
-                way.pop();
+                path.pop();
                 continue;
             };
             *next += 1;
             match marks[child.0 as usize] {
                 Mark::New => {
-                    marks[child.0 as usize] = Mark::Open(way.len());
-                    way.push((child, 0));
+                    marks[child.0 as usize] = Mark::Open(path.len());
+                    path.push((child, 0));
                 }
-                Mark::Open(place) => {
-                    errors.push(cycle_error(&names, &way[place..]));
-                    if errors.len() >= CYCLES_TOLD {
+                Mark::Open(start) => {
+                    errors.push(cycle_error(&names, &path[start..]));
+                    if errors.len() >= MAX_REPORTED_CYCLES {
                         return Err(errors);
                     }
                 }
@@ -104,22 +104,25 @@ fn search(scene: &Scene) -> Result<Vec<NodeId>, Vec<SceneError>> {
 }
 
 /// Maximum number of names in the report of a cycle; a longer cycle is cut after its first names.
-const NAMES_TOLD: usize = 12;
+const MAX_REPORTED_NAMES: usize = 12;
 
 /// Describes a cycle by the names of its nodes, or by their numbers if none of them has a name.
 fn cycle_error(names: &HashMap<NodeId, &str>, cycle: &[(NodeId, usize)]) -> SceneError {
     let back_to = cycle[0].0;
     let named = || cycle.iter().filter_map(|(id, _)| names.get(id));
-    let (mut told, count): (Vec<String>, usize) = match named().count() {
-        0 => (cycle.iter().take(NAMES_TOLD).map(|(id, _)| format!("node {}", id.0)).collect(), cycle.len()),
-        count => (named().take(NAMES_TOLD).map(|name| format!("'{name}'")).collect(), count),
+    let (mut reported, count): (Vec<String>, usize) = match named().count() {
+        0 => (
+            cycle.iter().take(MAX_REPORTED_NAMES).map(|(id, _)| format!("node {}", id.0)).collect(),
+            cycle.len(),
+        ),
+        count => (named().take(MAX_REPORTED_NAMES).map(|name| format!("'{name}'")).collect(), count),
     };
-    let first = told[0].clone();
-    if count > told.len() {
-        told.push(format!("{} more", count - told.len()));
+    let first = reported[0].clone();
+    if count > reported.len() {
+        reported.push(format!("{} more", count - reported.len()));
     }
-    told.push(first);
-    SceneError::at(back_to, format!("a part contains itself: {}", told.join(" -> ")))
+    reported.push(first);
+    SceneError::at(back_to, format!("a part contains itself: {}", reported.join(" -> ")))
         .with_hint("break the cycle: a shared part may not be used inside itself")
 }
 

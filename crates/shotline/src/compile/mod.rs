@@ -15,7 +15,7 @@ mod level;
 mod names;
 mod overlap_candidates;
 #[cfg(any(test, feature = "testkit"))]
-mod plain;
+mod reference_world;
 mod world;
 
 pub use dynamic::DynamicWorld;

@@ -47,14 +47,14 @@ impl PathNames {
     /// Appends the full name to `out`, outermost component first, with a slash before each component unless `out` is
     /// empty.
     pub(super) fn write(&self, name: NameId, out: &mut String) {
-        let mut composed = Vec::new();
+        let mut links = Vec::new();
         let mut next = Some(name);
         while let Some(id) = next {
             let link = &self.links[id.0 as usize];
-            composed.push(link);
+            links.push(link);
             next = link.parent;
         }
-        for link in composed.iter().rev() {
+        for link in links.iter().rev() {
             if !out.is_empty() {
                 out.push('/');
             }

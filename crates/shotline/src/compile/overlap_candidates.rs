@@ -6,7 +6,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::box_join::{join, meet};
+use super::box_join::{intersects, join};
 use super::world::{Body, Placement, Target, World};
 use crate::aabb::Aabb;
 use crate::math::Affine;
@@ -16,8 +16,8 @@ use crate::math::Affine;
 const PADDING: f64 = 32.0;
 
 /// Maximum number of pairs of subtrees that wait to be refined: in a level, and below two subtrees that intersect.
-const WAITING: usize = 1 << 22;
-const WAITING_BELOW: usize = 1 << 17;
+const MAX_PENDING_PAIRS: usize = 1 << 22;
+const MAX_PENDING_PAIRS_BELOW: usize = 1 << 17;
 
 /// Leaves of two objects of equal priority whose boxes intersect.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -228,7 +228,7 @@ impl Search<'_> {
                 continue;
             }
             let children = self.children.of(&level);
-            if !self.within(&children) {
+            if !self.search_siblings(&children) {
                 return false;
             }
             levels.extend(children.iter().filter(|subtree| subtree.sole.is_none()));
@@ -237,14 +237,14 @@ impl Search<'_> {
     }
 
     /// Searches for pairs among siblings. Returns whether the search was complete.
-    fn within(&mut self, children: &[Subtree]) -> bool {
+    fn search_siblings(&mut self, children: &[Subtree]) -> bool {
         let boxes: Vec<Aabb> = children.iter().map(|subtree| subtree.bounds).collect();
         let mut pairs = Vec::new();
         let mut complete = spend(&mut self.budget, children.len());
         let (may, mut all) = (may_overlap(self.children.world), true);
         complete &= join(&boxes, &mut self.budget, |i, j| {
             if may(&children[i], &children[j]) {
-                all &= pairs.len() < WAITING;
+                all &= pairs.len() < MAX_PENDING_PAIRS;
                 if all {
                     pairs.push((i, j));
                 }
@@ -252,14 +252,14 @@ impl Search<'_> {
         });
         complete &= all;
         for (i, j) in pairs {
-            complete &= self.between(children[i], children[j]);
+            complete &= self.search_pair(children[i], children[j]);
         }
         complete
     }
 
     /// Searches for pairs of leaves, one from each of two subtrees that intersect. Returns whether the search was
     /// complete.
-    fn between(&mut self, a: Subtree, b: Subtree) -> bool {
+    fn search_pair(&mut self, a: Subtree, b: Subtree) -> bool {
         let mut waiting = vec![(a, b)];
         while let Some((a, b)) = waiting.pop() {
             let (of_a, of_b) = (self.open(&a, &b), self.open(&b, &a));
@@ -277,7 +277,7 @@ impl Search<'_> {
                 if let (SubtreeKind::Leaf, SubtreeKind::Leaf) = (children[i].what, children[j].what) {
                     found.add(&children[i], &children[j], most);
                 } else {
-                    all &= waiting.len() < WAITING_BELOW;
+                    all &= waiting.len() < MAX_PENDING_PAIRS_BELOW;
                     if all {
                         waiting.push((children[i], children[j]));
                     }
@@ -298,7 +298,7 @@ impl Search<'_> {
         let mut inner = self.children.of(subtree);
         // All children are compared, whether they intersect or not.
         self.budget = self.budget.saturating_sub(inner.len() as u64);
-        inner.retain(|inner| meet(&inner.bounds, &other.bounds));
+        inner.retain(|inner| intersects(&inner.bounds, &other.bounds));
         inner
     }
 }

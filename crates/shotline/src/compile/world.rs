@@ -179,7 +179,7 @@ impl World {
     /// The name of an instance path, as in `world/arm[2]/bolt[0]`; empty for a number not in use.
     pub fn path_name(&self, path: u64) -> String {
         let mut name = String::new();
-        self.way(path).for_each(|placed| self.names.write(placed.name, &mut name));
+        self.placements_of_path(path).for_each(|placed| self.names.write(placed.name, &mut name));
         name
     }
 
@@ -187,21 +187,21 @@ impl World {
     /// The local frame of a solid or a mesh alone is its own. That of a combination is the frame it is written in if
     /// it is shared, otherwise that of the group around it. `None` for a number that is not in use.
     pub fn path_transform(&self, path: u64) -> Option<Affine> {
-        let way: Vec<&Placement> = self.way(path).collect();
-        let Target::Body(body) = way.last()?.target else { return None };
+        let placements_of_path: Vec<&Placement> = self.placements_of_path(path).collect();
+        let Target::Body(body) = placements_of_path.last()?.target else { return None };
         let local = match self.body(body) {
             Body::Surface(b) => &b.local_from_body,
             Body::Solid(b) if b.leaves.len() == 1 => &b.leaves[0].local_from_body,
             Body::Solid(_) => &Affine::IDENTITY,
         };
-        let down = way.iter().rev().map(|placed| &placed.local_from_parent);
+        let down = placements_of_path.iter().rev().map(|placed| &placed.local_from_parent);
         let local_from_world =
             down.fold(ComposedTransform::IDENTITY.then(local), |composed, step| composed.then(step));
         local_from_world.placement().ok().map(|placement| placement.local_from_parent)
     }
 
     /// The placements of an instance path, outermost first; none for a number not in use.
-    fn way(&self, path: u64) -> impl Iterator<Item = &Placement> {
+    fn placements_of_path(&self, path: u64) -> impl Iterator<Item = &Placement> {
         let (mut level, mut rest) = (Some(self.root()), path);
         std::iter::from_fn(move || {
             let here = level.take().filter(|level| rest < level.path_count)?;
@@ -256,15 +256,15 @@ impl World {
     /// Searches the levels for [`World::surface`], each level once.
     pub(super) fn find_surface(&self) -> Option<(u32, u32)> {
         let mut seen = vec![false; self.levels.len()];
-        let mut ways = vec![(self.root, 0)];
-        while let Some((level, object)) = ways.pop() {
+        let mut pending = vec![(self.root, 0)];
+        while let Some((level, object)) = pending.pop() {
             if std::mem::replace(&mut seen[level as usize], true) {
                 continue;
             }
             for placed in &self.level(level).placements {
                 let object = placed.object.unwrap_or(object);
                 match placed.target {
-                    Target::Level(next) => ways.push((next, object)),
+                    Target::Level(next) => pending.push((next, object)),
                     Target::Body(body) if matches!(self.body(body), Body::Surface(_)) => {
                         return Some((object, body));
                     }

@@ -8,10 +8,10 @@ use crate::crossing::Crossing;
 use crate::math::{HALF_ULP, Vec3};
 
 /// Borders that differ by less than this angle, in radians, have the same direction.
-pub(super) const ONE_DIRECTION: f64 = 1e-6;
+pub(super) const SAME_DIRECTION: f64 = 1e-6;
 
 /// Curvatures that differ by less than this fraction of them are equal.
-const ONE_CURVATURE: f64 = 1e-6;
+const SAME_CURVATURE: f64 = 1e-6;
 
 /// A curvature below this fraction of the largest that the form of a surface has in any direction counts as zero.
 const NO_CURVATURE: f64 = 1e-10;
@@ -29,11 +29,11 @@ pub(super) struct Curve {
 impl Curve {
     /// Whether it starts in the same direction as another curve.
     pub fn is_along(&self, other: &Curve) -> bool {
-        libm::remainder(self.angle - other.angle, TAU).abs() < ONE_DIRECTION
+        libm::remainder(self.angle - other.angle, TAU).abs() < SAME_DIRECTION
     }
 
     /// Whether it differs from another curve by rounding only.
-    pub fn is_one_with(&self, other: &Curve) -> bool {
+    pub fn coincides_with(&self, other: &Curve) -> bool {
         self.is_along(other) && !self.is_behind(other) && !other.is_behind(self)
     }
 
@@ -98,7 +98,7 @@ impl FlatBorder {
         let length = libm::hypot(normal[0], normal[1]);
         let [x, y] = quarter_turn(normal).map(|x| x / length * self.side);
         let curvature = 0.5 * self.side * polar(self.form, [x, y], [x, y]) / length;
-        let doubt = (ONE_CURVATURE * curvature.abs()).max(NO_CURVATURE * self.form_size / length);
+        let doubt = (SAME_CURVATURE * curvature.abs()).max(NO_CURVATURE * self.form_size / length);
         Curve { angle: libm::atan2(y, x), curvature, doubt }
     }
 
@@ -123,9 +123,9 @@ impl FlatBorder {
             sizes: [size(n) * m_size, size(n) * size(dm) + size(dn) * m_size, size(dn) * size(dm)],
         };
         let doubt = self.doubt + other.doubt;
-        let polynomial = if !parallel.is_nothing(ONE_DIRECTION) {
+        let polynomial = if !parallel.is_zero(SAME_DIRECTION) {
             parallel
-        } else if cross(n, dn).abs() > ONE_DIRECTION * size(n) * size(dn) {
+        } else if cross(n, dn).abs() > SAME_DIRECTION * size(n) * size(dn) {
             // Both rotate alike: one normal is a constant multiple of the other.
             let ratio = dot(n, m) / dot(n, n);
             let form: [f64; 3] = std::array::from_fn(|i| ratio * self.form[i] - other.form[i]);
@@ -163,7 +163,7 @@ struct Polynomial {
 
 impl Polynomial {
     /// Whether all coefficients are zero within a relative error of their sizes.
-    fn is_nothing(&self, doubt: f64) -> bool {
+    fn is_zero(&self, doubt: f64) -> bool {
         self.terms.iter().zip(self.sizes).all(|(term, size)| term.abs() <= doubt * size)
     }
 

@@ -6,10 +6,10 @@ use crate::aabb::Aabb;
 use crate::region::{Constraint, enclose};
 
 /// Maximum number of constraints that are combined.
-const MOST_CONSTRAINTS: usize = 512;
+const MAX_CONSTRAINTS: usize = 512;
 
 /// Maximum number of unbounded leaves whose boxes are refined one by one.
-const MOST_LEAVES: usize = 4096;
+const MAX_LEAVES: usize = 4096;
 
 /// The input from which the bounds are computed.
 #[derive(Clone, Copy, Debug)]
@@ -23,7 +23,7 @@ pub struct LeafBounds<'a> {
 }
 
 /// The constraints that all points of a node satisfy, each with the leaf it comes from.
-type Met = Vec<(u32, Constraint)>;
+type NodeConstraints = Vec<(u32, Constraint)>;
 
 impl Program {
     /// The boxes within which the leaves can matter: an operand counts only inside the bounds of the operands that it
@@ -32,28 +32,28 @@ impl Program {
     /// Unbounded operands are considered together: half-spaces that enclose a polytope, or cut off a cylinder or a
     /// cone, have finite boxes.
     pub fn effective_bounds(&self, leaves: LeafBounds) -> Vec<Aabb> {
-        let met = self.met(leaves.constraints);
-        let effective = self.within(leaves.boxes, &self.node_bounds(leaves.boxes, &met));
-        if met.is_empty() || effective.iter().all(|b| b.is_empty() || b.is_finite()) {
+        let node_constraints = self.node_constraints(leaves.constraints);
+        let effective = self.within(leaves.boxes, &self.node_bounds(leaves.boxes, &node_constraints));
+        if node_constraints.is_empty() || effective.iter().all(|b| b.is_empty() || b.is_finite()) {
             return effective;
         }
-        let mut patience = MOST_LEAVES;
+        let mut refinements_left = MAX_LEAVES;
         let mut refined = effective.clone();
         for (leaf, b) in (0..).zip(&mut refined) {
-            if !b.is_empty() && !b.is_finite() && patience > 0 {
-                patience -= 1;
-                *b = self.leaf_bounds(leaf, *b, &met, leaves.constraints);
+            if !b.is_empty() && !b.is_finite() && refinements_left > 0 {
+                refinements_left -= 1;
+                *b = self.leaf_bounds(leaf, *b, &node_constraints, leaves.constraints);
             }
         }
         if refined == effective {
             return effective;
         }
         // A union whose operands are bounded now also bounds its siblings.
-        self.within(&refined, &self.node_bounds(&refined, &met))
+        self.within(&refined, &self.node_bounds(&refined, &node_constraints))
     }
 
     /// The boxes of the nodes, each within those of its ancestors.
-    fn node_bounds(&self, leaves: &[Aabb], met: &[Met]) -> Vec<Aabb> {
+    fn node_bounds(&self, leaves: &[Aabb], node_constraints: &[NodeConstraints]) -> Vec<Aabb> {
         let mut bounds: Vec<Aabb> = self
             .nodes
             .iter()
@@ -63,8 +63,10 @@ impl Program {
             self.gather(&mut bounds, link, *own);
         }
         for i in (0..self.nodes.len()).rev() {
-            if let Some(met) = met.get(i).filter(|met| !met.is_empty()) {
-                bounds[i] = enclose(bounds[i], &met.iter().map(|(_, c)| c).collect::<Vec<_>>());
+            if let Some(node_constraints) =
+                node_constraints.get(i).filter(|node_constraints| !node_constraints.is_empty())
+            {
+                bounds[i] = enclose(bounds[i], &node_constraints.iter().map(|(_, c)| c).collect::<Vec<_>>());
             }
             if i > 0 {
                 let own = bounds[i];
@@ -98,17 +100,17 @@ impl Program {
 
     /// The constraints of each node: its own, and those of operands that contain all of its points. Empty if no leaf
     /// has a constraint.
-    fn met(&self, constraints: &[Option<Constraint>]) -> Vec<Met> {
+    fn node_constraints(&self, constraints: &[Option<Constraint>]) -> Vec<NodeConstraints> {
         if constraints.iter().all(Option::is_none) {
             return Vec::new();
         }
-        let mut met: Vec<Met> = vec![Vec::new(); self.nodes.len()];
+        let mut node_constraints: Vec<NodeConstraints> = vec![Vec::new(); self.nodes.len()];
         for ((leaf, link), constraint) in (0..).zip(&self.leaves).zip(constraints) {
             let Some(constraint) = constraint else { continue };
             let Some(node) = self.nodes.get(link.node as usize) else { continue };
-            let own = &mut met[link.node as usize];
+            let own = &mut node_constraints[link.node as usize];
             let counts = node.op != Op::Union || node.arity == 1;
-            if counts && own.len() < MOST_CONSTRAINTS {
+            if counts && own.len() < MAX_CONSTRAINTS {
                 own.push((leaf, *constraint));
             }
         }
@@ -116,25 +118,33 @@ impl Program {
             let link = self.nodes[i].link;
             let above = &self.nodes[link.node as usize];
             let passes = above.op == Op::Intersection || above.op == Op::Difference && link.first;
-            if passes && met[i].len() + met[link.node as usize].len() <= MOST_CONSTRAINTS {
-                let own = met[i].clone();
-                met[link.node as usize].extend(own);
+            if passes
+                && node_constraints[i].len() + node_constraints[link.node as usize].len() <= MAX_CONSTRAINTS
+            {
+                let own = node_constraints[i].clone();
+                node_constraints[link.node as usize].extend(own);
             }
         }
-        met
+        node_constraints
     }
 
     /// The box of an unbounded leaf, cut by every constraint that must hold where the leaf matters.
-    fn leaf_bounds(&self, leaf: u32, start: Aabb, met: &[Met], constraints: &[Option<Constraint>]) -> Aabb {
+    fn leaf_bounds(
+        &self,
+        leaf: u32,
+        start: Aabb,
+        node_constraints: &[NodeConstraints],
+        constraints: &[Option<Constraint>],
+    ) -> Aabb {
         let mut all: Vec<&Constraint> = Vec::new();
         let link = self.leaves[leaf as usize];
         if !self.is_taken(leaf) {
             all.extend(constraints[leaf as usize].as_ref());
         }
         let mut node = link.node;
-        while let Some(met) = met.get(node as usize) {
-            let others = met.iter().filter(|(of, _)| *of != leaf).map(|(_, c)| c);
-            all.extend(others.take(MOST_CONSTRAINTS - all.len().min(MOST_CONSTRAINTS)));
+        while let Some(node_constraints) = node_constraints.get(node as usize) {
+            let others = node_constraints.iter().filter(|(of, _)| *of != leaf).map(|(_, c)| c);
+            all.extend(others.take(MAX_CONSTRAINTS - all.len().min(MAX_CONSTRAINTS)));
             node = self.nodes[node as usize].link.node;
         }
         let b = enclose(start, &all);

@@ -10,7 +10,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::border::{Curve, FlatBorder, ONE_DIRECTION};
+use super::border::{Curve, FlatBorder, SAME_DIRECTION};
 use super::{Program, ProgramState};
 use crate::contact::Contact;
 use crate::crossing::Crossing;
@@ -80,7 +80,7 @@ pub(super) struct Contacts {
     /// Where the borders of two sectors exchange their order: the numbers of the sectors, and `t`.
     order_exchanges: Vec<([u32; 2], f64)>,
     /// Two directions that span the plane perpendicular to the ray. With the ray they form a right-handed frame.
-    across: Option<(Vec3, Vec3)>,
+    plane_basis: Option<(Vec3, Vec3)>,
     /// The sectors whose interval contains the current `t`.
     open: Vec<u32>,
     /// The open sectors at one `t`, and their borders; kept only to reuse the memory.
@@ -93,7 +93,7 @@ impl Contacts {
         self.sectors.clear();
         self.turning = false;
         self.order_exchanges.clear();
-        self.across = None;
+        self.plane_basis = None;
         self.open.clear();
     }
 
@@ -112,9 +112,9 @@ impl Contacts {
         enter: f64,
         order_exchanges: &mut Vec<OrderExchange>,
     ) -> u32 {
-        let across = *self.across.get_or_insert_with(|| unit(direction).any_orthonormal_pair());
+        let plane_basis = *self.plane_basis.get_or_insert_with(|| unit(direction).any_orthonormal_pair());
         let Contact { sector, .. } = contact;
-        let [from, to] = [sector.from, sector.to].map(|border| FlatBorder::new(&border, across));
+        let [from, to] = [sector.from, sector.to].map(|border| FlatBorder::new(&border, plane_basis));
         let (number, sector) = (
             self.sectors.len() as u32,
             SectorContact { leaf, from, to, interval: [contact.enter.t, contact.exit.t], enter },
@@ -154,11 +154,11 @@ impl Contacts {
         sectors_at.clear();
         sectors_at.extend(self.open.iter().map(|&sector| self.sectors[sector as usize].sector_at(t)));
         // No sector is wider than half a turn: one that seems wider has no width.
-        sectors_at.retain(|sector_at| (ONE_DIRECTION..PI + ONE_DIRECTION).contains(&sector_at.width()));
+        sectors_at.retain(|sector_at| (SAME_DIRECTION..PI + SAME_DIRECTION).contains(&sector_at.width()));
         let mut borders = std::mem::take(&mut self.borders);
         borders.clear();
         for border in sectors_at.iter().flat_map(|sector_at| [sector_at.from, sector_at.to]) {
-            if !borders.iter().any(|other| border.is_one_with(other)) {
+            if !borders.iter().any(|other| border.coincides_with(other)) {
                 borders.push(border);
             }
         }

@@ -148,11 +148,11 @@ impl Program {
 #[derive(Clone, Debug, Default)]
 pub struct ProgramState {
     /// The set of leaves that are inside, if the program has a table; then the other fields are not used.
-    few_in: u32,
-    leaf_in: Vec<bool>,
+    inside_set: u32,
+    leaf_inside: Vec<bool>,
     /// Number of operands that are inside, not counting the first operand of a difference.
     count: Vec<u32>,
-    first_in: Vec<bool>,
+    first_inside: Vec<bool>,
     /// Leaves to clear for the next ray.
     touched: Vec<u32>,
 }
@@ -161,23 +161,23 @@ impl ProgramState {
     /// Prepares the state for a program, with every leaf outside.
     pub fn reset(&mut self, program: &Program) {
         if program.table.is_some() {
-            self.few_in = 0;
+            self.inside_set = 0;
             return;
         }
-        if self.leaf_in.len() < program.leaves.len() {
-            self.leaf_in.resize(program.leaves.len(), false);
+        if self.leaf_inside.len() < program.leaves.len() {
+            self.leaf_inside.resize(program.leaves.len(), false);
         }
         if self.count.len() < program.nodes.len() {
             self.count.resize(program.nodes.len(), 0);
-            self.first_in.resize(program.nodes.len(), false);
+            self.first_inside.resize(program.nodes.len(), false);
         }
     }
 
     /// Moves the leaves that this ray has toggled back outside.
     pub fn clear(&mut self, program: &Program) {
-        self.few_in = 0;
+        self.inside_set = 0;
         while let Some(leaf) = self.touched.pop() {
-            if self.leaf_in[leaf as usize] {
+            if self.leaf_inside[leaf as usize] {
                 self.flip(program, leaf);
             }
         }
@@ -187,7 +187,7 @@ impl ProgramState {
     #[inline]
     pub fn value(&self, program: &Program) -> bool {
         match &program.table {
-            Some(table) => table.value(self.few_in),
+            Some(table) => table.value(self.inside_set),
             None => self.node_value(program, 0),
         }
     }
@@ -196,7 +196,7 @@ impl ProgramState {
         match program.nodes[node].op {
             Op::Union => self.count[node] > 0,
             Op::Intersection => self.count[node] == program.nodes[node].arity,
-            Op::Difference => self.first_in[node] && self.count[node] == 0,
+            Op::Difference => self.first_inside[node] && self.count[node] == 0,
         }
     }
 
@@ -204,7 +204,7 @@ impl ProgramState {
     #[inline]
     pub fn toggle(&mut self, program: &Program, leaf: u32) {
         if program.table.is_some() {
-            self.few_in ^= 1 << leaf;
+            self.inside_set ^= 1 << leaf;
         } else {
             self.touched.push(leaf);
             self.flip(program, leaf);
@@ -212,14 +212,14 @@ impl ProgramState {
     }
 
     fn flip(&mut self, program: &Program, leaf: u32) {
-        let value = &mut self.leaf_in[leaf as usize];
+        let value = &mut self.leaf_inside[leaf as usize];
         *value = !*value;
         let (mut now, mut link) = (*value, program.leaves[leaf as usize]);
         while link.node != NONE {
             let node = link.node as usize;
             let before = self.node_value(program, node);
             if link.first {
-                self.first_in[node] = now;
+                self.first_inside[node] = now;
             } else if now {
                 self.count[node] += 1;
             } else {

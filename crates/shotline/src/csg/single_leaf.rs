@@ -78,7 +78,7 @@ mod tests {
         for &crossing in list {
             match Event::new(0, EventKind::Membership, crossing, span.t_min()) {
                 Some(event) if event.low <= span.t_max() && crossing.t < f64::INFINITY => {
-                    sweep.offer(&program, event);
+                    sweep.push(&program, event);
                 }
                 Some(_) => {}
                 None => sweep.apply(&program, 0, EventKind::Membership),

@@ -101,7 +101,7 @@ impl Sweep {
     }
 
     /// Adds the next event. Its `low` must not be below that of earlier events.
-    pub fn offer(&mut self, program: &Program, event: Event) {
+    pub fn push(&mut self, program: &Program, event: Event) {
         self.advance(program, event.low);
         let high = event.high();
         if self.group.is_empty() {
@@ -120,7 +120,7 @@ impl Sweep {
     }
 
     /// Whether the ray is outside the result after all events so far, and no event is waiting to be evaluated.
-    pub fn is_out(&mut self, program: &Program) -> bool {
+    pub fn is_outside(&mut self, program: &Program) -> bool {
         let t_min = self.span.t_min();
         self.group.is_empty()
             && !self.inside
@@ -297,7 +297,7 @@ mod tests {
         }
         events.sort_by(|a, b| a.low.total_cmp(&b.low));
         for event in events {
-            sweep.offer(program, event);
+            sweep.push(program, event);
         }
         sweep.finish(program);
         let out = std::iter::from_fn(|| sweep.pop()).map(|b| (b.crossing.t, b.entering, b.kind)).collect();

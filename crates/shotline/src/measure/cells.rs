@@ -10,16 +10,16 @@ use crate::aabb::Aabb;
 use crate::math::HALF_ULP;
 
 /// The number of cells of a square is at most this.
-const MOST: usize = 256;
+const MAX_CELLS: usize = 256;
 
-/// With more than [`FEW`] cells, each gets at least this many rays of a sample on average.
+/// With more than [`MIN_LEAVES`] cells, each gets at least this many rays of a sample on average.
 const RAYS: usize = 16;
 
 /// For up to this many cells, two rays each are enough.
-const FEW: usize = 32;
+const MIN_LEAVES: usize = 32;
 
 /// At most this many edges are tried as splits of a cell along one side.
-const TRIES: usize = 16;
+const MAX_TRIED_EDGES: usize = 16;
 
 /// A part of a cell that this many rays of a sample would meet side by side is wide enough without a cell of its own,
 /// in which the sequence would be shorter and so less uniform.
@@ -30,14 +30,14 @@ const WIDE: f64 = 2.0;
 const SPARSE: f64 = 0.25;
 
 /// A cell is assumed to get at least this fraction of all rays.
-const LEAST: f64 = 1.0 / 32.0;
+const MIN_SHARE: f64 = 1.0 / 32.0;
 
 /// The error of an edge, in half-ulps of its coordinates.
-const BLUR: f64 = 128.0;
+const EDGE_ROUNDING: f64 = 128.0;
 
 /// The projection of a box onto the square from -1 to 1, and the fraction of the length of the object's box behind it.
 #[derive(Clone, Copy, Debug)]
-struct Shadow {
+struct Projection {
     low: [f64; 2],
     high: [f64; 2],
     depth: f64,
@@ -48,13 +48,13 @@ struct Shadow {
 struct Region {
     low: [f64; 2],
     high: [f64; 2],
-    shadows: Vec<Shadow>,
+    projections: Vec<Projection>,
     split: Option<Split>,
 }
 
 /// Decides which edges may be splits.
 #[derive(Clone, Copy, Debug)]
-struct Guide {
+struct SplitLimits {
     rays: f64,
     /// The errors of edges.
     blur: [f64; 2],
@@ -91,34 +91,34 @@ impl Cells {
         let (centre, half) = (bounds.centre(), bounds.size() * 0.5);
         let across = [(axis + 1) % 3, (axis + 2) % 3];
         // Edges have the rounding errors of the boxes.
-        let blur = across.map(|k| BLUR * HALF_ULP * (1.0 + centre[k].abs() / half[k]));
-        let shadow = |leaf: &Aabb| {
+        let blur = across.map(|k| EDGE_ROUNDING * HALF_ULP * (1.0 + centre[k].abs() / half[k]));
+        let projection = |leaf: &Aabb| {
             let (low, high) = ((leaf.min - centre) / half, (leaf.max - centre) / half);
             let depth = 0.5 * (high[axis].min(1.0) - low[axis].max(-1.0));
-            Shadow {
+            Projection {
                 low: across.map(|k| low[k].max(-1.0)),
                 high: across.map(|k| high[k].min(1.0)),
                 depth: depth.max(0.0),
             }
         };
-        let square = Region { low: [-1.0; 2], high: [1.0; 2], shadows: Vec::new(), split: None };
-        let shadows = leaves.iter().map(shadow).filter(|shadow| shadow.depth > 0.0).collect();
+        let square = Region { low: [-1.0; 2], high: [1.0; 2], projections: Vec::new(), split: None };
+        let projections = leaves.iter().map(projection).filter(|projection| projection.depth > 0.0).collect();
         // Many short sequences are less uniform than few long ones.
-        let most = (rays / RAYS).max(FEW).min(rays / 2).clamp(1, MOST);
-        let guide = Guide { rays: rays as f64, blur };
-        Cells::shared(&square.holding(shadows, guide).cut(most, guide), rays)
+        let most = (rays / RAYS).max(MIN_LEAVES).min(rays / 2).clamp(1, MAX_CELLS);
+        let guide = SplitLimits { rays: rays as f64, blur };
+        Cells::shared(&square.holding(projections, guide).cut(most, guide), rays)
     }
 
     /// Distributes rays over regions: one to each, and of the rest one half by area, one quarter evenly among regions
     /// that hold anything, and one quarter by the volume that they may hold.
     fn shared(regions: &[Region], rays: usize) -> Cells {
         let areas: Vec<f64> = regions.iter().map(|region| region.area() / 4.0).collect();
-        let bulks: Vec<f64> = regions.iter().map(Region::bulk).collect();
-        let used = |bulk: &f64| if *bulk > 0.0 { 1.0 } else { 0.0 };
-        let (bulk, count) = (bulks.iter().sum::<f64>(), bulks.iter().map(used).sum::<f64>());
+        let bulks: Vec<f64> = regions.iter().map(Region::max_volume).collect();
+        let used = |max_volume: &f64| if *max_volume > 0.0 { 1.0 } else { 0.0 };
+        let (max_volume, count) = (bulks.iter().sum::<f64>(), bulks.iter().map(used).sum::<f64>());
         let part = |share: f64, whole: f64| if whole > 0.0 { 0.25 * share / whole } else { 0.0 };
         let shares: Vec<f64> = (areas.iter().zip(&bulks))
-            .map(|(area, own)| 0.5 * area + part(used(own), count) + part(*own, bulk))
+            .map(|(area, own)| 0.5 * area + part(used(own), count) + part(*own, max_volume))
             .collect();
         let (all, rest) = (shares.iter().sum::<f64>(), rays.saturating_sub(regions.len()));
         let (mut cells, mut sum, mut first) = (Vec::with_capacity(regions.len()), 0.0, 0);
@@ -166,7 +166,7 @@ impl Cells {
 
 impl Cell {
     /// Maps a point of the square to the cell.
-    pub(super) fn place(&self, point: [f64; 2]) -> [f64; 2] {
+    pub(super) fn sample_point(&self, point: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|k| self.middle[k] + self.half[k] * point[k])
     }
 }
@@ -177,35 +177,36 @@ impl Region {
     }
 
     /// The area of the region that a shadow covers.
-    fn covered(&self, shadow: &Shadow) -> f64 {
-        let side = |k: usize| shadow.high[k].min(self.high[k]) - shadow.low[k].max(self.low[k]);
+    fn covered(&self, projection: &Projection) -> f64 {
+        let side = |k: usize| projection.high[k].min(self.high[k]) - projection.low[k].max(self.low[k]);
         side(0).max(0.0) * side(1).max(0.0)
     }
 
     /// An upper bound on the volume of the object behind the region.
-    fn bulk(&self) -> f64 {
-        let sum: f64 = self.shadows.iter().map(|shadow| shadow.depth * self.covered(shadow)).sum();
+    fn max_volume(&self) -> f64 {
+        let sum: f64 =
+            self.projections.iter().map(|projection| projection.depth * self.covered(projection)).sum();
         sum.min(self.area())
     }
 
     /// The error if one ray represented the region: the sum of the deviations that its shadows have alone.
-    fn spread(&self, shadows: &[Shadow]) -> f64 {
+    fn spread(&self, projections: &[Projection]) -> f64 {
         let all = self.area();
-        let one = |shadow: &Shadow| {
-            let own = self.covered(shadow);
-            shadow.depth * (own * (all - own).max(0.0)).sqrt()
+        let one = |projection: &Projection| {
+            let own = self.covered(projection);
+            projection.depth * (own * (all - own).max(0.0)).sqrt()
         };
-        shadows.iter().map(one).sum()
+        projections.iter().map(one).sum()
     }
 
     /// Keeps the shadows that overlap the region, and finds its best split.
-    fn holding(mut self, shadows: Vec<Shadow>, guide: Guide) -> Region {
+    fn holding(mut self, projections: Vec<Projection>, guide: SplitLimits) -> Region {
         let blur = guide.blur;
-        self.shadows = shadows;
-        self.shadows.retain(|shadow| {
-            [0, 1]
-                .iter()
-                .all(|&k| shadow.low[k] < self.high[k] - blur[k] && shadow.high[k] > self.low[k] + blur[k])
+        self.projections = projections;
+        self.projections.retain(|projection| {
+            [0, 1].iter().all(|&k| {
+                projection.low[k] < self.high[k] - blur[k] && projection.high[k] > self.low[k] + blur[k]
+            })
         });
         self.split = self.best_split(guide);
         self
@@ -213,14 +214,14 @@ impl Region {
 
     /// The edge of a shadow that reduces the spread most, of those at narrow parts; of all edges if the region is
     /// sparse.
-    fn best_split(&self, guide: Guide) -> Option<Split> {
+    fn best_split(&self, guide: SplitLimits) -> Option<Split> {
         let mut best: Option<Split> = None;
-        let before = self.spread(&self.shadows);
+        let before = self.spread(&self.projections);
         for side in 0..2 {
             let edges = self.edges(side, guide);
-            for at in edges.iter().step_by(edges.len().div_ceil(TRIES).max(1)).copied() {
+            for at in edges.iter().step_by(edges.len().div_ceil(MAX_TRIED_EDGES).max(1)).copied() {
                 let split = Split { side, at, gain: 0.0 };
-                let after: f64 = self.halves(split).iter().map(|half| half.spread(&self.shadows)).sum();
+                let after: f64 = self.halves(split).iter().map(|half| half.spread(&self.projections)).sum();
                 if before - after > best.map_or(0.0, |best| best.gain) {
                     best = Some(Split { gain: before - after, ..split });
                 }
@@ -231,19 +232,20 @@ impl Region {
 
     /// Whether the shadows cover only a small part of the region.
     fn is_sparse(&self) -> bool {
-        self.shadows.iter().map(|shadow| self.covered(shadow)).sum::<f64>() < SPARSE * self.area()
+        self.projections.iter().map(|projection| self.covered(projection)).sum::<f64>() < SPARSE * self.area()
     }
 
     /// The edges of shadows along a side, ascending: those near another edge or the end of the region, or all if it is
     /// sparse.
-    fn edges(&self, side: usize, guide: Guide) -> Vec<f64> {
+    fn edges(&self, side: usize, guide: SplitLimits) -> Vec<f64> {
         let (low, high, blur) = (self.low[side], self.high[side], guide.blur[side]);
-        let ends = self.shadows.iter().flat_map(|shadow| [shadow.low[side], shadow.high[side]]);
+        let ends =
+            self.projections.iter().flat_map(|projection| [projection.low[side], projection.high[side]]);
         let mut edges: Vec<f64> =
             ends.filter(|at| *at > low + blur && *at < high - blur).chain([low, high]).collect();
         edges.sort_by(f64::total_cmp);
         edges.dedup();
-        let rays = guide.rays * (self.area() / 4.0).max(LEAST);
+        let rays = guide.rays * (self.area() / 4.0).max(MIN_SHARE);
         let narrow = WIDE / rays.sqrt() * (high - low);
         let all = self.is_sparse();
         let counts = |near: &[f64]| all || near[1] - near[0] < narrow || near[2] - near[1] < narrow;
@@ -251,14 +253,14 @@ impl Region {
     }
 
     fn halves(&self, Split { side, at, .. }: Split) -> [Region; 2] {
-        let part = || Region { low: self.low, high: self.high, shadows: Vec::new(), split: None };
+        let part = || Region { low: self.low, high: self.high, projections: Vec::new(), split: None };
         let (mut below, mut above) = (part(), part());
         (below.high[side], above.low[side]) = (at, at);
         [below, above]
     }
 
     /// Cuts repeatedly where the gain is largest, into at most `most` regions.
-    fn cut(self, most: usize, guide: Guide) -> Vec<Region> {
+    fn cut(self, most: usize, guide: SplitLimits) -> Vec<Region> {
         let mut regions = vec![self];
         while regions.len() < most {
             let best = (regions.iter().enumerate())
@@ -266,9 +268,9 @@ impl Region {
                 .reduce(|best, other| if other.1.gain > best.1.gain { other } else { best });
             let Some((i, split)) = best else { break };
             let [below, above] = regions[i].halves(split);
-            let shadows = std::mem::take(&mut regions[i].shadows);
-            regions[i] = below.holding(shadows.clone(), guide);
-            regions.push(above.holding(shadows, guide));
+            let projections = std::mem::take(&mut regions[i].projections);
+            regions[i] = below.holding(projections.clone(), guide);
+            regions.push(above.holding(projections, guide));
         }
         regions
     }
@@ -299,7 +301,9 @@ mod tests {
             for (axis, rays) in [(0, 1), (1, 2), (2, 100), (0, 10_000)] {
                 let cells = Cells::new(&CUBE, &leaves, axis, rays);
                 let counts = counts(&cells, rays);
-                assert!(counts.len() <= (rays / 2).clamp(1, MOST) && counts.iter().all(|count| *count > 0));
+                assert!(
+                    counts.len() <= (rays / 2).clamp(1, MAX_CELLS) && counts.iter().all(|count| *count > 0)
+                );
                 let weights: f64 = cells.0.iter().zip(&counts).map(|(cell, n)| cell.weight * *n as f64).sum();
                 assert!((weights / rays as f64 - 1.0).abs() < 1e-12, "{weights}");
                 let mut found = vec![0; counts.len()];
@@ -313,7 +317,7 @@ mod tests {
     fn one_cell_is_the_square_itself_and_a_ring_is_cut_into_four() {
         let one = Cells::new(&CUBE, &[CUBE, CUBE], 1, 100);
         let (number, cell) = one.of(99);
-        assert!(number == 0 && cell.weight == 1.0 && cell.place([0.1, -0.7]) == [0.1, -0.7]);
+        assert!(number == 0 && cell.weight == 1.0 && cell.sample_point([0.1, -0.7]) == [0.1, -0.7]);
         let ring = counts(&Cells::new(&CUBE, &[CUBE, cube(1.0 - 1e-9)], 2, 100), 100);
         assert!(ring.len() == 5 && ring.iter().all(|count| *count >= 5), "{ring:?}");
     }

@@ -39,7 +39,7 @@ pub(super) fn numbers(m: &Moments) -> [f64; COUNT] {
 
 /// The spread of the axes replaces that of the shifts if it is more than this many times as large. With two and fifteen
 /// degrees of freedom that happens by chance for one object in twenty-five (the F distribution).
-const APART: f64 = 2.0;
+const AXIS_SPREAD_FACTOR: f64 = 2.0;
 
 /// Estimates volume, centroid and inertia of a body from its integrals by several independent samples, in coordinates
 /// that `world_from_box` maps to the world.
@@ -82,7 +82,7 @@ pub(super) fn by_shifts_and_axes(
 ) -> [Estimate; COUNT] {
     let mut found = estimates(shifts, world_from_box);
     for (estimate, other) in found.iter_mut().zip(estimates(axes, world_from_box)) {
-        if other.std_error > APART * estimate.std_error {
+        if other.std_error > AXIS_SPREAD_FACTOR * estimate.std_error {
             estimate.std_error = other.std_error;
         }
     }

@@ -8,7 +8,7 @@ use crate::math::Affine;
 use crate::solid::Moments;
 
 /// The number of boxes of one object is at most this.
-const MOST: usize = 1024;
+const MAX_LEAVES: usize = 1024;
 
 /// The number of boxes kept over all levels; beyond it, a level keeps one box per object.
 const BUDGET: usize = 1 << 20;
@@ -43,7 +43,7 @@ pub(super) fn leaf_boxes(world: &World, wanted: &[bool]) -> Vec<Vec<LeafBox>> {
     // A level comes after the levels that it places, and the root is last.
     let (mut levels, mut kept): (Vec<Boxes>, usize) = (Vec::new(), 0);
     for level in world.levels() {
-        let each = (MOST / level.placements.len().max(1)).max(1);
+        let each = (MAX_LEAVES / level.placements.len().max(1)).max(1);
         let mut boxes = Boxes::new();
         for placed in &level.placements {
             for (object, own) in of(world, &levels, placed) {
@@ -52,8 +52,8 @@ pub(super) fn leaf_boxes(world: &World, wanted: &[bool]) -> Vec<Vec<LeafBox>> {
                 }
             }
         }
-        let most = if kept < BUDGET { MOST } else { 1 };
-        boxes.values_mut().for_each(|boxes| *boxes = some(std::mem::take(boxes), most));
+        let most = if kept < BUDGET { MAX_LEAVES } else { 1 };
+        boxes.values_mut().for_each(|boxes| *boxes = thinned(std::mem::take(boxes), most));
         kept += boxes.values().map(Vec::len).sum::<usize>();
         levels.push(boxes);
     }
@@ -94,7 +94,7 @@ fn inverse(map: &Affine) -> Result<Affine, crate::math::SingularTransform> {
 /// The boxes of the leaves of a body.
 fn of_body(body: &SolidBody) -> Vec<LeafBox> {
     let boxes = body.leaves.iter().flat_map(of_leaf);
-    some(boxes.filter_map(|own| own.within(&body.bounds)).collect(), MOST)
+    thinned(boxes.filter_map(|own| own.within(&body.bounds)).collect(), MAX_LEAVES)
 }
 
 /// The box of a leaf, or the boxes of the shells of a mesh.
@@ -105,7 +105,7 @@ fn of_leaf(leaf: &Leaf) -> Vec<LeafBox> {
         (Some(mesh), Ok(map)) => {
             let shells =
                 mesh.shell_boxes().into_iter().map(|bounds| LeafBox { bounds, moments: None }.placed(&map));
-            some(shells.filter_map(|own| own.within(&bounds)).collect(), MOST)
+            thinned(shells.filter_map(|own| own.within(&bounds)).collect(), MAX_LEAVES)
         }
         (None, Ok(map)) if mesh.is_none() => {
             vec![LeafBox { bounds, moments: leaf.solid.moments().map(|moments| moments.placed(&map)) }]
@@ -115,7 +115,7 @@ fn of_leaf(leaf: &Leaf) -> Vec<LeafBox> {
 }
 
 /// Returns at most `most` of the boxes, evenly spaced in the list; if `most` is 1, one box around all.
-fn some(boxes: Vec<LeafBox>, most: usize) -> Vec<LeafBox> {
+fn thinned(boxes: Vec<LeafBox>, most: usize) -> Vec<LeafBox> {
     match boxes.len() {
         count if count <= most => boxes,
         _ if most == 1 => vec![around(&boxes)],

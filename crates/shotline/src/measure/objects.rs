@@ -18,7 +18,7 @@ use crate::solid::Solid;
 use crate::solid::mesh::{Cancelled, Enclosed};
 
 /// More entries than this, one per object in a placement, take too much memory.
-const MOST: usize = 10_000_000;
+const MAX_NODES: usize = 10_000_000;
 
 /// What a level holds of each object; `None` stands for the object that a placement of the level names.
 type Holdings<T> = BTreeMap<Option<u32>, T>;
@@ -41,17 +41,17 @@ pub(super) fn extents(
             for (object, extent) in survey.of(placed)? {
                 parts.entry(object).or_default().push(extent);
                 entries += 1;
-                if entries > MOST {
-                    return Err(MeasureError::TooNested { most: MOST });
+                if entries > MAX_NODES {
+                    return Err(MeasureError::TooNested { most: MAX_NODES });
                 }
             }
         }
-        survey.levels.push(parts.into_iter().map(|(object, parts)| (object, together(&parts))).collect());
+        survey.levels.push(parts.into_iter().map(|(object, parts)| (object, combined(&parts))).collect());
     }
     let found = survey.levels.last();
     let of = |object: u32| found.and_then(|found| found.get(&Some(object))).cloned();
     let objects = (0..).zip(wanted).filter(|(_, wanted)| **wanted).map(|(object, _)| object);
-    Ok(objects.map(|object| (object, of(object).unwrap_or_else(|| together(&[])))).collect())
+    Ok(objects.map(|object| (object, of(object).unwrap_or_else(|| combined(&[])))).collect())
 }
 
 /// The state of the pass over the levels.
@@ -129,7 +129,7 @@ impl ObjectSurvey<'_> {
 }
 
 /// Combines parts of one object. The result has moments if all parts have them and their boxes are disjoint.
-fn together(parts: &[Extent]) -> Extent {
+fn combined(parts: &[Extent]) -> Extent {
     let moments: Option<Vec<KnownMoments>> = parts.iter().map(|part| part.moments.clone()).collect();
     let apart = |_: &Vec<KnownMoments>| are_disjoint(parts.iter().map(|part| part.bounds).collect());
     Extent {

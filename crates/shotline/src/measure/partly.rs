@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 use rayon::prelude::*;
 
 use super::known::{KnownMoments, Sampled};
-use super::rays::{FEW, STRATA, place};
+use super::rays::{MIN_INTERVALS, STRATA, sample_point};
 use super::{MeasureError, Settings};
 use crate::math::{Dd, split_mix64};
 use crate::query::batch::Run;
@@ -42,7 +42,7 @@ impl Sampling<'_> {
         };
         let moments = std::array::from_fn(|shift| mean(&|stratum| stratum / 3 == shift));
         let axes = std::array::from_fn(|axis| mean(&|stratum| stratum % 3 == axis));
-        let unseen = if met < FEW { doubt.volume() / (STRATA * rays) as f64 } else { 0.0 };
+        let unseen = if met < MIN_INTERVALS { doubt.volume() / (STRATA * rays) as f64 } else { 0.0 };
         Ok(KnownMoments::Sampled(Arc::new(Sampled { moments, axes, unseen, solids: vec![number] })))
     }
 
@@ -63,8 +63,8 @@ impl Sampling<'_> {
                 return Err(MeasureError::Cancelled);
             }
             // Map the square from -1 to 1 to the unit square.
-            let place = place(i, shift).map(|x| 0.5 * x + 0.5);
-            let terms = doubt.sample(stratum % 3, place, &mut scratch);
+            let sample_point = sample_point(i, shift).map(|x| 0.5 * x + 0.5);
+            let terms = doubt.sample(stratum % 3, sample_point, &mut scratch);
             met += u64::from(terms[0] != 0.0);
             sums = std::array::from_fn(|k| sums[k] + Dd::from(terms[k]));
         }

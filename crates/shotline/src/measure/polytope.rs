@@ -7,13 +7,13 @@ use crate::region::Polytope;
 use crate::solid::{Moments, tetrahedron};
 
 /// Bodies with more faces than this are measured by rays.
-const MOST_FACES: usize = 2000;
+const MAX_FACES: usize = 2000;
 
 /// The moments of a body that is a bounded polytope: an intersection of half-spaces and boxes, also with half-spaces
 /// subtracted.
 pub(super) fn moments(body: &SolidBody) -> Option<Moments> {
     if body.bounds.is_empty() {
-        return Some(Moments::NOTHING);
+        return Some(Moments::EMPTY);
     }
     if !body.bounds.is_finite() || !body.program.is_conjunction() {
         return None;
@@ -27,7 +27,7 @@ pub(super) fn moments(body: &SolidBody) -> Option<Moments> {
             let [plane] = &mut planes[before..] else { return None };
             *plane = Plane::new(-plane.normal, -plane.offset);
         }
-        if planes.len() > MOST_FACES {
+        if planes.len() > MAX_FACES {
             return None;
         }
     }

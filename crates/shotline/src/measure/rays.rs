@@ -29,10 +29,10 @@ const STEPS_OF_A_RAY: u64 = 1000;
 const PILOT: usize = 64;
 
 /// If rays meet fewer intervals than this, the samples are too few to show how much they miss.
-pub(super) const FEW: u64 = 16 * SHIFTS as u64;
+pub(super) const MIN_INTERVALS: u64 = 16 * SHIFTS as u64;
 
 /// If at least this many rays meet a leaf, their spread shows the error of its volume.
-const RARE: f64 = 16.0;
+const MIN_RAYS_PER_LEAF: f64 = 16.0;
 
 /// The error of an end of an interval, and of an edge of a cell, in half-ulps of the coordinates.
 const ROUNDING: f64 = 32.0;
@@ -41,7 +41,7 @@ const ROUNDING: f64 = 32.0;
 const CHUNK: usize = 1024;
 
 /// Steps that a thread takes before it adds them to the shared count.
-const MANY: u64 = 1 << 16;
+const STEP_BATCH: u64 = 1 << 16;
 
 /// The errors of centroid and inertia grow at most by this factor.
 const MOST_GROWTH: f64 = 4.0;
@@ -68,7 +68,7 @@ struct Samples {
     /// inside the object, as a fraction of the length of the box.
     spread: f64,
     /// The sum of the weights of all intervals.
-    ends: f64,
+    interval_weight: f64,
 }
 
 /// The smallest and largest contribution of a ray in the current cell, and the largest difference in any cell.
@@ -107,7 +107,7 @@ struct Task {
     /// How these rays are distributed over the square across each axis.
     cells: [Cells; 3],
     /// Intervals found.
-    stretches: AtomicU64,
+    intervals: AtomicU64,
     /// Boxes and bodies visited to find them.
     steps: AtomicU64,
     most_steps: u64,
@@ -118,8 +118,8 @@ impl Task {
     /// moments.
     fn rays_through(&self, leaf: &LeafBox, moments: &Moments, axis: usize) -> f64 {
         let across = [(axis + 1) % 3, (axis + 2) % 3];
-        let place = |v: Vec3| across.map(|k| ((v - self.centre) / self.half)[k]);
-        let (low, high) = (place(leaf.bounds.min), place(leaf.bounds.max));
+        let sample_point = |v: Vec3| across.map(|k| ((v - self.centre) / self.half)[k]);
+        let (low, high) = (sample_point(leaf.bounds.min), sample_point(leaf.bounds.max));
         let shadow = (high[0] - low[0]) * (high[1] - low[1]);
         // In the coordinates of the square. The semi-axes of an ellipsoid are those of its covariance times the square
         // root of 5.
@@ -190,7 +190,7 @@ impl Rays<'_> {
         }
         // Boxes are conservative: an object with a flat box has no volume.
         let flat = !bounds.min.cmplt(bounds.max).all();
-        let nothing = || flat.then_some(KnownMoments::Exactly(Moments::NOTHING));
+        let nothing = || flat.then_some(KnownMoments::Exactly(Moments::EMPTY));
         match extent.moments.clone().or_else(nothing) {
             Some(KnownMoments::Exactly(moments)) => {
                 skipped();
@@ -207,7 +207,7 @@ impl Rays<'_> {
         let shifts = sampled.moments.map(|moments| moments.integrals_from(centre));
         let axes = sampled.axes.map(|moments| moments.integrals_from(centre));
         let mut numbers = by_shifts_and_axes(&shifts, &axes, &Affine::translation(centre));
-        add_unseen(&mut numbers, sampled.unseen, bounds);
+        add_missed_volume(&mut numbers, sampled.unseen, bounds);
         let rays = self.settings.rays.div_ceil(STRATA).max(1).saturating_mul(STRATA);
         (numbers, rays.saturating_mul(sampled.solids.len()))
     }
@@ -218,23 +218,23 @@ impl Rays<'_> {
         let (centre, half) = (bounds.centre(), bounds.size() * 0.5);
         let most_steps = self.run.most_rows.max((all_rays as u64).saturating_mul(STEPS_OF_A_RAY));
         let cells = self.cells(object, bounds, rays);
-        let (stretches, steps) = (AtomicU64::new(0), AtomicU64::new(0));
-        let task = Task { object, centre, half, rays, cells, stretches, steps, most_steps };
+        let (intervals, steps) = (AtomicU64::new(0), AtomicU64::new(0));
+        let task = Task { object, centre, half, rays, cells, intervals, steps, most_steps };
         self.expect_affordable(&task)?;
-        let Samples { shifts, axes, spread, ends } = self.samples(&task)?;
+        let Samples { shifts, axes, spread, interval_weight } = self.samples(&task)?;
         let world_from_box = Affine::translation(centre).then_after(&Affine::scaling(half));
         let mut numbers = by_shifts_and_axes(&shifts, &axes, &world_from_box);
         let rare = self.rarely_met(&task);
-        let (met, share) = (task.stretches.into_inner(), bounds.size().element_product() / all_rays as f64);
-        add_rare(&mut numbers, spread * share);
-        if met < FEW {
+        let (met, share) = (task.intervals.into_inner(), bounds.size().element_product() / all_rays as f64);
+        add_largest_contribution(&mut numbers, spread * share);
+        if met < MIN_INTERVALS {
             let weight = task.cells.iter().map(Cells::most_weight).fold(0.0, f64::max);
-            add_unseen(&mut numbers, weight * share, bounds);
+            add_missed_volume(&mut numbers, weight * share, bounds);
         }
-        add_unseen(&mut numbers, rare, bounds);
+        add_missed_volume(&mut numbers, rare, bounds);
         // The error of both ends of an interval, as a fraction of the length of the box.
         let off = ROUNDING * HALF_ULP * (Vec3::ONE + (centre / half).abs()).max_element();
-        add_unseen(&mut numbers, off * share * ends, bounds);
+        add_missed_volume(&mut numbers, off * share * interval_weight, bounds);
         Ok((numbers, all_rays))
     }
 
@@ -248,7 +248,7 @@ impl Rays<'_> {
             let volume = moments.volume.abs();
             match rays {
                 0.0..1.0 => missing += volume,
-                1.0..RARE => squares += volume * volume / rays,
+                1.0..MIN_RAYS_PER_LEAF => squares += volume * volume / rays,
                 _ => {}
             }
         }
@@ -273,15 +273,15 @@ impl Rays<'_> {
     fn expect_affordable(&self, task: &Task) -> Result<(), MeasureError> {
         let mut caster = Caster::new(self.world);
         caster.watch(self.run.watch());
-        let (mut steps, mut cast, mut stretches) = (0u64, 0u64, Vec::new());
+        let (mut steps, mut cast, mut intervals) = (0u64, 0u64, Vec::new());
         for axis in 0..3 {
             for i in (0..task.rays).step_by(task.rays.div_ceil(PILOT)) {
                 let (_, cell) = task.cells[axis].of(i);
                 let mut at = Vec3::ZERO;
                 // Any index but 0, which is the corner of the cell.
-                [at[(axis + 1) % 3], at[(axis + 2) % 3]] = cell.place(place(i + 1, [0; 2]));
-                stretches.clear();
-                steps += self.stretches(&mut caster, task, at, axis, &mut stretches)?;
+                [at[(axis + 1) % 3], at[(axis + 2) % 3]] = cell.sample_point(sample_point(i + 1, [0; 2]));
+                intervals.clear();
+                steps += self.intervals(&mut caster, task, at, axis, &mut intervals)?;
                 cast += 1;
             }
         }
@@ -297,7 +297,7 @@ impl Rays<'_> {
     /// from -1 to 1.
     fn samples(&self, task: &Task) -> Result<Samples, MeasureError> {
         let (mut shifts, mut axes) = ([[Dd::ZERO; 10]; SHIFTS], [[Dd::ZERO; 10]; 3]);
-        let (mut spread, mut ends) = (0.0f64, 0.0);
+        let (mut spread, mut interval_weight) = (0.0f64, 0.0);
         let chunks = task.rays.div_ceil(CHUNK);
         let mut round = 0..0;
         while round.end < chunks * STRATA {
@@ -311,8 +311,8 @@ impl Rays<'_> {
             let parts: Vec<_> = round.clone().into_par_iter().map_init(caster, one).collect();
             // In order, so that sums have the same bits for any number of threads.
             for (job, part) in round.clone().zip(parts) {
-                let (stratum, (part, own, stretches)) = (job / chunks, part?);
-                (spread, ends) = (spread.max(own), ends + stretches);
+                let (stratum, (part, own, intervals)) = (job / chunks, part?);
+                (spread, interval_weight) = (spread.max(own), interval_weight + intervals);
                 for sum in [&mut shifts[stratum / 3], &mut axes[stratum % 3]] {
                     *sum = std::array::from_fn(|i| sum[i] + part[i]);
                 }
@@ -322,7 +322,7 @@ impl Rays<'_> {
         let mean =
             |sums: Sums, strata: usize| sums.map(|sum| sum.hi * (4.0 / (strata as f64 * task.rays as f64)));
         let (shifts, axes) = (shifts.map(|sums| mean(sums, 3)), axes.map(|sums| mean(sums, SHIFTS)));
-        Ok(Samples { shifts, axes, spread, ends })
+        Ok(Samples { shifts, axes, spread, interval_weight })
     }
 
     /// Casts the rays of one chunk of a stratum (an axis and a shift). Returns their sums for the integrals, the
@@ -341,31 +341,31 @@ impl Rays<'_> {
         let across = [(axis + 1) % 3, (axis + 2) % 3];
         let key = split_mix64(split_mix64(self.settings.seed) ^ u64::from(task.object)) ^ stratum as u64;
         let (mut sums, mut spread) = ([Dd::ZERO; 10], Spread::default());
-        let (mut stretches, mut met, mut taken, mut ends) = (Vec::new(), 0, 0, 0.0);
+        let (mut intervals, mut met, mut taken, mut interval_weight) = (Vec::new(), 0, 0, 0.0);
         let rays = chunk * CHUNK..((chunk + 1) * CHUNK).min(task.rays);
         let cast = rays.len() as u64;
         for i in rays {
             let (number, cell) = task.cells[axis].of(i);
             // Each cell has its own sequence.
             let key = key ^ (number as u64) << 32;
-            let point = place(i - cell.first, [split_mix64(key), split_mix64(key ^ (1 << 63))]);
-            let mut place = Vec3::ZERO;
-            [place[across[0]], place[across[1]]] = cell.place(point);
-            stretches.clear();
-            let steps = self.stretches(caster, task, place, axis, &mut stretches)?;
-            (met, taken) = (met + stretches.len() as u64, taken + steps);
-            ends += cell.weight * stretches.len() as f64;
-            if taken > MANY {
+            let point = sample_point(i - cell.first, [split_mix64(key), split_mix64(key ^ (1 << 63))]);
+            let mut sample_point = Vec3::ZERO;
+            [sample_point[across[0]], sample_point[across[1]]] = cell.sample_point(point);
+            intervals.clear();
+            let steps = self.intervals(caster, task, sample_point, axis, &mut intervals)?;
+            (met, taken) = (met + intervals.len() as u64, taken + steps);
+            interval_weight += cell.weight * intervals.len() as f64;
+            if taken > STEP_BATCH {
                 self.count(task, std::mem::take(&mut taken))?;
             }
-            let length: f64 = stretches.iter().map(|[from, to]| to - from).sum();
+            let length: f64 = intervals.iter().map(|[from, to]| to - from).sum();
             spread.add(number, 0.5 * length * cell.weight);
-            for &stretch in &stretches {
-                let terms = integrals(place, axis, stretch);
+            for &interval in &intervals {
+                let terms = integrals(sample_point, axis, interval);
                 sums = std::array::from_fn(|k| sums[k] + Dd::from(terms[k] * cell.weight));
             }
         }
-        task.stretches.fetch_add(met, Ordering::Relaxed);
+        task.intervals.fetch_add(met, Ordering::Relaxed);
         self.count(task, taken)?;
         let done = caster.take_counters();
         if let Some(mut counters) = self.run.counters.and_then(|counters| counters.lock().ok()) {
@@ -374,20 +374,20 @@ impl Rays<'_> {
         if let Some(progress) = self.run.progress {
             progress(cast);
         }
-        Ok((sums, spread.most, ends))
+        Ok((sums, spread.most, interval_weight))
     }
 
     /// Appends the intervals inside the object, from -1 to 1, of the ray along an axis through a point of its box.
     /// Returns the number of boxes and bodies visited.
-    fn stretches(
+    fn intervals(
         &self,
         caster: &mut Caster,
         task: &Task,
-        place: Vec3,
+        sample_point: Vec3,
         axis: usize,
         out: &mut Vec<[f64; 2]>,
     ) -> Result<u64, MeasureError> {
-        let ray = Ray::new(task.centre + place * task.half, Vec3::AXES[axis] * task.half[axis]);
+        let ray = Ray::new(task.centre + sample_point * task.half, Vec3::AXES[axis] * task.half[axis]);
         // Ray creation fails only if the box is too far from the origin; there are no intervals then.
         let (Ok(ray), Ok(span)) = (ray, Span::new(-1.0, 1.0)) else { return Ok(0) };
         let result = match self.settings.overlaps {
@@ -432,7 +432,7 @@ impl Rays<'_> {
 /// Adds to the errors the effect of one ray more or less among those that contribute most. This matters where few rays
 /// contribute most of the volume: at the rim of a thin shell. The other errors grow in proportion to that of the
 /// volume, at most by [`MOST_GROWTH`].
-fn add_rare(numbers: &mut [Estimate; COUNT], volume: f64) {
+fn add_largest_contribution(numbers: &mut [Estimate; COUNT], volume: f64) {
     let before = numbers[0].std_error;
     let after = before.hypot(volume);
     let growth = if before > 0.0 { (after / before).min(MOST_GROWTH) } else { 1.0 };
@@ -441,7 +441,7 @@ fn add_rare(numbers: &mut [Estimate; COUNT], volume: f64) {
 }
 
 /// Adds to the errors the effect of having missed such a volume in a corner of the box.
-fn add_unseen(numbers: &mut [Estimate; COUNT], unseen: f64, bounds: &Aabb) {
+fn add_missed_volume(numbers: &mut [Estimate; COUNT], unseen: f64, bounds: &Aabb) {
     if unseen == 0.0 {
         return;
     }
@@ -454,10 +454,10 @@ fn add_unseen(numbers: &mut [Estimate; COUNT], unseen: f64, bounds: &Aabb) {
 }
 
 /// The integrals of all terms over an interval of a ray along an axis.
-fn integrals(place: Vec3, axis: usize, [from, to]: [f64; 2]) -> [f64; 10] {
+fn integrals(sample_point: Vec3, axis: usize, [from, to]: [f64; 2]) -> [f64; 10] {
     let length = to - from;
     // Along the axis the means of the coordinate and of its square, across the axis the coordinates themselves.
-    let (mut mean, mut square) = (place, place * place);
+    let (mut mean, mut square) = (sample_point, sample_point * sample_point);
     mean[axis] = from.midpoint(to);
     square[axis] = (from * from + from * to + to * to) / 3.0;
     let Vec3 { x, y, z } = mean;
@@ -465,7 +465,7 @@ fn integrals(place: Vec3, axis: usize, [from, to]: [f64; 2]) -> [f64; 10] {
 }
 
 /// Returns point `i` of the shifted sequence in the square from -1 to 1.
-pub(super) fn place(i: usize, shift: [u64; 2]) -> [f64; 2] {
+pub(super) fn sample_point(i: usize, shift: [u64; 2]) -> [f64; 2] {
     std::array::from_fn(|k| {
         let step = STEPS[k].wrapping_mul(i as u64).wrapping_add(shift[k]);
         // The middle of one of 2^53 equal cells, up to rounding.

@@ -27,7 +27,7 @@ impl CoherenceHint {
     pub(super) fn keep(&mut self, met: &BodyEntry, traversal: &Traversal, counters: &mut Counters) {
         counters.hinted += 1;
         if !self.placements.is_empty() && self.path == met.path {
-            counters.hinted_right += 1;
+            counters.hint_hits += 1;
             return;
         }
         traversal.placements_on_path(met, &mut self.placements);

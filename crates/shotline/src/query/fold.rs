@@ -8,7 +8,7 @@ use super::fold_query::{Fold, FoldControl, FoldQuery};
 use super::stream::Stream;
 use super::traversal::BodyEntry;
 use super::{QueryError, Scope};
-use crate::budget::Ended;
+use crate::budget::StopReason;
 use crate::compile::Body;
 use crate::csg::{Boundary, HitKind};
 use crate::ray::{Line, Ray, Span};
@@ -130,8 +130,8 @@ impl<'w> Caster<'w> {
     pub(super) fn outcome(&self) -> Result<(), QueryError> {
         match self.scratch.budget.ended() {
             None => Ok(()),
-            Some(Ended::Cancelled) => Err(QueryError::Cancelled),
-            Some(Ended::Exhausted) => Err(QueryError::TooLong { most: self.limits.steps }),
+            Some(StopReason::Cancelled) => Err(QueryError::Cancelled),
+            Some(StopReason::Exhausted) => Err(QueryError::TooLong { most: self.limits.steps }),
         }
     }
 }

@@ -72,7 +72,7 @@ pub(super) fn resolve(
     }
     let mut sweep = Ownership::new(world, intervals, scratch);
     let mut owned: Option<Owned> = None;
-    let mut met = 0;
+    let mut overlap_count = 0;
     for event in events(&ends(intervals)) {
         if !budget.step() {
             break;
@@ -83,7 +83,7 @@ pub(super) fn resolve(
         if let Some(owner) = after
             && let Some(rival) = sweep.rival(owner)
         {
-            met += 1;
+            overlap_count += 1;
             if overlaps == Overlaps::Error {
                 return Err(sweep.overlap(owner, rival, event[0].crossing.t, 0.0).error(world));
             }
@@ -117,7 +117,7 @@ pub(super) fn resolve(
             Owned { start, interval, path: Some(intervals[interval].path) }
         });
     }
-    Ok(met)
+    Ok(overlap_count)
 }
 
 /// Appends the overlaps of equal priority, ascending and disjoint. Each is between the two intervals that rank

@@ -67,7 +67,7 @@ impl Stream<'_, '_> {
         for leaf in each(leaves) {
             let Leaf { solid, local_from_body, .. } = &all[leaf as usize];
             let line = self.line.in_frame(local_from_body);
-            if are_all && !self.below.log.is_on() && solid.is_clear(&line, enter, self.exit) {
+            if are_all && !self.below.log.is_on() && solid.is_clear_of_surface(&line, enter, self.exit) {
                 clear |= 1 << leaf;
             } else {
                 self.intersect(leaf, &line, enter);
@@ -86,7 +86,7 @@ impl Stream<'_, '_> {
         for leaf in each(clear) {
             let Leaf { solid, local_from_body, .. } = &all[leaf as usize];
             let line = self.line.in_frame(local_from_body);
-            if is_last && (reach <= exit || solid.is_clear(&line, enter, reach)) {
+            if is_last && (reach <= exit || solid.is_clear_of_surface(&line, enter, reach)) {
                 self.scratch.sweep.apply(&self.body.program, leaf, EventKind::Membership);
             } else if !self.finished {
                 self.intersect(leaf, &line, enter);

@@ -127,7 +127,7 @@ impl<'a, 'c> Stream<'a, 'c> {
             if let Some(boundary) = self.scratch.sweep.pop() {
                 return Some(boundary);
             }
-            if next > self.exit && self.scratch.sweep.is_out(program) {
+            if next > self.exit && self.scratch.sweep.is_outside(program) {
                 // No leaf can matter any more.
                 self.finished = true;
                 return None;
@@ -152,7 +152,7 @@ impl<'a, 'c> Stream<'a, 'c> {
                         item: self.body.leaf_name(leaf as usize),
                         crossing,
                     });
-                    self.scratch.sweep.offer(program, event);
+                    self.scratch.sweep.push(program, event);
                 }
                 None => {}
             }

@@ -34,7 +34,7 @@ struct LevelVisit<'w> {
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     visit: u32,
-    what: Child,
+    child: Child,
 }
 
 /// A placed body whose box the ray hits.
@@ -78,7 +78,7 @@ pub(super) struct Traversal<'w> {
     /// The serial number of the next visit.
     serial: u32,
     /// The visit of the body that was returned last: the caller may still need it.
-    given: Option<u32>,
+    last_returned: Option<u32>,
     heap: Heap<Entry>,
     /// Pending entries of a traversal without order.
     stack: Vec<(f64, Entry)>,
@@ -94,7 +94,7 @@ impl<'w> Traversal<'w> {
     pub(super) fn begin(&mut self, world: &'w World, line: Line, span: Span) {
         self.visits.clear();
         self.free.clear();
-        self.given = None;
+        self.last_returned = None;
         self.heap.clear();
         self.stack.clear();
         self.tags.begin();
@@ -127,14 +127,14 @@ impl<'w> Traversal<'w> {
             let LevelVisit { level, ray, .. } = &self.visits[visit as usize];
             counters.boxes += 1;
             let (enter, _) = ray.enter_exit(&level.placements.get(item as usize)?.bounds)?;
-            let placement_entry = self.pass(visit, item, enter);
+            let placement_entry = self.enter_placement(visit, item, enter);
             match placement_entry.target {
                 Target::Body(body) => {
                     self.visits[visit as usize].uses += 1;
-                    self.given = Some(visit);
+                    self.last_returned = Some(visit);
                     return Some(placement_entry.into_body(body));
                 }
-                Target::Level(level) => visit = self.descend(world.level(level), placement_entry),
+                Target::Level(level) => visit = self.new_visit(world.level(level), placement_entry),
             }
         }
         None
@@ -203,7 +203,7 @@ impl<'w> Traversal<'w> {
         if below.log.is_on() {
             below.log.depth = 1 + self.above(entry.visit).count();
         }
-        match entry.what {
+        match entry.child {
             Child::Node(node) => {
                 let LevelVisit { level, ray, .. } = &self.visits[entry.visit as usize];
                 if let Some(accel) = &level.accel {
@@ -213,7 +213,7 @@ impl<'w> Traversal<'w> {
                 self.push_children(world, entry.visit, below);
             }
             Child::Item(item) | Child::Entered(item) => {
-                let placement_entry = self.pass(entry.visit, item, t);
+                let placement_entry = self.enter_placement(entry.visit, item, t);
                 match placement_entry.target {
                     Target::Body(number) => {
                         below.log.add(0, Some(t), || Act::EnterBody {
@@ -221,11 +221,11 @@ impl<'w> Traversal<'w> {
                             leaves: world.body(number).leaf_count() as usize,
                         });
                         // The entry's use of the visit passes to the caller.
-                        self.given = Some(entry.visit);
+                        self.last_returned = Some(entry.visit);
                         return Some(placement_entry.into_body(number));
                     }
                     Target::Level(level) => {
-                        let visit = self.descend(world.level(level), placement_entry);
+                        let visit = self.new_visit(world.level(level), placement_entry);
                         self.enter(world, visit, t, below);
                     }
                 }
@@ -238,7 +238,7 @@ impl<'w> Traversal<'w> {
     /// Releases the visits on the path to the body that was returned last.
     #[inline]
     fn release_given(&mut self) {
-        if let Some(visit) = self.given.take() {
+        if let Some(visit) = self.last_returned.take() {
             self.release(visit);
         }
     }
@@ -291,7 +291,7 @@ impl<'w> Traversal<'w> {
     }
 
     /// Transforms the ray into the frame of a placement in a visited level.
-    fn pass(&self, visit: u32, placement: u32, enter: f64) -> PlacementEntry {
+    fn enter_placement(&self, visit: u32, placement: u32, enter: f64) -> PlacementEntry {
         let above = &self.visits[visit as usize];
         let placed = &above.level.placements[placement as usize];
         PlacementEntry {
@@ -306,7 +306,7 @@ impl<'w> Traversal<'w> {
     }
 
     /// Creates a visit of a level and returns its index.
-    fn descend(&mut self, level: &'w Level, placement_entry: PlacementEntry) -> u32 {
+    fn new_visit(&mut self, level: &'w Level, placement_entry: PlacementEntry) -> u32 {
         let PlacementEntry { line, object, path, visit, placement, .. } = placement_entry;
         let parent = &mut self.visits[visit as usize];
         parent.uses += 1;
@@ -414,7 +414,7 @@ impl<'w> Traversal<'w> {
             };
             counters.heap_pushes += 1;
             *uses += 1;
-            self.heap.push(t, Rank::Box, Entry { visit, what: child.child });
+            self.heap.push(t, Rank::Box, Entry { visit, child: child.child });
         }
     }
 }

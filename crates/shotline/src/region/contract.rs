@@ -6,10 +6,10 @@ use crate::aabb::Aabb;
 use crate::math::HALF_ULP;
 
 /// Maximum number of rounds over all constraints.
-const ROUNDS: usize = 30;
+const MAX_ROUNDS: usize = 30;
 
 /// Rounds continue while an end becomes finite or a side shrinks by more than this fraction of its length.
-const WORTHWHILE: f64 = 1.0 / 64.0;
+const MIN_SHRINK: f64 = 1.0 / 64.0;
 
 /// An interval of numbers.
 type Range = (f64, f64);
@@ -20,7 +20,7 @@ pub fn contract(start: Aabb, forms: &[Quadratic]) -> Aabb {
         return Aabb::EMPTY;
     }
     let mut b = start;
-    for _ in 0..ROUNDS {
+    for _ in 0..MAX_ROUNDS {
         let before = b;
         for form in forms {
             for axis in 0..3 {
@@ -36,7 +36,7 @@ pub fn contract(start: Aabb, forms: &[Quadratic]) -> Aabb {
         let shrank = |i: usize| {
             let (old, new) = (before.max[i] - before.min[i], b.max[i] - b.min[i]);
             let ended = |old: f64, new: f64| old.is_infinite() && new.is_finite();
-            ended(before.min[i], b.min[i]) || ended(before.max[i], b.max[i]) || old - new > WORTHWHILE * old
+            ended(before.min[i], b.min[i]) || ended(before.max[i], b.max[i]) || old - new > MIN_SHRINK * old
         };
         if !(0..3).any(shrank) {
             break;

@@ -8,13 +8,13 @@ use crate::aabb::Aabb;
 use crate::math::{HALF_ULP, Plane, Vec3};
 
 /// Maximum number of planes; further ones are ignored.
-const MOST_PLANES: usize = 512;
+const MAX_PLANES: usize = 512;
 
 /// Maximum number of planes that are combined in a corner.
-const MOST_IN_A_CORNER: usize = 9;
+const MAX_PLANES_PER_CORNER: usize = 9;
 
 /// Planes meet in a corner if their distance from it is at most this fraction of the size of the box.
-const NEAR: f64 = 1e-9;
+const CORNER_TOLERANCE: f64 = 1e-9;
 
 /// A constraint `normal . p + offset <= error`, where `error` is a bound for all points of the box.
 struct Bound {
@@ -40,7 +40,7 @@ pub(super) fn tightened(b: Aabb, planes: &[Quadratic]) -> Aabb {
     open().for_each(|axis| (inner.min[axis], inner.max[axis]) = (-1.0, 1.0));
     for _ in 0..ROUNDS {
         let size = inner.size();
-        inner = once(inner, &planes);
+        inner = tighten_once(inner, &planes);
         if inner.is_empty() {
             return Aabb::EMPTY;
         }
@@ -54,9 +54,9 @@ pub(super) fn tightened(b: Aabb, planes: &[Quadratic]) -> Aabb {
     inner
 }
 
-fn once(b: Aabb, planes: &[Quadratic]) -> Aabb {
+fn tighten_once(b: Aabb, planes: &[Quadratic]) -> Aabb {
     let reach = b.min.abs().max(b.max.abs());
-    let mut bounds: Vec<Bound> = planes.iter().take(MOST_PLANES).map(|form| bound(form, reach)).collect();
+    let mut bounds: Vec<Bound> = planes.iter().take(MAX_PLANES).map(|form| bound(form, reach)).collect();
     let room = b.size() * 0.25;
     let mut polytope = Polytope::of_box(&Aabb::new(b.min - room, b.max + room));
     for axis in 0..3 {
@@ -65,7 +65,7 @@ fn once(b: Aabb, planes: &[Quadratic]) -> Aabb {
         bounds.push(Bound { plane: Plane::new(-normal, b.min[axis]), error: 0.0 });
     }
     bounds.iter().for_each(|bound| polytope.cut(&bound.plane));
-    let near = NEAR * b.size().max_element();
+    let near = CORNER_TOLERANCE * b.size().max_element();
     let mut out = b;
     for axis in 0..3 {
         for sign in [1.0, -1.0] {
@@ -78,7 +78,7 @@ fn once(b: Aabb, planes: &[Quadratic]) -> Aabb {
                 let length = bound.plane.normal.abs().max_element();
                 side(&bound.plane, corner).abs() <= near * length
             };
-            let here: Vec<&Bound> = bounds.iter().filter(meets).take(MOST_IN_A_CORNER).collect();
+            let here: Vec<&Bound> = bounds.iter().filter(meets).take(MAX_PLANES_PER_CORNER).collect();
             let most = proven(&here, Vec3::AXES[axis] * sign, reach);
             if sign > 0.0 {
                 out.max[axis] = out.max[axis].min(most);

@@ -59,11 +59,12 @@ impl Quadratic {
         let m = &local_from_body.rows;
         let t = [m[0], m[1], m[2], [0.0, 0.0, 0.0, 1.0]];
         let size = t.map(|row| row.map(f64::abs));
-        let q = sandwich(&self.q, &t);
-        let (error, all) = (sandwich(&self.e, &size), sandwich(&self.q.map(|row| row.map(f64::abs)), &size));
+        let q = congruence(&self.q, &t);
+        let (error, all) =
+            (congruence(&self.e, &size), congruence(&self.q.map(|row| row.map(f64::abs)), &size));
         // A product that underflows is not exactly 0: only entries without any nonzero product are exact.
         let is_there = |x: f64| f64::from(u8::from(x != 0.0));
-        let products = sandwich(
+        let products = congruence(
             &each(|i, j| is_there(self.q[i][j]).max(is_there(self.e[i][j]))),
             &t.map(|row| row.map(is_there)),
         );
@@ -191,7 +192,7 @@ fn unit_box(start: Aabb, forms: &[Quadratic]) -> Aabb {
     }
     let was_finite = b.is_finite();
     if !was_finite {
-        b = contract(prune::ended(b, forms), forms);
+        b = contract(prune::bounded(b, forms), forms);
     }
     if b.is_empty() {
         return b;
@@ -204,13 +205,13 @@ fn unit_box(start: Aabb, forms: &[Quadratic]) -> Aabb {
         return b;
     }
     if !was_finite && planes.len() < forms.len() {
-        b = contract(prune::shaved(contract(b, forms), forms), forms);
+        b = contract(prune::without_empty_slabs(contract(b, forms), forms), forms);
     }
     b
 }
 
 /// `T^T Q T`, symmetric in every bit.
-fn sandwich(q: &[[f64; 4]; 4], t: &[[f64; 4]; 4]) -> [[f64; 4]; 4] {
+fn congruence(q: &[[f64; 4]; 4], t: &[[f64; 4]; 4]) -> [[f64; 4]; 4] {
     let right: [[f64; 4]; 4] = each(|k, j| (0..4).map(|l| q[k][l] * t[l][j]).sum());
     each(|i, j| {
         let (i, j) = (i.min(j), i.max(j));

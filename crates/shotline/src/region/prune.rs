@@ -13,13 +13,13 @@ type Cell = ([f64; 4], [f64; 4]);
 const REACH: f64 = (1 << 20) as f64;
 
 /// Pieces of at most this fraction of the size of the cell are not halved again.
-const FINEST: f64 = 1.0 / (1 << 16) as f64;
+const MIN_FRACTION: f64 = 1.0 / (1 << 16) as f64;
 
 /// Maximum number of pieces examined to prove that a region is bounded.
-const PATIENCE: usize = 4096;
+const MAX_PIECES: usize = 4096;
 
 /// Maximum number of pieces examined to prove that a slab may be cut off.
-const PATIENCE_OF_A_SLAB: usize = 256;
+const MAX_PIECES_PER_SLAB: usize = 256;
 
 /// The thicknesses of slabs that are tried, as fractions of the box.
 const SLABS: [f64; 4] = [0.5, 0.25, 0.125, 0.0625];
@@ -29,25 +29,25 @@ const SLABS: [f64; 4] = [0.5, 0.25, 0.125, 0.0625];
 /// Distant points are `[v w]` with `v` on the surface of the cube from -1 to 1 and `0 <= w <= 1 / REACH`. If none of
 /// them meets all constraints, the region lies within `REACH`. Where it is unbounded along an axis, the constraints
 /// that do not involve that axis may still bound the two others.
-pub(super) fn ended(b: Aabb, forms: &[Quadratic]) -> Aabb {
+pub(super) fn bounded(b: Aabb, forms: &[Quadratic]) -> Aabb {
     for axes in [&[0, 1, 2][..], &[0, 1], &[0, 2], &[1, 2]] {
         let others = || (0..3).filter(|axis| !axes.contains(axis));
         let within: Vec<Quadratic> =
             forms.iter().filter(|form| !others().any(|axis| form.involves(axis))).copied().collect();
-        if within.is_empty() || !is_ended(&within, axes) {
+        if within.is_empty() || !is_bounded(&within, axes) {
             continue;
         }
-        let mut ended = b;
+        let mut bounded = b;
         for &axis in axes {
-            ended.min[axis] = ended.min[axis].max(-REACH);
-            ended.max[axis] = ended.max[axis].min(REACH);
+            bounded.min[axis] = bounded.min[axis].max(-REACH);
+            bounded.max[axis] = bounded.max[axis].min(REACH);
         }
-        return ended;
+        return bounded;
     }
     b
 }
 
-fn is_ended(forms: &[Quadratic], axes: &[usize]) -> bool {
+fn is_bounded(forms: &[Quadratic], axes: &[usize]) -> bool {
     let half = 0.5 / REACH;
     let mut search = Search::new(forms);
     axes.iter().all(|&axis| {
@@ -56,13 +56,13 @@ fn is_ended(forms: &[Quadratic], axes: &[usize]) -> bool {
             axes.iter().for_each(|&axis| size[axis] = 1.0);
             (middle[axis], size[axis]) = (sign, 0.0);
             (middle[3], size[3]) = (half, half);
-            search.excludes((middle, size), PATIENCE)
+            search.excludes((middle, size), MAX_PIECES)
         })
     })
 }
 
 /// Cuts slabs off a finite box where no point of the slab meets all constraints.
-pub(super) fn shaved(b: Aabb, forms: &[Quadratic]) -> Aabb {
+pub(super) fn without_empty_slabs(b: Aabb, forms: &[Quadratic]) -> Aabb {
     let (mut b, mut search) = (b, Search::new(forms));
     for part in SLABS {
         let mut goes_on = true;
@@ -81,7 +81,7 @@ pub(super) fn shaved(b: Aabb, forms: &[Quadratic]) -> Aabb {
                     let mut slab = b;
                     let end = if upper { &mut slab.min } else { &mut slab.max };
                     end[axis] = cut;
-                    if search.excludes(cell(&slab), PATIENCE_OF_A_SLAB) {
+                    if search.excludes(cell(&slab), MAX_PIECES_PER_SLAB) {
                         let end = if upper { &mut b.max } else { &mut b.min };
                         end[axis] = cut;
                         goes_on = true;
@@ -121,7 +121,7 @@ impl Search {
     /// Whether it is certain that no point of a cell meets all constraints.
     fn excludes(&mut self, whole: Cell, patience: usize) -> bool {
         let largest = |half: &[f64; 4]| half.iter().fold(0.0, |m: f64, x| m.max(*x));
-        let finest = FINEST * largest(&whole.1);
+        let finest = MIN_FRACTION * largest(&whole.1);
         let mut stack = vec![whole];
         for _ in 0..patience {
             let Some((middle, half)) = stack.pop() else { return true };
@@ -147,10 +147,10 @@ impl Search {
     }
 
     fn is_outside(&mut self, middle: &[f64; 4], half: &[f64; 4]) -> bool {
-        if self.forms[self.last].least(middle, half) > 0.0 {
+        if self.forms[self.last].lower_bound(middle, half) > 0.0 {
             return true;
         }
-        let found = self.forms.iter().position(|form| form.least(middle, half) > 0.0);
+        let found = self.forms.iter().position(|form| form.lower_bound(middle, half) > 0.0);
         self.last = found.unwrap_or(self.last);
         found.is_some()
     }
@@ -173,7 +173,7 @@ impl Homogeneous {
     }
 
     /// A lower bound on the values in a cell.
-    fn least(&self, middle: &[f64; 4], half: &[f64; 4]) -> f64 {
+    fn lower_bound(&self, middle: &[f64; 4], half: &[f64; 4]) -> f64 {
         match self {
             Homogeneous::Linear { coefficients, errors } => {
                 let (mut value, mut spread) = (0.0, 0.0);
@@ -184,14 +184,14 @@ impl Homogeneous {
                 }
                 value - spread - f64::MIN_POSITIVE
             }
-            Homogeneous::Quadratic(form) => form.least(middle, half),
+            Homogeneous::Quadratic(form) => form.lower_bound(middle, half),
         }
     }
 }
 
 impl Quadratic {
     /// A lower bound on the values in a cell, from the value and the slope at its centre.
-    fn least(&self, middle: &[f64; 4], half: &[f64; 4]) -> f64 {
+    fn lower_bound(&self, middle: &[f64; 4], half: &[f64; 4]) -> f64 {
         let (mut value, mut spread, mut error) = (0.0, 0.0, 0.0);
         for i in 0..4 {
             let (mut slope, mut size, mut doubt, mut across) = (0.0, 0.0, 0.0, 0.0);

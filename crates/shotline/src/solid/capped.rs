@@ -58,21 +58,21 @@ impl Solid for Capped {
     }
 
     fn contacts(&self, line: &Line, out: &mut Vec<Contact>, _scratch: &mut Scratch) {
-        let caps = self.caps.map_or(Some((Interval::ALL, None)), |caps| caps.closed(line));
+        let caps = self.caps.map_or(Some((Interval::ALL, None)), |caps| caps.closed_interval(line));
         let Some((between, cap)) = caps else { return };
         let mut push = |side: Interval, sector: Option<Sector>| {
             out.extend(side.clip(between).zip(sector).map(|(stretch, sector)| stretch.contact(sector)));
         };
         if let Some(sides) = self.form.sides(line) {
-            sides.into_iter().for_each(|side| push(side.stretch, side.sector(cap, line.d)));
+            sides.into_iter().for_each(|side| push(side.interval, side.sector(cap, line.d)));
         } else if let Some(cap) = cap {
             let inside = self.form.inside(line).into_iter().flatten();
             inside.for_each(|stretch| push(stretch, Sector::behind(&[Sheet::plane(cap)], line.d)));
         }
     }
 
-    fn is_clear(&self, line: &Line, from: f64, to: f64) -> bool {
-        self.caps.is_none() && self.form.is_clear(line, [from, to])
+    fn is_clear_of_surface(&self, line: &Line, from: f64, to: f64) -> bool {
+        self.caps.is_none() && self.form.is_clear_of_surface(line, [from, to])
     }
 
     fn implicit(&self, p: Vec3, surface: u32, _primitive: u32) -> f64 {
@@ -108,7 +108,7 @@ impl Solid for Capped {
             return definite::moments(&self.form);
         }
         if !self.bounds.is_finite() {
-            return self.bounds.is_empty().then_some(Moments::NOTHING);
+            return self.bounds.is_empty().then_some(Moments::EMPTY);
         }
         if self.caps.is_none() {
             let squares = (-constant.hi / rounded(&square)) / (shrink * shrink);

@@ -16,7 +16,7 @@ impl Form {
     /// Whether a line lies on the inner side of a plane at these two `t`, and so between them, and its crossing
     /// with the plane is not coincident with anything in that interval. `false` for other surfaces, for lines
     /// almost parallel to the plane, and where it is not certain.
-    pub fn is_clear(&self, line: &Line, ends: [f64; 2]) -> bool {
+    pub fn is_clear_of_surface(&self, line: &Line, ends: [f64; 2]) -> bool {
         if self.cross.is_some() || self.square.iter().any(|x| x.hi != 0.0) {
             return false;
         }
@@ -65,7 +65,7 @@ mod tests {
             }
             let from = random.number(-1.0, 1.0);
             let to = from + random.number(0.0, 2.0) * tiny;
-            if plane.is_clear(&line, from, to) {
+            if plane.is_clear_of_surface(&line, from, to) {
                 clear += 1;
                 let mut list: Vec<Crossing> = Vec::new();
                 plane.crossings(&line, &mut list);

@@ -85,7 +85,7 @@ impl Solid for Cuboid {
     fn contacts(&self, line: &Line, out: &mut Vec<Contact>, _scratch: &mut Scratch) {
         let slabs = self.slabs();
         if slabs.iter().any(|slab| slab.is_parallel(line)) {
-            out.extend(contact(slabs.map(|slab| slab.closed(line)), line.d));
+            out.extend(contact(slabs.map(|slab| slab.closed_interval(line)), line.d));
         }
     }
 

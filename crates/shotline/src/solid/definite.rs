@@ -29,38 +29,38 @@ struct Ellipsoid {
 
 /// A number with the sum of the absolute values of its terms.
 #[derive(Clone, Copy)]
-struct Sized(Dd, f64);
+struct WithMagnitude(Dd, f64);
 
-impl Sized {
+impl WithMagnitude {
     fn error(self) -> f64 {
         DOUBT * self.1
     }
 }
 
-impl From<Dd> for Sized {
-    fn from(x: Dd) -> Sized {
-        Sized(x, x.hi.abs())
+impl From<Dd> for WithMagnitude {
+    fn from(x: Dd) -> WithMagnitude {
+        WithMagnitude(x, x.hi.abs())
     }
 }
 
-impl std::ops::Add for Sized {
-    type Output = Sized;
-    fn add(self, other: Sized) -> Sized {
-        Sized(self.0 + other.0, self.1 + other.1)
+impl std::ops::Add for WithMagnitude {
+    type Output = WithMagnitude;
+    fn add(self, other: WithMagnitude) -> WithMagnitude {
+        WithMagnitude(self.0 + other.0, self.1 + other.1)
     }
 }
 
-impl std::ops::Sub for Sized {
-    type Output = Sized;
-    fn sub(self, other: Sized) -> Sized {
-        Sized(self.0 - other.0, self.1 + other.1)
+impl std::ops::Sub for WithMagnitude {
+    type Output = WithMagnitude;
+    fn sub(self, other: WithMagnitude) -> WithMagnitude {
+        WithMagnitude(self.0 - other.0, self.1 + other.1)
     }
 }
 
-impl std::ops::Mul for Sized {
-    type Output = Sized;
-    fn mul(self, other: Sized) -> Sized {
-        Sized(self.0 * other.0, self.1 * other.1)
+impl std::ops::Mul for WithMagnitude {
+    type Output = WithMagnitude;
+    fn mul(self, other: WithMagnitude) -> WithMagnitude {
+        WithMagnitude(self.0 * other.0, self.1 * other.1)
     }
 }
 
@@ -79,7 +79,7 @@ pub(super) fn bounds(form: &Form) -> Aabb {
 pub(super) fn moments(form: &Form) -> Option<Moments> {
     match ellipsoid(form) {
         EllipsoidTest::Ellipsoid(Ellipsoid { free: Some(_), .. }) | EllipsoidTest::Other => None,
-        EllipsoidTest::Nothing => Some(Moments::NOTHING),
+        EllipsoidTest::Nothing => Some(Moments::EMPTY),
         EllipsoidTest::Ellipsoid(Ellipsoid { centre, spread: s, .. }) => {
             let minor = |i: usize, j: usize| s[1][i] * s[2][j] - s[1][j] * s[2][i];
             let squared = s[0][0] * minor(1, 2) - s[0][1] * minor(0, 2) + s[0][2] * minor(0, 1);
@@ -107,19 +107,20 @@ fn ellipsoid(form: &Form) -> EllipsoidTest {
         // A diagonal entry of its own does not affect the other two axes.
         m[i][i] = Dd::ONE;
     }
-    let m = |i: usize, j: usize| Sized::from(m[i % 3][j % 3]);
-    let adjugate: [[Sized; 3]; 3] = std::array::from_fn(|i| {
+    let m = |i: usize, j: usize| WithMagnitude::from(m[i % 3][j % 3]);
+    let adjugate: [[WithMagnitude; 3]; 3] = std::array::from_fn(|i| {
         std::array::from_fn(|j| m(i + 1, j + 1) * m(i + 2, j + 2) - m(i + 1, j + 2) * m(i + 2, j + 1))
     });
     let det = m(0, 0) * adjugate[0][0] + m(0, 1) * adjugate[0][1] + m(0, 2) * adjugate[0][2];
-    let sure = |x: Sized| x.0.hi > 0.0 && x.error() < DEFINITE * x.0.hi;
+    let sure = |x: WithMagnitude| x.0.hi > 0.0 && x.error() < DEFINITE * x.0.hi;
     if !(sure(m(0, 0)) && sure(adjugate[2][2]) && sure(det)) {
         return EllipsoidTest::Other;
     }
-    let l = form.linear.map(Sized::from);
-    let moved: [Sized; 3] =
+    let l = form.linear.map(WithMagnitude::from);
+    let moved: [WithMagnitude; 3] =
         std::array::from_fn(|i| adjugate[i][0] * l[0] + adjugate[i][1] * l[1] + adjugate[i][2] * l[2]);
-    let within = l[0] * moved[0] + l[1] * moved[1] + l[2] * moved[2] - Sized::from(form.constant) * det;
+    let within =
+        l[0] * moved[0] + l[1] * moved[1] + l[2] * moved[2] - WithMagnitude::from(form.constant) * det;
     // `Form` is exact except for underflow.
     let error = within.error() + f64::MIN_POSITIVE;
     if within.0.hi + error < 0.0 {

@@ -93,7 +93,7 @@ impl Slab {
 
     /// The outward normals of the planes in which the line lies, up to its errors. Neither if the line certainly
     /// crosses or misses the planes; both in a slab of zero thickness.
-    fn touched(&self, line: &Line) -> [Option<Vec3>; 2] {
+    fn containing_planes(&self, line: &Line) -> [Option<Vec3>; 2] {
         let doubt = GROUPING * line.o_err[self.axis];
         let touches = |z: f64| self.is_parallel(line) && (line.o[self.axis] - z).abs() <= doubt;
         let normal = Vec3::AXES[self.axis];
@@ -102,7 +102,7 @@ impl Slab {
 
     /// Returns the interval of a line between the planes. A line in one of the planes is not between them.
     pub fn interval(&self, line: &Line) -> Option<Interval> {
-        if self.is_parallel(line) && self.touched(line) != [None, None] {
+        if self.is_parallel(line) && self.containing_planes(line) != [None, None] {
             return None;
         }
         self.between(line)
@@ -110,8 +110,8 @@ impl Slab {
 
     /// Like [`Slab::interval`], but a line in one of the planes counts as between them, and that plane's outward
     /// normal is returned.
-    pub fn closed(&self, line: &Line) -> Option<(Interval, Option<Vec3>)> {
-        match self.touched(line) {
+    pub fn closed_interval(&self, line: &Line) -> Option<(Interval, Option<Vec3>)> {
+        match self.containing_planes(line) {
             [None, None] => Some((self.between(line)?, None)),
             [Some(_), Some(_)] => None,
             [low, high] => Some((Interval::ALL, low.or(high))),
@@ -162,7 +162,7 @@ mod tests {
                     1.0 => Some(Vec3::Z),
                     _ => None,
                 };
-                assert_eq!(UNIT.closed(&line), Some((Interval::ALL, face)));
+                assert_eq!(UNIT.closed_interval(&line), Some((Interval::ALL, face)));
             }
         }
     }
@@ -170,11 +170,14 @@ mod tests {
     #[test]
     fn lines_along_a_face_up_to_rounding_touch_it() {
         let mut line = Line::exact(Vec3::new(0.0, 0.0, 1.0 + 3e-16), Vec3::new(1.0, 0.0, 1e-16));
-        assert_eq!(UNIT.closed(&line).map(|c| c.1), Some(None));
+        assert_eq!(UNIT.closed_interval(&line).map(|c| c.1), Some(None));
         line = Line { o_err: Vec3::splat(1e-16), d_err: Vec3::splat(1e-16), ..line };
-        assert_eq!((UNIT.interval(&line), UNIT.closed(&line)), (None, Some((Interval::ALL, Some(Vec3::Z)))));
+        assert_eq!(
+            (UNIT.interval(&line), UNIT.closed_interval(&line)),
+            (None, Some((Interval::ALL, Some(Vec3::Z))))
+        );
         line.d.z = 1e-15;
-        assert_eq!(UNIT.touched(&line), [None, None]);
+        assert_eq!(UNIT.containing_planes(&line), [None, None]);
     }
 
     #[test]

@@ -89,7 +89,7 @@ pub trait Solid: Send + Sync + Debug {
     /// Whether the line is certainly in the interior between two `t`, and so far from the surface there that no
     /// crossing is coincident with anything in that interval. `false` means unknown. Worth implementing only
     /// where it is much cheaper than [`Solid::crossings`].
-    fn is_clear(&self, _line: &Line, _from: f64, _to: f64) -> bool {
+    fn is_clear_of_surface(&self, _line: &Line, _from: f64, _to: f64) -> bool {
         false
     }
 

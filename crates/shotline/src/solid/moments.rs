@@ -18,7 +18,7 @@ pub struct Moments {
 
 impl Moments {
     /// The moments of an empty body.
-    pub const NOTHING: Moments = Moments { volume: 0.0, centroid: Vec3::ZERO, second: [[0.0; 3]; 3] };
+    pub const EMPTY: Moments = Moments { volume: 0.0, centroid: Vec3::ZERO, second: [[0.0; 3]; 3] };
 
     /// Moments from the volume, the centroid and the mean squared distances from the centroid along the axes. The
     /// axes must be the body's principal axes.
@@ -42,7 +42,7 @@ impl Moments {
         let over = |f: &dyn Fn(f64) -> f64| PI * area.iter().map(|&(z, area)| area * f(z)).sum::<f64>();
         let volume = over(&|_| 1.0);
         if volume == 0.0 {
-            return Moments::NOTHING;
+            return Moments::EMPTY;
         }
         let up = over(&|z| z) / volume;
         let across = over(&|z| 0.25 * square_of_radius(middle + z)) / volume;
@@ -53,7 +53,7 @@ impl Moments {
     /// Moments from the integrals of `1`, `x`, `y`, `z`, `x^2`, `y^2`, `z^2`, `yz`, `xz`, `xy`.
     pub fn from_integrals([volume, x, y, z, xx, yy, zz, yz, xz, xy]: [f64; 10]) -> Moments {
         if volume == 0.0 {
-            return Moments::NOTHING;
+            return Moments::EMPTY;
         }
         let centroid = Vec3::new(x, y, z) / volume;
         let about_origin = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
@@ -87,10 +87,10 @@ impl Moments {
 
     /// Moments of the union of disjoint bodies.
     pub fn total(parts: &[Moments]) -> Moments {
-        let [first, _, ..] = parts else { return parts.first().copied().unwrap_or(Moments::NOTHING) };
+        let [first, _, ..] = parts else { return parts.first().copied().unwrap_or(Moments::EMPTY) };
         let volume = sum(parts.iter().map(|p| p.volume));
         if volume == 0.0 {
-            return Moments::NOTHING;
+            return Moments::EMPTY;
         }
         // Relative to one of the centroids, so that no digits are lost to a large distance from the origin.
         let from = first.centroid;

@@ -44,8 +44,8 @@ impl LocalLine {
         // Scales twice, so that no component underflows or overflows for an extreme length or an extreme size.
         let shorten = 1.0 / power_of_two_below(line.d.abs().max_element());
         let d = line.d * shorten * form.shrink;
-        let stretch = 1.0 / power_of_two_below(d.abs().max_element());
-        let d = d * stretch;
+        let lengthen = 1.0 / power_of_two_below(d.abs().max_element());
+        let d = d * lengthen;
         let o = (line.o - form.centre) * form.shrink;
         let dd = d.length_squared();
         let s0 = if dd > 0.0 { -o.dot(d) / dd } else { 0.0 };
@@ -59,7 +59,7 @@ impl LocalLine {
         let (step, step_rest) = exact_product(s0, d);
         let (sum, sum_rest) = two_sum(moved * form.shrink, step);
         let (p, p_rest) = two_sum(sum, sum_rest + (step_rest + moved_rest * form.shrink));
-        LocalLine { o, d, s0, p, p_rest, t_over_s: [stretch, shorten] }
+        LocalLine { o, d, s0, p, p_rest, t_over_s: [lengthen, shorten] }
     }
 
     /// Converts this line's parameter `s` to the ray's `t`.
@@ -189,10 +189,10 @@ impl SignDoubt<'_> {
         let Quadratic { a, b, c, size, noise, .. } = self.expansion.poly;
         let (slope, turn) = (self.expansion.slope.abs(), self.expansion.turn.abs());
         let p = self.o + self.per_s * self.at.s0.abs();
-        let lost = |value: f64, doubt: f64| value.abs() <= GROUPING * doubt;
-        lost(a, noise * size[0] + 2.0 * turn.dot(self.per_s))
-            && lost(b, noise * size[1] + slope.dot(self.per_s) + turn.dot(p))
-            && lost(c, noise * size[2] + 2.0 * slope.dot(p))
+        let is_below_error = |value: f64, doubt: f64| value.abs() <= GROUPING * doubt;
+        is_below_error(a, noise * size[0] + 2.0 * turn.dot(self.per_s))
+            && is_below_error(b, noise * size[1] + slope.dot(self.per_s) + turn.dot(p))
+            && is_below_error(c, noise * size[2] + 2.0 * slope.dot(p))
             && !self.certain(-self.at.s0)
     }
 
@@ -209,12 +209,12 @@ impl SignDoubt<'_> {
         if b.abs() <= GROUPING * slope_doubt && !self.certain(0.0) && !self.certain(-s0) {
             return None;
         }
-        let first = |at_share: &dyn Fn(f64) -> f64| {
+        let first = |at_fraction: &dyn Fn(f64) -> f64| {
             let mut share = 0.5;
-            while share > 0.0 && !self.certain(at_share(share)) {
+            while share > 0.0 && !self.certain(at_fraction(share)) {
                 share *= 0.5;
             }
-            (share > 0.0).then(|| (root - at_share(share)).abs())
+            (share > 0.0).then(|| (root - at_fraction(share)).abs())
         };
         let towards = [first(&|share| root * share), first(&|share| (s0 + root) * share - s0)];
         towards.into_iter().flatten().min_by(f64::total_cmp)
@@ -250,7 +250,7 @@ impl Form {
 
     /// Returns `false` if the form is certainly of second degree along the line. This cheap test rejects nearly
     /// all lines.
-    pub(super) fn may_touch(&self, line: &Line) -> bool {
+    pub(super) fn may_lie_in_surface(&self, line: &Line) -> bool {
         let d = line.d * self.shrink;
         let turn = self.apply(d);
         let doubt =

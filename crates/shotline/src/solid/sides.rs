@@ -19,7 +19,7 @@ const ONE_PLANE: f64 = 1e-12;
 /// An interval on which a line lies in the surface, and the location of the interior beside it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Side {
-    pub stretch: Interval,
+    pub interval: Interval,
     inward: Inward,
 }
 
@@ -61,7 +61,7 @@ impl Form {
     /// Returns the intervals on which a line lies in the surface, with the side of the interior. `None` if the
     /// line does not lie in the surface.
     pub(super) fn sides(&self, line: &Line) -> Option<Vec<Side>> {
-        if !self.may_touch(line) {
+        if !self.may_lie_in_surface(line) {
             return None;
         }
         let at = LocalLine::new(self, line);
@@ -70,7 +70,7 @@ impl Form {
         if !doubt.vanishes() {
             return None;
         }
-        let side = |inward| Side { stretch: Interval::ALL, inward };
+        let side = |inward| Side { interval: Interval::ALL, inward };
         if doubt.has_no_gradient(self, &expansion) {
             return Some(match self.across(line.d) {
                 Across::Nowhere => Vec::new(),
@@ -87,12 +87,12 @@ impl Form {
         let sheet = |x: f64| Inward::Behind(doubt.sheet(self, &expansion, x));
         Some(match doubt.apex(self, &expansion) {
             Some(apex) => {
-                let end = End::new(at.t(at.s0 + apex.at_share), at.t(apex.err), 0);
-                let behind = |x: f64, stretch: Interval| Side { stretch, inward: sheet(x) };
-                let far = 1.0 + apex.at_share.abs() + 2.0 * apex.err;
+                let end = End::new(at.t(at.s0 + apex.step), at.t(apex.err), 0);
+                let behind = |x: f64, interval: Interval| Side { interval, inward: sheet(x) };
+                let far = 1.0 + apex.step.abs() + 2.0 * apex.err;
                 vec![
-                    behind(apex.at_share - far, Interval::before(end)),
-                    behind(apex.at_share + far, Interval::after(end)),
+                    behind(apex.step - far, Interval::before(end)),
+                    behind(apex.step + far, Interval::after(end)),
                 ]
             }
             None => vec![side(sheet(0.0))],
@@ -135,7 +135,7 @@ impl Form {
 /// The point of a line at which the gradient vanishes, in steps of `s` from the closest approach, and a bound on
 /// its error.
 struct Apex {
-    at_share: f64,
+    step: f64,
     err: f64,
 }
 
@@ -152,13 +152,13 @@ impl SignDoubt<'_> {
     /// Whether the gradient vanishes along the whole line.
     fn has_no_gradient(&self, form: &Form, expansion: &Expansion) -> bool {
         let [slope, turn] = self.gradient_doubt(form, expansion);
-        is_lost(expansion.slope, slope) && is_lost(expansion.turn, turn)
+        is_below_error(expansion.slope, slope) && is_below_error(expansion.turn, turn)
     }
 
     /// The surface around a line in it, from the gradient at `s = s0 + x`.
     fn sheet(&self, form: &Form, expansion: &Expansion, x: f64) -> Sheet {
         let [slope_doubt, turn_doubt] = self.gradient_doubt(form, expansion);
-        let turn = if is_lost(expansion.turn, turn_doubt) { Vec3::ZERO } else { expansion.turn };
+        let turn = if is_below_error(expansion.turn, turn_doubt) { Vec3::ZERO } else { expansion.turn };
         // Scaled by the largest component, so that products are in range.
         let size = form.shrink.max_element();
         let shrink = form.shrink / size;
@@ -184,18 +184,18 @@ impl SignDoubt<'_> {
     fn apex(&self, form: &Form, expansion: &Expansion) -> Option<Apex> {
         let [slope_doubt, turn_doubt] = self.gradient_doubt(form, expansion);
         let Expansion { slope, turn, .. } = *expansion;
-        if is_lost(turn, turn_doubt) {
+        if is_below_error(turn, turn_doubt) {
             return None;
         }
-        let at_share = -slope.dot(turn) / turn.length_squared();
-        let doubt = slope_doubt + turn_doubt * at_share.abs();
-        let rest = slope + turn * at_share;
-        let rounding = 4.0 * HALF_ULP * (slope.abs() + turn.abs() * at_share.abs());
-        is_lost(rest, doubt + rounding)
-            .then(|| Apex { at_share, err: (doubt + rounding).length() / turn.length() })
+        let step = -slope.dot(turn) / turn.length_squared();
+        let doubt = slope_doubt + turn_doubt * step.abs();
+        let rest = slope + turn * step;
+        let rounding = 4.0 * HALF_ULP * (slope.abs() + turn.abs() * step.abs());
+        is_below_error(rest, doubt + rounding)
+            .then(|| Apex { step, err: (doubt + rounding).length() / turn.length() })
     }
 }
 
-fn is_lost(value: Vec3, doubt: Vec3) -> bool {
+fn is_below_error(value: Vec3, doubt: Vec3) -> bool {
     value.abs().cmple(GROUPING * doubt).all()
 }

@@ -145,7 +145,7 @@ impl Tube {
         let Some(Wedge { start, end, is_reflex, .. }) = &self.wedge else { return intervals };
         let (start, end) = (behind(start, START), behind(end, END));
         if *is_reflex {
-            let gap = beyond(start).zip(beyond(end)).and_then(|(a, b)| a.clip(b));
+            let gap = in_front(start).zip(in_front(end)).and_then(|(a, b)| a.clip(b));
             without(intervals, gap)
         } else {
             let both = start.zip(end).and_then(|(a, b)| a.clip(b));
@@ -154,13 +154,13 @@ impl Tube {
     }
 
     /// Returns the surfaces in which a line lies.
-    fn touched(&self, line: &Line) -> Vec<(u32, Sheet)> {
-        let mut touched = Vec::new();
-        if let Some((_, Some(cap))) = self.caps.closed(line) {
-            touched.push((CAPS + u32::from(cap.z > 0.0), Sheet::plane(cap)));
+    fn surfaces_containing(&self, line: &Line) -> Vec<(u32, Sheet)> {
+        let mut surfaces_containing = Vec::new();
+        if let Some((_, Some(cap))) = self.caps.closed_interval(line) {
+            surfaces_containing.push((CAPS + u32::from(cap.z > 0.0), Sheet::plane(cap)));
         }
         let mut add = |form: &Form, surface: u32| {
-            touched.extend(form.sheet_along(line).map(|sheet| (surface, sheet)));
+            surfaces_containing.extend(form.sheet_along(line).map(|sheet| (surface, sheet)));
         };
         add(&self.outer, OUTER);
         if let Some(wedge) = &self.wedge {
@@ -168,8 +168,8 @@ impl Tube {
             add(&wedge.end, END);
         }
         let hole = self.inner.as_ref().and_then(|inner| inner.sheet_along(line));
-        touched.extend(hole.map(|sheet| (INNER, sheet.turned_over())));
-        touched
+        surfaces_containing.extend(hole.map(|sheet| (INNER, sheet.turned_over())));
+        surfaces_containing
     }
 
     /// Returns the form of a surface and a factor that makes it negative on the interior side. `None` for the
@@ -211,7 +211,7 @@ fn plane(x: Dd, y: Dd) -> Form {
 }
 
 /// Returns the interval of a line in front of a plane, given its interval behind the plane.
-fn beyond(behind: Option<Interval>) -> Option<Interval> {
+fn in_front(behind: Option<Interval>) -> Option<Interval> {
     let Some(Interval { enter, exit }) = behind else { return Some(Interval::ALL) };
     if exit.t < f64::INFINITY {
         Some(Interval::after(exit))
@@ -263,13 +263,13 @@ impl Solid for Tube {
         let begin = out.len();
         self.crossings(line, out);
         let is_reflex = self.wedge.as_ref().is_some_and(|wedge| wedge.is_reflex);
-        if is_reflex && out.len() > begin && !self.touched(line).is_empty() {
+        if is_reflex && out.len() > begin && !self.surfaces_containing(line).is_empty() {
             scratch.in_plane.push(NO_PRIMITIVE);
         }
     }
 
     fn contacts(&self, line: &Line, out: &mut Vec<Contact>, _scratch: &mut Scratch) {
-        let touched = self.touched(line);
+        let surfaces_containing = self.surfaces_containing(line);
         let (x, y) = unit(line.d).any_orthonormal_pair();
         let angle = |v: Vec3| libm::atan2(v.dot(y), v.dot(x));
         let border = |(_, sheet): &(u32, Sheet), side: f64| {
@@ -277,7 +277,7 @@ impl Solid for Tube {
             (angle(unit(direction)), Border { sheet: *sheet, side })
         };
         let mut borders: Vec<(f64, Border)> =
-            touched.iter().flat_map(|sheet| [border(sheet, 1.0), border(sheet, -1.0)]).collect();
+            surfaces_containing.iter().flat_map(|sheet| [border(sheet, 1.0), border(sheet, -1.0)]).collect();
         borders.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (i, &(begin, from)) in borders.iter().enumerate() {
             let (end, to) = match borders.get(i + 1) {
@@ -290,7 +290,7 @@ impl Solid for Tube {
             let middle = 0.5 * (begin + end);
             let towards = x * libm::cos(middle) + y * libm::sin(middle);
             let side = |surface: u32| {
-                let sheet = touched.iter().find(|(other, _)| *other == surface);
+                let sheet = surfaces_containing.iter().find(|(other, _)| *other == surface);
                 sheet.map(|(_, sheet)| sheet.normal.dot(towards) < 0.0)
             };
             let intervals = self.intervals(line, &side).into_iter();

@@ -26,7 +26,7 @@ pub fn conformance(name: &str) {
     }
     for (case, mut boxes) in cases(&mut random) {
         if !boxes.is_empty() {
-            follows_what_moves(name, case, &mut boxes, &mut random);
+            refits_moved_items(name, case, &mut boxes, &mut random);
         }
     }
 }
@@ -34,12 +34,12 @@ pub fn conformance(name: &str) {
 fn holds_on_a_line(a: &dyn Accelerator, boxes: &[Aabb], line: &Line, span: Span, context: &str) {
     let ray = BoxRay::new(line, span);
     proposes_every_box_met_in_time(a, &ray, boxes, context);
-    walks_to_every_box_met(a, &ray, boxes, context);
+    traversal_visits_every_box_hit(a, &ray, boxes, context);
     finds_the_nearest_under_a_shrinking_limit(a, &ray, boxes, context);
 }
 
 /// Moves items slightly, far and beyond all bounds. Checks the structure after each refit or rebuild.
-fn follows_what_moves(name: &str, case: &str, boxes: &mut [Aabb], random: &mut Random) {
+fn refits_moved_items(name: &str, case: &str, boxes: &mut [Aabb], random: &mut Random) {
     let groups = groups(random, boxes.len());
     let build = |boxes: &[Aabb]| {
         accel::build(name, Items { boxes, groups: Some(&groups) }).expect("a name that was built before")
@@ -235,7 +235,7 @@ fn lines_along_axes(random: &mut Random, boxes: &[Aabb]) -> Vec<(Line, Span)> {
     out
 }
 
-fn met(ray: &BoxRay, boxes: &[Aabb]) -> BTreeMap<u32, f64> {
+fn boxes_hit(ray: &BoxRay, boxes: &[Aabb]) -> BTreeMap<u32, f64> {
     (0..)
         .zip(boxes)
         .filter(|(_, b)| !b.is_empty())
@@ -245,10 +245,10 @@ fn met(ray: &BoxRay, boxes: &[Aabb]) -> BTreeMap<u32, f64> {
 
 fn proposes_every_box_met_in_time(a: &dyn Accelerator, ray: &BoxRay, boxes: &[Aabb], context: &str) {
     let mut counters = Counters::default();
-    let mut pending: Vec<QueueEntry> = Vec::new();
+    let mut queue: Vec<QueueEntry> = Vec::new();
     let mut first_proposal: BTreeMap<u32, f64> = BTreeMap::new();
-    a.roots(ray, &mut pending, &mut counters);
-    while let Some(next) = pending.pop() {
+    a.roots(ray, &mut queue, &mut counters);
+    while let Some(next) = queue.pop() {
         match next.child {
             Child::Item(item) | Child::Entered(item) => {
                 if let Child::Entered(_) = next.child {
@@ -259,18 +259,18 @@ fn proposes_every_box_met_in_time(a: &dyn Accelerator, ray: &BoxRay, boxes: &[Aa
                 let t = first_proposal.entry(item).or_insert(next.t);
                 *t = t.min(next.t);
             }
-            Child::Node(part) => a.expand(part, next.t, ray, &mut pending, &mut counters),
+            Child::Node(part) => a.expand(part, next.t, ray, &mut queue, &mut counters),
         }
     }
-    for (item, enter) in met(ray, boxes) {
+    for (item, enter) in boxes_hit(ray, boxes) {
         match first_proposal.get(&item) {
-            None => panic!("{context}: item {item}, whose box is met at {enter}, is not proposed"),
+            None => panic!("{context}: item {item}, whose box is hit at {enter}, is not proposed"),
             Some(t) => assert!(*t <= enter, "{context}: item {item} proposed at {t}, after {enter}"),
         }
     }
 }
 
-fn walks_to_every_box_met(a: &dyn Accelerator, ray: &BoxRay, boxes: &[Aabb], context: &str) {
+fn traversal_visits_every_box_hit(a: &dyn Accelerator, ray: &BoxRay, boxes: &[Aabb], context: &str) {
     let mut seen = vec![false; boxes.len()];
     a.traverse(ray, &mut Counters::default(), &mut |items, _| {
         for &item in items {
@@ -278,7 +278,7 @@ fn walks_to_every_box_met(a: &dyn Accelerator, ray: &BoxRay, boxes: &[Aabb], con
         }
         f64::INFINITY
     });
-    for item in met(ray, boxes).keys() {
+    for item in boxes_hit(ray, boxes).keys() {
         assert!(seen[*item as usize], "{context}: the walk does not come to item {item}");
     }
 }
@@ -298,6 +298,6 @@ fn finds_the_nearest_under_a_shrinking_limit(
         }
         nearest
     });
-    let expected = met(ray, boxes).values().fold(f64::INFINITY, |a, &b| a.min(b));
+    let expected = boxes_hit(ray, boxes).values().fold(f64::INFINITY, |a, &b| a.min(b));
     assert_eq!(nearest, expected, "{context}: not the nearest");
 }

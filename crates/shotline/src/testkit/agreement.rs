@@ -16,9 +16,9 @@ use crate::scene::Scene;
 ///
 /// # Panics
 /// If a rule is broken. The message contains the ray and the results.
-pub fn hold(scene: &Scene, rays: &[(Ray, Span)]) -> bool {
+pub fn check_scene(scene: &Scene, rays: &[(Ray, Span)]) -> bool {
     let compiled = |accel: &'static str| compile(scene, Options { accel: Some(accel) });
-    let plain = accel::NAMES.iter().map(|accel| Ok(compiled(accel)?.plain(accel)));
+    let plain = accel::NAMES.iter().map(|accel| Ok(compiled(accel)?.reference_world(accel)));
     let worlds: Vec<World> = match std::iter::once(compiled(accel::DEFAULT)).chain(plain).collect() {
         Ok(worlds) => worlds,
         Err(errors) => {
@@ -28,9 +28,9 @@ pub fn hold(scene: &Scene, rays: &[(Ray, Span)]) -> bool {
     };
     let mut hints = Hints::default();
     for (ray, span) in rays {
-        let expected = answers(&worlds[0], ray, *span, &mut hints);
+        let expected = check_ray(&worlds[0], ray, *span, &mut hints);
         for (name, world) in accel::NAMES.iter().zip(&worlds[1..]) {
-            let list = answers(world, ray, *span, &mut hints);
+            let list = check_ray(world, ray, *span, &mut hints);
             let same = bits(&list) == bits(&expected);
             assert!(same, "{name} and the short ways on {ray:?} {span:?}\n{list:#?}\n{expected:#?}");
         }
@@ -42,10 +42,10 @@ pub fn hold(scene: &Scene, rays: &[(Ray, Span)]) -> bool {
 ///
 /// # Panics
 /// If a rule is broken. The message contains the ray and the results.
-pub fn hold_one(world: &World, rays: &[(Ray, Span)]) {
+pub fn check_world(world: &World, rays: &[(Ray, Span)]) {
     let mut hints = Hints::default();
     rays.iter().for_each(|(ray, span)| {
-        answers(world, ray, *span, &mut hints);
+        check_ray(world, ray, *span, &mut hints);
     });
 }
 
@@ -90,7 +90,7 @@ struct Hints {
 type Context<'a> = &'a dyn Fn() -> String;
 
 /// Returns the crossings, after checking every other query against them.
-fn answers(world: &World, ray: &Ray, span: Span, hints: &mut Hints) -> Vec<Hit> {
+fn check_ray(world: &World, ray: &Ray, span: Span, hints: &mut Hints) -> Vec<Hit> {
     let mut caster = Caster::new(world);
     let mut hits = Vec::new();
     caster.crossings(ray, span, &mut hits).expect("within limits");
@@ -114,7 +114,7 @@ fn answers(world: &World, ray: &Ray, span: Span, hints: &mut Hints) -> Vec<Hit> 
             alternate(&hits, &context);
             let sound = segments.iter().all(|s| s.t_in <= s.t_out && s.length >= 0.0);
             assert!(sound, "{segments:?} of {}", context());
-            let mut found: Vec<Stretch> = segments
+            let mut found: Vec<ObjectInterval> = segments
                 .iter()
                 .map(|s| (s.path.expect("a path of its own"), s.object, s.t_in, s.t_out))
                 .collect();
@@ -143,14 +143,14 @@ fn in_order(hits: &[Hit], span: Span, context: Context) {
 }
 
 /// An interval of a ray inside an object: path, object, entry `t` and exit `t`.
-type Stretch = (u64, u32, f64, f64);
+type ObjectInterval = (u64, u32, f64, f64);
 
-fn by_path(a: &Stretch, b: &Stretch) -> Ordering {
+fn by_path(a: &ObjectInterval, b: &ObjectInterval) -> Ordering {
     a.0.cmp(&b.0).then(a.2.total_cmp(&b.2)).then(a.3.total_cmp(&b.3))
 }
 
 /// Pairs consecutive crossings of each path into intervals.
-fn between_crossings(hits: &[Hit]) -> Vec<Stretch> {
+fn between_crossings(hits: &[Hit]) -> Vec<ObjectInterval> {
     let mut open: BTreeMap<u64, f64> = BTreeMap::new();
     let mut stretches = Vec::new();
     for hit in hits {

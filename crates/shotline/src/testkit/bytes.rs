@@ -48,12 +48,12 @@ impl Bytes<'_> {
 }
 
 /// The maximum number of leaves in a description.
-const LEAVES: usize = 20;
+const MAX_LEAVES: usize = 20;
 
 /// The maximum number of nodes of a description, with shared nodes counted at each use.
-const WRITTEN_OUT: usize = 300;
+const MAX_EXPANDED_NODES: usize = 300;
 
-/// Builds the scene that the bytes describe. Checks its results with [`agreement::hold`], against brute-force
+/// Builds the scene that the bytes describe. Checks its results with [`agreement::check_scene`], against brute-force
 /// membership, and against the same model at another size.
 ///
 /// # Panics
@@ -65,7 +65,7 @@ pub fn combination(data: &[u8]) {
     let mut scene = Scene::default();
     let Some(root) = tree(&mut bytes, &mut scene) else { return };
     scene.add_object("object", None, root);
-    if !agreement::hold(&scene, &rays) {
+    if !agreement::check_scene(&scene, &rays) {
         return;
     }
     let membership = Membership::of(&scene);
@@ -74,7 +74,7 @@ pub fn combination(data: &[u8]) {
         agrees_with_membership(&membership, root, ray, *span, &crossings(&itself, ray, *span));
     }
     if power != 0 {
-        size_is_no_matter(&scene, root, &rays, 2f64.powi(power));
+        results_are_independent_of_size(&scene, root, &rays, 2f64.powi(power));
     }
 }
 
@@ -99,7 +99,7 @@ fn ray(bytes: &mut Bytes) -> Option<(Ray, Span)> {
 /// A tree in postfix order. Solids are pushed onto a stack and operations pop from it.
 fn tree(bytes: &mut Bytes, scene: &mut Scene) -> Option<NodeId> {
     let (mut stack, mut leaves) = (Vec::<(NodeId, usize)>::new(), 0);
-    while !bytes.0.is_empty() && leaves < LEAVES {
+    while !bytes.0.is_empty() && leaves < MAX_LEAVES {
         let code = bytes.byte();
         match (code % 8, stack.last().copied()) {
             (0..=3, _) | (_, None) => {
@@ -110,12 +110,12 @@ fn tree(bytes: &mut Bytes, scene: &mut Scene) -> Option<NodeId> {
                 stack.pop();
                 stack.push((moved(bytes, scene, top), size + 1));
             }
-            (5, Some((top, size))) if size * 2 < WRITTEN_OUT => stack.push((top, size)),
+            (5, Some((top, size))) if size * 2 < MAX_EXPANDED_NODES => stack.push((top, size)),
             _ => {
                 let from = stack.len().saturating_sub(2 + usize::from(code >> 6));
                 let args: Vec<(NodeId, usize)> = stack.drain(from..).collect();
                 let size = 1 + args.iter().map(|(_, size)| size).sum::<usize>();
-                if size > WRITTEN_OUT {
+                if size > MAX_EXPANDED_NODES {
                     return None;
                 }
                 let op = [Op::Union, Op::Intersection, Op::Difference, Op::Difference];
@@ -191,14 +191,14 @@ fn agrees_with_membership(membership: &Membership, root: NodeId, ray: &Ray, span
         let p = ray.at(t);
         let reach = 1e-7 * (p.abs() + ray.origin().abs()).max_element().max(1.0);
         let clear = to - from > 64.0 * (from_err + to_err) && (to - from) * step > 16.0 * reach;
-        let refuted = clear && membership.clearly_refutes(root, p, reach, i % 2 == 1);
+        let refuted = clear && membership.certainly_differs(root, p, reach, i % 2 == 1);
         assert!(!refuted, "at {t} of {ray:?} {span:?}\n{hits:#?}");
     }
 }
 
 /// Checks that the same model and rays scaled by a power of two yield the same lists. The reference is twice the
 /// original size, because at the original size one frame fewer rounds the ray.
-fn size_is_no_matter(scene: &Scene, root: NodeId, rays: &[(Ray, Span)], factor: f64) {
+fn results_are_independent_of_size(scene: &Scene, root: NodeId, rays: &[(Ray, Span)], factor: f64) {
     let scaled = |factor: f64| {
         let mut scaled = Scene { objects: Vec::new(), ..scene.clone() };
         let outer = scaled.add_transform(Affine::scaling(Vec3::splat(factor)), root);

@@ -9,7 +9,7 @@ use crate::solid::mesh::MeshSolid;
 
 /// A node prepared for point tests.
 #[derive(Debug)]
-enum Asked {
+enum PreparedNode {
     Solid(Arc<dyn Solid>),
     Moved(Affine, NodeId),
     Combined(Op, Vec<NodeId>),
@@ -18,7 +18,7 @@ enum Asked {
 /// A scene prepared for point tests. Deep scenes need a deep stack.
 #[derive(Debug)]
 pub struct Membership {
-    nodes: Vec<Asked>,
+    nodes: Vec<PreparedNode>,
 }
 
 impl Membership {
@@ -27,16 +27,18 @@ impl Membership {
     /// # Panics
     /// If the scene does not compile.
     pub fn of(scene: &Scene) -> Membership {
-        Membership { nodes: scene.nodes.iter().map(asked).collect() }
+        Membership { nodes: scene.nodes.iter().map(prepare).collect() }
     }
 
     /// Whether a point lies in the interior of a node.
-    pub fn holds(&self, node: NodeId, p: Vec3) -> bool {
+    pub fn contains(&self, node: NodeId, p: Vec3) -> bool {
         match &self.nodes[node.0 as usize] {
-            Asked::Solid(solid) => solid.contains(p),
-            Asked::Moved(local_from_parent, child) => self.holds(*child, local_from_parent.point(p)),
-            Asked::Combined(op, args) => {
-                let mut values = args.iter().map(|arg| self.holds(*arg, p));
+            PreparedNode::Solid(solid) => solid.contains(p),
+            PreparedNode::Moved(local_from_parent, child) => {
+                self.contains(*child, local_from_parent.point(p))
+            }
+            PreparedNode::Combined(op, args) => {
+                let mut values = args.iter().map(|arg| self.contains(*arg, p));
                 match op {
                     Op::Union => values.any(|v| v),
                     Op::Intersection => values.all(|v| v),
@@ -48,8 +50,8 @@ impl Membership {
 
     /// Whether membership differs from the expected value at a point and at a thousand points around it. A point
     /// on a surface, or within rounding of it, refutes nothing.
-    pub fn clearly_refutes(&self, node: NodeId, p: Vec3, reach: f64, expected: bool) -> bool {
-        let wrong = |q: Vec3| self.holds(node, q) != expected;
+    pub fn certainly_differs(&self, node: NodeId, p: Vec3, reach: f64, expected: bool) -> bool {
+        let wrong = |q: Vec3| self.contains(node, q) != expected;
         wrong(p) && spread(1000).all(|direction| wrong(p + direction * reach))
     }
 }
@@ -64,20 +66,20 @@ fn spread(count: u32) -> impl Iterator<Item = Vec3> {
     })
 }
 
-fn asked(node: &Node) -> Asked {
+fn prepare(node: &Node) -> PreparedNode {
     match node {
         Node::Solid { kind, params } => {
-            Asked::Solid((kind.build)(params).expect("a solid that was compiled"))
+            PreparedNode::Solid((kind.build)(params).expect("a solid that was compiled"))
         }
-        Node::Mesh { mesh, .. } => {
-            Asked::Solid(Arc::new(MeshSolid::new(mesh.clone(), "brute").expect("a mesh that was compiled")))
-        }
+        Node::Mesh { mesh, .. } => PreparedNode::Solid(Arc::new(
+            MeshSolid::new(mesh.clone(), "brute").expect("a mesh that was compiled"),
+        )),
         Node::Transform { transform, child } => {
             let placement = transform.inside(&ComposedTransform::IDENTITY).placement();
-            Asked::Moved(placement.expect("a transform that was compiled").local_from_parent, *child)
+            PreparedNode::Moved(placement.expect("a transform that was compiled").local_from_parent, *child)
         }
-        Node::Csg { op, args } => Asked::Combined(*op, args.clone()),
-        Node::Group { members } => Asked::Combined(Op::Union, members.clone()),
-        Node::Object { node, .. } => Asked::Combined(Op::Union, vec![*node]),
+        Node::Csg { op, args } => PreparedNode::Combined(*op, args.clone()),
+        Node::Group { members } => PreparedNode::Combined(Op::Union, members.clone()),
+        Node::Object { node, .. } => PreparedNode::Combined(Op::Union, vec![*node]),
     }
 }

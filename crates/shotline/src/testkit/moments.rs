@@ -9,7 +9,7 @@ use crate::solid::{Kind, Params};
 
 /// The allowed error of an estimate in standard errors. With 15 degrees of freedom, fewer than one in a million
 /// exceed it.
-const FARTHEST: f64 = 8.0;
+const MAX_STANDARD_ERRORS: f64 = 8.0;
 
 /// Checks that the closed form of a solid, if it has one, agrees with rays: as it is, and rotated and stretched.
 ///
@@ -35,7 +35,7 @@ pub fn closed_form_agrees_with_rays(kind: &'static Kind, params: &Params) {
         });
         assert!(!rays.exact && rays.volume.value > 0.0, "{}: {params:?}: {rays:?}", kind.name);
         if let Some(off) = exact.exact.then(|| farthest_off(&exact, &rays)) {
-            assert!(off < FARTHEST, "{}: {params:?}: off by {off}: {exact:?} {rays:?}", kind.name);
+            assert!(off < MAX_STANDARD_ERRORS, "{}: {params:?}: off by {off}: {exact:?} {rays:?}", kind.name);
         }
     }
 }

@@ -66,7 +66,7 @@ const RULES: &[fn(&Case)] = &[
 
 fn lists_alternate(case: &Case) {
     let sound = |c: &Crossing| !c.t.is_nan() && c.t_err >= 0.0 && c.t_err.is_finite();
-    case.hold(is_alternating(&case.list) && case.list.iter().all(sound), "lists alternate", "");
+    case.require(is_alternating(&case.list) && case.list.iter().all(sound), "lists alternate", "");
 }
 
 fn points_lie_on_the_surface(case: &Case) {
@@ -75,7 +75,7 @@ fn points_lie_on_the_surface(case: &Case) {
         let value = case.solid.implicit(p, c.surface, c.primitive).abs();
         let slope = case.solid.normal(p, c.surface, c.primitive).length();
         let reach = 2.0 * c.t_err * case.line.d.length() + case.slack(c.t);
-        case.hold(
+        case.require(
             value <= slope * reach,
             "points lie on the surface",
             format!("{c:?}: {value} over {slope}"),
@@ -89,7 +89,7 @@ fn points_lie_in_the_bounds(case: &Case) {
         let p = case.line.at(c.t);
         let outside = (bounds.min - p).max(p - bounds.max).max_element();
         let reach = c.t_err * case.line.d.length() + case.slack(c.t);
-        case.hold(outside <= reach, "points lie in the bounds", format!("{c:?} at {p}"));
+        case.require(outside <= reach, "points lie in the bounds", format!("{c:?} at {p}"));
     }
 }
 
@@ -106,7 +106,7 @@ fn normals_are_gradients(case: &Case) {
         let measured = (Vec3::new(slope(0), slope(1), slope(2)) * step).normalize_or_zero();
         let normal = (case.solid.normal(p, c.surface, c.primitive) * step).normalize_or_zero();
         let detail = format!("{c:?}: normal {normal}, measured {measured}");
-        case.hold((normal - measured).length() < 1e-3, "normals are gradients", detail);
+        case.require((normal - measured).length() < 1e-3, "normals are gradients", detail);
     }
 }
 
@@ -117,7 +117,7 @@ fn entering_is_against_the_normal(case: &Case) {
         // Near a tangent the normal may flip within the bound.
         if before * after > 0.0 {
             let detail = format!("{c:?}: n . d = {}", along(c.t));
-            case.hold((before < 0.0) == c.entering, "entering is against the normal", detail);
+            case.require((before < 0.0) == c.entering, "entering is against the normal", detail);
         }
     }
 }
@@ -138,7 +138,7 @@ fn parity_is_membership(case: &Case) {
         // Two ends at the same infinity enclose nothing, and membership within coincident crossings is undefined.
         if from < to && to - from > EVENT * EVENT * (from_err + to_err) {
             let inside = case.solid.contains(case.line.at(t));
-            case.hold(inside == (i % 2 == 1), "parity is membership", format!("inside {inside} at {t}"));
+            case.require(inside == (i % 2 == 1), "parity is membership", format!("inside {inside} at {t}"));
         }
     }
 }
@@ -192,7 +192,7 @@ fn rigid_motions_change_nothing(case: &Case) {
 
 fn directions_scale_exactly(case: &Case) {
     for k in [-300, -41, 1, 100, 300] {
-        case.hold_scaled(&case.line, k);
+        case.require_scaled(&case.line, k);
     }
 }
 
@@ -204,7 +204,7 @@ fn extreme_directions_scale_exactly(case: &Case) {
     let exactly = |k: i32| (0..3).all(|i| scaled(scaled(line.d[i], k), -k) == line.d[i]);
     for k in [-1015, 960] {
         if line.d != Vec3::ZERO && exactly(k) {
-            case.hold_scaled(&line, k);
+            case.require_scaled(&line, k);
         }
     }
 }
@@ -217,7 +217,7 @@ fn sizes_scale_exactly(case: &Case) {
         };
         let list = cast(&*solid, &Line::exact(scaled_vector(case.line.o, k), scaled_vector(case.line.d, k)));
         let same = list.iter().map(|c| c.t).eq(case.list.iter().map(|c| c.t));
-        case.hold(same, "sizes scale exactly", format!("2^{k}: {list:?}"));
+        case.require(same, "sizes scale exactly", format!("2^{k}: {list:?}"));
     }
 }
 
@@ -245,7 +245,7 @@ impl Case<'_> {
     ///
     /// # Panics
     /// If the rule does not hold.
-    fn hold(&self, holds: bool, rule: &str, detail: impl Display) {
+    fn require(&self, holds: bool, rule: &str, detail: impl Display) {
         assert!(
             holds,
             "{}: {rule}: {detail}\n  {:?}\n  {:?}\n  {:?}",
@@ -257,7 +257,7 @@ impl Case<'_> {
     ///
     /// # Panics
     /// If it does not.
-    fn hold_scaled(&self, line: &Line, k: i32) {
+    fn require_scaled(&self, line: &Line, k: i32) {
         let longer = Line::exact(line.o, scaled_vector(line.d, k));
         let (there, here) = (cast(self.solid, &longer), cast(self.solid, line));
         let same = |(a, b): (&Crossing, &Crossing)| {
@@ -269,7 +269,7 @@ impl Case<'_> {
         };
         let holds = there.len() == here.len() && there.iter().zip(&here).all(same);
         let overflows = here.iter().any(|c| scaled(c.t, -k).is_infinite());
-        self.hold(
+        self.require(
             holds || overflows,
             "directions scale exactly",
             format!("2^{k}: {line:?} {there:?} for {here:?}"),
@@ -302,7 +302,7 @@ impl Case<'_> {
         };
         let (ours, theirs) = (clamp(&self.list), clamp(other));
         let agree = same(&ours, &theirs) || same(&without_events(&ours), &without_events(&theirs));
-        self.hold(agree, rule, format!("{other:?}"));
+        self.require(agree, rule, format!("{other:?}"));
     }
 }
 

@@ -59,7 +59,7 @@ impl Meshes {
             let (o, d) = pair.ray(random);
             tally.rays += 1;
             if let Err(why) = pair.check(o, d, i % 16 == 0, &mut lists) {
-                if why.may_lie_in_a_face && pair.runs_in_a_face(o, d) {
+                if why.allowed_in_face && pair.runs_in_a_face(o, d) {
                     tally.undecidable += 1;
                     continue;
                 }
@@ -75,12 +75,12 @@ impl Meshes {
 struct Wrong {
     what: String,
     /// Whether it is allowed for a ray that runs in a face, where the ray is in and out at once.
-    may_lie_in_a_face: bool,
+    allowed_in_face: bool,
 }
 
 impl Wrong {
     fn plainly(what: String) -> Wrong {
-        Wrong { what, may_lie_in_a_face: false }
+        Wrong { what, allowed_in_face: false }
     }
 }
 
@@ -139,10 +139,10 @@ impl Pair {
                 solid.hits(line, span, out, work);
             };
         hits(&self.fast, &line, whole, &mut lists.all, &mut work);
-        winds(&lists.all, 0)?;
+        check_winding(&lists.all, 0)?;
         if o == self.inside {
             hits(&self.fast, &line, Span::FORWARD, &mut lists.other, &mut work);
-            winds(&lists.other, 1)?;
+            check_winding(&lists.other, 1)?;
         }
         lists.other.clear();
         self.fast.crossings(&line, &mut lists.other);
@@ -160,7 +160,7 @@ impl Pair {
         let back: Vec<(f64, f64)> = folded(&lists.other).map(|c| (c.t, c.t_err)).collect();
         let near = |(t, err): &(f64, f64), m: &f64| (t - m).abs() <= 16.0 * err + 1e-15 * FAR;
         if back.len() != count || !back.iter().rev().zip(&mirrored).all(|(b, m)| near(b, m)) {
-            return Err(Wrong { what: format!("not mirrored: {:?}", lists.other), may_lie_in_a_face: true });
+            return Err(Wrong { what: format!("not mirrored: {:?}", lists.other), allowed_in_face: true });
         }
         if slowly {
             hits(&self.brute, &line, whole, &mut lists.other, &mut work);
@@ -189,7 +189,7 @@ const FAR: f64 = 1024.0;
 
 /// Checks that the winding number along the ray is always 0 or 1, as for a mesh without self-intersections.
 /// Coincident hits are combined.
-fn winds(hits: &[Crossing], before: i32) -> Result<(), Wrong> {
+fn check_winding(hits: &[Crossing], before: i32) -> Result<(), Wrong> {
     let mut winding = before;
     for together in hits.chunk_by(|a, b| b.t - a.t <= 8.0 * (a.t_err + b.t_err)) {
         winding += together.iter().map(|c| if c.entering { 1 } else { -1 }).sum::<i32>();

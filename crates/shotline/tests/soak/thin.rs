@@ -10,7 +10,7 @@ use shotline::query::Caster;
 use shotline::ray::Span;
 use shotline::scene::{Node, Scene};
 use shotline::solid::mesh::TriangleMesh;
-use shotline::testkit::agreement::{hold_one, spans_of};
+use shotline::testkit::agreement::{check_world, spans_of};
 use shotline::testkit::meshes::{Thin, rays_at};
 use shotline::testkit::random::Random;
 
@@ -43,7 +43,7 @@ impl Meshes {
             let spans = spans_of(&model.fast, &ray);
             for _ in 0..left.min(4) {
                 let span = spans[random.below(spans.len())];
-                hold_one(&model.fast, &[(ray, span)]);
+                check_world(&model.fast, &[(ray, span)]);
                 list.clear();
                 Caster::new(&model.fast).crossings(&ray, span, &mut list).expect("within limits");
                 tally.rays += 1;

@@ -22,7 +22,7 @@ struct Task {
 #[derive(Clone, Copy)]
 struct Split<D> {
     cost: f64,
-    across: D,
+    direction: D,
     at: f64,
 }
 
@@ -49,16 +49,17 @@ fn new_leaf<D>() -> Node<D> {
 
 fn split_or_keep<D: Direction>(tree: &mut Bsp<D>, task: Task, tasks: &mut Vec<Task>) {
     let Task { node, bounds, items, depth, spare } = task;
-    let stay = items.len() as f64;
+    let leaf_cost = items.len() as f64;
     if depth > 0
-        && let Some(Split { across, at, .. }) = best_split::<D>(&bounds, &items).filter(|s| s.cost < stay)
+        && let Some(Split { direction, at, .. }) =
+            best_split::<D>(&bounds, &items).filter(|s| s.cost < leaf_cost)
     {
-        let (low, high) = across.cut(&bounds, at);
-        let (below, above) = across.divide(&items, at);
+        let (low, high) = direction.cut(&bounds, at);
+        let (below, above) = direction.partition_by_plane(&items, at);
         let listed = below.len() + above.len();
         if listed - items.len() <= spare {
             let first = tree.nodes.len();
-            tree.nodes[node] = Node::Plane { across, first: first as u32, at };
+            tree.nodes[node] = Node::Plane { direction, first: first as u32, at };
             tree.nodes.extend([new_leaf(), new_leaf()]);
             let spare = spare - (listed - items.len());
             for (node, bounds, items) in [(first + 1, high, above), (first, low, below)] {
@@ -75,10 +76,10 @@ fn split_or_keep<D: Direction>(tree: &mut Bsp<D>, task: Task, tasks: &mut Vec<Ta
 /// The cheapest plane through an end of an item's box; `None` if no such plane is inside the node.
 fn best_split<D: Direction>(bounds: &Aabb, items: &[PrimRef]) -> Option<Split<D>> {
     let mut best: Option<Split<D>> = None;
-    for &across in D::ALL {
-        let extent = across.extent(bounds);
+    for &direction in D::ALL {
+        let extent = direction.extent(bounds);
         let (mut starts, mut ends): (Vec<f64>, Vec<f64>) =
-            items.iter().map(|b| across.extent(&b.bounds)).unzip();
+            items.iter().map(|b| direction.extent(&b.bounds)).unzip();
         starts.sort_unstable_by(f64::total_cmp);
         ends.sort_unstable_by(f64::total_cmp);
         // The numbers of items that begin before the plane, and that end at or before it.
@@ -90,9 +91,9 @@ fn best_split<D: Direction>(bounds: &Aabb, items: &[PrimRef]) -> Option<Split<D>
             }
             if extent.0 < at && at < extent.1 {
                 let (below, above) = (begun.max(ended), items.len() - ended);
-                let cost = across.cost(bounds, at, [below, above]);
+                let cost = direction.cost(bounds, at, [below, above]);
                 if best.is_none_or(|b| cost < b.cost) {
-                    best = Some(Split { cost, across, at });
+                    best = Some(Split { cost, direction, at });
                 }
             }
             while begun < items.len() && starts[begun] <= at {

@@ -33,7 +33,7 @@ pub(in crate::accel) trait Direction: Copy + Debug + Send + Sync + 'static {
     fn cut(self, b: &Aabb, at: f64) -> (Aabb, Aabb);
 
     /// The items below and above a plane. Their boxes may be clipped to it.
-    fn divide(self, items: &[PrimRef], at: f64) -> (Vec<PrimRef>, Vec<PrimRef>);
+    fn partition_by_plane(self, items: &[PrimRef], at: f64) -> (Vec<PrimRef>, Vec<PrimRef>);
 
     /// The expected cost of a ray through a box that a plane cuts, in units of an item test; `items` are the numbers
     /// of items below and above the plane.
@@ -77,8 +77,8 @@ impl Direction for Axis {
         prim_ref::cut(b, self.index(), at)
     }
 
-    fn divide(self, items: &[PrimRef], at: f64) -> (Vec<PrimRef>, Vec<PrimRef>) {
-        prim_ref::divide(items, self.index(), at)
+    fn partition_by_plane(self, items: &[PrimRef], at: f64) -> (Vec<PrimRef>, Vec<PrimRef>) {
+        prim_ref::partition_by_plane(items, self.index(), at)
     }
 
     fn cost(self, b: &Aabb, at: f64, [below, above]: [usize; 2]) -> f64 {

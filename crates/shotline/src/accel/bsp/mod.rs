@@ -26,7 +26,7 @@ const MAX_DEPTH: usize = 64;
 enum Node<D> {
     /// Cut by the plane at the height `at` along a direction. The two children are adjacent, the lower one first.
     Plane {
-        across: D,
+        direction: D,
         first: u32,
         at: f64,
     },
@@ -119,9 +119,9 @@ impl<D: Direction> Accelerator for Bsp<D> {
     /// A node number stands for a node with a plane and the `t` at which the ray leaves the node.
     fn expand(&self, node: u64, t: f64, ray: &BoxRay, out: &mut Vec<QueueEntry>, counters: &mut Counters) {
         let (node, exit) = unpack(node);
-        if let Node::Plane { across, first, at } = self.nodes[node as usize] {
+        if let Node::Plane { direction, first, at } = self.nodes[node as usize] {
             counters.planes += 1;
-            let sides = sides(NodeInterval { node, enter: t, exit }, first, at, &across.slope(ray));
+            let sides = sides(NodeInterval { node, enter: t, exit }, first, at, &direction.slope(ray));
             for side in sides.into_iter().flatten() {
                 self.push_children(side, out);
             }
@@ -143,9 +143,9 @@ impl<D: Direction> Accelerator for Bsp<D> {
         loop {
             if let Some(interval) = next.filter(|s| s.enter <= limit) {
                 match self.nodes[interval.node as usize] {
-                    Node::Plane { across, first, at } => {
+                    Node::Plane { direction, first, at } => {
                         counters.planes += 1;
-                        match sides(interval, first, at, &slopes[across.index()]) {
+                        match sides(interval, first, at, &slopes[direction.index()]) {
                             [Some(near), Some(far)] => {
                                 stack[height] = far;
                                 height += 1;
@@ -169,7 +169,9 @@ impl<D: Direction> Accelerator for Bsp<D> {
 
     fn describe(&self, node: u64, _ray: &BoxRay) -> String {
         match self.nodes[unpack(node).0 as usize] {
-            Node::Plane { across, at, .. } => format!("plane {} = {}", across.display(), display::number(at)),
+            Node::Plane { direction, at, .. } => {
+                format!("plane {} = {}", direction.display(), display::number(at))
+            }
             Node::Leaf { count, .. } => format!("leaf of {count}"),
         }
     }

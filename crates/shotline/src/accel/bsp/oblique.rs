@@ -106,9 +106,9 @@ impl Direction for Oblique {
 
     /// Only planes perpendicular to an axis clip boxes. An oblique plane leaves pieces that are not boxes. Boxes
     /// around them would be rounded, by more or less than the `t` at which a ray crosses the plane.
-    fn divide(self, items: &[PrimRef], at: f64) -> (Vec<PrimRef>, Vec<PrimRef>) {
+    fn partition_by_plane(self, items: &[PrimRef], at: f64) -> (Vec<PrimRef>, Vec<PrimRef>) {
         if let Oblique::Axis(axis) = self {
-            return axis.divide(items, at);
+            return axis.partition_by_plane(items, at);
         }
         let (mut below, mut above) = (Vec::new(), Vec::new());
         for &item in items {
@@ -202,10 +202,10 @@ mod tests {
             }
             let ray = BoxRay::new(&line, Span::new(-1e30, f64::INFINITY).expect("an interval"));
             let Some((enter, exit)) = ray.enter_exit(&b) else { continue };
-            for across in Oblique::ALL {
-                let (slope, (low, high)) = (across.slope(&ray), across.extent(&b));
+            for direction in Oblique::ALL {
+                let (slope, (low, high)) = (direction.slope(&ray), direction.extent(&b));
                 let (first, last) = if slope.ascends() { (low, high) } else { (high, low) };
-                let context = format!("{across:?} {line:?} {b:?} {slope:?} {enter} {exit}");
+                let context = format!("{direction:?} {line:?} {b:?} {slope:?} {enter} {exit}");
                 assert!(slope.earliest(first) <= enter, "{context}");
                 assert!(slope.latest(last) >= exit, "{context}");
                 assert!(slope.earliest(low) <= slope.latest(low), "{context}");
@@ -221,7 +221,7 @@ mod tests {
         let at = |i: usize, wall: f64| Vec3::new((i % 40) as f64 + wall, (i % 40) as f64, (i / 40) as f64);
         let wall = |wall: f64| (0..400).map(move |i| Aabb::new(at(i, wall), at(i, wall) + Vec3::splat(0.9)));
         let tree = Bsp::<Oblique>::build(&wall(0.0).chain(wall(9.0)).collect::<Vec<_>>());
-        let along = |node: &&Node<Oblique>| matches!(node, Node::Plane { across: Difference(0, 1), .. });
+        let along = |node: &&Node<Oblique>| matches!(node, Node::Plane { direction: Difference(0, 1), .. });
         assert!(tree.nodes.iter().filter(along).count() > 8, "{:?}", tree.nodes);
     }
 }

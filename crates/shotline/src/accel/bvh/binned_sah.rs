@@ -66,8 +66,8 @@ fn split(entries: &mut [PrimRef], bounds: &Aabb, depth: usize) -> Option<usize> 
     if depth < MAX_HEURISTIC_DEPTH
         && let Some(best) = best_split(entries, &centres)
     {
-        let stay = bounds.half_area() * entries.len() as f64;
-        if entries.len() <= MAX_LEAF && best.cost + BOX_COST * bounds.half_area() >= stay {
+        let leaf_cost = bounds.half_area() * entries.len() as f64;
+        if entries.len() <= MAX_LEAF && best.cost + BOX_COST * bounds.half_area() >= leaf_cost {
             return None;
         }
         return Some(best.partition(entries, &centres));

@@ -88,9 +88,9 @@ impl<V: Volume> Bvh<V> {
                 changed.push(refit_data.parents[index as usize]);
             }
         }
-        let is_good = refit_data.now <= MAX_AREA_GROWTH * refit_data.built;
+        let is_fast_enough = refit_data.now <= MAX_AREA_GROWTH * refit_data.built;
         self.refit_data = Some(refit_data);
-        is_good
+        is_fast_enough
     }
 
     /// The volume around the children or the items of a node.

@@ -4,7 +4,7 @@
 use super::binned_sah::{self, BINS, BOX_COST, MAX_HEURISTIC_DEPTH};
 use super::{Bvh, MAX_LEAF, Node};
 use crate::aabb::Aabb;
-use crate::accel::prim_ref::{PrimRef, bounding_box, cut, divide, partition_unbounded};
+use crate::accel::prim_ref::{PrimRef, bounding_box, cut, partition_by_plane, partition_unbounded};
 
 /// Maximum mean number of references to an item. It bounds the memory.
 const MAX_SPREAD: usize = 2;
@@ -28,7 +28,7 @@ pub(super) fn build(boxes: &[Aabb]) -> Bvh {
     }
     let count = items.len();
     let overlap = OVERLAP * bounding_box(&items).half_area();
-    tree.nodes.push(undecided(&items));
+    tree.nodes.push(unsplit_node(&items));
     let spare = items.len() * (MAX_SPREAD - 1);
     let mut tasks = vec![Task { node: 0, items, depth: 0, spare }];
     while let Some(Task { node, mut items, depth, spare }) = tasks.pop() {
@@ -40,7 +40,7 @@ pub(super) fn build(boxes: &[Aabb]) -> Bvh {
         };
         let first = tree.nodes.len();
         tree.nodes[node].first = first as u32;
-        tree.nodes.extend([undecided(&left), undecided(&right)]);
+        tree.nodes.extend([unsplit_node(&left), unsplit_node(&right)]);
         let listed = left.len() + right.len();
         let spare = spare - (listed - items.len());
         for (node, items) in [(first + 1, right), (first, left)] {
@@ -52,7 +52,7 @@ pub(super) fn build(boxes: &[Aabb]) -> Bvh {
     tree
 }
 
-fn undecided(items: &[PrimRef]) -> Node<Aabb> {
+fn unsplit_node(items: &[PrimRef]) -> Node<Aabb> {
     Node { bounds: bounding_box(items), first: 0, count: 0 }
 }
 
@@ -81,12 +81,12 @@ fn split(
         .flatten()
         .filter(|plane| plane.cost < object_cost);
     let cost = plane.as_ref().map_or(object_cost, |plane| plane.cost);
-    let stay = bounds.half_area() * items.len() as f64;
-    if items.len() <= MAX_LEAF && cost + BOX_COST * bounds.half_area() >= stay {
+    let leaf_cost = bounds.half_area() * items.len() as f64;
+    if items.len() <= MAX_LEAF && cost + BOX_COST * bounds.half_area() >= leaf_cost {
         return None;
     }
     if let Some(Plane { axis, at, .. }) = plane {
-        let (below, above) = divide(items, axis, at);
+        let (below, above) = partition_by_plane(items, axis, at);
         let fits = below.len() + above.len() <= items.len() + spare;
         if fits && !below.is_empty() && !above.is_empty() {
             return Some([below, above]);

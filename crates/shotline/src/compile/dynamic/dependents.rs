@@ -36,7 +36,7 @@ pub(super) type PlacementRef = (u32, u32);
 /// The transforms of a scene and the placements of its world.
 #[derive(Debug, Default)]
 pub(super) struct Dependents {
-    dependents: Vec<Occurrence>,
+    occurrences: Vec<Occurrence>,
     /// By level and placement.
     origins: Vec<Vec<Origin>>,
     level: Vec<Origin>,
@@ -55,14 +55,14 @@ impl Dependents {
 
     /// The product of the transforms between the root of the level and a source.
     pub(super) fn composed(&self, scene: &Scene, origin: Origin) -> ComposedTransform {
-        let mut ways = Vec::new();
+        let mut path = Vec::new();
         let mut next = origin.occurrence;
         while let Some(id) = next {
-            let occurrence = &self.dependents[id as usize];
-            ways.push(occurrence.node);
+            let occurrence = &self.occurrences[id as usize];
+            path.push(occurrence.node);
             next = occurrence.above;
         }
-        ways.iter().rev().fold(ComposedTransform::IDENTITY, |composed, &node| match scene.node(node) {
+        path.iter().rev().fold(ComposedTransform::IDENTITY, |composed, &node| match scene.node(node) {
             Node::Transform { transform, .. } => transform.inside(&composed),
             _ => composed,
         })
@@ -80,9 +80,9 @@ impl Dependents {
 
     /// The placements that a transform moves as a whole.
     pub(super) fn moved_by(&self, node: NodeId) -> impl Iterator<Item = PlacementRef> {
-        let dependents = self.of_node.get(&node).map_or(&[] as &[OccurrenceId], Vec::as_slice);
-        dependents.iter().flat_map(|&id| {
-            let Occurrence { level, first, end, .. } = self.dependents[id as usize];
+        let occurrences = self.of_node.get(&node).map_or(&[] as &[OccurrenceId], Vec::as_slice);
+        occurrences.iter().flat_map(|&id| {
+            let Occurrence { level, first, end, .. } = self.occurrences[id as usize];
             (first..end).map(move |placement| (level, placement))
         })
     }
@@ -97,9 +97,9 @@ impl Dependents {
 impl Recorder for Dependents {
     /// Adds an occurrence of a transform to the level that is being built.
     fn add(&mut self, node: NodeId, above: Option<OccurrenceId>) -> Option<OccurrenceId> {
-        let id = self.dependents.len() as OccurrenceId;
+        let id = self.occurrences.len() as OccurrenceId;
         let (level, here) = (self.origins.len() as u32, self.level.len() as u32);
-        self.dependents.push(Occurrence { node, level, above, first: here, end: here });
+        self.occurrences.push(Occurrence { node, level, above, first: here, end: here });
         self.of_node.entry(node).or_default().push(id);
         Some(id)
     }
@@ -110,7 +110,7 @@ impl Recorder for Dependents {
         self.level.push(Origin { node, baked, occurrence });
         let mut next = occurrence;
         while let Some(id) = next {
-            let occurrence = &mut self.dependents[id as usize];
+            let occurrence = &mut self.occurrences[id as usize];
             occurrence.end = placement.1 + 1;
             next = occurrence.above;
         }

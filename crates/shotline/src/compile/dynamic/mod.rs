@@ -17,7 +17,7 @@ use crate::compile::{Options, SceneError, Stats, level};
 use crate::math::{Affine, ComposedTransform, TransformPair};
 use crate::scene::{LocalTransform, Node, NodeId, Scene};
 use dependents::{Dependents, PlacementRef};
-use resolve_path::{namesakes, place_above, resolve, transforms};
+use resolve_path::{insert_transform_above, namesakes, resolve, transforms};
 
 /// A scene with its world, in which transforms may change. Only what depends on a change is computed again: the
 /// placements below the transform, the combinations with the transform above one of their operands, and the boxes of
@@ -121,7 +121,7 @@ impl DynamicWorld {
         let nodes = transforms(&self.scene, member);
         if nodes.is_empty() {
             let mut scene = (*self.scene).clone();
-            place_above(&mut scene, member, matrix);
+            insert_transform_above(&mut scene, member, matrix);
             *self = DynamicWorld::new(scene, self.options)?;
             return Ok(());
         }
@@ -216,7 +216,7 @@ impl DynamicWorld {
     }
 
     fn builder(&self, surfaces: u32) -> BodyBuilder<'_> {
-        let (stats, choice) = (Stats::default(), AccelChoice::again(&self.scene, self.options));
+        let (stats, choice) = (Stats::default(), AccelChoice::new_unchecked(&self.scene, self.options));
         BodyBuilder { scene: &self.scene, leaves: &self.leaves, choice, surfaces, stats }
     }
 

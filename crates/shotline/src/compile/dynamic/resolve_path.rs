@@ -78,7 +78,7 @@ pub(super) fn transforms(scene: &Scene, member: Member) -> Vec<NodeId> {
 
 /// Inserts a transform above a member. A root must be an object, so there it is inserted between the object and its
 /// shape.
-pub(super) fn place_above(scene: &mut Scene, member: Member, transform: LocalTransform) {
+pub(super) fn insert_transform_above(scene: &mut Scene, member: Member, transform: LocalTransform) {
     let child = match (member.group, scene.node(member.node)) {
         (None, Node::Object { node, .. }) => *node,
         _ => member.node,

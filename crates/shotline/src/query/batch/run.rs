@@ -65,13 +65,13 @@ pub(super) const CHUNK: usize = 256;
 const BLOCK: usize = 64;
 
 /// Rows per work item of the validation before the work starts.
-const CHECKED: usize = 1 << 14;
+const CHECK_CHUNK: usize = 1 << 14;
 
 /// Batches of at most this many rows run on the calling thread: starting threads would cost more than it saves.
 pub const SEQUENTIAL_MAX: usize = 4096;
 
 /// Result rows that a worker produces before it adds them to the shared count.
-const COUNTED: u64 = 4096;
+const COUNT_INTERVAL: u64 = 4096;
 
 /// Result rows, about 16 MB, that workers collect in their own buffers before these are appended to the result.
 const WAVE: u64 = if cfg!(test) { 2_000 } else { 1 << 18 };
@@ -121,42 +121,40 @@ impl<'a, A: Rows> Batch<'a, A> {
     pub fn fill<P: Send>(
         &self,
         parts: impl Iterator<Item = P> + Send,
-        answer: impl Fn(&mut Worker<'a>, &A::Row, &mut P, usize) -> Result<(), QueryError> + Sync,
+        query: impl Fn(&mut Worker<'a>, &A::Row, &mut P, usize) -> Result<(), QueryError> + Sync,
     ) -> Result<(), BatchError> {
         self.on_threads(|workers| {
             self.check(workers)?;
             self.dispatch(workers, self.chunks(CHUNK).zip(parts), |worker, (rows, mut part)| {
                 let first = rows.start;
                 self.run_rows(worker, rows, |worker, one, row| {
-                    answer(worker, one, &mut part, row - first).map(|()| 0)
+                    query(worker, one, &mut part, row - first).map(|()| 0)
                 });
             });
             self.outcome()
         })
     }
 
-    /// Computes any number of result rows for each row; `answer` appends them and returns their number. Workers
+    /// Computes any number of result rows for each row; `query` appends them and returns their number. Workers
     /// collect the result rows of a chunk in their own buffers, one wave of chunks at a time. Meanwhile the
     /// buffers of the previous wave are appended to the result.
     pub fn gather<T: Ragged>(
         &self,
-        answer: impl Fn(&mut Worker<'a>, &A::Row, &mut T) -> Result<usize, QueryError> + Sync,
+        query: impl Fn(&mut Worker<'a>, &A::Row, &mut T) -> Result<usize, QueryError> + Sync,
     ) -> Result<T, BatchError> {
         self.on_threads(|workers| {
             self.check(workers)?;
             let mut all = T::empty();
             if workers == 1 {
                 let mut worker = self.worker();
-                self.run_rows(&mut worker, 0..self.rows.len(), |worker, one, _| {
-                    answer(worker, one, &mut all)
-                });
+                self.run_rows(&mut worker, 0..self.rows.len(), |worker, one, _| query(worker, one, &mut all));
                 self.recycle(worker);
                 return self.outcome().map(|()| all);
             }
             let mut chunks = self.chunks(CHUNK);
             let mut done = Vec::new();
             loop {
-                let wave = || self.wave(workers, &mut chunks, &answer);
+                let wave = || self.wave(workers, &mut chunks, &query);
                 let append = || done.drain(..).try_for_each(|(_, part)| all.append(part));
                 let (next, appended) = rayon::join(wave, append);
                 self.outcome()?;
@@ -174,13 +172,13 @@ impl<'a, A: Rows> Batch<'a, A> {
         &self,
         workers: usize,
         chunks: &mut (impl Iterator<Item = Range<usize>> + Send),
-        answer: &(impl Fn(&mut Worker<'a>, &A::Row, &mut T) -> Result<usize, QueryError> + Sync),
+        query: &(impl Fn(&mut Worker<'a>, &A::Row, &mut T) -> Result<usize, QueryError> + Sync),
     ) -> Vec<(usize, T)> {
         let (size, done) = (AtomicU64::new(0), Mutex::new(Vec::new()));
         let next = || if size.load(Ordering::Relaxed) < WAVE { chunks.next() } else { None };
         self.dispatch(workers, iter::from_fn(next), |worker, rows| {
             let (first, mut part) = (rows.start, T::empty());
-            self.run_rows(worker, rows, |worker, one, _| answer(worker, one, &mut part));
+            self.run_rows(worker, rows, |worker, one, _| query(worker, one, &mut part));
             // Rows without crossings take memory too.
             size.fetch_add((part.len() + CHUNK) as u64, Ordering::Relaxed);
             if let Ok(mut done) = done.lock() {
@@ -256,7 +254,7 @@ impl<'a, A: Rows> Batch<'a, A> {
 
     /// Validates all rows before any result is computed.
     fn check(&self, workers: usize) -> Result<(), BatchError> {
-        self.dispatch(workers, self.chunks(CHECKED), |_, rows| {
+        self.dispatch(workers, self.chunks(CHECK_CHUNK), |_, rows| {
             let first = rows.start;
             let checked = self.check_cancelled().map_err(|error| (first, error));
             if let Err((row, error)) = checked.and_then(|()| self.rows.check(rows)) {
@@ -271,13 +269,13 @@ impl<'a, A: Rows> Batch<'a, A> {
         &self,
         worker: &mut Worker<'a>,
         rows: Range<usize>,
-        mut answer: impl FnMut(&mut Worker<'a>, &A::Row, usize) -> Result<usize, QueryError>,
+        mut query: impl FnMut(&mut Worker<'a>, &A::Row, usize) -> Result<usize, QueryError>,
     ) {
         let mut first = rows.start;
         while first < rows.end && first < self.failed.load(Ordering::Relaxed) {
             let block = first..rows.end.min(first + BLOCK);
             first = block.end;
-            if let Err((row, error)) = self.run_block(worker, block, &mut answer) {
+            if let Err((row, error)) = self.run_block(worker, block, &mut query) {
                 return self.fail(row, error);
             }
         }
@@ -287,16 +285,16 @@ impl<'a, A: Rows> Batch<'a, A> {
         &self,
         worker: &mut Worker<'a>,
         rows: Range<usize>,
-        answer: &mut impl FnMut(&mut Worker<'a>, &A::Row, usize) -> Result<usize, QueryError>,
+        query: &mut impl FnMut(&mut Worker<'a>, &A::Row, usize) -> Result<usize, QueryError>,
     ) -> Result<(), (usize, BatchError)> {
         let (first, count) = (rows.start, rows.len());
         self.check_cancelled().map_err(|error| (first, error))?;
         let mut made = 0;
         for row in rows {
             let one = self.rows.row(row).map_err(|error| (row, error))?;
-            let new = answer(worker, &one, row);
+            let new = query(worker, &one, row);
             made += new.map_err(|error| (row, row_error(row, error)))? as u64;
-            if made >= COUNTED {
+            if made >= COUNT_INTERVAL {
                 self.count(std::mem::take(&mut made)).map_err(|error| (row, error))?;
             }
         }

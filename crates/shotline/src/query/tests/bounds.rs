@@ -142,7 +142,7 @@ fn without_boxes(body: &SolidBody, ray: &Ray, span: Span) -> Vec<(u64, u64, bool
         }
     }
     events.sort_by(|a, b| a.low.total_cmp(&b.low));
-    events.into_iter().for_each(|event| sweep.offer(&body.program, event));
+    events.into_iter().for_each(|event| sweep.push(&body.program, event));
     sweep.finish(&body.program);
     let out = std::iter::from_fn(|| sweep.pop());
     let out = out.map(|b| (b.crossing.t.to_bits(), b.crossing.t_err.to_bits(), b.entering)).collect();
@@ -174,7 +174,7 @@ fn cells_of_open_solids_have_ends_and_no_answer_depends_on_them() {
         for k in 0..400 {
             let reach = around.size() * [0.6, 1.0, 10.0, 1e3][k % 4];
             let p = around.centre() + random.point(-1.0, 1.0) * reach;
-            assert!(!membership.holds(node, p) || bounds.contains(p), "case {case}: {p} {bounds:?}");
+            assert!(!membership.contains(node, p) || bounds.contains(p), "case {case}: {p} {bounds:?}");
         }
         for ray in rays_at(&around, &mut random, 40) {
             let expected = without_boxes(body, &ray, Span::FORWARD);

@@ -72,7 +72,7 @@ fn few_leaves_are_asked_by_short_ways_with_the_same_bits() {
         };
         scene.add_object("few", None, node);
         let rays = lattice_rays(&mut random, 30);
-        assert!(agreement::hold(&scene, &rays), "case {case}");
+        assert!(agreement::check_scene(&scene, &rays), "case {case}");
         let world = world(&scene, "bvh");
         met += rays.iter().map(|(ray, span)| crossings(&world, ray, *span).len()).sum::<usize>();
     }
@@ -105,7 +105,7 @@ fn planes_that_a_line_stays_clear_of_are_not_intersected() {
         let span = [Span::FORWARD, Span::new(1.0, 1.0 + 0.1 * random.number(0.0, 1.0)).expect("an interval")];
         rays.push((Ray::new(o, d).expect("a ray"), span[i % 2]));
     }
-    assert!(agreement::hold(&scene, &rays));
+    assert!(agreement::check_scene(&scene, &rays));
     let mut caster = Caster::new(&world);
     let (o, d) = (Vec3::new(-3.0, 0.2, 0.3), Vec3::new(1.0, 0.01, 0.02));
     let mut hits = Vec::new();

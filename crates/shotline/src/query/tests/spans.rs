@@ -2,7 +2,7 @@
 //! between them.
 
 use super::*;
-use crate::testkit::agreement::{contains_agrees, hold, hold_one, spans_of};
+use crate::testkit::agreement::{check_scene, check_world, contains_agrees, spans_of};
 use crate::testkit::meshes::{Thin, cuboid, rays_at, tray};
 use crate::testkit::scene::random_mixed_scene;
 
@@ -33,7 +33,7 @@ fn queries_agree_on_every_span_of_random_scenes() {
         let world = world(&scene, "bvh");
         let rays = rays(&mut random, 12);
         let asked = with_spans(&mut random, &world, &rays, 20);
-        hold_one(&world, &asked);
+        check_world(&world, &asked);
         spans += asked.len();
         points += rays.iter().map(|ray| contains_agrees(&world, ray)).sum::<usize>();
     }
@@ -47,7 +47,7 @@ fn queries_agree_on_every_span_under_every_accelerator() {
         let scene = random_mixed_scene(&mut random);
         let world = world(&scene, "bvh");
         let rays = rays(&mut random, 8);
-        assert!(hold(&scene, &with_spans(&mut random, &world, &rays, 6)));
+        assert!(check_scene(&scene, &with_spans(&mut random, &world, &rays, 6)));
     }
 }
 
@@ -61,7 +61,7 @@ fn queries_agree_on_every_span_of_meshes_with_thin_walls() {
         let world = world(&mesh_scene(mesh.clone()), "bvh");
         let rays = rays_at(&mut random, &mesh, &thin, 12);
         let asked = with_spans(&mut random, &world, &rays, 24);
-        hold_one(&world, &asked);
+        check_world(&world, &asked);
         spans += asked.len();
     }
     assert!(spans > 25_000, "{spans}");
@@ -74,7 +74,7 @@ fn a_ray_that_has_left_a_thin_wall_does_not_begin_inside() {
     for wall in [1e-2, 1e-4, 1e-6] {
         let world = world(&mesh_scene(tray(wall)), "bvh");
         let up = Ray::new(Vec3::new(0.43, 0.52, 1.5 * wall), Vec3::Z).expect("a ray");
-        hold_one(&world, &[(up, Span::FORWARD)]);
+        check_world(&world, &[(up, Span::FORWARD)]);
         let mut caster = Caster::new(&world);
         assert!(
             caster.any(&up, Span::FORWARD) == Ok(false) && caster.closest(&up, Span::FORWARD) == Ok(None)

@@ -16,7 +16,7 @@ fn assert_all_accelerators_agree(scene: &Scene, rays: &[Ray], spans: &[Span], co
     // The hints are also used in the worlds of other accelerators: a hint only determines what is tested first.
     let mut hints = [CoherenceHint::default(), CoherenceHint::default()];
     for name in accel::NAMES {
-        let other = world(scene, name).plain(name);
+        let other = world(scene, name).reference_world(name);
         let mut caster = Caster::new(&other);
         for (i, ray) in rays.iter().enumerate() {
             // Results must not depend on whether the steps are recorded.
@@ -108,7 +108,7 @@ fn seeds_save_the_walk_and_are_harmless_elsewhere() {
     );
     let counters = caster.take_counters();
     assert_eq!(counters.hinted, 100);
-    assert!(counters.hinted_right > 80, "{counters:?}");
+    assert!(counters.hint_hits > 80, "{counters:?}");
     assert!((0..100).all(|i| caster.any(&fan(i), Span::FORWARD).expect("within limits")));
     assert!(caster.take_counters().boxes > 2 * counters.boxes, "{counters:?}");
     let small = two_boxes(0, 0.5);

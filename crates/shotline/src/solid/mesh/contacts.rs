@@ -43,11 +43,12 @@ impl MeshSolid {
         for (from, to) in borders.iter().zip(borders.iter().skip(1).chain([&last])) {
             let (middle, half) = (0.5 * (from.angle + to.angle), 0.5 * (to.angle - from.angle));
             let direction = x * libm::cos(middle) + y * libm::sin(middle);
-            let Some(beside) = mesh_line.beside(direction, libm::sin(half), &self.scaled_bounds) else {
+            let Some(moved_aside) = mesh_line.moved_aside(direction, libm::sin(half), &self.scaled_bounds)
+            else {
                 continue;
             };
             hits.clear();
-            self.hits_between(&beside, f64::NEG_INFINITY, f64::INFINITY, &mut hits, scratch);
+            self.hits_between(&moved_aside, f64::NEG_INFINITY, f64::INFINITY, &mut hits, scratch);
             to_crossings(&mut hits, 0, 0);
             let border = |edge: &Edge| Border::straight(edge.direction, line.d);
             let sector = Sector { from: border(from), to: border(to) };

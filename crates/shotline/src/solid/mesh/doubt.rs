@@ -9,7 +9,7 @@
 use std::collections::BinaryHeap;
 
 use super::MeshSolid;
-use super::intersections::common_stretch;
+use super::intersections::common_segment;
 use super::obb::{in_axes, principal_axes};
 use super::patches::Patch;
 use super::stop::{Cancelled, Stop};
@@ -91,7 +91,7 @@ impl<'a> Doubt<'a> {
         let (cells, whole) = cover.cut(all);
         stop.check()?;
         for (bounds, winding) in whole {
-            let mended = box_integrals(&bounds, doubt.mend(winding));
+            let mended = box_integrals(&bounds, doubt.correction(winding));
             doubt.certain = std::array::from_fn(|i| doubt.certain[i] + mended[i]);
         }
         let mut volume = 0.0;
@@ -103,7 +103,7 @@ impl<'a> Doubt<'a> {
     }
 
     /// Returns the correction of a winding number, counted positive inside, that makes it 1 inside and 0 outside.
-    fn mend(&self, winding: i32) -> f64 {
+    fn correction(&self, winding: i32) -> f64 {
         f64::from(i32::from(winding != 0) - winding * self.solid.inside())
     }
 
@@ -132,10 +132,10 @@ impl<'a> Doubt<'a> {
         from[(axis + 2) % 3] += size[(axis + 2) % 3] * place[1];
         let mut sums = [0.0; 10];
         self.regions(from, axis, size[axis], scratch, |[t0, t1], winding| {
-            let mend = self.mend(winding);
-            if mend != 0.0 {
+            let correction = self.correction(winding);
+            if correction != 0.0 {
                 let terms = line_integrals(from, axis, size[axis], [t0, t1]);
-                sums = std::array::from_fn(|k| sums[k] + terms[k] * mend * all);
+                sums = std::array::from_fn(|k| sums[k] + terms[k] * correction * all);
             }
         });
         sums
@@ -242,7 +242,7 @@ impl<'a> Cover<'a> {
         let inward = |item: u32| triangle(item).map(|p| doubt.frame.inward(p));
         let padding = Vec3::splat(1e-12 * root.size().max_element());
         let padded = |b: Aabb| Aabb::new(b.min - padding, b.max + padding);
-        let extent = |[i, j]: &[u32; 2]| match common_stretch(triangle(*i), triangle(*j)) {
+        let extent = |[i, j]: &[u32; 2]| match common_segment(triangle(*i), triangle(*j)) {
             Some(ends) => padded(Aabb::around(ends.map(|p| doubt.frame.inward(p)))),
             None => contact(inward(*i), inward(*j), TOUCH * root.size().max_element()),
         };
@@ -297,7 +297,7 @@ impl<'a> Cover<'a> {
         let mut faces = Vec::new();
         let mut places = Vec::new();
         for &face in &parent.faces {
-            if let Some(middle) = middle_within(self.corners[face as usize], &bounds) {
+            if let Some(middle) = point_within(self.corners[face as usize], &bounds) {
                 faces.push(face);
                 places.push(middle);
             }
@@ -367,7 +367,7 @@ fn halves(bounds: &Aabb) -> [Aabb; 2] {
 }
 
 /// A point of the piece of a triangle that lies in a box; `None` if no piece does.
-fn middle_within(corners: [Vec3; 3], bounds: &Aabb) -> Option<Vec3> {
+fn point_within(corners: [Vec3; 3], bounds: &Aabb) -> Option<Vec3> {
     if Aabb::around(corners).intersection(bounds).is_empty() {
         return None;
     }

@@ -8,7 +8,7 @@ use super::shells::Shells;
 use super::welded::first_at;
 
 /// The use of an edge by an item: the ends, the lower first; the item; and the index of its corner opposite the edge.
-pub(super) type Use = ([u32; 2], u32, u32);
+pub(super) type EdgeUse = ([u32; 2], u32, u32);
 
 /// Two sides of items with no other face between them: they have the same winding number.
 #[derive(Clone, Copy, Debug)]
@@ -20,9 +20,9 @@ pub(super) struct Link {
 
 impl MeshSolid {
     /// Returns the edges of all items, sorted.
-    pub(super) fn edges(&self) -> Vec<Use> {
+    pub(super) fn edges(&self) -> Vec<EdgeUse> {
         let first_at = first_at(&self.mesh.vertices);
-        let mut edges: Vec<Use> = Vec::with_capacity(3 * self.triangles.len());
+        let mut edges: Vec<EdgeUse> = Vec::with_capacity(3 * self.triangles.len());
         for (item, triangle) in (0..).zip(&self.triangles) {
             let corners = self.mesh.faces[triangle.face as usize].map(|v| first_at[v as usize]);
             for k in 0..3 {
@@ -40,7 +40,7 @@ impl MeshSolid {
         self.folds_at(&self.edges())
     }
 
-    fn folds_at(&self, edges: &[Use]) -> Vec<[u32; 2]> {
+    fn folds_at(&self, edges: &[EdgeUse]) -> Vec<[u32; 2]> {
         let mut folds = Vec::new();
         for uses in edges.chunk_by(|a, b| a.0 == b.0) {
             if let [one, other] = uses {
@@ -60,37 +60,38 @@ impl MeshSolid {
     ///
     /// Rounding may put a face in the wrong position, but by no more than the error of its own angle. So the face is
     /// still found to lie on one of its neighbours.
-    fn around(&self, uses: &[Use]) -> Vec<Use> {
+    fn around(&self, uses: &[EdgeUse]) -> Vec<EdgeUse> {
         let Some(&(_, item, k)) = uses.first() else { return Vec::new() };
         let corners = self.triangles[item as usize].corners;
         let (u, v) = (corners[(k as usize + 1) % 3], corners[(k as usize + 2) % 3]);
         let (ahead, across) = (v - u).normalize().any_orthonormal_pair();
-        let angle = |(_, item, k): &Use| {
+        let angle = |(_, item, k): &EdgeUse| {
             let out = self.triangles[*item as usize].corners[*k as usize] - u;
             across.dot(out).atan2(ahead.dot(out))
         };
-        let mut around: Vec<(f64, Use)> = uses.iter().map(|face| (angle(face), *face)).collect();
+        let mut around: Vec<(f64, EdgeUse)> = uses.iter().map(|face| (angle(face), *face)).collect();
         around.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         around.into_iter().map(|(_, face)| face).collect()
     }
 
     /// Returns for each item whether it meets other faces elsewhere than at shared edges and corners, or is folded onto
     /// one.
-    pub(super) fn alone(&self, edges: &[Use]) -> Vec<bool> {
-        let mut alone: Vec<bool> = self.face_contacts().marks.iter().map(|marks| *marks != 0).collect();
+    pub(super) fn meets_others(&self, edges: &[EdgeUse]) -> Vec<bool> {
+        let mut meets_others: Vec<bool> =
+            self.face_contacts().marks.iter().map(|marks| *marks != 0).collect();
         for item in self.folds_at(edges).into_iter().flatten() {
-            alone[item as usize] = true;
+            meets_others[item as usize] = true;
         }
-        alone
+        meets_others
     }
 
     /// Joins items across edges of two faces, where neither meets other faces.
-    pub(super) fn joined_by_edges(&self, edges: &[Use], alone: &[bool]) -> Shells {
-        let mut forest = Shells::apart(self.triangles.len());
+    pub(super) fn joined_by_edges(&self, edges: &[EdgeUse], meets_others: &[bool]) -> Shells {
+        let mut forest = Shells::singletons(self.triangles.len());
         for uses in edges.chunk_by(|a, b| a.0 == b.0) {
             if let [(_, i, _), (_, j, _)] = *uses
-                && !alone[i as usize]
-                && !alone[j as usize]
+                && !meets_others[i as usize]
+                && !meets_others[j as usize]
             {
                 forest.join(i, j);
             }
@@ -100,17 +101,18 @@ impl MeshSolid {
 
     /// Returns the sides that face each other around edges of more than two faces, where neither item meets other
     /// faces.
-    pub(super) fn links(&self, edges: &[Use], alone: &[bool]) -> Vec<Link> {
+    pub(super) fn links(&self, edges: &[EdgeUse], meets_others: &[bool]) -> Vec<Link> {
         let mut links = Vec::new();
         for uses in edges.chunk_by(|a, b| a.0 == b.0).filter(|uses| uses.len() > 2) {
-            let corner = |(_, item, k): &Use| self.triangles[*item as usize].corners[(*k as usize + 1) % 3];
+            let corner =
+                |(_, item, k): &EdgeUse| self.triangles[*item as usize].corners[(*k as usize + 1) % 3];
             let (around, begin) = (self.around(uses), corner(&uses[0]));
             // Angles are about the edge as the first face runs along it. A face that runs the same way has its front on
             // its counter-clockwise side.
-            let ahead = |face: &Use| usize::from(corner(face) != begin);
+            let ahead = |face: &EdgeUse| usize::from(corner(face) != begin);
             for (one, next) in around.iter().zip(around.iter().cycle().skip(1)) {
                 let items = [one.1, next.1];
-                if items.iter().all(|item| !alone[*item as usize]) && self.lies_open(one, next) {
+                if items.iter().all(|item| !meets_others[*item as usize]) && self.lies_open(one, next) {
                     links.push(Link { items, sides: [ahead(one), 1 - ahead(next)] });
                 }
             }
@@ -119,7 +121,7 @@ impl MeshSolid {
     }
 
     /// Whether neither of two faces at an edge is folded onto the other.
-    fn lies_open(&self, &(_, i, k): &Use, &(_, j, l): &Use) -> bool {
+    fn lies_open(&self, &(_, i, k): &EdgeUse, &(_, j, l): &EdgeUse) -> bool {
         let (of_i, k) = (self.triangles[i as usize].corners, k as usize);
         let opposite = self.triangles[j as usize].corners[l as usize];
         wings_are_apart(of_i[(k + 1) % 3], of_i[(k + 2) % 3], [of_i[k], opposite])

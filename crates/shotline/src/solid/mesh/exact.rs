@@ -34,17 +34,17 @@ pub(super) fn unit_sized(v: &Wide) -> (Wide, i32) {
 
 /// The largest number of components of a sum. A determinant is six products of three double-doubles; each of the eight
 /// products of their components has four components.
-const MOST: usize = 6 * 8 * 4;
+const MAX_COMPONENTS: usize = 6 * 8 * 4;
 
 /// An exact sum: its components do not overlap, ascend in size, and are not zero.
 #[derive(Clone, Debug)]
 pub(super) struct Expansion {
-    parts: [f64; MOST],
+    components: [f64; MAX_COMPONENTS],
     len: usize,
 }
 
 impl Expansion {
-    const ZERO: Expansion = Expansion { parts: [0.0; MOST], len: 0 };
+    const ZERO: Expansion = Expansion { components: [0.0; MAX_COMPONENTS], len: 0 };
 
     /// The determinant of three vectors, `u x v . w`.
     pub(super) fn determinant(u: &Wide, v: &Wide, w: &Wide) -> Expansion {
@@ -68,10 +68,12 @@ impl Expansion {
 
     /// Adds `a b c`, with a sign.
     fn add_product(&mut self, a: Dd, b: Dd, c: Dd, sign: f64) {
-        let parts = |x: Dd| [x.hi, x.lo].into_iter().filter(|part| *part != 0.0);
-        for (x, y) in parts(a).flat_map(|x| parts(b).map(move |y| (x, y))) {
-            for (xy, z) in parts(two_prod(sign * x, y)).flat_map(|xy| parts(c).map(move |z| (xy, z))) {
-                parts(two_prod(xy, z)).for_each(|part| self.add(part));
+        let components = |x: Dd| [x.hi, x.lo].into_iter().filter(|part| *part != 0.0);
+        for (x, y) in components(a).flat_map(|x| components(b).map(move |y| (x, y))) {
+            for (xy, z) in
+                components(two_prod(sign * x, y)).flat_map(|xy| components(c).map(move |z| (xy, z)))
+            {
+                components(two_prod(xy, z)).for_each(|part| self.add(part));
             }
         }
     }
@@ -80,15 +82,15 @@ impl Expansion {
     fn add(&mut self, x: f64) {
         let (mut carried, mut kept) = (x, 0);
         for i in 0..self.len {
-            let sum = two_sum(carried, self.parts[i]);
+            let sum = two_sum(carried, self.components[i]);
             carried = sum.hi;
             if sum.lo != 0.0 {
-                self.parts[kept] = sum.lo;
+                self.components[kept] = sum.lo;
                 kept += 1;
             }
         }
         if carried != 0.0 {
-            self.parts[kept] = carried;
+            self.components[kept] = carried;
             kept += 1;
         }
         self.len = kept;
@@ -96,13 +98,13 @@ impl Expansion {
 
     /// The sum as a double-double: its relative error is at most 1e-31, and its sign is exact.
     pub(super) fn value(&self) -> Dd {
-        self.parts[..self.len].iter().fold(Dd::ZERO, |sum, part| sum + Dd::from(*part))
+        self.components[..self.len].iter().fold(Dd::ZERO, |sum, part| sum + Dd::from(*part))
     }
 
     /// Compares the sum to zero.
     pub(super) fn sign(&self) -> std::cmp::Ordering {
         // The other components are smaller than the last one's ulp, so the last has the sign of the sum.
-        self.parts[..self.len].last().map_or(std::cmp::Ordering::Equal, |part| part.total_cmp(&0.0))
+        self.components[..self.len].last().map_or(std::cmp::Ordering::Equal, |part| part.total_cmp(&0.0))
     }
 }
 

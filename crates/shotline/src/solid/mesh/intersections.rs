@@ -13,7 +13,7 @@ use crate::math::Vec3;
 /// Returns the ends, up to rounding, of the segment that the interiors of two triangles have in common; `None` if they
 /// have no point in common or are coplanar (P. Guigue and O. Devillers 2003, "Fast and robust triangle-triangle overlap
 /// test using orientation predicates", without its cases of touching).
-pub(super) fn common_stretch(a: [Vec3; 3], b: [Vec3; 3]) -> Option<[Vec3; 2]> {
+pub(super) fn common_segment(a: [Vec3; 3], b: [Vec3; 3]) -> Option<[Vec3; 2]> {
     let (mut a, heights_a) = with_lone_corner_first(a, b)?;
     let (mut b, heights_b) = with_lone_corner_first(b, a)?;
     // The planes intersect in a line, of which each triangle covers an interval.
@@ -168,9 +168,9 @@ mod tests {
             let [p, q, r, u, v, w] = corners;
             let (a, b) = ([p, q, r], [u, v, w]);
             let real = |t: [[i64; 3]; 3]| t.map(|p| Vec3::from(p.map(|x| (x + far) as f64)));
-            let point = common_stretch(real(a), real(b)).map(|[p, q]| 0.5 * p + 0.5 * q);
+            let point = common_segment(real(a), real(b)).map(|[p, q]| 0.5 * p + 0.5 * q);
             prop_assert_eq!(point.is_some(), crosses(a, b));
-            prop_assert_eq!(common_stretch(real(b), real(a)).is_some(), point.is_some());
+            prop_assert_eq!(common_segment(real(b), real(a)).is_some(), point.is_some());
             let inside = |p: Vec3| (p - Vec3::splat(far as f64)).abs().max_element() <= 3.0;
             prop_assert!(point.is_none_or(inside), "{point:?}");
             // The same two triangles as a mesh.

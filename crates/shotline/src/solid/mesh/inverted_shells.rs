@@ -31,7 +31,7 @@ impl MeshSolid {
             faces_of_shell.entry(shell).or_default().push(face);
         }
         let inward = self.topology.signed_volume < 0.0;
-        let mut turned: Vec<u32> = (faces_of_shell.iter())
+        let mut inverted: Vec<u32> = (faces_of_shell.iter())
             .filter(|(_, faces)| self.is_inward(faces) == Some(!inward))
             .filter(|(shell, faces)| {
                 let corner = mesh.vertices[faces[0].corners[0] as usize];
@@ -39,8 +39,8 @@ impl MeshSolid {
             })
             .map(|(_, faces)| faces[0].number)
             .collect();
-        turned.sort_unstable();
-        turned.into_iter().collect()
+        inverted.sort_unstable();
+        inverted.into_iter().collect()
     }
 
     /// Whether a closed shell is wound inward; `None` if rounding hides the sign of its volume.
@@ -68,7 +68,7 @@ mod tests {
     use crate::solid::mesh::TriangleMesh;
     use crate::solid::mesh::shapes::{ball, ring, sheet};
 
-    fn turned(mesh: TriangleMesh) -> Tally<u32> {
+    fn inverted(mesh: TriangleMesh) -> Tally<u32> {
         MeshSolid::new(Arc::new(mesh), "bvh").unwrap().inverted_shells()
     }
 
@@ -82,25 +82,25 @@ mod tests {
     fn only_a_shell_outside_of_all_others_is_wound_the_wrong_way() {
         let count = ball(2).faces.len() as u32;
         // A cavity, a nested shell wound like a solid, and a shell in the hole of a ring.
-        assert_eq!(turned(ball(2).with(&small(0.2).inside_out())), Tally::default());
-        assert_eq!(turned(ball(2).with(&small(0.2))), Tally::default());
-        assert_eq!(turned(ring(9, 5).with(&small(0.0))), Tally::default());
+        assert_eq!(inverted(ball(2).with(&small(0.2).inside_out())), Tally::default());
+        assert_eq!(inverted(ball(2).with(&small(0.2))), Tally::default());
+        assert_eq!(inverted(ring(9, 5).with(&small(0.0))), Tally::default());
         // Outside, both within the box of the rest and beyond it.
         for mesh in [ball(2), ball(2).with(&small(-3.0))] {
-            let turned_last = turned(mesh.clone().with(&small(3.0).inside_out()));
+            let turned_last = inverted(mesh.clone().with(&small(3.0).inside_out()));
             assert_eq!(turned_last, Tally { count: 1, first: Some(mesh.faces.len() as u32) });
         }
-        let in_the_hole = turned(ring(9, 5).with(&small(0.0).inside_out()));
+        let in_the_hole = inverted(ring(9, 5).with(&small(0.0).inside_out()));
         assert_eq!(in_the_hole, Tally { count: 1, first: Some(90) });
         // Where nearly all is inward, the shell that is not is reported.
-        assert_eq!(turned(ball(2).inside_out().with(&small(3.0))), Tally { count: 1, first: Some(count) });
+        assert_eq!(inverted(ball(2).inside_out().with(&small(3.0))), Tally { count: 1, first: Some(count) });
     }
 
     #[test]
     fn neither_flaps_nor_open_meshes_have_turned_shells() {
-        assert_eq!(turned(ball(2).with(&sheet(3)).with(&sheet(3).inside_out())), Tally::default());
+        assert_eq!(inverted(ball(2).with(&sheet(3)).with(&sheet(3).inside_out())), Tally::default());
         let mut open = ball(2).with(&small(3.0).inside_out());
         open.faces.pop();
-        assert_eq!(turned(open), Tally::default());
+        assert_eq!(inverted(open), Tally::default());
     }
 }

@@ -88,16 +88,16 @@ pub(super) struct MeshLine {
     is_exact: bool,
     sheared: ShearedRay,
     /// Box tests for the whole line.
-    whole: BoxRay,
+    box_ray: BoxRay,
     /// The same, padded by `near`, so that triangles whose planes are that near are visited.
-    roomy: BoxRay,
+    padded_box_ray: BoxRay,
     /// The largest distance from a plane at which the line counts as running in it: the error of the line within the
     /// mesh, times [`GROUPING`].
     near: f64,
     /// The largest distance from the origin to a point of the mesh's box, along any axis.
     reach: f64,
     /// The longest interval of `t` in which the line passes any triangle.
-    stretch: f64,
+    longest_interval: f64,
     /// The original `t` is `2^exponent` times the `t` after scaling.
     exponent: i32,
 }
@@ -128,11 +128,11 @@ impl MeshLine {
             line,
             is_exact: line == exact,
             sheared,
-            whole: BoxRay::new(&exact, all),
-            roomy: BoxRay::new(&Line { o_err: Vec3::splat(near), ..exact }, all),
+            box_ray: BoxRay::new(&exact, all),
+            padded_box_ray: BoxRay::new(&Line { o_err: Vec3::splat(near), ..exact }, all),
             near,
             reach,
-            stretch: bounds.size()[sheared.along()] / line.d[sheared.along()].abs(),
+            longest_interval: bounds.size()[sheared.along()] / line.d[sheared.along()].abs(),
             exponent,
         })
     }
@@ -140,10 +140,10 @@ impl MeshLine {
     /// Returns the line moved off the planes that it runs in: by an infinitesimal step for an exact line, by a little
     /// more than its error for any other. `direction` is perpendicular to the line and meets each of those planes at an
     /// angle whose sine is at least `sine`.
-    pub(super) fn beside(&self, direction: Vec3, sine: f64, bounds: &Aabb) -> Option<MeshLine> {
+    pub(super) fn moved_aside(&self, direction: Vec3, sine: f64, bounds: &Aabb) -> Option<MeshLine> {
         if self.near == 0.0 {
-            let moves = [direction, self.line.d.cross(direction)];
-            return Some(MeshLine { sheared: self.sheared.beside(moves), ..*self });
+            let perturbation = [direction, self.line.d.cross(direction)];
+            return Some(MeshLine { sheared: self.sheared.moved_aside(perturbation), ..*self });
         }
         let by = 2.0 * self.near / sine;
         let (o, o_err) = (self.line.o + direction * by, self.line.o_err + by);
@@ -152,7 +152,7 @@ impl MeshLine {
 
     /// The line between two `t` for tests against the boxes of scaled triangles.
     pub(super) fn boxes(&self, from: f64, to: f64) -> BoxRay {
-        self.roomy.over(span(self.scaled(from), self.scaled(to)))
+        self.padded_box_ray.over(span(self.scaled(from), self.scaled(to)))
     }
 
     /// Scales a `t`.
@@ -163,7 +163,8 @@ impl MeshLine {
     /// An upper bound on [`Crossing::t_err`] of any hit near `t`.
     fn worst_err(&self, t: f64) -> f64 {
         let t = self.scaled(t);
-        let of_line = if self.is_exact { 0.0 } else { self.steepest(t).max(RESOLVED * self.stretch) };
+        let of_line =
+            if self.is_exact { 0.0 } else { self.steepest(t).max(RESOLVED * self.longest_interval) };
         libm::ldexp(worst_err(t, self.reach) + of_line, self.exponent)
     }
 
@@ -222,7 +223,7 @@ impl MeshLine {
         let plane_hit = PlaneHit::of(&triangle.corners, &self.line);
         // Keep `t` within the triangle's box. So a box that begins behind some `t` holds no triangle that is hit at
         // that `t`, and hits do not depend on the accelerator. The exact `t` is in this interval too.
-        let (near, far) = self.whole.enter_exit(&triangle.bounds())?;
+        let (near, far) = self.box_ray.enter_exit(&triangle.bounds())?;
         let t = plane_hit.t.clamp(near, far);
         let of_line = if self.is_exact { 0.0 } else { self.t_err_of_line(triangle, t, &plane_hit) };
         Some(Crossing {
@@ -242,9 +243,9 @@ impl MeshLine {
         let along = self.sheared.along();
         let depth = triangle.corners.map(|v| v[along]);
         let deep = depth[0].max(depth[1]).max(depth[2]) - depth[0].min(depth[1]).min(depth[2]);
-        let stretch = deep / self.line.d[along].abs();
+        let longest_interval = deep / self.line.d[along].abs();
         // A NaN bound is not resolved, and f64::min drops it.
-        if bound <= RESOLVED * stretch { bound } else { bound.min(self.steepest(t)) }
+        if bound <= RESOLVED * longest_interval { bound } else { bound.min(self.steepest(t)) }
     }
 }
 

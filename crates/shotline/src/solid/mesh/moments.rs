@@ -8,7 +8,7 @@ use super::doubt::Doubt;
 use super::patches::Patch;
 use super::shells::Shells;
 use super::stop::{Cancelled, Stop};
-use super::tetrahedra::{determinant, exact_determinant, is_sure};
+use super::tetrahedra::{determinant, exact_determinant, is_accurate};
 use super::welded::first_at;
 use crate::aabb::Aabb;
 use crate::math::{Affine, Dd, Vec3};
@@ -76,8 +76,8 @@ impl MeshSolid {
             .items_of_shells()
             .iter()
             .map(|items| {
-                let (quick, is_sure) = self.moments_of_shell(items, &weight, determinant);
-                if is_sure { quick } else { self.moments_of_shell(items, &weight, exact_determinant).0 }
+                let (quick, is_accurate) = self.moments_of_shell(items, &weight, determinant);
+                if is_accurate { quick } else { self.moments_of_shell(items, &weight, exact_determinant).0 }
             })
             .collect();
         Moments::total(&shells)
@@ -100,7 +100,7 @@ impl MeshSolid {
             let face = self.mesh.faces[self.triangles[item as usize].face as usize];
             first_at[face[k] as usize]
         };
-        let mut shells = Shells::apart(first_at.len());
+        let mut shells = Shells::singletons(first_at.len());
         for item in all.clone() {
             shells.join(corner(item, 0), corner(item, 1));
             shells.join(corner(item, 0), corner(item, 2));
@@ -117,7 +117,7 @@ impl MeshSolid {
         weight: impl Fn(usize) -> f64,
         determinant: fn(Vec3, [Vec3; 3]) -> (Dd, f64),
     ) -> (Moments, bool) {
-        let Some(first) = items.first() else { return (Moments::NOTHING, true) };
+        let Some(first) = items.first() else { return (Moments::EMPTY, true) };
         let apex = self.triangles[*first as usize].corners[0];
         let (mut sums, mut doubt) = ([Dd::ZERO; 10], 0.0);
         for &item in items {
@@ -131,11 +131,11 @@ impl MeshSolid {
             (1..10).for_each(|i| sums[i] = sums[i] + Dd::from(terms[i]));
             doubt += error;
         }
-        let is_sure = is_sure(sums[0], doubt, items.len());
+        let is_accurate = is_accurate(sums[0], doubt, items.len());
         let mut sums = sums.map(|sum| sum.hi);
         sums[0] /= 6.0;
         let moments = Moments::from_integrals(sums);
-        (Moments { centroid: moments.centroid + apex, ..moments }, is_sure)
+        (Moments { centroid: moments.centroid + apex, ..moments }, is_accurate)
     }
 }
 

@@ -90,7 +90,7 @@ impl<'a> Pairs<'a> {
         visit: &(impl Fn(u32, u32, &mut S) + Sync),
         merge: &(impl Fn(S, S) -> S + Sync),
     ) -> S {
-        let walk = Walk { pairs: self, visit, merge };
+        let walk = PairTraversal { pairs: self, visit, merge };
         self.root.as_ref().map_or_else(S::default, |root| walk.within(root, self.items.len()))
     }
 
@@ -140,13 +140,13 @@ fn over_groups(mut nodes: Vec<Node>) -> Option<Node> {
 }
 
 /// A traversal of a tree against itself.
-struct Walk<'a, V, M> {
+struct PairTraversal<'a, V, M> {
     pairs: &'a Pairs<'a>,
     visit: &'a V,
     merge: &'a M,
 }
 
-impl<V, M> Walk<'_, V, M> {
+impl<V, M> PairTraversal<'_, V, M> {
     /// Visits the pairs below a node of about `items` items.
     fn within<S: Default + Send>(&self, node: &Node, items: usize) -> S
     where

@@ -98,9 +98,9 @@ impl MeshSolid {
     pub(super) fn patches(&self, stop: Stop) -> Result<Vec<Patch>, Cancelled> {
         self.find_face_contacts(stop)?;
         let edges = self.edges();
-        let alone = self.alone(&edges);
-        let (patches, patch_of) = grouped(self.joined_by_edges(&edges, &alone), self.triangles.len());
-        let links: Vec<Link> = self.links(&edges, &alone);
+        let meets_others = self.meets_others(&edges);
+        let (patches, patch_of) = grouped(self.joined_by_edges(&edges, &meets_others), self.triangles.len());
+        let links: Vec<Link> = self.links(&edges, &meets_others);
         let links =
             links.into_iter().map(|link| Link { items: link.items.map(|i| patch_of[i as usize]), ..link });
         let sides = self.sides_of_patches(&patches, &links.collect::<Vec<_>>(), stop);
@@ -112,7 +112,7 @@ impl MeshSolid {
     /// Returns the winding numbers on both sides of patches, given their links. A line is cast for one of several
     /// linked patches, and for another if that line gives no result; the others follow from the links.
     fn sides_of_patches(&self, patches: &[Vec<u32>], links: &[Link], stop: Stop) -> Vec<Option<[i32; 2]>> {
-        let mut forest = Shells::apart(patches.len());
+        let mut forest = Shells::singletons(patches.len());
         let mut links_of: Vec<Vec<(u32, [usize; 2])>> = vec![Vec::new(); patches.len()];
         for &Link { items: [a, b], sides: [of_a, of_b] } in links {
             forest.join(a, b);
@@ -295,8 +295,8 @@ mod tests {
         assert_eq!(winding(ball(2)), plain);
         let inward = winding(ball(2).inside_out());
         assert!(inward.once && inward.consistent && inward.negative.count == ball(2).faces.len());
-        let apart = ball(1).moved(&Affine::translation(Vec3::splat(9.0)));
-        let both = winding(ball(2).inside_out().with(&apart));
+        let singletons = ball(1).moved(&Affine::translation(Vec3::splat(9.0)));
+        let both = winding(ball(2).inside_out().with(&singletons));
         assert!(!both.consistent && both.negative == inward.negative, "{both:?}");
         assert!(!winding(ball(2).with(&ball(2))).once);
     }
@@ -319,7 +319,7 @@ mod tests {
             let facing = Affine::rotation_xyz(Vec3::new(f64::from(round), 20.0, 5.0));
             let solid = solid(mesh.moved(&facing));
             let edges = solid.edges();
-            linked += solid.links(&edges, &solid.alone(&edges)).len();
+            linked += solid.links(&edges, &solid.meets_others(&edges)).len();
             for patch in solid.patches(Stop::NEVER).unwrap() {
                 assert_eq!(patch.sides, solid.sides_by_line(&patch.items), "{round}");
             }

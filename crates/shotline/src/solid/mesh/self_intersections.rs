@@ -8,7 +8,7 @@
 
 use std::sync::atomic::{AtomicU8, Ordering};
 
-use super::intersections::common_stretch;
+use super::intersections::common_segment;
 use super::pairs::{Item, NONE, Pairs};
 use super::separation::{are_apart, sectors_are_apart};
 use super::stop::{Cancelled, Stop};
@@ -167,7 +167,7 @@ impl Search<'_> {
         if apart {
             return;
         }
-        let mark = match common_stretch(a.corners, b.corners) {
+        let mark = match common_segment(a.corners, b.corners) {
             Some([p, q]) => {
                 let (faces, point) = ([a.face.min(b.face), a.face.max(b.face)], 0.5 * p + 0.5 * q);
                 let crossing = Intersection { faces, point: self.solid.size.unscale(point) };
@@ -204,7 +204,7 @@ mod tests {
         let mut found = Tally::default();
         for (i, a) in solid.triangles.iter().enumerate() {
             for b in &solid.triangles[i + 1..] {
-                if let Some([p, q]) = common_stretch(a.corners, b.corners) {
+                if let Some([p, q]) = common_segment(a.corners, b.corners) {
                     let point = solid.size.unscale(0.5 * p + 0.5 * q);
                     found.add(Intersection { faces: [a.face, b.face], point });
                 }
@@ -221,7 +221,7 @@ mod tests {
         let listed = solid.face_contacts().pairs.as_ref().map_or(0, |pairs| {
             let crosses = |[i, j]: &&[u32; 2]| {
                 let corners = |k: u32| solid.triangles[k as usize].corners;
-                common_stretch(corners(*i), corners(*j)).is_some()
+                common_segment(corners(*i), corners(*j)).is_some()
             };
             pairs.iter().filter(crosses).count()
         });

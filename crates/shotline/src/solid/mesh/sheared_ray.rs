@@ -44,7 +44,7 @@ pub(super) struct ShearedRay {
     doubt: f64,
     /// The perturbation that resolves ties: the line counts as moved by the first of these vectors times `e` and by the
     /// second times `e^2`, with an infinitesimal `e` (Edelsbrunner and Muecke 1990, "Simulation of simplicity").
-    moves: [Vec3; 2],
+    perturbation: [Vec3; 2],
 }
 
 impl ShearedRay {
@@ -70,13 +70,13 @@ impl ShearedRay {
         let rounding = 4.0 * width * e + 2.0 * e * e + 8.0 * HALF_ULP * (width + e) * (width + e);
         let slope = across.map(|axis| d[axis] / d[along]);
         let doubt = 1.01 * (rounding + 2.0 * width * near) + f64::MIN_POSITIVE;
-        ShearedRay { o, d, along, across, slope, doubt, moves: across.map(|axis| Vec3::AXES[axis]) }
+        ShearedRay { o, d, along, across, slope, doubt, perturbation: across.map(|axis| Vec3::AXES[axis]) }
     }
 
     /// The same line, with ties resolved as if it were moved in the first direction or, if that does not decide, in the
     /// second.
-    pub(super) fn beside(self, moves: [Vec3; 2]) -> ShearedRay {
-        ShearedRay { moves, ..self }
+    pub(super) fn moved_aside(self, perturbation: [Vec3; 2]) -> ShearedRay {
+        ShearedRay { perturbation, ..self }
     }
 
     /// The axis in which the direction is largest.
@@ -143,7 +143,7 @@ impl ShearedRay {
     }
 
     /// Returns the sign of an edge function, given its rounded value. A line exactly on the edge counts as moved, see
-    /// `moves`. The result is `Equal` only for an edge seen as a point; any triangle with that edge is then parallel to
+    /// `perturbation`. The result is `Equal` only for an edge seen as a point; any triangle with that edge is then parallel to
     /// the line.
     fn side(&self, a: Vec3, b: Vec3, value: f64) -> Ordering {
         if value.abs() > self.rounding(a, b) {
@@ -151,7 +151,7 @@ impl ShearedRay {
         }
         let (step, _) = unit_sized(&minus(b, a));
         let moved = |by: Vec3| Expansion::determinant(&step, &wide(by), &wide(self.d)).sign();
-        let [first, second] = self.moves;
+        let [first, second] = self.perturbation;
         let sign = self.determinant(a, b).then_with(|| moved(first)).then_with(|| moved(second));
         if self.d[self.along] < 0.0 { sign.reverse() } else { sign }
     }

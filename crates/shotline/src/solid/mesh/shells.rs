@@ -12,13 +12,13 @@ pub(super) struct Shells {
 
 impl Shells {
     /// Creates sets of one member each.
-    pub(super) fn apart(members: usize) -> Shells {
+    pub(super) fn singletons(members: usize) -> Shells {
         Shells { parents: (0..).take(members).collect() }
     }
 
     /// Returns the shells of faces; `vertices` is the number of vertices.
     pub(super) fn of(vertices: usize, faces: &[Face]) -> Shells {
-        let mut shells = Shells::apart(vertices);
+        let mut shells = Shells::singletons(vertices);
         for Face { corners: [a, b, c], .. } in faces {
             shells.join(*a, *b);
             shells.join(*b, *c);

@@ -78,7 +78,7 @@ impl MeshSolid {
     /// Appends all hits of the surface in the span, sorted by `t` and then by triangle. A hit enters where the line
     /// sees the front. A ray through a shared edge or vertex hits one of the triangles there.
     pub fn hits(&self, line: &Line, span: Span, out: &mut Vec<Crossing>, scratch: &mut Scratch) {
-        self.make_room(scratch);
+        self.reserve_tags(scratch);
         if let Some(mesh_line) = self.mesh_line(line) {
             self.hits_between(&mesh_line, span.t_min(), span.t_max(), out, scratch);
         }
@@ -86,10 +86,10 @@ impl MeshSolid {
 
     /// Returns the first of the [`MeshSolid::hits`].
     pub fn nearest(&self, line: &Line, span: Span, scratch: &mut Scratch) -> Option<Crossing> {
-        self.make_room(scratch);
+        self.reserve_tags(scratch);
         let mesh_line = self.mesh_line(line)?;
         let mut nearest: Option<Crossing> = None;
-        self.walk(&mesh_line, span.t_min(), span.t_max(), scratch, |hit| {
+        self.traverse(&mesh_line, span.t_min(), span.t_max(), scratch, |hit| {
             if nearest.is_none_or(|best| order(&hit, &best).is_lt()) {
                 nearest = Some(hit);
             }
@@ -100,10 +100,10 @@ impl MeshSolid {
 
     /// Whether there are any [`MeshSolid::hits`].
     pub fn any(&self, line: &Line, span: Span, scratch: &mut Scratch) -> bool {
-        self.make_room(scratch);
+        self.reserve_tags(scratch);
         let Some(mesh_line) = self.mesh_line(line) else { return false };
         let mut any = false;
-        self.walk(&mesh_line, span.t_min(), span.t_max(), scratch, |_| {
+        self.traverse(&mesh_line, span.t_min(), span.t_max(), scratch, |_| {
             any = true;
             f64::NEG_INFINITY
         });
@@ -117,7 +117,7 @@ impl MeshSolid {
 
     /// Reserves tags for the triangles if the accelerator has duplicate references. This pays off only if `scratch` is
     /// reused.
-    fn make_room(&self, scratch: &mut Scratch) {
+    fn reserve_tags(&self, scratch: &mut Scratch) {
         if self.accelerator.has_duplicate_refs() {
             scratch.tags.reserve(self.triangles.len());
         }
@@ -125,7 +125,7 @@ impl MeshSolid {
 
     /// Visits hits between two `t` in the accelerator's order, roughly nearest first; a hit may be visited twice if no
     /// tags are reserved. `visit` returns the `t` behind which hits are no longer needed.
-    fn walk(
+    fn traverse(
         &self,
         mesh_line: &MeshLine,
         from: f64,
@@ -197,7 +197,7 @@ impl MeshSolid {
         scratch: &mut Scratch,
     ) {
         let start = out.len();
-        self.walk(mesh_line, from, to, scratch, |hit| {
+        self.traverse(mesh_line, from, to, scratch, |hit| {
             insert(out, start, hit);
             to
         });
@@ -220,7 +220,7 @@ impl MeshSolid {
         let mut wanted = to;
         loop {
             let mut lowest = wanted;
-            self.walk(mesh_line, from, wanted, scratch, |hit| {
+            self.traverse(mesh_line, from, wanted, scratch, |hit| {
                 insert(out, start, hit);
                 lowest = lowest.min(end(&out[start..]));
                 lowest
@@ -271,7 +271,7 @@ impl Solid for MeshSolid {
         out: &mut Vec<Crossing>,
         scratch: &mut Scratch,
     ) {
-        self.make_room(scratch);
+        self.reserve_tags(scratch);
         let Some(mesh_line) = self.mesh_line(line) else { return };
         let start = out.len();
         // Hits just outside the span may belong to the same event as hits in it.

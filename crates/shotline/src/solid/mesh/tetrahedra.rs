@@ -12,7 +12,7 @@ use crate::math::{Dd, Vec3};
 const ROUNDING: f64 = 1.0 / (1u128 << 96) as f64;
 
 /// A sum is accepted if its relative error bound is less than this.
-const SURE: f64 = 1e-15;
+const ACCURATE: f64 = 1e-15;
 
 /// The determinant of the differences of three corners from an apex, and a bound on its rounding error.
 pub(super) fn determinant(apex: Vec3, corners: [Vec3; 3]) -> (Dd, f64) {
@@ -34,8 +34,8 @@ pub(super) fn exact_determinant(apex: Vec3, corners: [Vec3; 3]) -> (Dd, f64) {
 }
 
 /// Whether a sum of this many terms is accurate to a double, given the sum of the bounds of their errors.
-pub(super) fn is_sure(sum: Dd, doubt: f64, terms: usize) -> bool {
-    doubt * (terms as f64) <= SURE * sum.hi.abs()
+pub(super) fn is_accurate(sum: Dd, doubt: f64, terms: usize) -> bool {
+    doubt * (terms as f64) <= ACCURATE * sum.hi.abs()
 }
 
 /// The signed volume of faces, each as seen from the vertex of its shell that `apex` returns; 0 if rounding hides the
@@ -54,7 +54,7 @@ pub(super) fn signed_volume(
         })
     };
     let (mut sum, mut doubt) = total(determinant);
-    if !is_sure(sum, doubt, faces.len()) {
+    if !is_accurate(sum, doubt, faces.len()) {
         (sum, doubt) = total(exact_determinant);
     }
     if doubt * (faces.len() as f64) < sum.hi.abs() { sum.hi / 6.0 } else { 0.0 }

@@ -142,7 +142,7 @@ struct Used<'a> {
     /// The first used vertex at each position.
     vertices: Vec<u32>,
     /// For each vertex of the mesh its position, as an index into `vertices`; `u32::MAX` if it is unused.
-    place: Vec<u32>,
+    position: Vec<u32>,
     /// For each position the largest coordinate of the faces there. Near the origin, rounding is that of the numbers
     /// from which the small coordinates were computed.
     largest: Vec<f64>,
@@ -154,7 +154,7 @@ impl<'a> Used<'a> {
         let mut in_use = vec![false; mesh.vertices.len()];
         mesh.faces.iter().flatten().for_each(|v| in_use[*v as usize] = true);
         let mut number = vec![u32::MAX; mesh.vertices.len()];
-        let (mut vertices, mut place) = (Vec::new(), vec![u32::MAX; mesh.vertices.len()]);
+        let (mut vertices, mut position) = (Vec::new(), vec![u32::MAX; mesh.vertices.len()]);
         for v in (0..mesh.vertices.len()).filter(|v| in_use[*v]) {
             // Number the used vertices: the first vertex at a position may be unused.
             let known = &mut number[first_at[v] as usize];
@@ -162,28 +162,28 @@ impl<'a> Used<'a> {
                 *known = vertices.len() as u32;
                 vertices.push(v as u32);
             }
-            place[v] = *known;
+            position[v] = *known;
         }
         let mut largest = vec![0.0; vertices.len()];
         for corners in &mesh.faces {
             let of_face = corners.map(|v| mesh.vertices[v as usize].abs().max_element());
             let of_face = of_face.into_iter().fold(0.0, f64::max);
             for v in corners {
-                let of_place: &mut f64 = &mut largest[place[*v as usize] as usize];
+                let of_place: &mut f64 = &mut largest[position[*v as usize] as usize];
                 *of_place = of_place.max(of_face);
             }
         }
-        Used { mesh, vertices, place, largest }
+        Used { mesh, vertices, position, largest }
     }
 
-    fn at(&self, place: usize) -> Vec3 {
-        self.mesh.vertices[self.vertices[place] as usize]
+    fn at(&self, position: usize) -> Vec3 {
+        self.mesh.vertices[self.vertices[position] as usize]
     }
 
     fn target(&self, targets: &[u32], vertex: u32) -> u32 {
-        match self.place[vertex as usize] {
+        match self.position[vertex as usize] {
             u32::MAX => vertex,
-            place => targets[place as usize],
+            position => targets[position as usize],
         }
     }
 
@@ -214,31 +214,31 @@ impl<'a> Used<'a> {
             within.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).map(|(_, v)| v)
         };
         let mut goes = Vec::new();
-        for (place, &vertex) in self.vertices.iter().enumerate() {
-            let p = self.at(place);
+        for (position, &vertex) in self.vertices.iter().enumerate() {
+            let p = self.at(position);
             if nearest(p, &staying).is_some() {
-                goes.push(place);
+                goes.push(position);
             } else {
                 staying.entry(key(cell(p))).or_default().push(vertex);
             }
         }
         let mut targets = self.vertices.clone();
-        for place in goes {
+        for position in goes {
             // A vertex that stays is within the distance; otherwise this vertex would stay itself.
-            targets[place] = nearest(self.at(place), &staying).unwrap_or(targets[place]);
+            targets[position] = nearest(self.at(position), &staying).unwrap_or(targets[position]);
         }
         targets
     }
 
     /// The largest distance to another position that rounding alone can explain.
-    fn rounding(&self, place: usize) -> f64 {
-        let largest = self.largest[place];
+    fn rounding(&self, position: usize) -> f64 {
+        let largest = self.largest[position];
         ROUNDING * (largest.next_up() - largest)
     }
 
     /// Returns the distances from positions to the nearest other, ascending, each with whether rounding explains it.
     fn nearest_distances(&self) -> Vec<(f64, bool)> {
-        let points: Vec<Vec3> = (0..self.vertices.len()).map(|place| self.at(place)).collect();
+        let points: Vec<Vec3> = (0..self.vertices.len()).map(|position| self.at(position)).collect();
         let distances = Nearest::of(&points).distances();
         let finite = distances.into_iter().enumerate().filter(|(_, d)| d.is_finite());
         let mut found: Vec<(f64, bool)> = finite.map(|(i, d)| (d, d <= self.rounding(i))).collect();
@@ -264,10 +264,10 @@ impl<'a> Used<'a> {
             let distance = noise * CLEAR.sqrt();
             let targets = self.targets(distance);
             let mut farthest = noise;
-            for (place, target) in targets.iter().enumerate() {
-                let moved = length(self.at(place) - mesh.vertices[*target as usize]);
+            for (position, target) in targets.iter().enumerate() {
+                let moved = length(self.at(position) - mesh.vertices[*target as usize]);
                 // The same distance may be rounding of large coordinates and far more than that of small ones.
-                if moved > self.rounding(place) {
+                if moved > self.rounding(position) {
                     return None;
                 }
                 farthest = farthest.max(moved);
@@ -288,7 +288,7 @@ impl<'a> Used<'a> {
             (vec![false; self.mesh.vertices.len()], vec![false; self.mesh.vertices.len()]);
         for corners in &self.mesh.faces {
             let new = corners.map(|v| self.target(targets, v));
-            if has_three_corners(&corners.map(|v| self.place[v as usize])) {
+            if has_three_corners(&corners.map(|v| self.position[v as usize])) {
                 new.iter().for_each(|v| before[*v as usize] = true);
             }
             if has_three_corners(&new) {

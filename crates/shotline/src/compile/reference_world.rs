@@ -12,7 +12,7 @@ impl World {
     ///
     /// # Panics
     /// If bodies are shared with another world.
-    pub(crate) fn plain(mut self, name: &str) -> World {
+    pub(crate) fn reference_world(mut self, name: &str) -> World {
         for body in &mut self.bodies {
             let Some(body) = Arc::get_mut(body) else { panic!("bodies are shared with another world") };
             if let Body::Solid(body) = body {
