@@ -55,13 +55,13 @@ mod tests {
 
     /// The boundaries that are left of those at the given `t`, with bounds of 1/16: intervals thinner than 1 are not
     /// resolved.
-    fn resolved(entering: bool, places: &[f64]) -> Vec<f64> {
+    fn resolved(entering: bool, ts: &[f64]) -> Vec<f64> {
         let boundary = |(i, t): (usize, &f64)| {
             let entering = entering ^ (i % 2 == 1);
             let crossing = Crossing::new(*t, 0.0625, entering, 0);
             Boundary { kind: HitKind::Surface, entering, leaf: 0, crossing }
         };
-        let mut chain: Vec<Boundary> = places.iter().enumerate().map(boundary).collect();
+        let mut chain: Vec<Boundary> = ts.iter().enumerate().map(boundary).collect();
         resolve(&mut chain);
         chain.iter().map(|b| b.crossing.t).collect()
     }

@@ -95,10 +95,9 @@ mod tests {
         for _ in 0..200_000 {
             // Few distinct `t`, so that crossings lie at the ends of the span, and bounds that reach from one
             // crossing to the next.
-            let mut places: Vec<f64> =
-                (0..2 * random.below(4)).map(|_| random.below(9) as f64 / 2.0).collect();
-            places.sort_by(f64::total_cmp);
-            if let [first, .., last] = &mut places[..] {
+            let mut ts: Vec<f64> = (0..2 * random.below(4)).map(|_| random.below(9) as f64 / 2.0).collect();
+            ts.sort_by(f64::total_cmp);
+            if let [first, .., last] = &mut ts[..] {
                 (*first, *last) = match random.below(6) {
                     0 => (f64::NEG_INFINITY, *last),
                     1 => (*first, f64::INFINITY),
@@ -107,9 +106,9 @@ mod tests {
                 };
             }
             let bound = |t: f64| if t.is_finite() { [0.0, 1e-17, 0.01, 0.04][random.below(4)] } else { 0.0 };
-            let errors: Vec<f64> = places.iter().copied().map(bound).collect();
+            let errors: Vec<f64> = ts.iter().copied().map(bound).collect();
             let list: Vec<Crossing> = (0..)
-                .zip(places.iter().zip(errors))
+                .zip(ts.iter().zip(errors))
                 .map(|(i, (&t, t_err))| Crossing::new(t, t_err, i % 2 == 0, i))
                 .collect();
             let [a, b] = [0, 1].map(|_| random.below(9) as f64 / 2.0);

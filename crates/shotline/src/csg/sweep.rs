@@ -90,13 +90,13 @@ impl Sweep {
         }
     }
 
-    /// Whether the ray is inside the result at a `place`, which is computed from the events of the group. All events
+    /// Whether the ray is inside the result at a `side`, which is computed from the events of the group. All events
     /// before the place must have been applied.
-    fn value(&mut self, program: &Program, place: impl FnOnce(&[Event]) -> OneSided) -> bool {
+    fn value(&mut self, program: &Program, side: impl FnOnce(&[Event]) -> OneSided) -> bool {
         if self.contacts.is_empty() {
             self.state.value(program)
         } else {
-            self.contacts.value(program, &mut self.state, place(&self.group))
+            self.contacts.value(program, &mut self.state, side(&self.group))
         }
     }
 

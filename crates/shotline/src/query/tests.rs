@@ -280,24 +280,24 @@ fn two_boxes(priority: i32, into: f64) -> World {
 #[test]
 fn segments_resolve_overlaps_by_priority() {
     let ray = Ray::new(Vec3::new(-1.0, 0.0, 0.0), Vec3::X * 2.0).expect("a ray");
-    let stretches = |world: &World, overlaps| {
+    let segments = |world: &World, overlaps| {
         let mut out = Vec::new();
         let count = Caster::new(world).segments(&ray, Span::FORWARD, overlaps, &mut out);
         (count, out.iter().map(|s| (s.t_in, s.t_out, s.length, s.object)).collect::<Vec<_>>())
     };
     let abutting = two_boxes(0, 0.0);
     let expected = vec![(0.5, 1.5, 2.0, 0), (1.5, 2.5, 2.0, 1)];
-    assert_eq!(stretches(&abutting, Overlaps::Error), (Ok(0), expected));
+    assert_eq!(segments(&abutting, Overlaps::Error), (Ok(0), expected));
     let overlapping = two_boxes(0, 1.0);
-    let (error, _) = stretches(&overlapping, Overlaps::Error);
+    let (error, _) = segments(&overlapping, Overlaps::Error);
     let text = error.expect_err("an overlap").to_string();
     assert!(text.contains("'left'") && text.contains("'right'") && text.contains("t = 1"), "{text}");
     let expected = vec![(0.5, 1.0, 1.0, 0), (1.0, 2.5, 3.0, 1)];
-    assert_eq!(stretches(&overlapping, Overlaps::Priority), (Ok(1), expected));
+    assert_eq!(segments(&overlapping, Overlaps::Priority), (Ok(1), expected));
     let expected = vec![(0.5, 1.5, 2.0, 0), (1.0, 2.5, 3.0, 1)];
-    assert_eq!(stretches(&overlapping, Overlaps::All), (Ok(0), expected));
+    assert_eq!(segments(&overlapping, Overlaps::All), (Ok(0), expected));
     let expected = vec![(0.5, 1.5, 2.0, 0), (1.5, 2.5, 2.0, 1)];
-    assert_eq!(stretches(&two_boxes(-1, 1.0), Overlaps::Error), (Ok(0), expected));
+    assert_eq!(segments(&two_boxes(-1, 1.0), Overlaps::Error), (Ok(0), expected));
 }
 
 #[test]

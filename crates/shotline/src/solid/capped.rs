@@ -51,8 +51,8 @@ impl Solid for Capped {
         };
         let Some(between) = between else { return };
         for inside in self.form.inside(line).into_iter().flatten() {
-            if let Some(stretch) = inside.clip(between) {
-                stretch.push(out);
+            if let Some(interval) = inside.clip(between) {
+                interval.push(out);
             }
         }
     }
@@ -61,13 +61,13 @@ impl Solid for Capped {
         let caps = self.caps.map_or(Some((Interval::ALL, None)), |caps| caps.closed_interval(line));
         let Some((between, cap)) = caps else { return };
         let mut push = |side: Interval, sector: Option<Sector>| {
-            out.extend(side.clip(between).zip(sector).map(|(stretch, sector)| stretch.contact(sector)));
+            out.extend(side.clip(between).zip(sector).map(|(interval, sector)| interval.contact(sector)));
         };
         if let Some(sides) = self.form.sides(line) {
             sides.into_iter().for_each(|side| push(side.interval, side.sector(cap, line.d)));
         } else if let Some(cap) = cap {
             let inside = self.form.inside(line).into_iter().flatten();
-            inside.for_each(|stretch| push(stretch, Sector::behind(&[Sheet::plane(cap)], line.d)));
+            inside.for_each(|interval| push(interval, Sector::behind(&[Sheet::plane(cap)], line.d)));
         }
     }
 

@@ -61,14 +61,14 @@ impl Cuboid {
 
 /// Returns the contact with the faces that contain the line, from its intervals and faces in the three slabs.
 fn contact(slabs: [Option<(Interval, Option<Vec3>)>; 3], d: Vec3) -> Option<Contact> {
-    let mut stretch = Interval::ALL;
+    let mut interval = Interval::ALL;
     let mut faces = Vec::new();
     for slab in slabs {
         let (between, face) = slab?;
-        stretch = stretch.clip(between)?;
+        interval = interval.clip(between)?;
         faces.extend(face.map(Sheet::plane));
     }
-    Some(stretch.contact(Sector::behind(&faces, d)?))
+    Some(interval.contact(Sector::behind(&faces, d)?))
 }
 
 impl Solid for Cuboid {
@@ -77,8 +77,8 @@ impl Solid for Cuboid {
     }
 
     fn crossings(&self, line: &Line, out: &mut Vec<Crossing>) {
-        if let Some(stretch) = self.interval(line) {
-            stretch.push(out);
+        if let Some(interval) = self.interval(line) {
+            interval.push(out);
         }
     }
 

@@ -123,7 +123,7 @@ impl Tube {
     fn intervals(&self, line: &Line, side: &dyn Fn(u32) -> Option<bool>) -> Vec<Interval> {
         let behind = |form: &Form, surface: u32| match side(surface) {
             Some(is_behind) => is_behind.then_some(Interval::ALL),
-            None => form.inside(line)[0].map(|stretch| stretch.on(surface)),
+            None => form.inside(line)[0].map(|interval| interval.on(surface)),
         };
         let between = match (side(CAPS), side(CAPS + 1)) {
             (None, None) => self.caps.interval(line),
@@ -137,7 +137,7 @@ impl Tube {
                 // A line in the wall of the hole is not in the interior either.
                 None => match inner.inside(line)[0] {
                     None => inner.sheet_along(line).map(|_| Interval::ALL),
-                    hole => hole.map(|stretch| stretch.on(INNER)),
+                    hole => hole.map(|interval| interval.on(INNER)),
                 },
             };
             intervals = without(intervals, hole);
@@ -247,7 +247,7 @@ impl Solid for Tube {
     }
 
     fn crossings(&self, line: &Line, out: &mut Vec<Crossing>) {
-        self.intervals(line, &|_| None).into_iter().for_each(|stretch| stretch.push(out));
+        self.intervals(line, &|_| None).into_iter().for_each(|interval| interval.push(out));
     }
 
     /// In the plane of one end of a sector of more than half a turn, a line may lie in the surface on one side of
@@ -294,7 +294,7 @@ impl Solid for Tube {
                 sheet.map(|(_, sheet)| sheet.normal.dot(towards) < 0.0)
             };
             let intervals = self.intervals(line, &side).into_iter();
-            out.extend(intervals.map(|stretch| stretch.contact(Sector { from, to })));
+            out.extend(intervals.map(|interval| interval.contact(Sector { from, to })));
         }
     }
 

@@ -56,16 +56,16 @@ pub fn spans_of(world: &World, ray: &Ray) -> Vec<Span> {
     let from = Span::new(-1e12, f64::INFINITY).unwrap_or(Span::FORWARD);
     Caster::new(world).crossings(ray, from, &mut hits).expect("within limits");
     let surfaces: Vec<f64> = hits.iter().filter(|h| h.kind == HitKind::Surface).map(|h| h.t).collect();
-    let mut places: Vec<f64> = surfaces.iter().flat_map(|t| [t.next_down(), *t, t.next_up()]).collect();
-    places.extend(hits.iter().filter(|h| h.t_err > 0.0).flat_map(|h| {
+    let mut ts: Vec<f64> = surfaces.iter().flat_map(|t| [t.next_down(), *t, t.next_up()]).collect();
+    ts.extend(hits.iter().filter(|h| h.t_err > 0.0).flat_map(|h| {
         let reach = 8.0 * h.t_err;
         [h.t - 2.0 * reach, h.t - 0.9 * reach, h.t + 0.9 * reach, h.t + 2.0 * reach]
     }));
-    places.extend(surfaces.windows(2).map(|pair| 0.5 * pair[0] + 0.5 * pair[1]));
-    places.sort_by(f64::total_cmp);
-    let begin = places.iter().filter_map(|&t| Span::new(t, f64::INFINITY).ok());
-    let short = places.windows(2).filter_map(|pair| Span::new(pair[0], pair[1]).ok());
-    let long = places.windows(5).filter_map(|some| Span::new(some[0], some[4]).ok());
+    ts.extend(surfaces.windows(2).map(|pair| 0.5 * pair[0] + 0.5 * pair[1]));
+    ts.sort_by(f64::total_cmp);
+    let begin = ts.iter().filter_map(|&t| Span::new(t, f64::INFINITY).ok());
+    let short = ts.windows(2).filter_map(|pair| Span::new(pair[0], pair[1]).ok());
+    let long = ts.windows(5).filter_map(|some| Span::new(some[0], some[4]).ok());
     begin.chain(short).chain(long).chain([Span::FORWARD]).collect()
 }
 
@@ -152,15 +152,15 @@ fn by_path(a: &ObjectInterval, b: &ObjectInterval) -> Ordering {
 /// Pairs consecutive crossings of each path into intervals.
 fn between_crossings(hits: &[Hit]) -> Vec<ObjectInterval> {
     let mut open: BTreeMap<u64, f64> = BTreeMap::new();
-    let mut stretches = Vec::new();
+    let mut intervals = Vec::new();
     for hit in hits {
         match open.remove(&hit.path) {
             None => drop(open.insert(hit.path, hit.t)),
-            Some(from) => stretches.push((hit.path, hit.object, from, hit.t)),
+            Some(from) => intervals.push((hit.path, hit.object, from, hit.t)),
         }
     }
-    stretches.sort_by(by_path);
-    stretches
+    intervals.sort_by(by_path);
+    intervals
 }
 
 /// Checks `contains` against the crossings. Halfway between two crossings, if that is far enough from both for
@@ -170,7 +170,7 @@ fn between_crossings(hits: &[Hit]) -> Vec<ObjectInterval> {
 /// # Panics
 /// If `contains` is wrong at the point and all around it.
 pub fn contains_agrees(world: &World, ray: &Ray) -> usize {
-    let (mut caster, mut hits, mut asked) = (Caster::new(world), Vec::new(), 0);
+    let (mut caster, mut hits, mut checked) = (Caster::new(world), Vec::new(), 0);
     caster.crossings(ray, Span::FORWARD, &mut hits).expect("within limits");
     for pair in hits.windows(2) {
         let t = 0.5 * pair[0].t + 0.5 * pair[1].t;
@@ -197,9 +197,9 @@ pub fn contains_agrees(world: &World, ray: &Ray) -> usize {
         let around = Vec3::AXES.into_iter().flat_map(|axis| [axis * fine, -axis * fine]);
         let refuted = differs(p) && around.into_iter().all(|step| differs(p + step));
         assert!(!refuted, "contains at {p:?}, t = {t}, is not {expected:?}: {ray:?}\n{hits:#?}");
-        asked += 1;
+        checked += 1;
     }
-    asked
+    checked
 }
 
 /// The crossings of each path alternate, beginning with an entry.

@@ -85,8 +85,8 @@ pub fn closest(
 ) -> Result<ClosestRows, BatchError> {
     let scope = scope.into();
     let mut out = ClosestRows::blank(rays.len())?;
-    Batch::new(world, RayRows(rays), run).fill(out.parts(CHUNK), |worker, ray, part, i| {
-        part.set(i, worker.caster.closest(ray, scope)?);
+    Batch::new(world, RayRows(rays), run).fill(out.chunks(CHUNK), |worker, ray, chunk, i| {
+        chunk.set(i, worker.caster.closest(ray, scope)?);
         Ok(())
     })?;
     Ok(out)
@@ -104,8 +104,8 @@ pub fn any(
 ) -> Result<Vec<bool>, BatchError> {
     let scope = scope.into();
     let mut out = blank(false, rays.len())?;
-    Batch::new(world, RayRows(rays), run).fill(out.chunks_mut(CHUNK), |worker, ray, part, i| {
-        part[i] = worker.caster.any(ray, scope)?;
+    Batch::new(world, RayRows(rays), run).fill(out.chunks_mut(CHUNK), |worker, ray, chunk, i| {
+        chunk[i] = worker.caster.any(ray, scope)?;
         Ok(())
     })?;
     Ok(out)
@@ -123,8 +123,8 @@ pub fn count(
 ) -> Result<Vec<i64>, BatchError> {
     let scope = scope.into();
     let mut out = blank(0, rays.len())?;
-    Batch::new(world, RayRows(rays), run).fill(out.chunks_mut(CHUNK), |worker, ray, part, i| {
-        part[i] = worker.caster.count(ray, scope)? as i64;
+    Batch::new(world, RayRows(rays), run).fill(out.chunks_mut(CHUNK), |worker, ray, chunk, i| {
+        chunk[i] = worker.caster.count(ray, scope)? as i64;
         Ok(())
     })?;
     Ok(out)
@@ -190,15 +190,15 @@ pub fn thickness(
     let met = AtomicU64::new(0);
     let mut rest = &mut lengths[..];
     // Not `chunks_mut`, which panics for size 0: without objects every chunk is empty.
-    let parts = std::iter::from_fn(move || {
+    let chunks = std::iter::from_fn(move || {
         let size = rest.len().min(CHUNK * columns);
         rest.split_off_mut(..size)
     });
-    Batch::new(world, RayRows(rays), run).fill(parts, |worker, ray, part, i| {
+    Batch::new(world, RayRows(rays), run).fill(chunks, |worker, ray, chunk, i| {
         empty(&mut worker.segments);
         let new = worker.caster.segments(ray, span, overlaps, &mut worker.segments)?;
         met.fetch_add(new, Ordering::Relaxed);
-        let lengths = &mut part[i * columns..][..columns];
+        let lengths = &mut chunk[i * columns..][..columns];
         for segment in &worker.segments {
             lengths[by.column(segment, columns)] += segment.length;
         }
@@ -220,15 +220,18 @@ pub fn cost(
     let columns = COUNTERS.len();
     let scope = scope.into();
     let mut out = blank(0, rays.len().saturating_mul(columns))?;
-    Batch::new(world, RayRows(rays), run).fill(out.chunks_mut(CHUNK * columns), |worker, ray, part, i| {
-        worker.caster.take_counters();
-        worker.caster.closest(ray, scope)?;
-        let counters = worker.caster.take_counters();
-        for (count, counter) in part[i * columns..].iter_mut().zip(COUNTERS) {
-            *count = (counter.of)(&counters) as i64;
-        }
-        Ok(())
-    })?;
+    Batch::new(world, RayRows(rays), run).fill(
+        out.chunks_mut(CHUNK * columns),
+        |worker, ray, chunk, i| {
+            worker.caster.take_counters();
+            worker.caster.closest(ray, scope)?;
+            let counters = worker.caster.take_counters();
+            for (count, counter) in chunk[i * columns..].iter_mut().zip(COUNTERS) {
+                *count = (counter.of)(&counters) as i64;
+            }
+            Ok(())
+        },
+    )?;
     Ok(out)
 }
 
@@ -239,10 +242,10 @@ pub fn cost(
 pub fn contains(world: &World, points: &(impl Points + ?Sized), run: Run) -> Result<Vec<bool>, BatchError> {
     all_solid(world).map_err(BatchError::World)?;
     let mut out = blank(false, points.len())?;
-    Batch::new(world, PointRows(points), run).fill(out.chunks_mut(CHUNK), |worker, &point, part, i| {
+    Batch::new(world, PointRows(points), run).fill(out.chunks_mut(CHUNK), |worker, &point, chunk, i| {
         empty(&mut worker.objects);
         worker.caster.contains(point, &mut worker.objects)?;
-        part[i] = !worker.objects.is_empty();
+        chunk[i] = !worker.objects.is_empty();
         Ok(())
     })?;
     Ok(out)

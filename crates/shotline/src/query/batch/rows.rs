@@ -130,7 +130,7 @@ pub(super) trait Ragged: Send {
     /// The number of result rows.
     fn len(&self) -> usize;
     /// Appends the result rows of the input rows that come next.
-    fn append(&mut self, part: Self) -> Result<(), TryReserveError>;
+    fn append(&mut self, chunk: Self) -> Result<(), TryReserveError>;
 }
 
 impl From<TryReserveError> for BatchError {
@@ -165,9 +165,9 @@ fn join<T>(column: &mut Vec<T>, mut rows: Vec<T>) -> Result<(), TryReserveError>
     Ok(())
 }
 
-fn join_splits(splits: &mut Vec<i64>, part: &[i64]) -> Result<(), TryReserveError> {
+fn join_splits(splits: &mut Vec<i64>, chunk: &[i64]) -> Result<(), TryReserveError> {
     let before = splits.last().copied().unwrap_or(0);
-    extend(splits, part.iter().skip(1).map(|split| before + split))
+    extend(splits, chunk.iter().skip(1).map(|split| before + split))
 }
 
 fn push_split(splits: &mut Vec<i64>, rows: usize) -> Result<(), TryReserveError> {
@@ -219,7 +219,7 @@ impl ClosestRows {
     }
 
     /// Splits the rows into chunks of `size` rows; the last may be smaller.
-    pub(super) fn parts(&mut self, size: usize) -> impl Iterator<Item = ClosestChunk<'_>> + Send {
+    pub(super) fn chunks(&mut self, size: usize) -> impl Iterator<Item = ClosestChunk<'_>> + Send {
         let (mut t, mut normal) = (self.t.chunks_mut(size), self.normal.chunks_mut(size));
         let (mut object, mut surface) = (self.object.chunks_mut(size), self.surface.chunks_mut(size));
         let (mut primitive, mut path) = (self.primitive.chunks_mut(size), self.path.chunks_mut(size));
@@ -276,17 +276,17 @@ impl Ragged for CrossingRows {
         self.t.len()
     }
 
-    fn append(&mut self, part: CrossingRows) -> Result<(), TryReserveError> {
-        join_splits(&mut self.ray_splits, &part.ray_splits)?;
-        join(&mut self.t, part.t)?;
-        join(&mut self.normal, part.normal)?;
-        join(&mut self.entering, part.entering)?;
-        join(&mut self.object, part.object)?;
-        join(&mut self.surface, part.surface)?;
-        join(&mut self.primitive, part.primitive)?;
-        join(&mut self.path, part.path)?;
-        join(&mut self.kind, part.kind)?;
-        join(&mut self.t_err, part.t_err)
+    fn append(&mut self, chunk: CrossingRows) -> Result<(), TryReserveError> {
+        join_splits(&mut self.ray_splits, &chunk.ray_splits)?;
+        join(&mut self.t, chunk.t)?;
+        join(&mut self.normal, chunk.normal)?;
+        join(&mut self.entering, chunk.entering)?;
+        join(&mut self.object, chunk.object)?;
+        join(&mut self.surface, chunk.surface)?;
+        join(&mut self.primitive, chunk.primitive)?;
+        join(&mut self.path, chunk.path)?;
+        join(&mut self.kind, chunk.kind)?;
+        join(&mut self.t_err, chunk.t_err)
     }
 }
 
@@ -312,15 +312,15 @@ impl Ragged for SegmentRows {
         self.t_in.len()
     }
 
-    fn append(&mut self, part: SegmentRows) -> Result<(), TryReserveError> {
-        join_splits(&mut self.ray_splits, &part.ray_splits)?;
-        join(&mut self.t_in, part.t_in)?;
-        join(&mut self.t_out, part.t_out)?;
-        join(&mut self.length, part.length)?;
-        join(&mut self.material, part.material)?;
-        join(&mut self.object, part.object)?;
-        join(&mut self.path, part.path)?;
-        self.overlaps += part.overlaps;
+    fn append(&mut self, chunk: SegmentRows) -> Result<(), TryReserveError> {
+        join_splits(&mut self.ray_splits, &chunk.ray_splits)?;
+        join(&mut self.t_in, chunk.t_in)?;
+        join(&mut self.t_out, chunk.t_out)?;
+        join(&mut self.length, chunk.length)?;
+        join(&mut self.material, chunk.material)?;
+        join(&mut self.object, chunk.object)?;
+        join(&mut self.path, chunk.path)?;
+        self.overlaps += chunk.overlaps;
         Ok(())
     }
 }
@@ -342,8 +342,8 @@ impl Ragged for ObjectRows {
         self.object.len()
     }
 
-    fn append(&mut self, part: ObjectRows) -> Result<(), TryReserveError> {
-        join_splits(&mut self.point_splits, &part.point_splits)?;
-        join(&mut self.object, part.object)
+    fn append(&mut self, chunk: ObjectRows) -> Result<(), TryReserveError> {
+        join_splits(&mut self.point_splits, &chunk.point_splits)?;
+        join(&mut self.object, chunk.object)
     }
 }

@@ -120,15 +120,15 @@ impl<'a, A: Rows> Batch<'a, A> {
     /// place.
     pub fn fill<P: Send>(
         &self,
-        parts: impl Iterator<Item = P> + Send,
+        chunks: impl Iterator<Item = P> + Send,
         query: impl Fn(&mut Worker<'a>, &A::Row, &mut P, usize) -> Result<(), QueryError> + Sync,
     ) -> Result<(), BatchError> {
         self.on_threads(|workers| {
             self.check(workers)?;
-            self.dispatch(workers, self.chunks(CHUNK).zip(parts), |worker, (rows, mut part)| {
+            self.dispatch(workers, self.chunks(CHUNK).zip(chunks), |worker, (rows, mut chunk)| {
                 let first = rows.start;
                 self.run_rows(worker, rows, |worker, one, row| {
-                    query(worker, one, &mut part, row - first).map(|()| 0)
+                    query(worker, one, &mut chunk, row - first).map(|()| 0)
                 });
             });
             self.outcome()
@@ -155,7 +155,7 @@ impl<'a, A: Rows> Batch<'a, A> {
             let mut done = Vec::new();
             loop {
                 let wave = || self.wave(workers, &mut chunks, &query);
-                let append = || done.drain(..).try_for_each(|(_, part)| all.append(part));
+                let append = || done.drain(..).try_for_each(|(_, chunk)| all.append(chunk));
                 let (next, appended) = rayon::join(wave, append);
                 self.outcome()?;
                 appended?;
@@ -177,12 +177,12 @@ impl<'a, A: Rows> Batch<'a, A> {
         let (size, done) = (AtomicU64::new(0), Mutex::new(Vec::new()));
         let next = || if size.load(Ordering::Relaxed) < WAVE { chunks.next() } else { None };
         self.dispatch(workers, iter::from_fn(next), |worker, rows| {
-            let (first, mut part) = (rows.start, T::empty());
-            self.run_rows(worker, rows, |worker, one, _| query(worker, one, &mut part));
+            let (first, mut chunk) = (rows.start, T::empty());
+            self.run_rows(worker, rows, |worker, one, _| query(worker, one, &mut chunk));
             // Rows without crossings take memory too.
-            size.fetch_add((part.len() + CHUNK) as u64, Ordering::Relaxed);
+            size.fetch_add((chunk.len() + CHUNK) as u64, Ordering::Relaxed);
             if let Ok(mut done) = done.lock() {
-                done.push((first, part));
+                done.push((first, chunk));
             }
         });
         let mut done = done.into_inner().unwrap_or_default();

@@ -32,9 +32,9 @@ fn queries_agree_on_every_span_of_random_scenes() {
         let scene = if case % 3 == 0 { random_scene(&mut random) } else { random_mixed_scene(&mut random) };
         let world = world(&scene, "bvh");
         let rays = rays(&mut random, 12);
-        let asked = with_spans(&mut random, &world, &rays, 20);
-        check_world(&world, &asked);
-        spans += asked.len();
+        let cast = with_spans(&mut random, &world, &rays, 20);
+        check_world(&world, &cast);
+        spans += cast.len();
         points += rays.iter().map(|ray| contains_agrees(&world, ray)).sum::<usize>();
     }
     assert!(spans > 15_000 && points > 1_000, "{spans} {points}");
@@ -60,9 +60,9 @@ fn queries_agree_on_every_span_of_meshes_with_thin_walls() {
         let mesh = thin.mesh(&mut random);
         let world = world(&mesh_scene(mesh.clone()), "bvh");
         let rays = rays_at(&mut random, &mesh, &thin, 12);
-        let asked = with_spans(&mut random, &world, &rays, 24);
-        check_world(&world, &asked);
-        spans += asked.len();
+        let cast = with_spans(&mut random, &world, &rays, 24);
+        check_world(&world, &cast);
+        spans += cast.len();
     }
     assert!(spans > 25_000, "{spans}");
 }

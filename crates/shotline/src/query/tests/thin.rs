@@ -143,7 +143,7 @@ fn thin_walls_are_as_exact_arithmetic_says() {
         scene.add_object("mesh", None, node);
         let world = world(&scene, "bvh");
         let bounds = Aabb::around((0..mesh.faces.len() as u32).flat_map(|face| mesh.corners(face)));
-        let mut asked = Vec::new();
+        let mut rays = Vec::new();
         for ray in rays_at(&mut random, &mesh, &thin, 16) {
             let Some(hits) = exact_hits(&mesh, &ray) else { continue };
             let all = exact_crossings(&hits);
@@ -151,9 +151,9 @@ fn thin_walls_are_as_exact_arithmetic_says() {
             let far = (bounds.min - o).abs().max((bounds.max - o).abs()).max_element();
             let reach = far / ray.direction().abs().max_element();
             let odd_spans = spans_of(&world, &ray);
-            asked.push((ray, odd_spans[random.below(odd_spans.len())]));
+            rays.push((ray, odd_spans[random.below(odd_spans.len())]));
             for span in spans(&world, &ray) {
-                asked.push((ray, span));
+                rays.push((ray, span));
                 if is_close(&hits, span, reach)
                     || all.iter().any(|(t, _)| span.t_max().is_finite() && *t == number(span.t_max()))
                 {
@@ -175,7 +175,7 @@ fn thin_walls_are_as_exact_arithmetic_says() {
             }
         }
         if case % 5 == 0 {
-            assert!(check_scene(&scene, &asked));
+            assert!(check_scene(&scene, &rays));
         }
     }
     assert!(

@@ -29,9 +29,9 @@ pub(super) fn common_segment(a: [Vec3; 3], b: [Vec3; 3]) -> Option<[Vec3; 2]> {
     if orient(a[0], a[1], b[0], b[1]) >= 0.0 || orient(a[0], a[2], b[2], b[0]) >= 0.0 {
         return None;
     }
-    let mut stretch = [i, j, k, l];
-    stretch.sort_by(|p, q| (j - i).dot(*p).total_cmp(&(j - i).dot(*q)));
-    Some([stretch[1], stretch[2]])
+    let mut segment = [i, j, k, l];
+    segment.sort_by(|p, q| (j - i).dot(*p).total_cmp(&(j - i).dot(*q)));
+    Some([segment[1], segment[2]])
 }
 
 /// Rotates the corners so that the first is the one that is alone on its side of the other triangle's plane. Returns
@@ -131,7 +131,7 @@ mod tests {
         let normal = |t: [V; 3]| cross(minus(t[1], t[0]), minus(t[2], t[0]));
         // The interval that a triangle covers of the line of both planes, as fractions along `along`.
         let along = cross(normal(a), normal(b));
-        let stretch = |t: [V; 3], plane: [V; 3]| {
+        let segment = |t: [V; 3], plane: [V; 3]| {
             let height = |p: V| dot(normal(plane), minus(p, plane[0]));
             let mut ends: Vec<(i64, i64)> = Vec::new();
             for (p, q) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
@@ -150,7 +150,7 @@ mod tests {
         let less = |x: (i64, i64), y: (i64, i64)| {
             i128::from(x.0) * i128::from(y.1) < i128::from(y.0) * i128::from(x.1)
         };
-        let (Some(s), Some(t)) = (stretch(a, b), stretch(b, a)) else { return false };
+        let (Some(s), Some(t)) = (segment(a, b), segment(b, a)) else { return false };
         let low =
             |ends: &[(i64, i64)]| ends.iter().copied().reduce(|x, y| if less(x, y) { x } else { y }).unwrap();
         let high =

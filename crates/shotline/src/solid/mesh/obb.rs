@@ -76,10 +76,10 @@ impl Obb {
         if gap.max_element() > margin {
             return true;
         }
-        let parts =
+        let separates =
             |axis: Vec3| between.dot(axis).abs() > self.reach_along(axis) + other.reach_along(axis) + margin;
-        self.axes.iter().chain(&other.axes).any(|axis| parts(*axis))
-            || self.axes.iter().any(|a| other.axes.iter().any(|b| parts(a.cross(*b))))
+        self.axes.iter().chain(&other.axes).any(|axis| separates(*axis))
+            || self.axes.iter().any(|a| other.axes.iter().any(|b| separates(a.cross(*b))))
     }
 
     fn reach_along(&self, axis: Vec3) -> f64 {

@@ -81,7 +81,7 @@ impl PartialResult {
 /// Adds the counts, and keeps the item with the lower faces.
 fn both(a: Tally<Intersection>, b: Tally<Intersection>) -> Tally<Intersection> {
     let firsts = a.first.into_iter().chain(b.first);
-    Tally { count: a.count + b.count, first: firsts.min_by_key(|place| place.faces) }
+    Tally { count: a.count + b.count, first: firsts.min_by_key(|intersection| intersection.faces) }
 }
 
 impl FaceContacts {
@@ -138,7 +138,7 @@ impl Search<'_> {
     /// faces meet elsewhere, their arcs have at least one direction in common.
     fn arc(&self, item: u32, hub: u32) -> Item {
         let (corners, first_at) = (self.solid.triangles[item as usize].corners, self.first_at[item as usize]);
-        let k = first_at.iter().position(|place| *place == hub).unwrap_or(0);
+        let k = first_at.iter().position(|intersection| *intersection == hub).unwrap_or(0);
         let [tip, a, b] = [0, 1, 2].map(|i| corners[(k + i) % 3]);
         let (a, b) = ((a - tip).normalize(), (b - tip).normalize());
         let middle = (a + b).normalize();
@@ -151,10 +151,9 @@ impl Search<'_> {
     fn examine(&self, [i, j]: [u32; 2], found: &mut PartialResult) {
         let (of_i, of_j) = (self.first_at[i as usize], self.first_at[j as usize]);
         let (a, b) = (&self.solid.triangles[i as usize], &self.solid.triangles[j as usize]);
-        let mut shared = of_i
-            .iter()
-            .enumerate()
-            .filter_map(|(k, place)| of_j.iter().position(|other| other == place).map(|l| (k, l)));
+        let mut shared = of_i.iter().enumerate().filter_map(|(k, intersection)| {
+            of_j.iter().position(|other| other == intersection).map(|l| (k, l))
+        });
         let apart = match (shared.next(), shared.next()) {
             // An edge: they do not pass through each other.
             (Some(_), Some(_)) => true,
@@ -236,12 +235,12 @@ mod tests {
         // Few vertices make hubs; small integers make faces that touch or are coplanar.
         for (vertices, faces) in [(7, 60), (9, 200), (30, 120), (300, 100), (12, 400)] {
             for round in 0..12 {
-                let place = |random: &mut Random| match round % 3 {
+                let intersection = |random: &mut Random| match round % 3 {
                     0 => random.point(-1.0, 1.0),
                     1 => random.point(-3.0, 3.0).round(),
                     _ => random.point(-3.0, 3.0).round() * Vec3::new(1.0, 1.0, 1e-3) + Vec3::splat(1e6),
                 };
-                let first_at = (0..vertices).map(|_| place(&mut random)).collect();
+                let first_at = (0..vertices).map(|_| intersection(&mut random)).collect();
                 let face = |random: &mut Random| [0; 3].map(|_: u32| random.below(vertices) as u32);
                 let mesh = TriangleMesh::new(first_at, (0..faces).map(|_| face(&mut random)).collect());
                 crossings += agrees(mesh);

@@ -14,7 +14,7 @@ pub(super) fn are_apart(a: &Triangle, b: &Triangle) -> bool {
     let from = a.corners[0];
     let (a, b) = (a.corners.map(|p| p - from), b.corners.map(|p| p - from));
     let reach = a.iter().chain(&b).fold(0.0, |most: f64, p| most.max(p.abs().max_element()));
-    let parts = |axis: Vec3| {
+    let separates = |axis: Vec3| {
         let (low, high) = (f64::INFINITY, f64::NEG_INFINITY);
         let extent = |t: &[Vec3; 3]| {
             t.iter().fold((low, high), |(l, h), p| (l.min(axis.dot(*p)), h.max(axis.dot(*p))))
@@ -26,11 +26,11 @@ pub(super) fn are_apart(a: &Triangle, b: &Triangle) -> bool {
     let edges = |t: &[Vec3; 3]| [t[1] - t[0], t[2] - t[1], t[0] - t[2]];
     let (edges_a, edges_b) = (edges(&a), edges(&b));
     let normals = [edges_a[0].cross(edges_a[1]), edges_b[0].cross(edges_b[1])];
-    normals.iter().any(|n| parts(*n))
-        || edges_a.iter().any(|e| edges_b.iter().any(|f| parts(e.cross(*f))))
+    normals.iter().any(|n| separates(*n))
+        || edges_a.iter().any(|e| edges_b.iter().any(|f| separates(e.cross(*f))))
         // Coplanar triangles.
-        || edges_a.iter().any(|e| parts(normals[0].cross(*e)))
-        || edges_b.iter().any(|e| parts(normals[1].cross(*e)))
+        || edges_a.iter().any(|e| separates(normals[0].cross(*e)))
+        || edges_b.iter().any(|e| separates(normals[1].cross(*e)))
 }
 
 /// Whether two triangles that share the corner `tip` have no other point in common, given their other corners.
@@ -40,30 +40,30 @@ pub(super) fn are_apart(a: &Triangle, b: &Triangle) -> bool {
 /// that hull nearest to `0`. It is on a face, an edge or a corner of the hull: each of these is tried.
 pub(super) fn sectors_are_apart(tip: Vec3, [a, b]: [Vec3; 2], [c, d]: [Vec3; 2]) -> bool {
     let p = [(a - tip).normalize(), (b - tip).normalize(), -(c - tip).normalize(), -(d - tip).normalize()];
-    let parts = |normal: Vec3| {
+    let separates = |normal: Vec3| {
         let margin = MARGIN * normal.abs().element_sum();
         p.iter().all(|p| p.dot(normal) > margin)
     };
     if p.iter().any(|p| !p.is_finite()) {
         return false;
     }
-    if parts(p[0] + p[1] + p[2] + p[3]) {
+    if separates(p[0] + p[1] + p[2] + p[3]) {
         return true;
     }
     for (i, j) in [(0, 2), (0, 3), (1, 2), (1, 3), (0, 1), (2, 3)] {
         let edge = p[j] - p[i];
         let along = -p[i].dot(edge) / edge.length_squared();
-        if parts(p[i] + edge * along) {
+        if separates(p[i] + edge * along) {
             return true;
         }
     }
     for [i, j, k] in [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]] {
         let normal = (p[j] - p[i]).cross(p[k] - p[i]);
-        if parts(normal) || parts(-normal) {
+        if separates(normal) || separates(-normal) {
             return true;
         }
     }
-    p.iter().any(|p| parts(*p))
+    p.iter().any(|p| separates(*p))
 }
 
 /// Whether two triangles that share the edge from `u` to `v` have no other point in common. They have others if one is
