@@ -72,8 +72,8 @@ def solids():
 
     words = [
         "# Solids",
-        "A class for each kind; parameters are given by keyword or in order, and kept as attributes. ValueError says "
-        "which is wrong and why. All of them can be combined and placed: see [Parts of scenes](parts.md).",
+        "One class per kind; parameters are given by keyword or by position, and stored as attributes. A ValueError says "
+        "which parameter is wrong and why. All solids can be combined and placed: see [Parts of scenes](parts.md).",
     ]
     for kind, summary, parameters in _native.kinds():
         name = "".join(word.capitalize() for word in kind.split("_"))
