@@ -1,10 +1,10 @@
-# `make` alone lists what there is to do.
+# `make` alone lists the targets.
 
 CARGO ?= cargo
 PYTHON ?= python3
-# Beside this folder there may be one with more data; nothing here needs it.
+# An optional folder with more data beside this one; nothing here requires it.
 SHARED ?= ../shared
-# Rays of each family of a long soak.
+# Rays of each family in `make soak`.
 RAYS ?= 100000000
 
 # How the program and the package are built. The tests use the profile of Rust's own tests, so that they share one build.
@@ -16,16 +16,16 @@ export SHOTLINE
 .PHONY: help build demo test test-built package docs truth soak bench fuzz pictures docs-pictures clean
 .NOTPARALLEL:
 
-help: ## this list
+help: ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-13s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
-build: ## the program, optimised
+build: ## build the optimised program
 	$(CARGO) build --profile $(PROFILE)
 
-demo: build ## pictures and speeds, into out/demo
+demo: build ## render pictures and measure speeds, into out/demo
 	$(PYTHON) demo/demo.py --data $(SHARED)/data
 
-test: $(VENV)/ready ## format, lints, documentation, tests of the libraries and of the program
+test: $(VENV)/ready ## check format, lints and documentation; test the libraries and the program
 	$(CARGO) fmt --check
 	$(VENV)/bin/ruff format --check
 	$(VENV)/bin/ruff check
@@ -43,15 +43,15 @@ test-built: package
 	$(VENV)/bin/python -m pytest -q -p no:cacheprovider tests python/tests
 	$(MAKE) docs
 
-package: $(VENV)/ready ## the Python package, into .venv
+package: $(VENV)/ready ## build the Python package and install it in .venv
 	PATH="$(abspath $(VENV))/bin:$$PATH" pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --force-reinstall \
 		--config-settings=build-args="--profile $(PROFILE)" .
 
-docs: $(VENV)/ready-docs package ## the documentation as a site, into out/site
+docs: $(VENV)/ready-docs package ## build the documentation site in out/site
 	NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --quiet --strict
 
 ifneq ($(wildcard $(SHARED)/truth/run.py),)
-truth: build $(VENV)/ready ## score the program against the full truth sets, where they are
+truth: build $(VENV)/ready ## score the program against the full truth sets, if present
 	$(VENV)/bin/python $(SHARED)/truth/run.py --bin $(SHOTLINE) --out out/truth --family all --query crossings closest any count
 	$(VENV)/bin/python $(SHARED)/truth/score.py out/truth
 else
@@ -59,34 +59,34 @@ truth:
 	@echo "truth: skipped, there is no $(SHARED)/truth; make test scores the selection in testdata/truth"
 endif
 
-soak: ## RAYS=100000000 rays of each family against slow checks that share nothing with the solvers (an hour)
+soak: ## compare RAYS=100000000 rays of each family with slow checks that share no code with the solvers (an hour)
 	SHOTLINE_SOAK=$(RAYS) $(CARGO) test --release -p shotline --features testkit --test soak -- --nocapture --test-threads 1
 
-bench: build $(VENV)/ready ## rays a second: combinations, and meshes beside Embree where it is at hand
+bench: build $(VENV)/ready ## measure rays per second: combinations, and meshes compared with Embree if available
 	$(VENV)/bin/python bench/run.py --bin $(SHOTLINE)
 
 # Seconds for each target of `make fuzz`.
 FUZZ_SECONDS ?= 60
 FUZZ_TARGETS ?= scene ply obj stl npy polygon cast csg weld
 
-fuzz: ## hostile input for every reader and random combinations, FUZZ_SECONDS=60 each (wants cargo-fuzz)
+fuzz: ## fuzz every reader and random combinations, FUZZ_SECONDS=60 each (needs cargo-fuzz)
 	for target in $(FUZZ_TARGETS); do \
 		mkdir -p out/fuzz/$$target && RUSTC_BOOTSTRAP=1 $(CARGO) fuzz run --sanitizer none $$target out/fuzz/$$target fuzz/corpus/$$target \
 			-- -max_total_time=$(FUZZ_SECONDS) -timeout=5 -rss_limit_mb=2048 -dict=fuzz/json.dict || exit 1; \
 	done
 
-pictures: build ## the pictures of the README and of the flake again (minutes)
+pictures: build ## render the pictures of the README and of the flake again (minutes)
 	for scene in section tori instances quadrics; do \
 		$(SHOTLINE) render scenes/$$scene.json -o docs/pictures/$$scene.png --size 720x540 --samples 48 --lighting soft || exit 1; \
 	done
 	$(SHOTLINE) render scenes/flake.json -o docs/pictures/flake.png --size 640x480 --samples 8
 	$(SHOTLINE) render scenes/section.json -o docs/pictures/section-xray.png --size 720x540 --samples 16 --look xray
 
-docs-pictures: build package ## the pictures of the documentation again, of the bunny where it is (minutes)
+docs-pictures: build package ## render the pictures of the documentation again, with the bunny if present (minutes)
 	$(PYTHON) demo/work.py --program $(SHOTLINE) --data $(SHARED)/data
 	$(VENV)/bin/python docs/gallery.py
 
-clean: ## remove everything that was made
+clean: ## remove everything that was built
 	$(CARGO) clean
 	rm -rf out $(VENV)
 

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Hold every accelerator to the others, bit for bit, and measure them, on large scenes.
+"""Compare all accelerators with each other, bit for bit, and measure them, on large scenes.
 
 usage: accelerators.py [--bin target/release/shotline] [--rays N] [--only NAME,...]
 
 The scenes are those of ../shared/peers/scenes.py and the meshes of ../shared/data, and a million instances in one
-level. For each accelerator: build seconds, memory, and nanoseconds a ray for closest and for crossings of random
-rays, on one thread. `brute`, and `hierarchy`, to which most of these scenes are one flat group, are asked fewer rays,
-so that they take seconds; their answers are held to those of the same rays.
+level. For each accelerator: build seconds, memory, and nanoseconds per ray for closest and for crossings of random
+rays, on one thread. `brute`, and `hierarchy`, to which most of these scenes are one flat group, get fewer rays,
+so that they take seconds; their results are compared with those of the same rays.
 """
 
 import argparse
@@ -26,7 +26,7 @@ from run import cast_once  # noqa: E402
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 DATA = os.path.join(neutral.SHARED, "data")
 NAMES = "brute hierarchy bvh_fast bvh bvh_best bvh_spheres grid octree bsp bsp_oblique".split()
-# What may look at every item for every ray, and how many items it may look at.
+# The accelerators that may test every item for every ray, and the number of tests they are allowed.
 FLAT, LOOKS = ("brute", "hierarchy"), 2e8
 
 
@@ -43,7 +43,7 @@ def field(count):
 
 
 def scenes(folder):
-    """Each scene's name, its file and how many items its largest structure has."""
+    """The name of each scene, its file and the number of items in its largest structure."""
     for mesh, count in [("bunny", 69_451), ("dragon", 871_414)]:
         path = os.path.join(DATA, f"{mesh}.ply")
         if os.path.exists(path):
@@ -62,7 +62,7 @@ def scenes(folder):
 
 
 def random_rays(binary, path, count, out):
-    """From a sphere around the scene to points within its box."""
+    """Rays from a sphere around the scene to points within its box."""
     info = json.loads(
         subprocess.run([binary, "info", path, "--json"], capture_output=True, text=True, check=True).stdout
     )

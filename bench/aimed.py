@@ -1,8 +1,8 @@
 """Rays aimed exactly at the edges and vertices of closed meshes, and their crossings by exact arithmetic.
 
-Vertices, origins and directions are integers below 2^24, so that float32 and float64 hold the same mesh and the same
-rays, and no engine can say that it was asked another question. Integers of 64 bits decide exactly which triangles,
-borders included, a line meets. A crossing is where the winding number between two meetings changes.
+Vertices, origins and directions are integers below 2^24, so that float32 and float64 represent the same mesh and the same
+rays, and every engine gets exactly the same problem. Integers of 64 bits decide exactly which triangles, borders
+included, a line meets. A crossing is where the winding number changes between two of these points.
 """
 
 from fractions import Fraction
@@ -10,7 +10,7 @@ from fractions import Fraction
 import numpy as np
 
 KINDS = ("vertices", "edges", "two features")
-# Vertices are multiples of this, so that the points which cut an edge in eight are integers too.
+# Vertices are multiples of this, so that the points that divide an edge into eight are integers too.
 CUT = 8
 SIZE = 512
 
@@ -20,7 +20,7 @@ def on_grid(points):
 
 
 def sphere(levels=3):
-    """An icosahedron whose faces are cut in four a few times, on the unit sphere."""
+    """An icosahedron on the unit sphere, whose faces are subdivided into four several times."""
     g = (1 + 5**0.5) / 2
     v = [
         (-1, g, 0),
@@ -79,7 +79,7 @@ def sphere(levels=3):
 
 
 def quads(rows, columns, number):
-    """Two triangles for each cell of a grid whose corner (i, j) has a number."""
+    """Two triangles for each cell of a grid; `number(i, j)` is the vertex at its corner (i, j)."""
     for i in range(rows):
         for j in range(columns):
             a, b, c, d = number(i, j), number(i + 1, j), number(i + 1, j + 1), number(i, j + 1)
@@ -134,7 +134,7 @@ def rays(v, f, kind, count, rng):
 
 
 def truth(v, f, rays):
-    """For each ray its exact crossings, a list of Fractions, and whether it also touches the mesh without crossing it,
+    """For each ray, its exact crossings (a list of Fractions) and whether it also touches the mesh without crossing it,
     where engines may differ by convention; None for a ray within the plane of a triangle."""
     met = meetings(v, f, rays)
     middles = [(i, (a + b) / 2) for i, ts in enumerate(met) if ts for a, b in zip(ts, ts[1:], strict=False)]
@@ -153,7 +153,7 @@ def truth(v, f, rays):
 
 
 def meetings(v, f, rays):
-    """The distinct t at which each ray meets triangles, exactly; None for a ray within the plane of one."""
+    """The distinct exact t at which each ray meets triangles; None for a ray within the plane of a triangle."""
     corners, out = v[f], []
     # Edge functions are sums of six products.
     assert 6 * int(np.abs(rays[:, 3:]).max()) * (int(np.abs(rays[:, :3]).max()) + int(np.abs(v).max())) ** 2 < 2**63
@@ -173,7 +173,7 @@ def meetings(v, f, rays):
 
 
 def winding(v, f, points):
-    """Winding numbers by solid angles (van Oosterom and Strackee 1983), which share nothing with rays."""
+    """Winding numbers by solid angles (van Oosterom and Strackee 1983), which involve no rays."""
     out = []
     for begin in range(0, len(points), 64):
         a, b, c = (v[f][None, :, k] - points[begin : begin + 64, None] for k in range(3))

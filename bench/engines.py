@@ -1,8 +1,8 @@
 """Engines behind one interface, for peers.py: shotline, trimesh with Embree, Open3D and Raysect.
 
-An engine is made of a mesh, or of a solid. `ready` turns rays, (n, 6) float64, into what it wants, before the clock
-starts. `QUERIES` names what it can be asked; each takes ready rays and a number of threads (0 for all). `first` and
-`every` answer in arrays, for tests: the t of the first hit (inf for none), and the sorted ts of all hits of each ray.
+An engine is constructed from a mesh or a solid. `ready` converts rays, (n, 6) float64, to the engine's own form, before
+the clock starts. `QUERIES` names the supported queries; each takes converted rays and a number of threads (0 for all).
+`first` and `every` return arrays, for tests: the t of the first hit (inf for none), and the sorted ts of all hits of each ray.
 """
 
 import json
@@ -18,7 +18,7 @@ class Missing(Exception):
 
 
 class Shotline:
-    """float64, sorted, with normals, bounds, objects, surfaces and paths of every hit."""
+    """float64, sorted, with normals, error bounds, objects, surfaces and paths of every hit."""
 
     name, THREADS = "shotline", True
 
@@ -61,7 +61,7 @@ class Shotline:
 
 
 class Trimesh:
-    """float32 inside, by embreex. `first` answers triangles only; `all` shoots again from each hit."""
+    """float32 internally, with embreex. `first` returns triangles only; `all` restarts the ray behind each hit."""
 
     name, THREADS = "trimesh", False
 
@@ -106,7 +106,7 @@ class Trimesh:
 
 
 class Open3D:
-    """float32, by Embree. `all` is not sorted and has no normals."""
+    """float32, with Embree. `all` is not sorted and has no normals."""
 
     name, THREADS = "Open3D", True
 
@@ -144,8 +144,8 @@ class Open3D:
 
 
 class Raysect:
-    """float64 solids, float32 meshes, one process. Its users ask from Python, a ray at a time; `loop` asks without
-    Python's calls, by a loop in Cython, for the speed of the engine itself."""
+    """float64 solids, float32 meshes, one process. Its users call it from Python, one ray at a time; `loop` avoids
+    the calls from Python with a loop in Cython, to measure the speed of the engine itself."""
 
     THREADS = False
 
@@ -190,7 +190,7 @@ class Raysect:
 
 
 def raysect_loop():
-    """The loop in Cython, compiled when first asked for."""
+    """The loop in Cython, compiled on first use."""
     try:
         import pyximport
 
@@ -205,8 +205,8 @@ def raysect_loop():
 
 
 def raysect_solid(node, balanced):
-    """A solid of Raysect, of binary nodes: nested from left to right as a loop in Python makes it, or with a tree of
-    unions that is cut where the parts are sparse."""
+    """A Raysect solid of binary nodes: nested from left to right as a loop in Python builds it, or with a tree of
+    unions that is split where the operands are sparse."""
     from raysect.core import AffineMatrix3D, Point3D
     from raysect.primitive import Box, Cylinder, Intersect, Sphere, Subtract, Union
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Write a benchmark scene of ../shared/peers/scenes.py, which other engines are measured on, as a scene of shotline.
+"""Write a benchmark scene of ../shared/peers/scenes.py, on which other engines are measured too, as a shotline scene.
 
 usage: neutral.py NAME [key=value ...] > scene.json        (the names: python3 ../shared/peers/scenes.py list)
 """
@@ -14,7 +14,7 @@ SHARED = os.path.join(os.path.dirname(os.path.dirname(os.path.dirname(os.path.ab
 
 
 def along(a, b):
-    """The matrix of a frame at `a` whose z axis has the direction of `b`, and the distance."""
+    """The matrix of a frame at `a` whose z axis points to `b`, and the distance."""
     axis = [q - p for p, q in zip(a, b, strict=False)]
     length = math.hypot(*axis)
     z = [v / length for v in axis]
@@ -75,7 +75,7 @@ def scene(neutral):
 
 
 def scenes():
-    """The module that makes the scenes."""
+    """The module that generates the scenes."""
     spec = importlib.util.spec_from_file_location("scenes", os.path.join(SHARED, "peers", "scenes.py"))
     assert spec and spec.loader
     module = importlib.util.module_from_spec(spec)

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Hold two builds of shotline against each other: the speed of the second in parts of the first.
+"""Compare two builds of shotline: the speed of the second divided by that of the first.
 
 usage: pair.py OLD NEW [--only NAME,NAME] [--pairs 9] [--instructions] [--work DIR]
 
-Both answer the same rays in turn, on one thread (`shotline bench`). Prints the median of the ratios of the pairs, above 1
-where NEW is faster. With --instructions it counts the instructions of a ray (valgrind), which do not depend on what else the
-machine does, and prints both counts and the ratio NEW to OLD, below 1 where NEW takes fewer.
+Both cast the same rays, taking turns, on one thread (`shotline bench`). Prints the median of the ratios of the pairs, above 1
+where NEW is faster. With --instructions it counts the instructions per ray (valgrind), which do not depend on other work of
+the machine, and prints both counts and the ratio NEW to OLD, below 1 where NEW takes fewer.
 """
 
 import argparse
@@ -39,21 +39,21 @@ def lattice(part):
 
 
 def aimed(rng, n, centre, far, near):
-    """From a sphere around a place to places near it."""
+    """Rays from a sphere around a point to points near it."""
     out = rng.normal(size=(n, 3))
     out *= far / np.linalg.norm(out, axis=1, keepdims=True)
     return np.hstack([centre + out, rng.uniform(-near, near, (n, 3)) - out])
 
 
 def across(rng, n):
-    """Through rows of pins, almost level."""
+    """Rays through rows of pins, almost horizontal."""
     turn = rng.uniform(0, 2 * np.pi, n)
     o = np.column_stack([rng.uniform(0, SIDE, n), rng.uniform(0, SIDE, n), rng.uniform(-0.9, 0.9, n)])
     return np.hstack([o, np.column_stack([np.cos(turn), np.sin(turn), 0.01 * rng.normal(size=n)])])
 
 
 def cases():
-    """Name, scene or its path, rays."""
+    """The name, the scene or its path, and the rays of each case."""
     rng = np.random.default_rng(2)
     block = aimed(rng, 100_000, 0, 4, 0.8)
     for node in run.SOLIDS[:3]:
@@ -93,7 +93,7 @@ def rate(*args):
 
 
 def instructions(binary, scene, rays, query, n):
-    """Of a ray: what four casts take more than one."""
+    """Instructions per ray: the difference between four casts and one."""
     valgrind = ("valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null")
     told = (bench(binary, scene, rays, query, k, valgrind).stderr for k in (1, 4))
     one, four = (int(re.findall(r"Collected : (\d+)", text)[0]) for text in told)

@@ -1,17 +1,17 @@
 #!/usr/bin/env python3
-"""Measure shotline's Python package beside other packages, in one run and in turn, and count wrong answers.
+"""Compare shotline's Python package with other packages, taking turns in one run, and count wrong results.
 
 usage: peers.py [--data ../shared/data] [--only meshes,csg,aimed,overhead] [--repeats 5] [--threads 1,0]
                 [--rays 250000] [--json FILE] [--bin target/release/shotline] [--quick]
 
 meshes    bunny and dragon, camera rays and random rays: trimesh with Embree, and Open3D
 csg       a cube minus N spheres, and a nested combination: Raysect
-aimed     closed meshes and rays aimed exactly at their edges and vertices: who answers wrong
+aimed     closed meshes and rays aimed exactly at their edges and vertices: the number of wrong results
 overhead  a million rays from Python and in the Rust program, and the memory of ten million from Python
 
-pip install -r bench/peers.txt brings the others; those that are not there are left out, with a message. Results are
-Markdown on stdout and, with --json, all times. Ratios are of rays a second, shotline's to the other's: the median of
-the rounds (least to greatest). In each round the engines take turns. docs/peers.md says what is fair and what is not.
+pip install -r bench/peers.txt installs the others; missing ones are skipped, with a message. Results are Markdown on
+stdout and, with --json, all times. Ratios are rays per second of shotline divided by those of the other: the median of
+the rounds (minimum to maximum). In each round the engines take turns. docs/peers.md says what is fair and what is not.
 """
 
 import argparse
@@ -33,7 +33,7 @@ from engines import Missing  # noqa: E402
 from run import cast_once  # noqa: E402
 
 OF_MESHES = (engines.Shotline, engines.Trimesh, engines.Open3D)
-# Relative errors of t that are not held against an engine: float64 or float32, with room to spare.
+# Relative errors of t that do not count as wrong: float64 or float32, with a generous margin.
 TOLERANCE = {"shotline": 1e-12}
 COARSE = 1e-4
 
@@ -51,7 +51,7 @@ def table(rows):
 
 
 def present(makers, left_out):
-    """The engines that can be made; of the others it is said once why not."""
+    """The engines that can be constructed; for each of the others the reason is printed once."""
     out = []
     for make in makers:
         try:
@@ -67,7 +67,7 @@ def present(makers, left_out):
 
 
 def camera_rays(low, high, count):
-    """About `count` rays of a square pinhole picture, row by row, that frames a box; float32 can hold them."""
+    """About `count` rays of a square pinhole image that frames a box, row by row; exact in float32."""
     middle, radius = (low + high) / 2, np.linalg.norm(high - low) / 2
     back = np.array([0.45, 0.35, 1.0]) / np.linalg.norm([0.45, 0.35, 1.0])
     right = np.cross([0, 1, 0], back) / np.linalg.norm(np.cross([0, 1, 0], back))
@@ -78,7 +78,7 @@ def camera_rays(low, high, count):
 
 
 def random_rays(low, high, count):
-    """From a sphere around a box to points within it; float32 can hold them."""
+    """Rays from a sphere around a box to points within it; exact in float32."""
     rng = np.random.default_rng(1)
     o = rng.normal(size=(count, 3))
     o *= np.linalg.norm(high - low) / 2 / np.linalg.norm(o, axis=1)[:, None]
@@ -95,7 +95,7 @@ RAYS = {"camera": camera_rays, "random": random_rays}
 
 
 def ply(path):
-    """Vertices and faces of a binary mesh of triangles, as those of the Stanford scans."""
+    """Vertices and faces of a binary triangle mesh, as in the Stanford scans."""
     with open(path, "rb") as file:
         counts, line = {}, b""
         while line != b"end_header\n":
@@ -120,7 +120,7 @@ def meshes(data, names):
 
 
 def race(contestants, repeats):
-    """Seconds of each contestant, a callable each, in each round; they take turns, after a round that does not count."""
+    """Seconds of each contestant (a callable) in each round; they take turns, after a warm-up round that does not count."""
     seconds = {name: [] for name in contestants}
     for _ in range(repeats + 1):
         for name, run in contestants.items():
@@ -137,7 +137,7 @@ def spread(ratios):
 
 
 def compared(ours, others, rays, threads, repeats, report, step=lambda engine: 1):
-    """Rows of query and ratios to each other engine that can have as many threads; it may be asked only one in `step`
+    """Rows of query and ratios to each other engine that supports that number of threads; it may get only one in `step`
     of the rays."""
     able = [e for e in others if e.THREADS or threads == 1]
     ready = {e.name: e.ready(rays[:: step(e)]) for e in [ours, *able]}
@@ -180,7 +180,7 @@ def measured_meshes(options, report, left_out):
 
 
 def block(count):
-    """A cube of side 2 minus `count` spheres that take away about a third of it."""
+    """A cube of side 2 minus `count` spheres that remove about a third of it."""
     rng = random.Random(count)
     radius = (8 * 0.35 / (count * 4.18879)) ** (1 / 3)
     args = [{"prim": "box", "min": [-1, -1, -1], "max": [1, 1, 1]}]
@@ -190,7 +190,7 @@ def block(count):
 
 
 def nested():
-    """A machine part: a drilled union, and a drilled intersection, put together and cut again."""
+    """A machine part: a drilled union and a drilled intersection, joined and cut again."""
 
     def cylinder(a, b, radius):
         return {"prim": "cylinder", "a": a, "b": b, "radius": radius}
@@ -245,7 +245,7 @@ def measured_csg(options, report, left_out):
             return
         rows = rows or [["scene", "rays", "query", "threads", *(e.name for e in others)]]
         low, high = ours.scene.bounds
-        # So that no engine takes minutes: what Raysect takes for a ray grows with the number of spheres.
+        # So that no engine takes minutes: the time of Raysect per ray grows with the number of spheres.
         step = {"cube minus 1000": 250, "cube minus 100": 50}.get(name, 10)
         for kind, make in RAYS.items():
             rays = make(low, high, options.rays)
@@ -274,7 +274,7 @@ FAULTS = ["odd", "missed", "doubled", "moved", "count", "first", "any"]
 
 
 def faults(engine, rays, lists):
-    """How many rays get a wrong answer, by what is wrong, and of which rays the list of hits is wrong."""
+    """The number of rays with a wrong result, by kind of error, and the rays whose list of hits is wrong."""
     tolerance = TOLERANCE.get(engine.name, COARSE)
     out = dict.fromkeys(FAULTS, 0)
     wrong = np.zeros(len(rays), bool)
@@ -405,12 +405,12 @@ def measured_overhead(options, report, _left_out):
 
 
 def in_rust(binary, scene, rays, query, folder):
-    """Seconds of the cast itself in the program: neither reading, building nor writing."""
+    """Seconds of the cast itself in the program, without reading, building and writing."""
     return cast_once(binary, scene, rays, query, os.path.join(folder, "out.npz"))["cast_s"]
 
 
 def child(path, kind, number, threads):
-    """In a process of its own: how far its memory rises above what scene and rays take, and the bytes of the answer."""
+    """In a separate process: its peak memory above that of scene and rays, and the bytes of the result."""
     import shotline
 
     scene = shotline.load(path)
@@ -438,7 +438,7 @@ def child(path, kind, number, threads):
 
 
 def memory(field):
-    """Bytes of this process. Not by getrusage, which starts from the peak of the parent."""
+    """Memory of this process in bytes. Not from getrusage, which starts from the peak of the parent."""
     with open("/proc/self/status") as lines:
         return next(int(line.split()[1]) * 1024 for line in lines if line.startswith(field))
 

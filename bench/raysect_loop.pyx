@@ -1,5 +1,5 @@
 # cython: language_level=3
-"""Loops over rays in Raysect without a Python call for each: the speed of its engine, which its users do not have."""
+"""Loops over rays in Raysect without a Python call per ray: the speed of its engine, which its users do not get."""
 from raysect.core.intersection cimport Intersection
 from raysect.core.math.point cimport new_point3d
 from raysect.core.math.vector cimport new_vector3d

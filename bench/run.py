@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
-"""Measure shotline, side by side with Embree where its harness is at hand.
+"""Measure shotline, side by side with Embree where its harness is available.
 
 usage: run.py [--bin target/release/shotline] [--work DIR] [--only mesh|csg|solid] [--repeats K]
 
 mesh  closest, any and crossings on the bunny and the dragon of ../shared/data, with the rays of
-      ../shared/peers/rays.py, on 1 and 2 threads, beside Embree (../shared/peers/embree) in the same run;
-      left out, with a message, where these folders are absent. Needs numpy and embreex.
-csg   a box minus 10 to 100,000 spheres that take away the same share: rays/s for closest and
+      ../shared/peers/rays.py, on 1 and 2 threads, and on Embree (../shared/peers/embree) in the same run;
+      skipped, with a message, where these folders are absent. Needs numpy and embreex.
+csg   a box minus 10 to 100,000 spheres that remove the same fraction: rays/s for closest and
       crossings, build time, memory.
 
-solid one solid alone, random rays of which most meet it: nanoseconds a ray, from array to array.
+solid one solid alone, random rays most of which meet it: nanoseconds per ray, from array to array.
 
 Rates are rays per second of the cast itself (`cast --stats`), the median of the repeats.
 """
@@ -43,7 +43,7 @@ def cast(binary, scene, rays, query, threads, repeats, out):
 
 
 def embree(mesh, work, repeats):
-    """(rays, query, threads, mode) -> Mrays/s, by the harness beside the data."""
+    """(rays, query, threads, mode) -> Mrays/s, from the harness in the data folder."""
     harness = os.path.join(SHARED, "peers", "embree", "bench.py")
     report = os.path.join(work, "embree.json")
     if os.path.exists(report):
@@ -95,7 +95,7 @@ def meshes(binary, work, repeats):
 
 
 def block(count):
-    """A cube of side 2 minus `count` spheres that take away about a third of it."""
+    """A cube of side 2 minus `count` spheres that remove about a third of it."""
     rng = random.Random(count)
     radius = (8 * 0.35 / (count * 4.18879)) ** (1 / 3)
     args = [{"kind": "box", "min": [-1, -1, -1], "max": [1, 1, 1]}]

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Pictures of every example scene and of large meshes, and how many rays a second are answered.
+"""Pictures of every example scene and of large meshes, and the number of rays cast per second.
 
 demo.py [--program target/release/shotline] [--data FOLDER] [--out out/demo]
 """
@@ -54,14 +54,14 @@ def main():
 
 
 def picture(shotline, scene, path, look):
-    """Makes a picture and answers its line of the table."""
+    """Renders a picture and returns its row of the table."""
     begin = time.perf_counter()
     shotline("render", scene, "-o", path, "--size", SIZE, "--look", look)
     return [path.name, look, SIZE, f"{time.perf_counter() - begin:.2f}"]
 
 
 def speed(shotline, scene, rays, query):
-    """Casts rays and answers the line of the table."""
+    """Casts rays and returns the row of the table."""
     answers = scene.with_suffix(".npz")
     stats = json.loads(shotline("cast", scene, "--rays", rays, "--query", query, "-o", answers, "--stats"))
     answers.unlink()
@@ -71,7 +71,7 @@ def speed(shotline, scene, rays, query):
 
 
 def write_rays(path, bounds):
-    """Rays from a ball around a box to places in it, as .npy."""
+    """Rays from a sphere around a box to points in it, as .npy."""
     chance = random.Random(1)
     low, high = bounds["min"], bounds["max"]
     middle = [(a + b) / 2 for a, b in zip(low, high, strict=False)]
@@ -84,12 +84,12 @@ def write_rays(path, bounds):
         target = [chance.uniform(a, b) for a, b in zip(low, high, strict=False)]
         rows += struct.pack("<6d", *origin, *(t - o for t, o in zip(target, origin, strict=False)))
     header = f"{{'descr': '<f8', 'fortran_order': False, 'shape': ({RAYS}, 6), }}"
-    header = header.ljust(117) + "\n"  # with the ten bytes before it a multiple of 64
+    header = header.ljust(117) + "\n"  # its length plus the ten bytes before it is a multiple of 64
     path.write_bytes(b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header)) + header.encode() + rows)
 
 
 def print_table(head, rows):
-    """Words to the left, numbers to the right."""
+    """Aligns words left and numbers right."""
     widths = [max(len(row[i]) for row in [head, *rows]) for i in range(len(head))]
     for row in [head, *rows]:
         cells = [
@@ -99,7 +99,7 @@ def print_table(head, rows):
 
 
 def shown(path):
-    """Relative to where the command was given, if it lies there."""
+    """The path relative to the working directory, if it lies in it."""
     path = path.resolve()
     return path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path
 

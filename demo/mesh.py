@@ -1,4 +1,4 @@
-"""A closed mesh to play with, made from nothing: a trefoil knot of bumpy tube."""
+"""A generated closed mesh for the demo: a trefoil knot of bumpy tube."""
 
 import struct
 from math import cos, hypot, pi, sin
@@ -31,7 +31,7 @@ def axis(u):
 
 
 def frame(u):
-    """Two directions across the tube. They come from the torus, so they meet again where the knot closes."""
+    """Two directions across the tube. They are derived from the torus, so they agree where the knot closes."""
     tangent = unit(add(axis(u + 1e-4), axis(u - 1e-4), -1))
     outwards = add(axis(u), (cos(2 * u), sin(2 * u), 0), -1)
     first = unit(add(outwards, tangent, -dot(outwards, tangent)))

@@ -1,4 +1,4 @@
-"""The scenes around large meshes, as the dictionaries that scene files hold."""
+"""The scenes around large meshes, as the dictionaries that scene files contain."""
 
 import json
 import shutil
@@ -15,14 +15,14 @@ LAMPS = [
 
 
 class Model:
-    """A mesh scene in two files: with the ground under it, for a picture, and alone, to be measured."""
+    """A mesh scene in two files: with a ground, for pictures, and without it, for measurements."""
 
     def __init__(self, name, node, floor, camera, material, looks):
         self.name, self.node, self.floor, self.camera = name, node, floor, camera
         self.material, self.looks = material, looks
 
     def write(self, folder):
-        """Writes both files and answers their paths."""
+        """Writes both files and returns their paths."""
         thing = {"name": self.name, "material": "thing", "node": self.node}
         ground = {
             "name": "ground",
@@ -45,7 +45,7 @@ class Model:
 
 
 def models(data, folder):
-    """The models: real meshes where there is a folder with them, else one that is made here."""
+    """The models: real meshes where there is a folder with them, otherwise a generated one."""
     if (data / "armadillo.ply").exists() and (data / "bunny.ply").exists():
         for name in ["bunny.ply", "armadillo.ply"]:
             shutil.copyfile(data / name, folder / name)
@@ -55,14 +55,14 @@ def models(data, folder):
 
 
 def bunny():
-    """Open at the bottom: a surface, no solid. Its y is up."""
+    """A mesh that is open at the bottom: a surface, not a solid. Its y axis points up."""
     node = {"kind": "mesh", "file": "bunny.ply", "rotate": [90, 0, 0]}
     camera = {"eye": [-0.12, -0.5, 0.28], "target": [-0.017, 0, 0.105], "up": [0, 0, 1], "fov": 26}
     return Model("bunny", node, 0.033, camera, BLUE, ["lit", "normal"])
 
 
 def armadillo():
-    """Less a torus about its belly, which leaves a groove like a belt. Its y is up."""
+    """A mesh minus a torus around its belly, which leaves a groove like a belt. Its y axis points up."""
     node = {
         "op": "difference",
         "rotate": [90, 0, 0],
@@ -76,7 +76,7 @@ def armadillo():
 
 
 def knot():
-    """Less a torus that lies on it and leaves grooves in its upper turns."""
+    """The knot minus a torus that lies on it and leaves grooves in its upper turns."""
     node = {
         "op": "difference",
         "args": [

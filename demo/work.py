@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""The pictures of docs/accelerators.md: what rays cost, by structure and counter.
+"""The pictures of docs/accelerators.md: the cost of rays, by structure and counter.
 
     work.py [--program target/release/shotline] [--data FOLDER] [--out out/demo] [--pictures docs/pictures]
 
-Without bunny.ply in the folder of data they show the knot of the demo.
+Without bunny.ply in the data folder they show the knot of the demo.
 """
 
 import argparse
@@ -13,9 +13,9 @@ from pathlib import Path
 import models
 
 ROOT = Path(__file__).resolve().parent.parent
-# Each structure of the mesh with what it counts most of, and what tags save.
+# Each structure of the mesh with its most significant counter, and the tests that tags save.
 MAPS = [("bvh", "boxes"), ("grid", "cells"), ("octree", "cells"), ("bsp", "planes"), ("grid", "tags")]
-# Scenes whose rays go through heaps.
+# Scenes whose traversal uses heaps.
 HEAPS = ["section", "instances"]
 
 

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""The pictures of the documentation, made with the package: python docs/gallery.py [NAME ...]
+"""Make the pictures of the documentation with the package: python docs/gallery.py [NAME ...]
 
-Those of the gallery are rendered; those of the concepts are sections through scenes, whose shapes and crossings are asked
-of shotline too.
+Those of the gallery are rendered; those of the concepts are sections through scenes, whose shapes and crossings also come
+from shotline.
 """
 
 import sys
@@ -40,7 +40,7 @@ def ground(z):
 
 
 def bearing_parts():
-    """Two rings with a groove, which is a torus, and twelve balls: the part is one of a dozen instances."""
+    """Two rings with a toroidal groove, and twelve balls, which are instances of one part."""
     groove = Torus(R=3, r=0.62)
     outer = Cylinder(radius=4, z0=-0.8, z1=0.8) - Cylinder(radius=3.35, z0=-0.8, z1=0.8) - groove
     inner = Cylinder(radius=2.65, z0=-0.8, z1=0.8) - Cylinder(radius=1.8, z0=-0.8, z1=0.8) - groove
@@ -50,7 +50,7 @@ def bearing_parts():
 
 
 def bearing():
-    """A ball bearing, a quarter of its outer ring cut away."""
+    """A ball bearing with a quarter of its outer ring cut away."""
     outer, inner, balls = bearing_parts()
     quarter = Box(min=(-5, -5, -1), max=(0.6, 0, 1))
     scene = Scene(
@@ -67,19 +67,19 @@ def bearing():
 
 
 def bearing_xray(look="xray"):
-    """What comes through it."""
+    """The fraction of light that passes through it."""
     scene = Scene(*(part.named(f"part{k}") for k, part in enumerate(bearing_parts())), units="cm")
     camera = Camera(eye=(-7, -11, 9), target=(0, 0, -0.3), fov=30)
     return scene.render(camera, size=SIZE, samples=16, look=look)
 
 
 def bearing_thickness():
-    """How far rays go through it."""
+    """The length of rays inside it."""
     return bearing_xray("thickness")
 
 
 def sponge_part():
-    """Menger's sponge, three times divided: one cube minus 273 bars, flush at both ends and right through each other."""
+    """Menger's sponge, subdivided three times: one cube minus 273 bars, flush at both ends, which pass through each other."""
     cube = Box(min=(-1, -1, -1), max=(1, 1, 1))
     holes = []
     for level in range(1, 4):
@@ -147,7 +147,7 @@ def drilled():
 
 
 def bearings_cost():
-    """What finding the first crossing takes, pixel by pixel, in a field of bearings."""
+    """The work of finding the first crossing, per pixel, in a field of bearings."""
     outer, inner, balls = bearing_parts()
     one = Group(outer, inner, balls).part("bearing")
     field = Group(one.translate(9 * i, 9 * j, 0) for i in range(-4, 5) for j in range(0, 9))
@@ -164,7 +164,7 @@ SOLID, RAY, WALL = "#9fb4c7", "#c2452d", "#41566b"
 
 
 def section(ax, scene, x, z):
-    """The inside of a scene in the plane y = 0."""
+    """The interior of a scene in the plane y = 0."""
     xs, zs = np.linspace(*x, 600), np.linspace(*z, 400)
     points = np.stack(np.broadcast_arrays(xs[None, :], 0.0, zs[:, None]), axis=-1)
     inside = scene.contains(points).astype(float)
@@ -177,7 +177,7 @@ def section(ax, scene, x, z):
 
 
 def ray(ax, scene, o, d, length, **span):
-    """A ray and its crossings: triangles point right where it enters and left where it leaves."""
+    """A ray and its crossings: triangles point right where it enters and left where it exits."""
     o, d = np.asarray(o, float), np.asarray(d, float)
     begin, end = o + span.get("t_min", 0) * d, o + min(length, span.get("t_max", length)) * d
     ax.annotate("", end[[0, 2]], begin[[0, 2]], arrowprops={"arrowstyle": "->", "color": RAY, "lw": 1.5})

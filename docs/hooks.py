@@ -1,5 +1,5 @@
-"""What the site has beside the pages of this folder (hooks of mkdocs): pages of the repository's root, the notebooks
-with what their cells answer, the solids that the built package knows; and docstrings made into Markdown."""
+"""Hooks of mkdocs. They add to the pages of this folder: pages of the repository's root, the notebooks with the outputs
+of their cells, and the solids of the installed package. They also convert docstrings to Markdown."""
 
 import base64
 import re
@@ -24,7 +24,7 @@ def on_files(files, config):
 
 
 def on_page_markdown(markdown, page, config, files):
-    # As it is in the repository: pages of the root lie above this folder, and notebooks are notebooks.
+    # Links are written for the repository: pages of the root are above this folder, and notebooks are .ipynb files.
     return re.sub(r"\]\(\.\./(?=[A-Z]+\.md)", "](", markdown).replace(".ipynb)", ".md)")
 
 
@@ -32,12 +32,12 @@ class Docstrings(griffe.Extension):
     def on_instance(self, *, obj, **_):
         if obj.docstring:
             text = re.sub(r"^>>> (?:.+\n?)+", r"```pycon\n\g<0>\n```\n", obj.docstring.value, flags=re.MULTILINE)
-            # Fields of a tuple: "t, normal: ..." at the beginning of a line.
+            # Fields of a tuple, "t, normal: ..." at the beginning of a line, become list items.
             obj.docstring.value = re.sub(r"^([a-z_]+(?:, [a-z_]+)*): ", r"- `\1`: ", text, flags=re.MULTILINE)
 
 
 def notebook(path):
-    """A notebook, run, as a page and its pictures: names and contents."""
+    """Runs a notebook; returns names and contents of its page and its pictures."""
     import nbformat
     from nbclient import NotebookClient
 
@@ -72,8 +72,8 @@ def solids():
 
     words = [
         "# Solids",
-        "A class for each kind; parameters are given by keyword or in order, and kept as attributes. ValueError says "
-        "which is wrong and why. All of them can be combined and placed: see [Parts of scenes](parts.md).",
+        "One class per kind; parameters are given by keyword or by position, and stored as attributes. A ValueError says "
+        "which parameter is wrong and why. All solids can be combined and placed: see [Parts of scenes](parts.md).",
     ]
     for kind, summary, parameters in _native.kinds():
         name = "".join(word.capitalize() for word in kind.split("_"))

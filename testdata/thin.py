@@ -4,7 +4,7 @@
     thin.py FULL testdata/truth
 
 FULL holds <family>.json, <family>.npz and the meshes of a family in <family>_models.npz. Scenes and rays are taken at even steps, so that every
-group of rays stays; nothing in them is changed.
+group of rays is represented; nothing in them is changed.
 """
 
 import argparse
@@ -13,7 +13,7 @@ import os
 
 import numpy as np
 
-# Of each family: every so manieth scene, the largest scene in bytes of JSON, the number of rays.
+# For each family: the step between scenes, the largest scene in bytes of JSON, the number of rays.
 KEEP = {
     "torus": (1, None, 460),
     "quadric": (1, None, 500),
@@ -29,7 +29,7 @@ KEEP = {
 }
 PER_RAY = ["scene", "group", "origin", "direction", "guard", "start_inside", "ends_inside"]
 PER_CROSSING = ["t", "t_lo", "entering", "sens"]
-# Of families whose truth leaves something open.
+# Arrays of the families whose truth leaves something open.
 PER_RAY_OPEN = ["t_min", "t_max", "horizon"]
 PER_CROSSING_OPEN = ["optional", "slack"]
 
@@ -44,7 +44,7 @@ def chosen_scenes(scenes, step, largest):
 
 
 def chosen_rays(full, scenes, count):
-    """At even steps through the rays of the scenes, ordered by group, each group by scene."""
+    """Rays at even steps through those of the scenes, ordered by group, and within a group by scene."""
     rows = np.nonzero(np.isin(full["scene"], [s["id"] for s in scenes]))[0]
     rows = rows[np.lexsort((rows, full["scene"][rows], full["group"][rows]))]
     places = np.unique(np.linspace(0, len(rows) - 1, count).round().astype(int))
@@ -75,7 +75,7 @@ def thin(family, source, target):
 
 
 def thin_models(family, document, source, target):
-    """Keeps the meshes that the scenes name."""
+    """Keeps the meshes that the scenes refer to."""
     path = os.path.join(source, family + "_models.npz")
     if not os.path.exists(path):
         return

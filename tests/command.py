@@ -1,4 +1,4 @@
-"""Runs the program and reads what it writes."""
+"""Runs the program and reads its output."""
 
 import json
 import os
@@ -12,12 +12,12 @@ SHOTLINE = os.environ.get("SHOTLINE", ROOT / "target/release/shotline")
 
 
 def run(*arguments):
-    """The finished process, whatever came of it."""
+    """Returns the finished process, even if it failed."""
     return subprocess.run([SHOTLINE, *map(str, arguments)], capture_output=True, text=True, timeout=60)
 
 
 def cast(folder, scene, rays, query, *flags):
-    """Casts rays (N, 6) at a scene given as a dict; answers the arrays."""
+    """Casts rays (N, 6) at a scene given as a dict; returns the arrays."""
     answer = attempt(folder, scene, rays, query, *flags)
     assert answer.returncode == 0, answer.stderr
     with np.load(folder / "out.npz", allow_pickle=False) as arrays:
@@ -25,7 +25,7 @@ def cast(folder, scene, rays, query, *flags):
 
 
 def attempt(folder, scene, rays, query, *flags):
-    """Casts rays (N, 6) at a scene given as a dict; answers the finished process."""
+    """Casts rays (N, 6) at a scene given as a dict; returns the finished process."""
     (folder / "scene.json").write_text(json.dumps(scene))
     np.save(folder / "rays.npy", rays)
     files = [folder / "scene.json", "--rays", folder / "rays.npy", "-o", folder / "out.npz"]
@@ -33,5 +33,5 @@ def attempt(folder, scene, rays, query, *flags):
 
 
 def object_scene(node, **more):
-    """A scene of one object."""
+    """A scene with one object."""
     return {"shotline": 1, "objects": [{"name": "thing", "node": node}], **more}

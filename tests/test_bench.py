@@ -1,4 +1,4 @@
-"""The comparison with other packages runs, here without most of them, and finds no wrong answer of shotline."""
+"""The comparison with other packages runs, even without most of them, and finds no wrong result of shotline."""
 
 import os
 import subprocess

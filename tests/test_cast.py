@@ -1,4 +1,4 @@
-"""`shotline cast`: names and types of the arrays, and answers that a formula gives."""
+"""`shotline cast`: names and types of the arrays, and results compared with formulas."""
 
 import json
 
@@ -43,7 +43,7 @@ TABLES = {
 
 BALL = {"kind": "sphere", "radius": 1.25}
 CUBE = {"kind": "box", "min": [-1, -1, -1], "max": [1, 1, 1]}
-# The ball shows through the six faces of the cube.
+# The ball protrudes through the six faces of the cube.
 HOLLOWED = {"op": "difference", "args": [CUBE, BALL]}
 SCENE = {
     "shotline": 1,
@@ -73,7 +73,7 @@ def random_rays(n, seed=7):
 
 
 def lists(arrays, name="t"):
-    """The rows of an array, a list a ray."""
+    """The rows of an array, as one list per ray."""
     return np.split(arrays[name], arrays["ray_splits"][1:-1])
 
 
@@ -90,7 +90,7 @@ def test_names_and_types(tmp_path, query, n):
         assert splits.shape == (n + 1,) and splits[0] == 0 and (np.diff(splits) >= 0).all()
         rows = splits[-1]
     for name in set(ARRAYS[query]) - {"ray_splits"}:
-        # Of thickness two materials, and none.
+        # The columns of thickness: two materials, and no material.
         assert arrays[name].shape == ((rows, 3) if name in ("normal", "thickness") else (rows,)), name
 
 
@@ -165,7 +165,7 @@ def test_thickness_without_materials_is_in_the_last_column(tmp_path):
 
 
 def through_ball(rays, radius):
-    """Where rays pass a ball about the origin, in extended precision; NaN where they do not."""
+    """The t at which rays cross a ball about the origin, in extended precision; NaN where they miss it."""
     o, d = rays[:, :3].astype(np.longdouble), rays[:, 3:].astype(np.longdouble)
     a, b, c = (d * d).sum(1), (o * d).sum(1), (o * o).sum(1) - np.longdouble(radius) ** 2
     with np.errstate(invalid="ignore"):
@@ -174,7 +174,7 @@ def through_ball(rays, radius):
 
 
 def through_cube(rays):
-    """Where rays pass the cube from -1 to 1; NaN where they do not."""
+    """The t at which rays cross the cube from -1 to 1; NaN where they miss it."""
     o, d = rays[:, :3].astype(np.longdouble), rays[:, 3:].astype(np.longdouble)
     low, high = np.sort([(-1 - o) / d, (1 - o) / d], axis=0)
     low, high = low.max(1), high.min(1)
@@ -198,7 +198,7 @@ def test_cube_minus_ball_by_formula(tmp_path):
         inside = [] if np.isnan(a) else [(a, b)] if np.isnan(c) else [(a, min(b, c)), (max(a, d), b)]
         expected.append([t for pair in inside if pair[0] < pair[1] for t in pair])
     assert_crossings(arrays, expected)
-    # The normal points out of the result: into the ball where the ball was taken away.
+    # The normal points out of the result: into the ball where the ball was subtracted.
     ray = ray_of(arrays)
     facing = (arrays["normal"] * rays[ray, 3:]).sum(1) < 0
     assert (facing == arrays["entering"]).all()
@@ -210,7 +210,7 @@ def ray_of(arrays):
 
 
 def assert_crossings(arrays, expected):
-    """The same counts; every t within its own bound; entering and leaving in turn."""
+    """The counts are the same, every t is within its own bound, and entering and exiting alternate."""
     assert [len(row) for row in lists(arrays)] == [len(row) for row in expected]
     assert max(len(row) for row in expected) >= 2 and min(len(row) for row in expected) == 0
     exact = np.array([t for row in expected for t in row], dtype=np.longdouble)

@@ -1,5 +1,5 @@
-"""Certified crossing lists that leave open what rounded inputs cannot tell (testdata/truth/README.md): rays parallel to
-unbounded surfaces, thin walls, parts that abut, extreme frames. Four queries, held to the truth and to each other."""
+"""Certified crossing lists that leave open what rounded inputs cannot determine (testdata/truth/README.md): rays parallel
+to unbounded surfaces, thin walls, parts that abut, extreme frames. Four queries, compared with the truth and each other."""
 
 import json
 
@@ -9,7 +9,7 @@ from command import cast, object_scene
 from test_truth import GUARDED, TRUTH, load, write_meshes
 
 FAMILIES = ["unbounded", "thin", "abutting", "solids2"]
-# A crossing is right within so many times what half an ulp in every input could do.
+# A crossing is right within this many times the effect of half an ulp in every input.
 TOLERANCE = 256
 
 
@@ -30,7 +30,7 @@ def test_family(tmp_path, family):
 
 
 def window_faults(folder, document, truth, rows, window):
-    """What is wrong with the answers of four queries to rays that are asked over one window."""
+    """The faults in the results of four queries for rays over one span, the window."""
     rays = np.hstack([truth["origin"][rows], truth["direction"][rows]])
     flags = [
         "--t-min",
@@ -45,7 +45,7 @@ def window_faults(folder, document, truth, rows, window):
         alike = (answers["closest"]["t"][i], answers["any"]["any"][i], answers["count"]["count"][i])
         if alike != (first, len(t) > 0, len(t)):
             yield f"ray {row}: closest, any and count are {alike}, crossings {t}"
-        # An interval without end is open in the truth.
+        # An unbounded interval has no exit in the truth.
         closed = kind != 2
         t, entering = t[closed], entering[closed]
         if (np.diff(t) < 0).any() or (entering != (np.arange(len(t)) % 2 == 0)).any() or not np.isfinite(t).all():
@@ -55,14 +55,14 @@ def window_faults(folder, document, truth, rows, window):
 
 
 def is_right(truth, row, t, entering):
-    """Whether a list is that of the truth before its horizon, with or without what is optional there."""
+    """Whether a list agrees with the truth up to its horizon, with or without the optional crossings there."""
     part = slice(truth["offsets"][row], truth["offsets"][row + 1])
     exact, exact_entering, optional = (truth[name][part] for name in ("t", "entering", "optional"))
     unit = np.maximum(truth["sens"][part], np.abs(exact)) * 2.0**-53
     tolerance = TOLERANCE * unit + truth["slack"][part]
     horizon = truth["horizon"][row]
     known, seen = int((exact <= horizon).sum()), int((t <= horizon).sum())
-    # Every place in the truth up to which the list so far can agree with it; what is passed over goes in pairs.
+    # Every index in the truth up to which the list so far can agree with it; crossings are skipped in pairs only.
     places = {-1}
     for k in range(seen):
         agrees = (exact_entering == entering[k]) & (np.abs(exact - t[k]) <= tolerance)

@@ -1,5 +1,5 @@
-"""Certified crossing lists (testdata/truth): every count right, every list alternating, every t near its own bound
-and near what rounding of the inputs can do. What the later families leave open is in test_open_truth.py."""
+"""Certified crossing lists (testdata/truth): every count right, every list alternating, every error of t near its own
+bound and near the effect of input rounding. test_open_truth.py has the families that leave something open."""
 
 import json
 
@@ -9,9 +9,9 @@ from command import ROOT, cast, object_scene
 
 TRUTH = ROOT / "testdata/truth"
 FAMILIES = ["torus", "quadric", "box", "affine", "csg", "coincident", "mesh"]
-# Rays with one of these bits have no one right count: see testdata/truth/README.md.
+# Rays with one of these bits do not have a single right count: see testdata/truth/README.md.
 GUARDED = 1 | 2 | 4 | 8 | 16
-# The largest error of t, in units of what half an ulp in every input could do.
+# The largest error of t, in units of the effect of half an ulp in every input.
 MAX_ERROR = 8
 # The median of the bounds, in the same units.
 MEDIAN_BOUND = 8
@@ -38,7 +38,7 @@ def test_family(tmp_path, family):
             found = list(faults(truth, row, t, entering, bound))
             problems += [f"ray {row} of scene {scene['id']} ({scene['name']}): {problem}" for problem in found]
             if not found and not truth["guard"][row] & GUARDED:
-                # A ray that begins inside has no error there.
+                # The start of a ray that begins inside has no error.
                 kept = t[np.isfinite(t)] > 0
                 widths.extend(bound[np.isfinite(t)][kept] / units(truth, row)[kept])
     assert not problems, "\n".join([f"{len(problems)} faults", *problems[:20]])
@@ -46,16 +46,16 @@ def test_family(tmp_path, family):
 
 
 def units(truth, row):
-    """What half an ulp in every input could do to each t of a ray."""
+    """The effect of half an ulp in every input on each t of a ray."""
     part = slice(truth["offsets"][row], truth["offsets"][row + 1])
     return np.maximum(truth["sens"][part], np.abs(truth["t"][part])) * 2.0**-53
 
 
 def faults(truth, row, t, entering, bound):
-    """What is wrong with the crossing list of a ray."""
+    """The faults in the crossing list of a ray."""
     if len(t) % 2:
         yield f"{len(t)} crossings, an odd number"
-    # An interval without end is closed at infinity here and left open in the truth.
+    # An unbounded interval has an exit at infinity here and none in the truth.
     finite = np.isfinite(t)
     if not finite[:-1].all():
         yield "a crossing that is not finite before the last"
@@ -78,7 +78,7 @@ def faults(truth, row, t, entering, bound):
 
 
 def write_meshes(folder, family, nodes):
-    """Gives every mesh of a scene a file."""
+    """Writes every mesh of a scene to a file."""
     for node in nodes:
         write_meshes(folder, family, node.get("args", []))
         if node.get("kind") == "mesh":
