@@ -1,8 +1,9 @@
-//! The published schema is the one that the code gives, and it agrees with the reader.
+//! The published schema and the table of kinds are those that the code generates, and the schema agrees with the reader.
 
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
+use shotline::solid::{KINDS, Kind, Param};
 use shotline_io::{load, parse_scene, scene_schema};
 
 fn repository() -> PathBuf {
@@ -99,15 +100,34 @@ fn is_of_type(value: &Value, name: &str) -> bool {
     }
 }
 
+/// The table of the kinds of solids, from their declarations.
+fn table_of_kinds() -> String {
+    let numbers = |values: &[f64]| values.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
+    let parameter = |p: &Param| {
+        let count = if p.count == 1 { String::new() } else { format!(" [{}]", p.count) };
+        format!("`{}`{count}{}", p.name, p.default.map_or(String::new(), |d| format!(" = {}", numbers(d))))
+    };
+    let row = |kind: &&Kind| {
+        let parameters: Vec<_> = kind.params.iter().map(parameter).collect();
+        format!("| `{}` | {} | {} |\n", kind.name, parameters.join(", "), kind.interior)
+    };
+    let head = "| kind | parameters | interior |\n|---|---|---|\n";
+    head.to_owned() + &KINDS.iter().map(row).collect::<String>()
+}
+
+/// With `UPDATE_SCHEMA` set the table is written.
 #[test]
-fn the_documentation_knows_every_kind_and_its_example_is_read() {
-    let page = std::fs::read_to_string(repository().join("docs/scene-format.md")).unwrap();
+fn the_documentation_has_the_table_of_kinds_and_its_example_is_read() {
+    let path = repository().join("docs/scene-format.md");
+    let page = std::fs::read_to_string(&path).unwrap();
     let example = page.split("```jsonc\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
     parse_scene(example, None).unwrap_or_else(|e| panic!("{e}"));
-    for kind in shotline::solid::KINDS {
-        let row = page.lines().find(|line| line.starts_with(&format!("| `{}` |", kind.name)));
-        let row = row.unwrap_or_else(|| panic!("docs/scene-format.md lacks the kind {}", kind.name));
-        assert!(kind.params.iter().all(|p| row.contains(&format!("`{}`", p.name))), "{row}");
+    let start = page.find("| kind | parameters").expect("the table of kinds");
+    let end = start + page[start..].find("\n\n").expect("its end") + 1;
+    if std::env::var_os("UPDATE_SCHEMA").is_some() {
+        std::fs::write(&path, [&page[..start], &table_of_kinds(), &page[end..]].concat()).unwrap();
+    } else {
+        assert_eq!(page[start..end], table_of_kinds(), "UPDATE_SCHEMA=1 writes the table");
     }
 }
 

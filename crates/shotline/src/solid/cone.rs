@@ -10,6 +10,7 @@ use crate::math::{Dd, Vec3, power_of_two_below, two_sum};
 pub(super) static KIND: Kind = Kind {
     name: "cone",
     summary: "the cone or frustum around the z axis, of radius r0 at z0 and r1 at z1",
+    interior: "x^2 + y^2 < r(z)^2, z0 < z < z1, with r(z) linear from r0 at z0 to r1 at z1; either may be 0",
     params: &[
         Param::length("r0", "the radius at z0; 0 for an apex"),
         Param::length("r1", "the radius at z1; 0 for an apex, but not both"),

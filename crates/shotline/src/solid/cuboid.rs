@@ -21,6 +21,7 @@ pub struct Cuboid {
 pub(super) static KIND: Kind = Kind {
     name: "box",
     summary: "the box between two corners, along the axes",
+    interior: "min < p < max",
     params: &[
         Param::lengths("min", "the lowest corner"),
         Param::lengths("max", "the highest corner, above min on every axis"),

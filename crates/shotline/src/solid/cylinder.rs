@@ -10,6 +10,7 @@ use crate::math::{Dd, Vec3, power_of_two_below, two_prod};
 pub(super) static KIND: Kind = Kind {
     name: "cylinder",
     summary: "the cylinder of a radius around the z axis, from z0 to z1",
+    interior: "x^2 + y^2 < radius^2, z0 < z < z1",
     params: &[
         Param::length("radius", "the radius, positive"),
         Param::length("z0", "the lower end"),

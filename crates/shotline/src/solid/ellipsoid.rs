@@ -11,6 +11,7 @@ use crate::math::{Dd, Vec3, power_of_two_below};
 pub(super) static KIND: Kind = Kind {
     name: "ellipsoid",
     summary: "the ellipsoid of three semi-axes around the origin",
+    interior: "sum of (p_i / a_i)^2 < 1",
     params: &[Param::lengths("semi_axes", "along x, y and z, positive")],
     build: |p| {
         let axes = p.vector("semi_axes")?;

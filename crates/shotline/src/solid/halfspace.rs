@@ -11,6 +11,7 @@ use crate::math::{Dd, Vec3, power_of_two_below};
 pub(super) static KIND: Kind = Kind {
     name: "halfspace",
     summary: "the half-space normal . p < offset",
+    interior: "normal . p < offset",
     params: &[
         Param::direction("normal", "out of the solid, of any length but 0"),
         Param::length("offset", "normal . p on the plane"),

@@ -10,6 +10,7 @@ use crate::math::{Dd, Vec3, power_of_two_below};
 pub(super) static KIND: Kind = Kind {
     name: "hyperboloid",
     summary: "the hyperboloid of one sheet (x^2+y^2)/a^2 - z^2/c^2 < 1, from z0 to z1",
+    interior: "(x^2 + y^2) / a^2 - z^2 / c^2 < 1, z0 < z < z1",
     params: &[
         Param::length("a", "the radius of the waist at z = 0, positive"),
         Param::length("c", "the height at which z^2/c^2 is 1, positive"),

@@ -8,6 +8,7 @@ use super::{Kind, Param, ParamError, constructors, hyperboloid};
 pub(super) static KIND: Kind = Kind {
     name: "hyperboloid2",
     summary: "the hyperboloid of two sheets z^2/c^2 - (x^2+y^2)/a^2 > 1, from z0 to z1",
+    interior: "z^2 / c^2 - (x^2 + y^2) / a^2 > 1, z0 < z < z1",
     params: &[
         Param::length("a", "the radius at z^2 = 2 c^2, positive"),
         Param::length("c", "the height of the vertices, positive"),

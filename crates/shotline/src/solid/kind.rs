@@ -13,6 +13,8 @@ pub struct Kind {
     pub name: &'static str,
     /// One line of documentation.
     pub summary: &'static str,
+    /// The points of the interior in terms of the parameters, for the table of kinds in the documentation.
+    pub interior: &'static str,
     /// The parameters. Parameters with a default come last.
     pub params: &'static [Param],
     /// Checks the parameters and builds the solid.

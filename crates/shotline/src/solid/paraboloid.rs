@@ -10,6 +10,7 @@ use crate::math::{Dd, Vec3, power_of_two_below, two_prod, two_sum};
 pub(super) static KIND: Kind = Kind {
     name: "paraboloid",
     summary: "the paraboloid around the z axis with its vertex at z0 and a radius at z1",
+    interior: "x^2 + y^2 < radius^2 (z - z0) / (z1 - z0), z < z1",
     params: &[
         Param::length("radius", "the radius at z1, positive"),
         Param::length("z0", "the vertex"),

@@ -10,6 +10,7 @@ use crate::math::{Dd, Vec3, power_of_two_below};
 pub(super) static KIND: Kind = Kind {
     name: "quadric",
     summary: "the quadric A x2 + B y2 + C z2 + D xy + E xz + F yz + G x + H y + I z + J < 0",
+    interior: "A x^2 + B y^2 + C z^2 + D xy + E xz + F yz + G x + H y + I z + J < 0",
     params: &[Param::coefficients("coeffs", &[0, 0, 0, 0, 0, 0, 1, 1, 1, 2], "A to J, not all zero")],
     build: |p| {
         let coeffs = p.coefficients("coeffs")?;

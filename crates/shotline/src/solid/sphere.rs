@@ -11,6 +11,7 @@ use crate::math::{Dd, Vec3, power_of_two_below, two_prod};
 pub(super) static KIND: Kind = Kind {
     name: "sphere",
     summary: "the sphere of a radius around the origin",
+    interior: "x^2 + y^2 + z^2 < radius^2",
     params: &[Param::length("radius", "the radius, positive")],
     build: |p| {
         let radius = p.positive("radius")?;

@@ -16,6 +16,7 @@ use crate::scratch::Scratch;
 pub(super) static KIND: Kind = Kind {
     name: "tube",
     summary: "the part of a tube around the z axis that lies between two angles about it",
+    interior: "rmin^2 < x^2 + y^2 < rmax^2, z0 < z < z1, a sector of dphi degrees about z that begins at the angle phi0",
     params: &[
         Param::length("rmin", "the inner radius; 0 for a solid cylinder"),
         Param::length("rmax", "the outer radius, above rmin"),

@@ -32,6 +32,7 @@ pub struct Torus {
 pub(super) static KIND: Kind = Kind {
     name: "torus",
     summary: "the torus around the z axis; with r > R the inner lemon is inside, not a surface",
+    interior: "(sqrt(x^2 + y^2) - R)^2 + z^2 < r^2",
     params: &[
         Param::length("R", "the radius of the circle inside the tube, positive"),
         Param::length("r", "the radius of the tube, positive"),
