@@ -1,6 +1,6 @@
 //! Files for shotline: scenes, meshes and arrays. The core reads no files; this crate makes no queries.
 //!
-//! [`load`] reads a scene or a mesh, [`save()`] writes one. A [`Document`] keeps the location of each node, so that
+//! [`load()`] reads a scene or a mesh, [`save()`] writes one. A [`Document`] keeps the location of each node, so that
 //! errors of [`shotline::compile`] are shown in the file. Every reader accepts any bytes: it reports what is wrong
 //! with them as a [`ReadError`] with locations, and uses memory in proportion to the file.
 //!
