@@ -98,18 +98,6 @@ impl MeshSolid {
         nearest
     }
 
-    /// Whether there are any [`MeshSolid::hits`].
-    pub fn any(&self, line: &Line, span: Span, scratch: &mut Scratch) -> bool {
-        self.reserve_tags(scratch);
-        let Some(mesh_line) = self.mesh_line(line) else { return false };
-        let mut any = false;
-        self.traverse(&mesh_line, span.t_min(), span.t_max(), scratch, |_| {
-            any = true;
-            f64::NEG_INFINITY
-        });
-        any
-    }
-
     /// Prepares a line for the triangles; `None` if it hits none.
     pub(super) fn mesh_line(&self, line: &Line) -> Option<MeshLine> {
         MeshLine::new(line, &self.size, &self.scaled_bounds)

@@ -230,7 +230,7 @@ proptest! {
             prop_assert!((all[0].t - 1.0).abs() <= 1e-11);
             prop_assert_eq!(all[0].entering, normal.dot(line.d) < 0.0);
             prop_assert_eq!(solid.nearest(&line, Span::FORWARD, &mut Scratch::default()), Some(all[0]));
-            prop_assert!(solid.any(&line, Span::FORWARD, &mut Scratch::default()));
+            prop_assert!(solid.nearest(&line, Span::FORWARD, &mut Scratch::default()).is_some());
         }
     }
 }
