@@ -11,7 +11,7 @@ use shotline::query::Kinds;
 use shotline::ray::Span;
 use shotline::scene::Scene;
 use shotline::solid::mesh::Weld;
-use shotline_io::{PathPolicy, ReadOptions};
+use shotline_io::{PathPolicy, ReadOptions, mesh_format_names};
 
 use crate::failure::Failure;
 use crate::stream;
@@ -19,8 +19,10 @@ use crate::stream;
 /// The model that a command reads.
 #[derive(Args, Debug)]
 pub struct Model {
-    /// A scene file (JSON) or a mesh (PLY, STL, OBJ), which is a scene of one object; - for standard input
-    #[arg(value_name = "SCENE_OR_MESH")]
+    #[arg(value_name = "SCENE_OR_MESH", help = format!(
+        "A scene file (JSON) or a mesh ({}), which is a scene of one object; - for standard input",
+        mesh_format_names()
+    ))]
     pub path: PathBuf,
     /// Let the scene name mesh files outside of its own folder
     #[arg(long)]

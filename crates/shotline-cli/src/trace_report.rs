@@ -106,11 +106,11 @@ fn describe(act: &Act) -> String {
         Act::PushNode { node } => format!("+ {node}"),
         Act::PushItem { item } => format!("+ {item}"),
         Act::Miss { item } => format!("- {item}: its box is missed"),
-        Act::Saved { item } => format!("- {item}: met before, says its tag"),
+        Act::Saved { item } => format!("- {item}: tested before, by its tag"),
         Act::Test { item } => format!("test {item}"),
         Act::Run { met, tested, saved, hits, limit } => {
-            let mut out = format!("{} met", counted(*met, "part", "parts"));
-            out += &format!(", {} tested", counted(*tested, "triangle", "triangles"));
+            let mut out = format!("{} tested", counted(*met, "node", "nodes"));
+            out += &format!(", {}", counted(*tested, "triangle", "triangles"));
             if *saved > 0 {
                 out += &format!(", {saved} saved by tags");
             }
@@ -122,7 +122,7 @@ fn describe(act: &Act) -> String {
             }
             out
         }
-        Act::Found { crossings } => format!("answer: {}", list(crossings)),
+        Act::Found { crossings } => format!("crossings: {}", list(crossings)),
         Act::Before { item, crossing } => {
             format!("{}: before its box, only counted", toggled(item, crossing))
         }

@@ -38,7 +38,7 @@ pub use diagnostic::Diagnostic;
 pub use document::{Document, Source};
 pub use error::{ReadError, WriteError, os_error_message};
 pub use format::scene_json::{scene_schema, write_scene};
-pub use format::{FORMATS, Format};
+pub use format::{FORMATS, Format, mesh_format_names};
 pub use load::{load, load_bytes, load_with, parse_scene, read_mesh};
 pub use location::{Location, Snippet};
 pub use note::{Effect, Note, Spot};

@@ -13,7 +13,7 @@ use crate::{input, interrupt, output, stream};
 
 /// Convert between file formats
 ///
-/// The extension of OUT gives the format: .json a scene, .ply, .obj or .stl a mesh. Reports on stderr what is lost, and
+/// The extension of OUT gives the format: .json a scene, those of mesh formats a mesh. Reports on stderr what is lost, and
 /// which other files were written: the meshes that a scene names are written to its folder as PLY, unless they are there.
 ///
 /// PLY and OBJ keep every bit of a mesh. STL has no vertex indices, and float32 coordinates in its binary form, so it is

@@ -81,7 +81,7 @@ pub(crate) fn known_extensions() -> String {
 }
 
 /// The names of the mesh formats, for messages: "PLY, STL or OBJ".
-pub(crate) fn mesh_format_names() -> String {
+pub fn mesh_format_names() -> String {
     let is_mesh = |f: &&&Format| matches!(f.content, Content::Mesh { .. });
     let names: Vec<_> = FORMATS.iter().filter(is_mesh).map(|f| f.name).collect();
     match names.split_last() {
