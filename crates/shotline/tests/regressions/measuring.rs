@@ -101,6 +101,10 @@ fn volumes_of_meshes_are_right_where_their_terms_cancel() {
     let far = 2f64.powi(40);
     assert_exactly(&volume_of(shape_of(moved(far))), 1.0 / 6.0);
     assert_exactly(&volume_of(shape_of(shells([moved(0.0), moved(far)]))), 1.0 / 3.0);
+    let (size, away) = (0.5f64.powi(10), 2f64.powi(30));
+    let speck = |x: f64, y: f64| brick([x, y, y], [x + size, y + size, y + size]);
+    let specks = shells([speck(0.0, 0.0), speck(away, away), speck(away, 0.0)]);
+    assert_exactly(&volume_of(shape_of(specks)), 3.0 * size.powi(3));
     // A needle of length 2^30 with a volume of 1/6: (n + 1) (n - 1) - n^2 = -1.
     let n = 2f64.powi(30);
     let mut needle = tetrahedron();

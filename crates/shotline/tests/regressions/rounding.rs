@@ -12,7 +12,9 @@ fn a_plane_parallel_to_the_ray_but_for_rounding_swallows_nothing() {
     let cut = Shape::cuboid([-1.0; 3], [1.0; 3]).unwrap() & turned.rotate([0.0, 0.0, 330.0]);
     let both = Shape::sphere(1.0).unwrap() | cut;
     let half = f64::sqrt(1.0 - 0.04 - 0.25);
-    assert_near(&seen(both, [-3.0, 0.2, 0.5], Vec3::X), &[3.0 - half, 3.0 + half], 1e-14);
+    assert_near(&seen(&both, [-3.0, 0.2, 0.5], Vec3::X), &[3.0 - half, 3.0 + half], 1e-14);
+    // Behind the plane, and so through the cut box.
+    assert_near(&seen(both, [-3.0, -0.2, 0.5], Vec3::X), &[2.0, 4.0], 1e-14);
 }
 
 /// So had the lines of a quadric without end: a ball less a drill vanished for rays beside the drill and along it.
