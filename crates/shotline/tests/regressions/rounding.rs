@@ -9,12 +9,18 @@ use super::*;
 #[test]
 fn a_plane_parallel_to_the_ray_but_for_rounding_swallows_nothing() {
     let turned = Shape::halfspace([-0.499_999_999_999_999_94, 0.866_025_403_784_438_7, 0.0], 0.0).unwrap();
-    let cut = Shape::cuboid([-1.0; 3], [1.0; 3]).unwrap() & turned.rotate([0.0, 0.0, 330.0]);
-    let both = Shape::sphere(1.0).unwrap() | cut;
-    let half = f64::sqrt(1.0 - 0.04 - 0.25);
-    assert_near(&seen(&both, [-3.0, 0.2, 0.5], Vec3::X), &[3.0 - half, 3.0 + half], 1e-14);
-    // Behind the plane, and so through the cut box.
-    assert_near(&seen(both, [-3.0, -0.2, 0.5], Vec3::X), &[2.0, 4.0], 1e-14);
+    let half_space = turned.rotate([0.0, 0.0, 330.0]);
+    let ball = Shape::sphere(1.0).unwrap();
+    let chord = f64::sqrt(1.0 - 0.04 - 0.25);
+    let ends = [3.0 - chord, 3.0 + chord];
+    // In front of the plane, y = 0, and behind it.
+    let (front, back) = ([-3.0, 0.2, 0.5], [-3.0, -0.2, 0.5]);
+    let cut = Shape::cuboid([-1.0; 3], [1.0; 3]).unwrap() & &half_space;
+    assert_near(&seen(&ball | cut, front, Vec3::X), &ends, 1e-14);
+    assert_near(&seen(&ball - &half_space, front, Vec3::X), &ends, 1e-14);
+    assert_near(&seen(&ball & &half_space, back, Vec3::X), &ends, 1e-14);
+    assert!(seen(&ball & &half_space, front, Vec3::X).is_empty());
+    assert!(seen(&ball - &half_space, back, Vec3::X).is_empty());
 }
 
 /// So had the lines of a quadric without end: a ball less a drill vanished for rays beside the drill and along it.
