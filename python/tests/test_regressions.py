@@ -62,7 +62,7 @@ def test_a_camera_needs_no_field_of_view():
 
 
 def test_names_of_several_objects_are_warned_of():
-    """They were taken without a word."""
+    """They were accepted without a warning."""
     with pytest.warns(shotline.DuplicateNameWarning, match="'a'"):
         Scene(Sphere(radius=1).named("a"), Box(min=(2, 0, 0), max=(3, 1, 1)).named("a"))
 
@@ -82,7 +82,7 @@ def test_names_of_several_objects_are_warned_of():
     ],
 )
 def test_what_is_no_number_is_refused(wrong, error, words):
-    """Text, fractions and masked entries were converted without a word: a priority of 1.5 became 1."""
+    """Text, fractions and masked entries were converted without an error: a priority of 1.5 became 1."""
     with pytest.raises(error, match=words):
         wrong()
 

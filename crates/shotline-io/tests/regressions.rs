@@ -1,5 +1,5 @@
-//! One function for each fault that was ever found in the readers and writers, with what was wrong. Each has the shortest
-//! file that showed it.
+//! One function for each fault that was ever found in the readers and writers, with what was wrong. Each has the
+//! shortest file that showed it.
 //!
 //! Faults of the core are in `shotline/tests/regressions.rs`, those of the Python package in
 //! `python/tests/test_regressions.py`.
@@ -92,7 +92,7 @@ fn area(mesh: &TriangleMesh) -> f64 {
 // Texts
 
 /// The mark before the first `v` of an OBJ made it an unknown keyword: the vertex was dropped and all others took the
-/// number before theirs, without a word. PLY and STL were refused.
+/// number before theirs, without a note. PLY and STL were refused.
 #[test]
 fn a_byte_order_mark_swallows_no_vertex() {
     is_the_tetrahedron("a.obj", format!("\u{FEFF}{OBJ}"), &[]);
@@ -123,7 +123,7 @@ fn comments_of_text_stl_are_no_facets() {
     is_the_tetrahedron("a.stl", stl().replace("endfacet\n", &format!("endfacet\n{comment}")), &[]);
 }
 
-/// UTF-16 was said to have no faces.
+/// A file in UTF-16 was refused because it has no faces, which does not help.
 #[test]
 fn utf_16_is_named() {
     let wide: Vec<u8> = format!("\u{FEFF}{OBJ}").encode_utf16().flat_map(u16::to_le_bytes).collect();
@@ -220,7 +220,7 @@ fn stl_without_a_name_is_recognised_as_files_are() {
     }
 }
 
-/// Colours and weights of vertices were dropped without a word.
+/// Colours and weights of vertices were dropped without a note.
 #[test]
 fn colours_of_vertices_are_noted() {
     let document = ok("a.obj", OBJ.replacen("v 0 0 0", "v 0 0 0 0.5 0.5 0.5", 1));
@@ -285,7 +285,7 @@ fn polygon_numbers_survive_ply() {
     assert_eq!(mesh_of(&load(&path).unwrap()).polygons, [0, 0, 1]);
 }
 
-/// Two objects of one name were taken without a word.
+/// Two objects of one name were read without a note.
 #[test]
 fn names_of_several_objects_are_noted() {
     let ball = r#"{ "name": "a", "node": { "kind": "sphere", "radius": 1 } }"#;
@@ -294,7 +294,7 @@ fn names_of_several_objects_are_noted() {
     assert_eq!(document.notes.iter().map(|note| note.kind).collect::<Vec<_>>(), ["duplicate_names"]);
 }
 
-/// Any text was a unit.
+/// Any text was accepted as a unit.
 #[test]
 fn unknown_units_are_refused() {
     let scene =

@@ -1,5 +1,5 @@
-//! One function for each fault that was ever found in the core, with what was wrong. Each builds the smallest scene that
-//! showed it and holds the answer to a closed form.
+//! One function for each fault that was ever found in the core, with what was wrong. Each builds the smallest scene
+//! that showed it and holds the answer to a closed form.
 //!
 //! Faults of readers are in `shotline-io/tests/regressions.rs`, those of the Python package in
 //! `python/tests/test_regressions.py`, and what the fuzzers found in `fuzz/regressions`.

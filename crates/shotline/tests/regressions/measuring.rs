@@ -31,8 +31,8 @@ fn an_octahedron_of_half_spaces_is_measured_exactly() {
     assert_exactly(&volume_of(octahedron), 4.0 / 3.0);
 }
 
-/// A cell as OpenMC and MCNP write it, a cylinder surface between two planes, had an infinite box: every ray asked every
-/// cell, and `measure` refused it.
+/// A cell as OpenMC and MCNP write it, a cylinder surface between two planes, had an infinite box: every ray asked
+/// every cell, and `measure` refused it.
 #[test]
 fn a_cylinder_surface_between_planes_has_a_box_and_a_volume() {
     let side = Shape::quadric([1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0]).unwrap();
@@ -44,8 +44,8 @@ fn a_cylinder_surface_between_planes_has_a_box_and_a_volume() {
     assert!(found.std_error < 0.01 && (found.value - 2.0 * PI).abs() <= 6.0 * found.std_error, "{found:?}");
 }
 
-/// The sides of a turned wedge are parallel to the rays that measure it, and its volume came out a third too small, with a
-/// small error.
+/// The sides of a turned wedge are parallel to the rays that measure it, and its volume was a third too small, with a
+/// small standard error.
 #[test]
 fn a_turned_wedge_has_its_volume() {
     let disc = Shape::cylinder(1.0, 0.0, 1.0).unwrap();
@@ -89,8 +89,8 @@ fn shells_in_one_another_are_exact() {
     assert_exactly(&volume_of(shape_of(turned)), 8.0);
 }
 
-/// Volumes of meshes were sums of terms about the origin that cancel: off by any factor for long tetrahedra and for small
-/// shells far apart.
+/// Volumes of meshes were sums of terms about the origin that cancel: wrong by any factor for long tetrahedra and for
+/// small shells far apart.
 #[test]
 fn volumes_of_meshes_are_right_where_their_terms_cancel() {
     let moved = |x: f64| {
@@ -113,7 +113,7 @@ fn volumes_of_meshes_are_right_where_their_terms_cancel() {
     assert_eq!(Topology::of(&needle).unwrap().signed_volume, 1.0 / 6.0);
 }
 
-/// Rods and plates that rays along one axis do not see were missing, and the error did not tell.
+/// Rods and plates that rays along one axis do not meet were missing, and the standard error did not show it.
 #[test]
 fn a_plate_and_a_post_have_their_volume() {
     let sheet = Shape::cuboid([0.0; 3], [1000.0, 1000.0, 0.001]).unwrap();
@@ -124,7 +124,7 @@ fn a_plate_and_a_post_have_their_volume() {
     assert!(found.std_error < 1e-3 * truth, "{found:?}");
 }
 
-/// Volumes of huge and tiny objects were infinite and 0, without a word.
+/// Volumes of huge and tiny objects were returned as infinite and 0, without an error.
 #[test]
 fn a_volume_that_overflows_or_underflows_is_an_error() {
     for size in [1e120, 1e-110] {

@@ -18,7 +18,7 @@ fn far_vertices_do_not_hide_a_mesh() {
     }
 }
 
-/// A shell of size 1e14 in the same mesh did the same to a near one.
+/// A shell of size 1e14 in the same mesh hid a near one for the same reason.
 #[test]
 fn far_shells_do_not_hide_a_near_one() {
     let far = brick([1e15, -1e14, -1e14], [1.1e15, 1e14, 1e14]);
@@ -26,7 +26,8 @@ fn far_shells_do_not_hide_a_near_one() {
     assert_eq!(list, [1.0, 1.5]);
 }
 
-/// `closest` and `any` took a wall that lies wholly behind the ray for where it begins inside, and said t = 0.
+/// `closest` and `any` took a wall that lies wholly behind the ray for a solid in which the ray begins, and returned t
+/// = 0.
 #[test]
 fn a_thin_wall_behind_the_ray_is_not_where_it_begins() {
     let floor = brick([0.0; 3], [1.0, 1.0, 1e-4]);
@@ -36,7 +37,7 @@ fn a_thin_wall_behind_the_ray_is_not_where_it_begins() {
     assert_eq!(seen(&tray, [0.0625, 0.0625, 0.125], Vec3::Z), [0.125, 0.375]);
 }
 
-/// The same from a gap in a mesh far from the origin, however thick its walls.
+/// In a mesh far from the origin this happened in any gap, however thick the walls.
 #[test]
 fn walls_behind_the_ray_do_not_count_far_from_the_origin() {
     let wall = |x: f64| brick([1e4 + x, 1e4, 1e4], [1e4 + x + 0.5, 1e4 + 1.0, 1e4 + 1.0]);
@@ -46,7 +47,7 @@ fn walls_behind_the_ray_do_not_count_far_from_the_origin() {
     assert!(seen(&walls, [1e4 + 1.75, 1e4 + 0.5, 1e4 + 0.25], Vec3::X).is_empty());
 }
 
-/// Both walls of a thin plate far from the origin were within the bounds of its hits, and vanished.
+/// The bounds of hits on a thin plate far from the origin were wider than the plate, and both hits vanished.
 #[test]
 fn thin_walls_far_from_the_origin_are_kept() {
     let far = f64::from(1 << 20);
@@ -55,7 +56,7 @@ fn thin_walls_far_from_the_origin_are_kept() {
     assert_eq!(list, [1.0, 1.0 + 1.0 / 1024.0 / 1024.0]);
 }
 
-/// The normal of a needle was the rounding of the product of its edges.
+/// The normal of a needle was computed from a product of its edges in which all digits cancel.
 #[test]
 fn normals_of_needles_are_accurate() {
     // In the plane x + 2 y + 3 z = 0, through the origin; 10^9 long and of twice the area sqrt(14) / 3 of a unit.
@@ -69,7 +70,7 @@ fn normals_of_needles_are_accurate() {
     assert!((hit.normal.dot(truth).signum() * hit.normal - truth).length() < 1e-15, "{hit:?}");
 }
 
-/// Nothing said that the faces of a sheet given from both sides cancel, and that no ray ever hits it.
+/// Nothing reported that the faces of a sheet given from both sides cancel, and that no ray ever hits it.
 #[test]
 fn faces_that_cancel_are_reported() {
     let corners = vec![Vec3::ZERO, Vec3::X, Vec3::X + Vec3::Y];
@@ -81,7 +82,7 @@ fn faces_that_cancel_are_reported() {
     assert_eq!((solid.cancelling.count, solid.can_be_hit), (0, true));
 }
 
-/// A mesh was said to be wound inward by the sign of its volume, also where only one of its shells is.
+/// A mesh was reported as wound inward by the sign of its volume, even if only one of its shells is.
 #[test]
 fn a_mesh_with_one_shell_turned_is_not_wound_inward() {
     let mut turned = brick([5.0; 3], [8.0; 3]);

@@ -44,8 +44,8 @@ fn one_ray_through_2_to_the_40_spheres_can_be_cancelled() {
     assert_eq!(crossings, Err(QueryError::Cancelled));
 }
 
-/// A walk returned nothing both when it was done and when it was out of steps: a ray that needed its last step was an error
-/// or had a short list.
+/// A walk returned nothing both when it was done and when it was out of steps: a ray that needed its last step was an
+/// error or had a short list.
 #[test]
 fn a_ray_with_few_steps_has_its_whole_list_or_an_error() {
     let ball = Shape::sphere(1.0).unwrap();
@@ -167,7 +167,7 @@ fn no_crossing_is_at_minus_zero() {
     }
 }
 
-/// Copies of one part that are placed over each other 2^22 times were built as so many leaves before anything said no.
+/// Copies of one part that are placed over each other 2^22 times were all built before the scene was refused.
 #[test]
 fn a_combination_of_too_many_leaves_is_counted_and_refused() {
     let ball = Shape::sphere(1.0).unwrap();

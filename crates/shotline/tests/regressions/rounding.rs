@@ -4,8 +4,8 @@ use shotline::accel;
 
 use super::*;
 
-/// The far crossing of a plane that is parallel to the ray but for rounding had bounds that covered the whole scene, and
-/// the ball, which the plane does not touch, vanished.
+/// The far crossing of a plane that is parallel to the ray but for rounding had bounds that covered the whole scene,
+/// and the ball, which the plane does not touch, vanished.
 #[test]
 fn a_plane_parallel_to_the_ray_but_for_rounding_swallows_nothing() {
     let turned = Shape::halfspace([-0.499_999_999_999_999_94, 0.866_025_403_784_438_7, 0.0], 0.0).unwrap();
@@ -23,7 +23,8 @@ fn a_plane_parallel_to_the_ray_but_for_rounding_swallows_nothing() {
     assert!(seen(&ball - &half_space, back, Vec3::X).is_empty());
 }
 
-/// So had the lines of a quadric without end: a ball less a drill vanished for rays beside the drill and along it.
+/// The same happened with an endless quadric: a ball minus a drill vanished for rays that run along the drill, beside
+/// it.
 #[test]
 fn a_ray_along_an_endless_drill_sees_the_ball_beside_it() {
     let drill = Shape::quadric([1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.09]).unwrap();
@@ -34,8 +35,8 @@ fn a_ray_along_an_endless_drill_sees_the_ball_beside_it() {
     assert_near(&seen(drilled, o, d), &[3.0 - half, 3.0 + half], 1e-13);
 }
 
-/// Layers each thinner than the bounds of their faces were one chain of events, and the stack vanished, though its ends are
-/// thousands of bounds apart.
+/// Layers each thinner than the bounds of their faces were one chain of events, and the stack vanished, though its ends
+/// are thousands of bounds apart.
 #[test]
 fn a_chain_of_thin_layers_does_not_swallow_the_stack() {
     let layer =
@@ -60,7 +61,7 @@ fn thin_objects_that_overlap_keep_their_segments() {
     assert!((below - 2e-6).abs() < 2.3e-6 && (above - 4e-6).abs() < 3e-7, "{below} {above}");
 }
 
-/// Both crossings of a near tangent were within their bounds, and the bounds of a torus's were too small.
+/// Both crossings of a near tangent were lost in their bounds, and those of a torus had bounds that were too small.
 #[test]
 fn near_tangents_of_balls_and_tori_are_within_their_bounds() {
     let e = 0.5f64.powi(40);
@@ -90,7 +91,7 @@ fn sectors_of_tiny_models_are_found() {
     assert_near(&list, &[0.5, 1.0], 1e-15);
 }
 
-/// The radius of the sphere around a tiny box came out as 0, since squares vanish, and the box was not met.
+/// The radius of the sphere around a tiny box was 0, since squares underflow, and the box was not met.
 #[test]
 fn spheres_around_tiny_boxes_hold_them() {
     let ball = Shape::sphere(1e-170).unwrap();

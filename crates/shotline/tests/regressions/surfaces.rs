@@ -33,7 +33,7 @@ fn up_the_axis(shape: Shape) -> Vec<f64> {
     list
 }
 
-/// In the face that two boxes of a union share, the ray saw nothing.
+/// A ray in the face that two boxes of a union share had no crossings.
 #[test]
 fn a_ray_in_a_shared_face_sees_no_seam() {
     let low = Shape::cuboid([0.0; 3], [1.0; 3]).unwrap();
@@ -45,7 +45,7 @@ fn a_ray_in_a_shared_face_sees_no_seam() {
     assert!(seen(&low, o, d).is_empty() && seen(low & high, o, d).is_empty());
 }
 
-/// Along an edge where four boxes meet, it saw nothing either.
+/// A ray along an edge where four boxes meet had none either.
 #[test]
 fn a_ray_along_a_shared_edge_sees_no_seam() {
     let part = |y: f64, z: f64| Shape::cuboid([0.0, y, z], [1.0, y + 1.0, z + 1.0]).unwrap();
@@ -55,7 +55,8 @@ fn a_ray_along_a_shared_edge_sees_no_seam() {
     assert!(seen(Shape::union(parts[..3].to_vec()), o, d).is_empty());
 }
 
-/// In a face that a mesh shares with a box or with its mirror image, the ray saw seams in unions and a phantom in others.
+/// In a face that a mesh shares with a box or with its mirror image, a ray had no crossings in unions and false ones
+/// elsewhere.
 #[test]
 fn a_mesh_has_no_seam_with_a_box_and_with_its_mirror_image() {
     let below = shape_of(brick([-1.0, -1.0, -1.0], [1.0, 1.0, 0.0]));
@@ -81,8 +82,8 @@ fn a_ray_in_the_plane_of_a_turned_half_space_is_on_neither_side() {
     assert!(seen(&ball - one - other, from, along).is_empty());
 }
 
-/// Along the line where the two planes of `xy < 0` cross, the quadric has no tangent plane, and what is around the ray was
-/// guessed.
+/// Along the line where the two planes of `xy < 0` cross, the quadric has no tangent plane, and the sides of the ray
+/// were judged wrongly.
 #[test]
 fn along_the_axis_of_two_planes_all_quarters_count() {
     let xy = |factor: f64| quadric([0.0, 0.0, 0.0, factor, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
@@ -99,7 +100,7 @@ fn a_plane_counted_twice_leaves_no_seam() {
     assert!(up_the_axis(cube(1.0) - &twice).is_empty());
 }
 
-/// At its apex a cone passes to the other side of a line on it. It was judged on one side for the whole ray.
+/// At its apex a cone passes to the other side of a line on it. The whole ray was judged by one side.
 #[test]
 fn a_line_on_a_cone_changes_sides_at_the_apex() {
     let outside = quadric([-3.0, -3.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
@@ -122,7 +123,8 @@ fn where_a_rod_rests_on_a_plate_there_is_a_gap() {
     assert_eq!(up_the_axis(hollow | plate | wide), [2.0, 4.0]);
 }
 
-/// A saddle turns around a line on it. It was judged in the middle of the body, so a gap was closed or left for all of it.
+/// A saddle turns around a line on it. It was judged in the middle of the body, so a gap was closed or left for all of
+/// it.
 #[test]
 fn a_saddle_closes_a_gap_until_it_has_turned_past_a_face() {
     let saddle = around_z([1.0, -3.0, 0.0, 1.0, 0.0, 0.0, 0.0]);
@@ -131,8 +133,8 @@ fn a_saddle_closes_a_gap_until_it_has_turned_past_a_face() {
     assert!(up_the_axis(slab(2.0, 4.0) & (front | saddle)).is_empty());
 }
 
-/// A parabolic cylinder and a cone touch along a line, and the cone's curvature falls with the distance from its apex: it
-/// was compared in one place only.
+/// A parabolic cylinder and a cone touch along a line, and the cone's curvature falls with the distance from its apex:
+/// it was compared in one place only.
 #[test]
 fn curvatures_are_compared_where_the_ray_is() {
     let cylinder = around_z([3.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0]);
@@ -140,8 +142,8 @@ fn curvatures_are_compared_where_the_ray_is() {
     assert_eq!(up_the_axis(slab(1.0, 6.0) & (cylinder | cone)), [6.0, 9.0]);
 }
 
-/// In a placed quadric a coefficient that vanishes was taken for one that is zero by rounding, and a ray in its surface was
-/// inside.
+/// In a placed quadric a coefficient that vanishes was taken for one that is zero by rounding, and a ray in its surface
+/// was inside.
 #[test]
 fn a_ray_in_the_surface_of_a_placed_quadric_is_in_nothing() {
     let saddle = quadric([0.0, 2.0, 0.0, 0.0, -2.0, 1.0, 0.0, 0.0, 2.0, 0.0]);
