@@ -27,7 +27,7 @@ pub fn render(world: &World, scene: &Scene, settings: &Settings, run: Run) -> Re
     render_frame(world, scene, &setup, settings, run, &mut TemporalCache::default())
 }
 
-/// What all frames of an animation take from the first.
+/// What all frames of an animation share; computed for the first one.
 pub(crate) struct Setup {
     pub camera: Camera,
     size: f64,
