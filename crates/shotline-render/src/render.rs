@@ -144,7 +144,7 @@ mod tests {
     use super::*;
     use crate::look::LOOKS;
 
-    /// A picture that is exposed in bands is the same, in every look.
+    /// In every look, a picture that is exposed in bands is the same as one exposed at once.
     #[test]
     fn bands_make_the_same_picture() {
         let mut scene = Scene::default();
