@@ -52,8 +52,7 @@ class Material:
 
     `mu` is the linear attenuation coefficient, one over the scene's unit of length, at least 0. `density` is in g/cm^3,
     independent of the scene's unit of length; in a scene without units it is mass per cubed length. The rest is for
-    pictures,
-    from 0 to 1: `color` as sRGB, the strength of the highlight `specular`, and the share of light that is
+    pictures, from 0 to 1: `color` as sRGB, the strength of the highlight `specular`, and the fraction of light that is
     reflected, `mirror`; `shininess` is the exponent of the highlight (Phong).
 
     Raises ValueError for numbers out of range, TypeError for values that are not numbers.

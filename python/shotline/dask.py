@@ -236,7 +236,7 @@ def _client(client: Client | None) -> Client:
 
 
 class _Job(NamedTuple):
-    """What all blocks share."""
+    """The data that all blocks share."""
 
     version: str
     beam: Any

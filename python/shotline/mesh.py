@@ -21,9 +21,8 @@ class Mesh(Node):
 
     `vertices` has shape (n, 3), float64 in the scene's units; `faces` has shape (m, 3), three vertex indices each,
     counter-clockwise seen from outside. Both are copied. Faces of more corners, as an array of shape (m, k) or as a
-    list of
-    faces of any sizes, are triangulated as the readers of files do: exactly, convex or not, and every edge is kept;
-    `polygons` says which face each triangle is from.
+    list of faces of any sizes, are triangulated as the readers of files do: exactly, convex or not, and every edge is
+    kept; `polygons` gives for each triangle the face that it is from.
 
     Instead of two arrays, a mesh of another package may be given: of trimesh, pyvista (`PolyData`), meshio or Open3D
     (legacy and tensor meshes), or a `trimesh.Scene`, whose meshes are transformed and joined; `Scene(scene)` keeps

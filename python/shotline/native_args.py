@@ -1,4 +1,4 @@
-"""What the Python half passes to the native half, which reads the fields by name."""
+"""The arguments that the Python half passes to the native half, which reads the fields by name."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class RayQuery(NamedTuple):
 
 
 class PictureSettings(NamedTuple):
-    """What a picture shows."""
+    """The settings of a picture."""
 
     width: int
     height: int

@@ -114,7 +114,7 @@ class Node:
     def _children(self) -> tuple[Node, ...]:
         return ()
 
-    # What determines the node besides its children, for equality.
+    # The properties that determine the node besides its children, for equality.
     def _own(self) -> Any:
         return self._keys()
 
@@ -276,7 +276,7 @@ class _Combination(_NodeList):
 
 
 class Union(_Combination):
-    """All points in any of the operands: `a | b`. Operands that touch leave no seam.
+    """All points in any of the operands: `a | b`. Operands with a common face leave no seam.
 
     `accel` names an accelerator for this combination; no result depends on it.
     """

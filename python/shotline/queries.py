@@ -55,8 +55,8 @@ class Queries:
         Raises:
             ValueError: for shapes that do not match, and for a ray with NaN, infinite numbers or a zero direction: the
                 error names its row, numbered in C order, before any work is done. Also for a ray that takes more than
-                10^7 steps, or has more than 2^20 crossings where they are listed, as with parts nested over and over.
-                The error has the number of the row as `row`.
+                10^7 steps, or has more than 2^20 crossings where they are listed, as in groups nested many times. The
+                attribute `row` of the error is the number of the row.
             TypeError: for values that are not real numbers.
             MemoryError: for results that do not fit into memory.
         """
@@ -133,7 +133,7 @@ class Queries:
         Where objects overlap, the one of higher priority owns the segment. For equal priorities, "error" raises a
         ValueError that names both objects and the position; with "priority" the later object owns it, and an
         `OverlapWarning` reports the number of overlaps; with "all" both keep it.
-        The `path` of a segment is -1 where parts of several paths of the object join.
+        The `path` of a segment is -1 where intervals of several paths of the object are joined.
         Arguments and errors are those of `closest`; also ValueError for a mesh that is not closed, and for
         `surfaces_only`, which does not apply to segments.
         """
@@ -208,7 +208,7 @@ class Queries:
 
     def objects_at(self, p: ArrayLike, *, threads: int = 0, progress: Any = None) -> tuple[np.ndarray, np.ndarray]:
         """The objects that contain each of n points: `splits`, (n + 1,) int64, and `object`, (rows,) int32; those of
-        point i are `object[splits[i] : splits[i + 1]]`, ascending. Takes and raises what `contains` does."""
+        point i are `object[splits[i] : splits[i + 1]]`, ascending. Arguments and errors are those of `contains`."""
         positions = points(p, "p")
         return self._native.objects_containing(positions.reshape(-1, 3), threads_of(threads), callback(progress))
 

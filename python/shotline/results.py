@@ -279,7 +279,7 @@ class Segments(_Ragged, _SegmentsFields):
     length: (rows,) float64, in world units.
     material: (rows,) int32, for `scene.material_names`; -1 for an object without one.
     object: (rows,) int32.
-    path: (rows,) int64; -1 where parts of several paths of the object join.
+    path: (rows,) int64; -1 where intervals of several paths of the object are joined.
     """
 
     __slots__ = ()

@@ -38,9 +38,8 @@ class Scene(Queries):
     `objects` are objects (`node.named("bolt", material="steel")`) or plain nodes, which become objects named `object0`
     and so on. A `trimesh.Scene` may be given instead: its nodes become objects of the same names, and meshes
     with several instances are shared. `materials` maps names to `Material`s or dicts of their parameters. `units` is
-    the
-    unit of length: "nm", "um", "mm", "cm", "m", "km", "in" or "ft"; "none" or None for a scene without one. No length
-        is converted.
+    the unit of length: "nm", "um", "mm", "cm", "m", "km", "in" or "ft"; "none" or None for a scene without one. No
+    length is converted.
 
     `accel` names the accelerator of all nodes that have none of their own: a combination, a mesh or a shared group made
     with `accel=` keeps that. No result depends on it. `load(path, accel=...)` also overrides the accelerators of nodes.
@@ -116,7 +115,7 @@ class Scene(Queries):
         overlap, under any transforms. Otherwise by rays: their intervals inside are integrated in closed form, and the
         rays are stratified by the boxes of solids, in sixteen independent sets. The standard error follows from the
         differences between these sets, or between the three axes. It is an estimate, not a bound, and rays may miss a
-        small part completely.
+        small feature completely.
 
         Args:
             rays: rays for each object without a closed form.
@@ -211,7 +210,7 @@ class Scene(Queries):
 
         Args:
             path: the node to move: the name of a path as `path_name` returns it, or the beginning of one:
-                "robot/arm[2]/bolt[0]", "robot/arm[2]" or "robot". A shared part moves in all its instances.
+                "robot/arm[2]/bolt[0]", "robot/arm[2]" or "robot". A shared node moves in all its instances.
             transform: of shape (3, 4), (4, 4) or (12,): the coordinates of its group from its own. It replaces all
                 transforms between the two.
 

@@ -31,7 +31,7 @@ pub struct Scene {
     pub scene: Arc<shotline::scene::Scene>,
     pub world: Arc<World>,
     options: Options,
-    /// The incrementally compiled scene, from which scenes with a moved part are made; built on first use.
+    /// The incrementally compiled scene, from which scenes with a moved node are made; built on first use.
     live: OnceLock<DynamicWorld>,
 }
 

@@ -9,8 +9,8 @@ def rng():
 
 
 @pytest.fixture(scope="session")
-def part():
-    """A part with everything: combinations, shared parts, groups, materials, two objects."""
+def sample_scene():
+    """A scene with combinations, shared nodes, groups, materials and two objects."""
     drill = shotline.Cylinder(radius=0.4, z0=-2, z1=2)
     block = shotline.Box(min=(-2, -2, -1), max=(2, 2, 1)) - drill - drill.translate(1.2, 0, 0)
     ring = shotline.Torus(R=1.0, r=0.3)
@@ -24,8 +24,8 @@ def part():
 
 
 @pytest.fixture(scope="session")
-def aimed():
-    """Origins and directions of rays through the part, (500, 3) each."""
+def sample_rays():
+    """Origins and directions of rays through the sample scene, (500, 3) each."""
     random = np.random.default_rng(6)
     o = random.normal(size=(500, 3)) * 8
     return o, random.uniform([-2, -2, -1], [6, 2, 4], (500, 3)) - o

@@ -1,4 +1,4 @@
-"""Beams make the same rays whatever the stretch."""
+"""Beams generate the same rays in every range."""
 
 import hashlib
 import itertools
@@ -31,8 +31,8 @@ def test_any_split_gives_the_same_rays(name):
     for _ in range(5):
         cuts = [0, *np.sort(random.integers(0, len(beam) + 1, 4)).tolist(), len(beam)]
         for start, stop in itertools.pairwise(cuts):
-            part = [np.broadcast_to(array, (stop - start, 3)) for array in beam.rays(start, stop)]
-            assert bits(part) == bits([array[start:stop] for array in whole])
+            piece = [np.broadcast_to(array, (stop - start, 3)) for array in beam.rays(start, stop)]
+            assert bits(piece) == bits([array[start:stop] for array in whole])
     if name != "function":
         assert bits(pickle.loads(pickle.dumps(beam)).rays(3, 99)) == bits(beam.rays(3, 99))
 
@@ -52,7 +52,7 @@ def test_panels():
 def test_random_rays():
     o, d = BEAMS["random"].rays(0, 20_000)
     assert (o >= (-1, -2, -3)).all() and (o < (1, 2, 4)).all()
-    # Means of 20,000: four standard deviations.
+    # The tolerances are four standard deviations of a mean of 20,000.
     assert np.allclose(o.mean(axis=0), (0, 0, 0.5), atol=4 * 7 / np.sqrt(12 * 20_000))
     assert np.allclose(np.linalg.norm(d, axis=1), 1, atol=1e-15, rtol=0)
     assert np.allclose(d.mean(axis=0), 0, atol=4 / np.sqrt(3 * 20_000))
@@ -65,13 +65,13 @@ def test_random_rays():
 
 
 def test_random_rays_stay_the_same():
-    """The bits that every machine and version must make."""
+    """Every machine and version must generate these bits."""
     rays = b"".join(bits(Random(30_000, seed=5, min=(0, 0, 0), max=(1, 2, 3)).rays(9_000, 29_000)))
     assert hashlib.sha256(rays).hexdigest()[:16] == "1a4d8648e1383181"
 
 
 @pytest.mark.parametrize(
-    "make, says",
+    "make, message",
     [
         (lambda: Cone(source=(0, 0), **PANEL), "source must have shape"),
         (lambda: Cone(source=np.zeros((2, 3)), **VIEWS), r"source \(2, 3\)"),
@@ -82,6 +82,6 @@ def test_random_rays_stay_the_same():
         (lambda: Function(10, print, shape=(3, 3)), "10 rays do not fill"),
     ],
 )
-def test_bad_beams(make, says):
-    with pytest.raises(ValueError, match=says):
+def test_bad_beams(make, message):
+    with pytest.raises(ValueError, match=message):
         make()

@@ -55,12 +55,12 @@ def test_parameters_are_kept_and_shown():
         (lambda: Light(), "one of"),
     ],
 )
-def test_what_is_wrong_is_told(wrong, message):
+def test_invalid_values_are_errors(wrong, message):
     with pytest.raises(ValueError, match=message):
         wrong()
 
 
-def test_wrong_types_are_told():
+def test_wrong_types_are_errors():
     for wrong in [
         lambda: Sphere(r=1),
         lambda: Sphere(radius=1) | 3,
@@ -82,7 +82,7 @@ def test_operators_make_flat_chains():
     assert ts(Scene(a - b), o, d) == [4, 5]
 
 
-def test_placements():
+def test_transforms():
     ball = Sphere(radius=1)
     o, d = [0, 0, -10], [0, 0, 1]
     assert ts(Scene(ball.translate(0, 0, 3)), o, d) == [12, 14]
@@ -100,8 +100,8 @@ def test_placements():
     )
 
 
-def test_chains_of_placements_are_products(rng):
-    """Whatever the order of steps, the points go where numpy's product of matrices says."""
+def test_chains_of_transforms_are_matrix_products(rng):
+    """Steps in any order have NumPy's product of their matrices."""
     for _ in range(20):
         node, expected = Sphere(radius=1), np.eye(4)
         for step in rng.integers(0, 4, 4):
@@ -119,7 +119,7 @@ def test_chains_of_placements_are_products(rng):
         np.testing.assert_allclose(scene.path_transform(0), expected[:3], rtol=1e-12, atol=1e-12)
 
 
-def test_parts_are_shared():
+def test_shared_nodes_are_stored_once():
     ball = Sphere(radius=1)
     level = Group(ball, ball.translate(3, 0, 0))
     for i in range(30):
@@ -146,7 +146,7 @@ def test_names_of_paths():
             wrong()
 
 
-def test_objects_are_placed():
+def test_objects_can_be_transformed():
     ball = Sphere(radius=1).named("ball", priority=2)
     scene = Scene(ball.translate(0, 0, 5), Group(ball, ball.translate(9, 0, 0)).named("both"))
     assert scene.object_names == ["ball", "both", "ball"]
@@ -157,7 +157,7 @@ def test_objects_are_placed():
     assert ball.name == "ball" and ball.priority == 2 and ball.material is None and ball.node.radius == 1
 
 
-def test_deep_nests():
+def test_deep_nesting():
     node = Sphere(radius=1)
     for i in range(3000):
         other = Sphere(radius=1).translate(0.001 * i, 0, 0)
@@ -165,7 +165,7 @@ def test_deep_nests():
     assert Scene(node).stats["leaves"] == 3001
 
 
-def test_meshes_take_any_arrays():
+def test_meshes_accept_any_arrays():
     expected = ts(Scene(Mesh(CORNERS, FACES)), [0.1, 0.2, -1], [0, 0, 1])
     assert expected == pytest.approx([1, 1.7])
     points = np.zeros((8, 6), ">f8")[::2, ::2]
@@ -198,7 +198,7 @@ def test_meshes_take_any_arrays():
         ([(0, 0, 0), (1, 0, 0), (0, np.nan, 0), (0, 0, 1)], FACES, ValueError, "vertex 2"),
     ],
 )
-def test_what_is_no_mesh_is_told(vertices, faces, error, message):
+def test_invalid_meshes_are_errors(vertices, faces, error, message):
     with pytest.raises(error, match=message):
         Mesh(vertices, faces)
 
@@ -243,22 +243,22 @@ def test_meshes_of_trimesh_and_meshio():
     assert same.vertices.tobytes() == Mesh(ball).vertices.tobytes() and same.is_closed
 
 
-def test_sharing_changes_no_answer(rng):
-    """Random scenes whose parts are shared, named, placed and nested anyhow, and the same without anything shared."""
+def test_sharing_does_not_change_results(rng):
+    """Random scenes with shared nodes have the same crossings as the same scenes without sharing."""
     crossings = 0
     for _ in range(40):
-        # Recipes are (maker, numbers of the recipes it takes, numbers); a scene is made of them with or without sharing.
+        # A recipe is (kind, indices of its child recipes, parameters). Scenes are built with and without sharing.
         recipes = [("sphere", [], rng.uniform(0.5, 1, 1)), ("box", [], rng.uniform(0.5, 1, 3))]
         for _ in range(rng.integers(4, 12)):
             kind = rng.choice(["union", "difference", "intersection", "group", "place", "place", "part"])
             count = 1 if kind in ("place", "part") else rng.integers(2, 4)
             recipes.append((kind, rng.integers(0, len(recipes), count).tolist(), rng.uniform(-1, 1, 6)))
 
-        def made(number, memo, recipes=recipes):
+        def build(number, memo, recipes=recipes):
             if memo is not None and number in memo:
                 return memo[number]
-            kind, takes, values = recipes[number]
-            args = [made(taken, memo) for taken in takes]
+            kind, children, values = recipes[number]
+            args = [build(child, memo) for child in children]
             if kind == "sphere":
                 node = Sphere(radius=values[0])
             elif kind == "box":
@@ -280,7 +280,7 @@ def test_sharing_changes_no_answer(rng):
             return node
 
         top = len(recipes) - 1
-        shared, apart = Scene(made(top, {}).named("it")), Scene(made(top, None).named("it"))
+        shared, apart = Scene(build(top, {}).named("it")), Scene(build(top, None).named("it"))
         o = rng.normal(size=(100, 3)) * 5
         aim = rng.normal(size=(100, 3)) - o
         a, b = shared.crossings(o, aim), apart.crossings(o, aim)
@@ -291,11 +291,11 @@ def test_sharing_changes_no_answer(rng):
     assert crossings > 2000
 
 
-def test_names_of_shared_parts_are_free():
-    """Parts that need a name in the text get one that nobody has taken."""
+def test_generated_names_avoid_given_names():
+    """Nodes that need a name in the scene file get an unused one."""
     balls = [Sphere(radius=1 + i / 100) for i in range(50)]
-    taken = Box(min=(0, 0, 0), max=(1, 1, 1)).part("sphere_3")
-    scene = Scene(Group([*(node for ball in balls for node in (ball, ball.translate(9, 0, 0))), taken]))
+    child = Box(min=(0, 0, 0), max=(1, 1, 1)).part("sphere_3")
+    scene = Scene(Group([*(node for ball in balls for node in (ball, ball.translate(9, 0, 0))), child]))
     names = [scene.path_name(i) for i in range(scene.path_count)]
     assert len(set(names)) == 101 and names[:2] == ["object0/sphere[0]", "object0/sphere[1]"]
     assert names[-1] == "object0/sphere_3[100]" and names[4] == "object0/sphere_4[4]"

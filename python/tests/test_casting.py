@@ -10,8 +10,8 @@ BALL = Scene(Sphere(radius=1).named("ball"))
 QUERIES = ["closest", "any", "count", "crossings", "segments", "thickness"]
 
 
-def arrays(answer):
-    return answer if isinstance(answer, tuple) else (answer,)
+def arrays(result):
+    return result if isinstance(result, tuple) else (result,)
 
 
 def same(a, b):
@@ -64,55 +64,55 @@ def test_dtypes():
     assert str(BALL.count([0, 0, -5], [0, 0, 1]).dtype) == "int64"
 
 
-def test_any_strides_and_byte_orders(part, aimed):
-    o, d = aimed
+def test_any_strides_and_byte_orders(sample_scene, sample_rays):
+    o, d = sample_rays
     wide = np.zeros((1000, 9))
     wide[::2, 1:7:2], wide[::2, 2:8:2] = o, d
     for query in QUERIES:
-        ask = getattr(part, query)
-        expected = ask(o, d)
-        assert same(ask(wide[::2, 1:7:2], wide[::2, 2:8:2]), expected)
-        assert same(ask(np.asfortranarray(o), d.astype(">f8")), expected)
-        assert same(ask(o[::-1][::-1], d.tolist()), expected)
-        assert same(ask(np.concatenate([o, d], 1)), expected)
-    assert part.closest(o.astype(np.float32), d).t.dtype == np.float64
+        cast = getattr(sample_scene, query)
+        expected = cast(o, d)
+        assert same(cast(wide[::2, 1:7:2], wide[::2, 2:8:2]), expected)
+        assert same(cast(np.asfortranarray(o), d.astype(">f8")), expected)
+        assert same(cast(o[::-1][::-1], d.tolist()), expected)
+        assert same(cast(np.concatenate([o, d], 1)), expected)
+    assert sample_scene.closest(o.astype(np.float32), d).t.dtype == np.float64
 
 
-def test_arrays_that_are_ready_are_read_in_place():
+def test_arrays_of_the_right_type_are_read_in_place():
     from shotline.rays import rays
 
     o, d = np.zeros((7, 3)), np.ones((7, 3))
-    made = rays(o, d)
-    assert np.shares_memory(made.origins, o) and np.shares_memory(made.directions, d)
+    converted = rays(o, d)
+    assert np.shares_memory(converted.origins, o) and np.shares_memory(converted.directions, d)
     both = np.ones((2, 3, 6))
     assert np.shares_memory(rays(both, None).origins, both)
     assert rays([0, 0, 0], d).origins.shape == (3,)
 
 
-def test_answers_are_handed_over_without_a_copy(part, aimed):
-    rows = part.crossings(*aimed)
+def test_results_are_returned_without_a_copy(sample_scene, sample_rays):
+    rows = sample_scene.crossings(*sample_rays)
     for column in rows:
         assert column.flags.c_contiguous and column.flags.writeable
         base = column if column.base is None else column.base
         assert type(base).__name__ == "PySliceContainer" or type(base.base).__name__ == "PySliceContainer"
 
 
-def test_threads_and_accelerators_change_no_bit(part, aimed):
+def test_threads_and_accelerators_change_no_bit(sample_scene, sample_rays):
     for query in QUERIES:
-        expected = getattr(part, query)(*aimed, threads=1)
-        assert same(getattr(part, query)(*aimed, threads=3), expected)
+        expected = getattr(sample_scene, query)(*sample_rays, threads=1)
+        assert same(getattr(sample_scene, query)(*sample_rays, threads=3), expected)
         for accel in ["brute", "grid", "bsp"]:
             import pickle
 
-            words, meshes = part._pack()
-            other = pickle.loads(pickle.dumps(part))
+            words, meshes = sample_scene._pack()
+            other = pickle.loads(pickle.dumps(sample_scene))
             other._native = shotline._native.Scene.parse(words, meshes, accel)
-            assert same(getattr(other, query)(*aimed), expected)
+            assert same(getattr(other, query)(*sample_rays), expected)
 
 
-def test_the_same_bits_as_the_command(part, aimed, tmp_path):
-    o, d = aimed
-    part.save(tmp_path / "part.json")
+def test_the_same_bits_as_the_command(sample_scene, sample_rays, tmp_path):
+    o, d = sample_rays
+    sample_scene.save(tmp_path / "part.json")
     np.save(tmp_path / "rays.npy", np.concatenate([o, d], 1))
     for query in QUERIES:
         words = [
@@ -129,10 +129,10 @@ def test_the_same_bits_as_the_command(part, aimed, tmp_path):
             "out.npz",
         ]
         subprocess.run(words, cwd=tmp_path, check=True, capture_output=True)
-        answer = getattr(part, query)(o, d)
-        columns = answer.to_dict() if isinstance(answer, tuple) else {query: answer}
+        result = getattr(sample_scene, query)(o, d)
+        columns = result.to_dict() if isinstance(result, tuple) else {query: result}
         with np.load(tmp_path / "out.npz") as written:
-            assert written["object_names"].tolist() == part.object_names
+            assert written["object_names"].tolist() == sample_scene.object_names
             for name, column in columns.items():
                 if name == "path":
                     column = np.unique(column[column >= 0], return_inverse=True)[1]
@@ -154,15 +154,15 @@ def test_spans():
 
 @pytest.mark.parametrize("query", QUERIES)
 def test_bad_rays_are_named(query):
-    ask = getattr(BALL, query)
+    cast = getattr(BALL, query)
     d = np.ones((4, 5, 3))
     d[2, 3] = 0
     with pytest.raises(ValueError, match="ray 13: the direction is zero"):
-        ask([0, 0, 0], d)
+        cast([0, 0, 0], d)
     o = np.zeros((100_000, 3))
     o[77_777, 1] = np.nan
     with pytest.raises(ValueError, match="ray 77777: the origin") as raised:
-        ask(o, [1, 0, 0])
+        cast(o, [1, 0, 0])
     assert raised.value.row == 77777
     for o, d, message in [
         (np.zeros((3, 3)), np.ones((2, 3)), "do not broadcast"),
@@ -171,15 +171,15 @@ def test_bad_rays_are_named(query):
         (0.0, np.ones(3), r"\(\.\.\., 3\)"),
     ]:
         with pytest.raises(ValueError, match=message):
-            ask(o, d)
+            cast(o, d)
     for span in [{"t_min": 2, "t_max": 1}, {"t_min": np.nan}, {"t_min": -np.inf}]:
         with pytest.raises(ValueError, match="interval"):
-            ask([0, 0, 0], [1, 0, 0], **span)
+            cast([0, 0, 0], [1, 0, 0], **span)
     with pytest.raises(TypeError, match="complex"):
-        ask(np.zeros(3, complex), [1, 0, 0])
+        cast(np.zeros(3, complex), [1, 0, 0])
     for threads in (-1, 10_000):
         with pytest.raises(ValueError, match="threads"):
-            ask([0, 0, 0], [1, 0, 0], threads=threads)
+            cast([0, 0, 0], [1, 0, 0], threads=threads)
 
 
 def test_overlaps():
@@ -196,21 +196,21 @@ def test_overlaps():
         scene.segments(o, d, overlaps="perhaps")
 
 
-def test_thickness_is_the_sum_of_segments(part, aimed):
-    o, d = aimed
-    segments = part.segments(o, d, overlaps="priority")
+def test_thickness_is_the_sum_of_segments(sample_scene, sample_rays):
+    o, d = sample_rays
+    segments = sample_scene.segments(o, d, overlaps="priority")
     expected, by_object = np.zeros((len(o), 3)), np.zeros((len(o), 2))
     np.add.at(by_object, (segments.ray_ids, segments.object), segments.length)
     np.add.at(expected, (segments.ray_ids, segments.material), segments.length)
-    lengths = part.thickness(o, d, overlaps="priority")
-    assert part.thickness(o, d, by="object", overlaps="priority").tobytes() == by_object.tobytes()
+    lengths = sample_scene.thickness(o, d, overlaps="priority")
+    assert sample_scene.thickness(o, d, by="object", overlaps="priority").tobytes() == by_object.tobytes()
     assert lengths.shape == (500, 3) and lengths.tobytes() == expected.tobytes() and (lengths > 0).sum() > 300
-    assert part.thickness(o.reshape(50, 10, 3), d[0]).shape == (50, 10, 3)
-    assert part.thickness(np.zeros((0, 3)), [0, 0, 1]).shape == (0, 3)
-    assert part.thickness([0, 0, 9], [0, 0, -2]).shape == (3,)
+    assert sample_scene.thickness(o.reshape(50, 10, 3), d[0]).shape == (50, 10, 3)
+    assert sample_scene.thickness(np.zeros((0, 3)), [0, 0, 1]).shape == (0, 3)
+    assert sample_scene.thickness([0, 0, 9], [0, 0, -2]).shape == (3,)
 
 
-def test_thickness_of_what_has_no_material_is_in_the_last_column():
+def test_thickness_without_material_is_in_the_last_column():
     mixed = Scene(
         Sphere(radius=1).named("ball"),
         Sphere(radius=1).translate(0, 0, 3).named("lead", "lead"),
@@ -225,7 +225,7 @@ def test_thickness_of_what_has_no_material_is_in_the_last_column():
         BALL.thickness([0, 0, -5], [0, 0, 1], by="objects")
 
 
-def test_points_are_inside(rng):
+def test_points_inside_objects(rng):
     scene = Scene(Sphere(radius=1).named("a"), Box(min=(0, 0, 0), max=(2, 2, 2)).named("b"))
     p = rng.uniform(-1.5, 2.5, (40, 50, 3))
     in_a, in_b = (p**2).sum(-1) < 1, ((p > 0) & (p < 2)).all(-1)
@@ -245,17 +245,17 @@ def test_points_are_inside(rng):
         scene.contains([1, 2])
 
 
-def test_costs(part, aimed):
-    cost = part.cost(*aimed)
+def test_costs(sample_scene, sample_rays):
+    cost = sample_scene.cost(*sample_rays)
     assert all(column.shape == (500,) and column.dtype == np.int64 for column in cost)
     assert (cost.all == cost.boxes + cost.cells + cost.planes + cost.solids).all() and cost.boxes.min() >= 1
     assert cost._fields == tuple(name for name, _ in shotline._native.counters())
     assert repr(cost).startswith("costs of rays of shape (500,)")
-    assert part.cost([0, 0, 9], [0, 0, -1]).solids.shape == ()
+    assert sample_scene.cost([0, 0, 9], [0, 0, -1]).solids.shape == ()
 
 
 def test_no_leaks_at_edges_and_vertices(rng):
-    """Rays at the corners and edges of a closed mesh: every list is even and alternates."""
+    """Rays through vertices and edges of a closed mesh enter and exit alternately, and always exit."""
     corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)
     mesh = shotline.Mesh(corners, [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
     scene = Scene(mesh)

@@ -1,4 +1,4 @@
-"""Chains of building methods, in any order, against NumPy's products of matrices."""
+"""Chains of building methods, in any order, compared with NumPy's products of matrices."""
 
 from random import Random
 
@@ -7,7 +7,7 @@ import pytest
 from shotline import Box, Difference, Group, Intersection, Scene, Sphere, Union
 
 TURN = [[0, -1, 0, 5], [1, 0, 0, 0], [0, 0, 1, 0]]
-# Where the cube [0, 1]^3 is entered and left by the line that the oracle follows.
+# Origin and direction, in homogeneous coordinates, of a line that crosses the cube [0, 1]^3 at t = 1 and t = 2.
 LINE = np.array([[0.3, 0.4, -1.0, 1.0], [0.1, 0.2, 1.0, 0.0]])
 
 
@@ -17,7 +17,7 @@ def centre(node):
 
 def test_a_named_node_that_is_placed_again_keeps_both_placements():
     ball, cube = Sphere(radius=1), Box(min=(0, 0, 0), max=(1, 1, 1))
-    for node, right in [
+    for node, expected in [
         (ball.translate(1, 0, 0).named("a").translate(10, 0, 0), [11, 0, 0]),
         (ball.translate(5, 0, 0).named("a").rotate(0, 0, 180), [-5, 0, 0]),
         (ball.transform(TURN).named("a").transform(TURN), [5, 5, 0]),
@@ -25,7 +25,7 @@ def test_a_named_node_that_is_placed_again_keeps_both_placements():
         (ball.translate(1, 0, 0).named("a").transform(TURN), [5, 1, 0]),
         (ball.transform(TURN).named("a").translate(1, 0, 0), [6, 0, 0]),
     ]:
-        assert centre(node) == right == centre(Group(node))
+        assert centre(node) == expected == centre(Group(node))
 
 
 def test_objects_named_again_are_renamed():
@@ -51,7 +51,7 @@ def test_an_object_that_is_a_part_is_still_an_object():
 
 
 @pytest.mark.parametrize("kind", [Union, Intersection, Difference])
-def test_objects_in_combinations_are_refused_where_they_are_written(kind):
+def test_objects_as_operands_are_refused_on_construction(kind):
     ball = Sphere(radius=1)
     for node in [ball.named("a"), ball.named("a").part("p").scale(2), Group(ball, ball.named("a"))]:
         with pytest.raises(ValueError, match=f"the object 'a' cannot be an operand of a {kind.__name__}"):
@@ -77,7 +77,7 @@ IDENTITY = np.eye(4)
 
 
 def step(random, node, count):
-    """A random building method applied to a node: what it makes, and its matrix."""
+    """Applies a random building method to a node; returns the new node and the matrix of the method."""
     x, y, z = v = [random.uniform(-2, 2) for _ in range(3)]
     kind = random.choice(SHAPES if node._object is None else ALWAYS)
     if kind == "translate":
@@ -94,7 +94,7 @@ def step(random, node, count):
         linear = [[(i == j) + random.uniform(-0.4, 0.4) for j in range(3)] for i in range(3)]
         matrix = affine(linear, v)
         return node.transform(matrix[: random.choice([3, 4])]), matrix
-    # None of these changes the set of points near by.
+    # None of these changes the set of points near the cube.
     same = {
         "named": lambda: node.named(f"n{count}", random.choice([None, "iron"]), priority=random.randrange(-3, 3)),
         "part": lambda: node.part(f"n{count}"),
@@ -108,8 +108,8 @@ def step(random, node, count):
     return same[kind](), IDENTITY
 
 
-def test_ten_thousand_chains_of_all_methods_are_products_of_matrices():
-    """A line keeps its t under affine maps: through the placed cube it is that through the cube."""
+def test_ten_thousand_chains_of_all_methods_are_matrix_products():
+    """An affine map of both the cube and the line does not change the t of the crossings."""
     random = Random(11)
     expected = np.array([1.0, 2.0])
     named_between = 0

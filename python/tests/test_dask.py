@@ -1,4 +1,4 @@
-"""Casts on a cluster: the bits of one machine, whatever happens to the workers."""
+"""Casts on a cluster have the bits of one machine, even if workers die."""
 
 import doctest
 import operator
@@ -31,7 +31,7 @@ QUERIES = ["closest", "any", "count", "crossings", "segments", "thickness"]
 
 @pytest.fixture(scope="module")
 def client():
-    # One death is forgiven, so that blocks that kill are given up soon.
+    # A block may lose only one worker, so that Dask soon gives up blocks that kill their workers.
     with dask.config.set({"distributed.scheduler.allowed-failures": 1}):
         with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0") as cluster:
             with Client(cluster) as client:
@@ -39,11 +39,11 @@ def client():
 
 
 @pytest.fixture(scope="module")
-def lone(client):
+def lone_client(client):
     """The client of a cluster of one worker with two threads."""
     with LocalCluster(n_workers=1, threads_per_worker=2, processes=True, dashboard_address=":0") as cluster:
-        with Client(cluster, set_as_default=False) as lone:
-            yield lone
+        with Client(cluster, set_as_default=False) as lone_client:
+            yield lone_client
 
 
 @pytest.fixture(scope="module")
@@ -69,11 +69,11 @@ def same(one, other):
 
 
 def unfinished(client):
-    """The blocks that the scheduler still knows of."""
+    """The blocks that the scheduler still has."""
     return client.run_on_scheduler(lambda dask_scheduler: [k for k in dask_scheduler.tasks if "block" in str(k)])
 
 
-def until(condition, seconds=20):
+def wait_until(condition, seconds=20):
     end = time.monotonic() + seconds
     while not (met := condition()):
         assert time.monotonic() < end, f"waited in vain: {met}"
@@ -127,25 +127,25 @@ def test_shapes(client, scene):
         assert same(cast(scene, empty, client, query=query), getattr(scene, query)(empty))
 
 
-def test_reduced_on_the_workers(client, scene):
-    def tracks(answer, block):
-        assert len(answer.t) == block.stop - block.start == len(block.o)
-        return np.histogram(answer.t, bins=20, range=(0, 10))[0]
+def test_reduce_runs_on_the_workers(client, scene):
+    def tracks(result, block):
+        assert len(result.t) == block.stop - block.start == len(block.o)
+        return np.histogram(result.t, bins=20, range=(0, 10))[0]
 
     t = scene.closest(*BEAM.rays(0, len(BEAM))).t
     assert (
         cast(scene, BEAM, client, block=1500, reduce=tracks) == np.histogram(t, bins=20, range=(0, 10))[0]
     ).all()
 
-    # In the order of the blocks, although the first ones take longest.
-    def slow(answer, block):
+    # Values are combined in the order of the blocks, although the first blocks take longest.
+    def slow(result, block):
         time.sleep(0.2 if block.number < 2 else 0)
         return [(block.start, block.stop)]
 
     order = cast(scene, BEAM, client, block=7000, query="any", reduce=slow)
     assert order == [(start, min(start + 7000, 40_000)) for start in range(0, 40_000, 7000)]
-    most = cast(scene, BEAM, client, query="count", block=7000, reduce=lambda n, _: n.max(), combine=max)
-    assert most == scene.count(*BEAM.rays(0, len(BEAM))).max()
+    largest = cast(scene, BEAM, client, query="count", block=7000, reduce=lambda n, _: n.max(), combine=max)
+    assert largest == scene.count(*BEAM.rays(0, len(BEAM))).max()
 
 
 def test_killing_a_worker_changes_nothing(client, scene, tmp_path):
@@ -156,29 +156,29 @@ def test_killing_a_worker_changes_nothing(client, scene, tmp_path):
         if start == 10_000 and not dead.exists():
             (tmp_path / "new").write_text(str(os.getpid()))
             (tmp_path / "new").rename(at_work)
-            until(dead.exists)
+            wait_until(dead.exists)
         return BEAM.rays(start, stop)
 
     killed = []
 
     def kill():
-        killed.append(int(until(lambda: at_work.exists() and at_work.read_text())))
+        killed.append(int(wait_until(lambda: at_work.exists() and at_work.read_text())))
         os.kill(killed[0], signal.SIGKILL)
-        until(lambda: not running(killed[0]))
+        wait_until(lambda: not running(killed[0]))
         dead.touch()
 
     before = client.run(os.getpid)
     thread = threading.Thread(target=kill)
     thread.start()
-    answer = cast(scene, Function(len(BEAM), rays), client, query="crossings", block=5000)
+    result = cast(scene, Function(len(BEAM), rays), client, query="crossings", block=5000)
     thread.join()
     assert killed[0] in before.values()
-    assert same(answer, scene.crossings(*BEAM.rays(0, len(BEAM))))
+    assert same(result, scene.crossings(*BEAM.rays(0, len(BEAM))))
     client.wait_for_workers(2, timeout=20)
 
 
 def running(pid):
-    """A killed process stays in the table until its parent has noticed."""
+    """Whether a process is running. A killed one stays in the process table until its parent has waited for it."""
     try:
         with open(f"/proc/{pid}/stat") as stat:
             return stat.read().rsplit(")", 1)[1].split()[0] != "Z"
@@ -186,19 +186,19 @@ def running(pid):
         return False
 
 
-def test_killing_the_only_worker_changes_nothing(lone, scene, tmp_path):
-    """Also the scene, the beam and the rays were on no other."""
+def test_killing_the_only_worker_changes_nothing(lone_client, scene, tmp_path):
+    """No other worker has the scene, the beam or the rays."""
     once = tmp_path / "once"
 
-    def die(answer, block):
+    def die(result, block):
         if block.number == 3 and not once.exists():
             once.touch()
             os.kill(os.getpid(), signal.SIGKILL)
-        return answer.tolist()
+        return result.tolist()
 
-    answer = cast(scene, BEAM.rays(0, len(BEAM)), lone, query="count", block=5000, reduce=die)
+    result = cast(scene, BEAM.rays(0, len(BEAM)), lone_client, query="count", block=5000, reduce=die)
     assert once.exists()
-    assert answer == scene.count(*BEAM.rays(0, len(BEAM))).tolist()
+    assert result == scene.count(*BEAM.rays(0, len(BEAM))).tolist()
 
 
 def test_a_block_that_raises_is_named(client, scene, tmp_path):
@@ -213,23 +213,23 @@ def test_a_block_that_raises_is_named(client, scene, tmp_path):
     error = raised.value
     assert (error.number, error.start, error.stop) == (7, 7000, 8000) and isinstance(error.__cause__, KeyError)
     assert str(pickle.loads(pickle.dumps(error))) == str(error)
-    until(lambda: not unfinished(client))
+    wait_until(lambda: not unfinished(client))
     assert len(list(tmp_path.iterdir())) < 20  # of 40
 
 
-def test_a_block_that_kills_is_named(lone, scene):
-    """Not the one that was always beside it."""
+def test_a_block_that_kills_its_worker_is_named(lone_client, scene):
+    """The error does not name the block that ran beside it."""
 
-    def die(answer, block):
+    def die(result, block):
         if block.number == 1:
             time.sleep(0.1)
             os.kill(os.getpid(), signal.SIGKILL)
         time.sleep(0.4)
-        return answer.sum()
+        return result.sum()
 
     with pytest.raises(BlockError, match=r"^block 1 \(rays 1000 to 2000\): 2 workers died while they had it"):
-        cast(scene, BEAM, lone, query="count", block=1000, reduce=die)
-    until(lambda: not unfinished(lone))
+        cast(scene, BEAM, lone_client, query="count", block=1000, reduce=die)
+    wait_until(lambda: not unfinished(lone_client))
 
 
 def test_a_bad_ray_is_named_by_its_row(client, scene):
@@ -241,19 +241,19 @@ def test_a_bad_ray_is_named_by_its_row(client, scene):
         cast(scene, rays, client, block=10_000)
 
 
-def test_beams_that_do_not_keep_their_word(client, scene):
+def test_beams_with_a_wrong_number_of_rays_are_errors(client, scene):
     with pytest.raises(BlockError, match=r"block 0 .*: the beam made 9 rays, not 10"):
         cast(scene, Function(10, lambda start, stop: (np.zeros((9, 3)), (0, 0, 1))), client)
 
 
 def test_interrupts_cancel(client, scene, tmp_path):
-    def slow(answer, block):
+    def slow(result, block):
         (tmp_path / str(block.number)).touch()
         time.sleep(0.1)
         return 0
 
     def interrupt():
-        until(lambda: list(tmp_path.iterdir()))
+        wait_until(lambda: list(tmp_path.iterdir()))
         os.kill(os.getpid(), signal.SIGINT)
 
     thread = threading.Thread(target=interrupt)
@@ -263,7 +263,7 @@ def test_interrupts_cancel(client, scene, tmp_path):
         cast(scene, BEAM, client, query="any", block=100, reduce=slow)  # 20 s
     assert time.monotonic() - begin < 5
     thread.join()
-    until(lambda: not unfinished(client))
+    wait_until(lambda: not unfinished(client))
 
 
 def test_a_process_builds_the_scene_once(client):
@@ -283,17 +283,17 @@ def test_a_process_builds_the_scene_once(client):
     new = shotline.Scene(shotline.Sphere(radius=1.25).named("new"))
     for query in ("count", "crossings"):
         cast(new, BEAM, client, query=query, block=1000)
-        # What Dask does every few seconds: it drops copies beside the first.
+        # Dask does this every few seconds: it drops all copies but one.
         client.amm.run_once()
         time.sleep(0.2)
-    # Also where it comes by another way.
+    # Nor do tasks that get the scene as an argument build it again.
     twice = [client.submit(lambda s, i: s.content_hash, new, i, pure=False) for i in range(4)]
     assert set(client.gather(twice)) == {new.content_hash}
     builds = client.run(lambda: len(__import__("shotline.scene").scene.builds))
     assert list(builds.values()) == [1, 1]
 
 
-def test_scenes_as_dask_sees_them(scene):
+def test_scenes_are_pickled_and_tokenized_by_content(scene):
     again = pickle.loads(pickle.dumps(scene))
     assert again is pickle.loads(pickle.dumps(scene)) and again.content_hash == scene.content_hash
     assert again._native.pack()[0] == scene._native.pack()[0]
@@ -302,8 +302,8 @@ def test_scenes_as_dask_sees_them(scene):
     assert dask.base.tokenize(other) != dask.base.tokenize(scene)
 
 
-def test_unpickling_beside_the_first_import(scene, tmp_path):
-    """As the threads of a new worker may do."""
+def test_unpickling_during_the_first_import(scene, tmp_path):
+    """Threads of a new worker may do this."""
     (tmp_path / "scene").write_bytes(pickle.dumps(scene))
     script = """
         import pickle, sys, threading, time
@@ -326,28 +326,28 @@ def test_unpickling_beside_the_first_import(scene, tmp_path):
 
 
 def test_progress(client, scene):
-    told = []
+    reports = []
     cast(
         scene,
         BEAM,
         client,
         block=10_000,
         query="any",
-        progress=lambda *numbers: told.append(numbers),
+        progress=lambda *numbers: reports.append(numbers),
         reduce=len_of,
     )
-    assert told == [(done, 40_000) for done in (10_000, 20_000, 30_000, 40_000)]
+    assert reports == [(done, 40_000) for done in (10_000, 20_000, 30_000, 40_000)]
 
     def enough(done, total):
         raise InterruptedError("enough")
 
     with pytest.raises(InterruptedError):
         cast(scene, BEAM, client, block=1000, query="any", progress=enough)
-    until(lambda: not unfinished(client))
+    wait_until(lambda: not unfinished(client))
 
 
-def len_of(answer, block):
-    return len(answer)
+def len_of(result, block):
+    return len(result)
 
 
 def test_another_version_is_refused(client, scene, monkeypatch):
@@ -356,20 +356,20 @@ def test_another_version_is_refused(client, scene, monkeypatch):
         cast(scene, BEAM, client)
 
 
-def test_what_cannot_be_unpickled(client, scene):
+def test_a_reduce_that_cannot_be_unpickled(client, scene):
     class Bad:
         def __reduce__(self):
             return operator.truediv, (1, 0)
 
-        def __call__(self, answer, block):
+        def __call__(self, result, block):
             return 0
 
     with pytest.raises(RuntimeError, match="could not unpickle the beam or reduce: ZeroDivisionError"):
         cast(scene, BEAM, client, reduce=Bad())
 
 
-def test_what_one_worker_alone_can_unpickle(client, scene, tmp_path):
-    """Where workers sent it to each other unpickled, Dask would try again for ever."""
+def test_a_reduce_that_only_one_worker_can_unpickle(client, scene, tmp_path):
+    """If Dask itself unpickled it on a transfer between workers, it would retry forever."""
     first = tmp_path / "first"
 
     class Chosen:
@@ -382,7 +382,7 @@ def test_what_one_worker_alone_can_unpickle(client, scene, tmp_path):
             except FileExistsError:
                 raise LookupError("another worker has it") from None
 
-        def __call__(self, answer, block):
+        def __call__(self, result, block):
             time.sleep(0.1)
             return 0
 
@@ -392,17 +392,17 @@ def test_what_one_worker_alone_can_unpickle(client, scene, tmp_path):
         cast(scene, BEAM, client, query="any", block=1000, reduce=Chosen())
 
 
-def test_an_answer_that_cannot_be_unpickled(client, scene):
+def test_a_result_that_cannot_be_unpickled(client, scene):
     class Torn:
         def __reduce__(self):
             return operator.truediv, (1, 0)
 
     with pytest.raises(BlockError, match=r"^block \d .*: ZeroDivisionError"):
-        cast(scene, BEAM, client, query="any", block=5000, reduce=lambda answer, block: Torn())
+        cast(scene, BEAM, client, query="any", block=5000, reduce=lambda result, block: Torn())
 
 
 @pytest.mark.parametrize(
-    "error, says, changes",
+    "error, message, changes",
     [
         (ValueError, "query is 'first'", {"query": "first"}),
         (ValueError, "block is 0", {"block": 0}),
@@ -412,8 +412,8 @@ def test_an_answer_that_cannot_be_unpickled(client, scene):
         (TypeError, "client must be", {"client": "tcp://localhost"}),
     ],
 )
-def test_bad_arguments(client, scene, error, says, changes):
-    with pytest.raises(error, match=says):
+def test_bad_arguments(client, scene, error, message, changes):
+    with pytest.raises(error, match=message):
         cast(**{"scene": scene, "rays": BEAM, "client": client} | changes)
 
 
@@ -450,12 +450,12 @@ def test_examples():
 
 
 def test_pictures(client, scene):
-    told = []
+    reports = []
     options = {"size": (50, 41), "samples": 2, "background": "transparent"}
     for look in ("lit", "depth", "cost"):
         local = scene.render(look=look, **options)
-        picture = render(scene, client=client, look=look, block=7, progress=lambda *n: told.append(n), **options)
+        picture = render(scene, client=client, look=look, block=7, progress=lambda *n: reports.append(n), **options)
         assert isinstance(picture, shotline.Image) and (picture == local).all()
-    assert told[-1] == (41, 41)
+    assert reports[-1] == (41, 41)
     with pytest.raises(ValueError, match="no look"):
         render(scene, client=client, look="x")

@@ -1,5 +1,5 @@
-"""Meshes and scenes of other packages: their own objects where they are installed, and stand-ins with the attributes
-that they document, so that this is tested without them too."""
+"""Meshes and scenes of other packages. Stand-ins with their documented attributes are tested always; objects of the
+packages themselves only if these are installed."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ class Bag:
 
 
 def poly_data(points, cells, strips=(), lines=0, verts=0, **more):
-    """What pyvista.PolyData documents."""
+    """A stand-in with the documented attributes of pyvista.PolyData."""
     faces = np.concatenate([np.zeros(0, int), *([len(cell), *cell] for cell in cells)])
     return Bag(points=points, faces=faces, strips=np.array(strips, int), n_lines=lines, n_verts=verts, **more)
 
@@ -27,7 +27,7 @@ def through(node):
     return Scene(node).crossings([-5, 0.2, 0.3], [1, 0, 0]).t.tolist()
 
 
-def test_quads_of_meshio_are_cut_and_lines_left_out():
+def test_quads_of_meshio_are_triangulated_and_lines_left_out():
     blocks = [("vertex", [[0]]), ("line", [[0, 1], [1, 2]]), ("quad", QUADS[:3]), ("quad", QUADS[3:])]
     source = Bag(points=CUBE, cells_dict={}, cells=[Bag(type=kind, data=np.array(data)) for kind, data in blocks])
     with pytest.warns(UserWarning, match="1 point, 2 lines left out: without an area") as caught:
@@ -44,7 +44,7 @@ def test_volume_meshes_and_curved_cells_of_meshio_are_refused(kind):
         Mesh(source)
 
 
-def test_meshes_without_faces_say_what_they_have():
+def test_errors_for_meshes_without_faces_list_their_cells():
     with pytest.raises(ValueError, match="no triangles, but 2 lines"):
         Mesh(Bag(points=CORNERS, cells_dict={"line": np.array([[0, 1], [1, 2]])}))
     with pytest.raises(ValueError, match="no faces, but 3 points"):
@@ -54,8 +54,8 @@ def test_meshes_without_faces_say_what_they_have():
 
 
 @pytest.mark.parametrize("turned", range(4))
-def test_quads_that_are_not_convex_are_cut_within(turned):
-    """An arrow head whose notch is at any of its corners: its area, and no hit in the notch."""
+def test_concave_quads_are_triangulated_inside_their_outline(turned):
+    """An arrow head, listed from each of its corners: its area is correct, and the notch has no hit."""
     points = np.array([(0, 0, 0), (2, -2, 0), (0, 2, 0), (-2, -2, 0)], float)
     mesh = Mesh(Bag(points=points, cells_dict={"quad": np.roll([[0, 1, 2, 3]], turned, axis=1)}))
     a, b, c = (points[mesh.faces[:, i]] for i in range(3))
@@ -63,12 +63,12 @@ def test_quads_that_are_not_convex_are_cut_within(turned):
     assert Scene(mesh).count([[0, -0.5, -1], [0, 0.5, -1], [1, -0.5, -1]], [0, 0, 1]).tolist() == [0, 1, 1]
 
 
-def test_faces_of_pyvista_are_taken():
+def test_faces_of_pyvista_are_read():
     assert Mesh(poly_data(CORNERS, FACES)).faces.tolist() == FACES.tolist()
     mixed = poly_data(CUBE, [*QUADS[:4], (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)])
     mesh = Mesh(mixed)
     assert mesh.is_closed and len(mesh.faces) == 12 and through(mesh) == [4, 6]
-    # Strips: every second triangle runs the other way.
+    # Every second triangle of a strip has its orientation reversed.
     strips = [4, 0, 1, 2, 3, 4, 4, 6, 5, 7, 4, 0, 4, 1, 5, 4, 2, 3, 6, 7, 4, 0, 2, 4, 6, 4, 1, 5, 3, 7]
     mesh = Mesh(poly_data(CUBE, [], strips))
     assert mesh.is_closed and len(mesh.faces) == 12 and through(mesh) == [4, 6]
@@ -76,7 +76,7 @@ def test_faces_of_pyvista_are_taken():
         assert len(Mesh(poly_data(CORNERS, FACES, lines=2, verts=5)).faces) == 4
 
 
-# A prism over an L: faces of six and of four corners.
+# A prism over an L, with faces of six and of four corners.
 ELL = np.array([(x, y, z) for z in (0, 1) for x, y in ((0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2))], float)
 ELL_FACES = [
     (5, 4, 3, 2, 1, 0),
@@ -85,7 +85,7 @@ ELL_FACES = [
 ]
 
 
-def test_polygons_are_cut_within():
+def test_polygons_are_triangulated_inside_their_outline():
     of_meshio = [Bag(type="polygon", data=np.array(ELL_FACES[:2])), Bag(type="quad", data=np.array(ELL_FACES[2:]))]
     for mesh in (
         Mesh(ELL, ELL_FACES),
@@ -95,7 +95,7 @@ def test_polygons_are_cut_within():
         assert mesh.is_closed and mesh.polygons.tolist() == [0] * 4 + [1] * 4 + [
             i for i in range(2, 8) for _ in "ab"
         ]
-        # Not through the notch, which a fan from the first corner would cover.
+        # No triangle covers the notch; a fan from the first corner would.
         assert Scene(mesh).count([[1.5, 1.5, -1], [0.5, 1.5, -1]], [0, 0, 1]).tolist() == [0, 2]
     assert Mesh(ELL, np.array(ELL_FACES[2:])).polygons.tolist() == [i for i in range(6) for _ in "ab"]
 
@@ -111,7 +111,7 @@ def test_faces_that_are_not_polygons_are_refused_or_dropped():
         Mesh(ELL, [(0, 2, 1, 5)])
 
 
-def test_grids_and_files_are_refused_with_what_to_do():
+def test_grids_and_files_are_refused_with_a_remedy():
     grid = Bag(points=CUBE, cells=0, cells_dict={}, extract_surface=None)
     with pytest.raises(ValueError, match=r"a Bag holds more than a surface: take its extract_surface\(\)"):
         Mesh(grid)
@@ -122,7 +122,7 @@ def test_grids_and_files_are_refused_with_what_to_do():
 
 
 class Graph:
-    """What trimesh documents of the graph of a scene."""
+    """A stand-in with the documented attributes of the graph of a trimesh scene."""
 
     def __init__(self, **nodes):
         self.nodes, self.nodes_geometry = nodes, list(nodes)
@@ -139,7 +139,7 @@ def stand_in_scene():
     return Bag(geometry={"tetra": tetra, "curve": curve}, graph=graph)
 
 
-def test_nodes_of_a_trimesh_scene_are_instances_of_their_names():
+def test_nodes_of_a_trimesh_scene_become_objects_of_their_names():
     with pytest.warns(UserWarning, match="'d' is left out: a Bag has no faces"):
         scene = Scene(stand_in_scene())
     assert scene.object_names == ["a", "b", "c"] and scene.stats["leaves"] == 1
@@ -148,7 +148,7 @@ def test_nodes_of_a_trimesh_scene_are_instances_of_their_names():
     assert scene.contains(np.array(o) + [0, 0, 1.1]).all()
 
 
-def test_a_mesh_of_a_trimesh_scene_is_all_of_its_meshes():
+def test_a_mesh_of_a_trimesh_scene_joins_all_its_meshes():
     with pytest.warns(UserWarning, match="'d' is left out"):
         mesh = Mesh(stand_in_scene())
     assert mesh.is_closed and len(mesh.faces) == 12
@@ -158,7 +158,7 @@ def test_a_mesh_of_a_trimesh_scene_is_all_of_its_meshes():
         Mesh(Bag(geometry={}, graph=Graph()))
 
 
-def test_objects_of_the_packages_themselves():
+def test_objects_of_trimesh():
     trimesh = pytest.importorskip("trimesh", reason="trimesh is not installed")
     box = trimesh.creation.box()
     scene = trimesh.Scene()

@@ -18,19 +18,19 @@ def with_mesh():
     )
 
 
-def test_pickled_scenes_answer_the_same(part, aimed):
-    o, d = aimed
-    for scene in (part, with_mesh()):
+def test_pickled_scenes_give_the_same_results(sample_scene, sample_rays):
+    o, d = sample_rays
+    for scene in (sample_scene, with_mesh()):
         for protocol in range(2, pickle.HIGHEST_PROTOCOL + 1):
             again = pickle.loads(pickle.dumps(scene, protocol))
             assert again == scene and again.content_hash == scene.content_hash
             assert again.object_names == scene.object_names and again.material_names == scene.material_names
             for a, b in zip(again.crossings(o, d), scene.crossings(o, d), strict=True):
                 assert a.tobytes() == b.tobytes()
-    assert copy.copy(part) is part and copy.deepcopy(part) is part
+    assert copy.copy(sample_scene) is sample_scene and copy.deepcopy(sample_scene) is sample_scene
 
 
-def test_hashes_tell_scenes_apart():
+def test_different_scenes_have_different_hashes():
     scenes = [
         Scene(Sphere(radius=1)),
         Scene(Sphere(radius=np.nextafter(1, 2))),
@@ -44,20 +44,20 @@ def test_hashes_tell_scenes_apart():
     assert Scene(Sphere(radius=1)) == scenes[0] and Scene(Sphere(radius=1)) != 3
 
 
-def test_save_and_load(tmp_path, part, aimed):
-    assert part.save(tmp_path / "part.json") == []
+def test_save_and_load(tmp_path, sample_scene, sample_rays):
+    assert sample_scene.save(tmp_path / "part.json") == []
     again = shotline.load(tmp_path / "part.json")
-    assert again == part
+    assert again == sample_scene
     assert json.loads((tmp_path / "part.json").read_text())["units"] == "cm"
     notes = with_mesh().save(str(tmp_path / "two.json"))
     assert len(notes) == 1 and "ply" in notes[0]
     two = shotline.load(tmp_path / "two.json", accel="grid")
-    assert two.crossings(*aimed).t.tobytes() == with_mesh().crossings(*aimed).t.tobytes()
+    assert two.crossings(*sample_rays).t.tobytes() == with_mesh().crossings(*sample_rays).t.tobytes()
     assert Scene(Mesh(CORNERS, FACES)).save(tmp_path / "mesh.ply") == []
     assert shotline.load(tmp_path / "mesh.ply").object_names == ["mesh"]
 
 
-def test_what_cannot_be_loaded_or_saved(tmp_path, part):
+def test_errors_of_load_and_save(tmp_path, sample_scene):
     with pytest.raises(FileNotFoundError):
         shotline.load(tmp_path / "none.json")
     bad = tmp_path / "bad.json"
@@ -65,7 +65,7 @@ def test_what_cannot_be_loaded_or_saved(tmp_path, part):
     with pytest.raises(ValueError, match=r"bad.json:2:[\s\S]*did you mean 'radius'"):
         shotline.load(bad)
     with pytest.raises(ValueError, match="magic"):
-        part.save(tmp_path / "good.json")
+        sample_scene.save(tmp_path / "good.json")
         shotline.load(tmp_path / "good.json", accel="magic")
     for name, error, message in [
         ("part.xyz", ValueError, "xyz"),
@@ -73,18 +73,18 @@ def test_what_cannot_be_loaded_or_saved(tmp_path, part):
         ("no/such/folder.json", OSError, "folder"),
     ]:
         with pytest.raises(error, match=message):
-            part.save(tmp_path / name)
+            sample_scene.save(tmp_path / name)
     assert not (tmp_path / "part.stl").exists()
 
 
-def test_scenes_are_immutable(part):
+def test_scenes_are_immutable(sample_scene):
     with pytest.raises(AttributeError):
-        part.bounds = 3
+        sample_scene.bounds = 3
     with pytest.raises(AttributeError):
-        part.anything = 3
+        sample_scene.anything = 3
 
 
-# A prism over a dart, whose caps are not convex, as faces of four corners.
+# A prism over a dart, a concave quadrilateral, as faces of four corners.
 DART = [(0, 0, 0), (2, -2, 0), (0, 2, 0), (-2, -2, 0), (0, 0, 1), (2, -2, 1), (0, 2, 1), (-2, -2, 1)]
 SIDES = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
 
@@ -102,7 +102,7 @@ def test_polygons_survive_pickling():
 
 
 def random_scene(random):
-    """A scene with everything that a part may have."""
+    """A random scene with combinations, meshes, transforms, materials, a camera and a light."""
 
     def number():
         return float(random.uniform(0.2, 2.0))
@@ -136,7 +136,7 @@ def test_random_scenes_survive_saving(tmp_path):
         path = tmp_path / f"{i}.json"
         scene.save(path)
         again = shotline.load(path)
-        # What is read names files, and what was built numbers meshes: once packed, both are the same.
+        # A scene that was read names mesh files, and one that was built numbers its meshes, but both pack to the same.
         assert again == scene and again.save(path) == []
         assert again.units == "um" and again.material_names == scene.material_names
         o = random.normal(size=(60, 3)) * 5

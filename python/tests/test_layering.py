@@ -1,9 +1,9 @@
 """The modules of the package import each other without cycles.
 
 Imports are read from the sources with `ast`, including those inside functions and under `if TYPE_CHECKING:`. The latter
-do not run, but they are still a dependency in the reader's head, so they may not close a cycle either. The package's
-`__init__` imports the modules, so a module that imports a name of the package itself depends on `__init__`. Stubs count as
-part of the module that they describe.
+do not run, but a reader must still follow them, so they must not close a cycle either. The package's `__init__` imports
+the modules, so a module that imports a name of the package itself depends on `__init__`. Stubs count as part of the
+module that they describe.
 """
 
 import ast
@@ -34,7 +34,7 @@ def imported_modules(source: str, modules: set[str]) -> set[str]:
 
 
 def imports_of(package: pathlib.Path) -> dict[str, set[str]]:
-    """What each module of a package imports."""
+    """The modules of a package that each of its modules imports."""
     files = [*package.glob("*.py"), *package.glob("*.pyi")]
     modules = {file.stem for file in files}
     imports: dict[str, set[str]] = {module: set() for module in modules}
@@ -44,7 +44,7 @@ def imports_of(package: pathlib.Path) -> dict[str, set[str]]:
 
 
 def find_cycle(imports: dict[str, set[str]]) -> list[str] | None:
-    """Some cycle, its first module repeated at the end; None if there is none."""
+    """A cycle, with its first module repeated at the end; None if there is no cycle."""
     done: set[str] = set()
 
     def visit(module: str, trail: list[str]) -> list[str] | None:

@@ -8,9 +8,9 @@ def at(x, y, z):
     return [[1, 0, 0, x], [0, 1, 0, y], [0, 0, 1, z]]
 
 
-def test_moved_scenes_are_as_built_so(aimed):
-    def built(*place):
-        arm = Group(Sphere(radius=1), Torus(R=2, r=0.4).transform(at(*place)))
+def test_moved_scenes_equal_scenes_built_with_the_new_transform(sample_rays):
+    def built(*offset):
+        arm = Group(Sphere(radius=1), Torus(R=2, r=0.4).transform(at(*offset)))
         return Scene(
             Group(arm, arm.translate(6, 0, 0), Sphere(radius=1.5).translate(0, 0, 4) - Sphere(radius=1)).named(
                 "robot"
@@ -18,13 +18,13 @@ def test_moved_scenes_are_as_built_so(aimed):
         )
 
     scene = built(0, 0, 1)
-    before = scene.crossings(*aimed)
-    for place in [(0, 0, 2), (1, 2, 3), (0.1, 0.2, 0.3)]:
-        moved = scene.with_moved("robot/group[1]/torus[1]", at(*place))
-        for a, b in zip(moved.crossings(*aimed), built(*place).crossings(*aimed), strict=True):
+    before = scene.crossings(*sample_rays)
+    for offset in [(0, 0, 2), (1, 2, 3), (0.1, 0.2, 0.3)]:
+        moved = scene.with_moved("robot/group[1]/torus[1]", at(*offset))
+        for a, b in zip(moved.crossings(*sample_rays), built(*offset).crossings(*sample_rays), strict=True):
             assert a.tobytes() == b.tobytes()
-        assert moved == built(*place) and moved != scene
-        for a, b in zip(scene.crossings(*aimed), before, strict=True):
+        assert moved == built(*offset) and moved != scene
+        for a, b in zip(scene.crossings(*sample_rays), before, strict=True):
             assert a.tobytes() == b.tobytes()
     chain = scene
     for i in range(5):
@@ -33,7 +33,7 @@ def test_moved_scenes_are_as_built_so(aimed):
     assert float(chain.closest([4, 0, 20], [0, 0, -1]).t) == 15
 
 
-def test_what_cannot_be_moved():
+def test_invalid_moves_are_errors():
     scene = Scene(Sphere(radius=1).named("ball"))
     with pytest.raises(ValueError, match="no path begins with 'bal'"):
         scene.with_moved("bal", at(0, 0, 1))

@@ -1,4 +1,4 @@
-"""The notebooks of the documentation run to their ends; what their cells assert holds."""
+"""The notebooks of the documentation run without errors, including the assertions in their cells."""
 
 import pathlib
 
@@ -25,7 +25,7 @@ def test_runs(path):
 
 
 @pytest.mark.parametrize("path", paths(), ids=lambda path: path.stem)
-def test_is_kept_without_answers(path):
+def test_is_stored_without_outputs(path):
     book = nbformat.read(path, as_version=4)
     code = [cell for cell in book.cells if cell.cell_type == "code"]
     assert not any(cell.outputs or cell.execution_count for cell in code)

@@ -1,4 +1,4 @@
-"""What a reader drops or repairs is a warning; what it only passes over is not."""
+"""Loading warns of items that a reader drops or repairs, and not of items that it only skips."""
 
 import warnings
 
@@ -18,7 +18,7 @@ def test_load_warns_of_faces_that_were_dropped(tmp_path):
     assert scene.count([0.1, 0.1, -1], [0, 0, 1]) == 2
 
 
-def test_load_warns_of_nothing_that_leaves_the_shape_alone(tmp_path):
+def test_load_does_not_warn_of_skipped_items(tmp_path):
     path = tmp_path / "part.obj"
     path.write_text("\ufeff" + TETRAHEDRON.replace("\n", "\r"), encoding="utf-8", newline="")
     with warnings.catch_warnings():

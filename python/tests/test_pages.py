@@ -1,7 +1,7 @@
-"""The Python examples of the README and of the documentation run and answer what they say.
+"""The Python examples of the README and of the documentation run, and their values are those in their comments.
 
-The blocks of a page run one after the other, as one program, in a folder with the example scenes, a mesh and what the
-command line has cast. A comment after an expression tells its value, and may go on over lines of its own:
+The blocks of a page run one after the other, as one program, in a folder with the example scenes, a mesh and the output
+of `shotline cast`. A comment after an expression states its value, and may continue on lines of its own:
 
     scene.count(o, d)  # -> 4
     scene.material_names
@@ -28,32 +28,32 @@ def blocks(page):
     return [(text.count("\n", 0, found.start(1)), found.group(1)) for found in BLOCK.finditer(text)]
 
 
-def told(lines, last):
-    """What a comment says an expression that ends in a line is worth."""
+def stated_value(lines, last):
+    """The value that a comment states for the expression that ends in line `last`; None without such a comment."""
     after = [line.strip() for line in lines[last:]]
     here = re.search(r"# -> (.*)$", lines[last - 1])
     if not here and not (after and after[0].startswith("# -> ")):
         return None
-    words = [here.group(1)] if here else []
+    expected = [here.group(1)] if here else []
     for line in after:
         if not line.startswith("#"):
             break
-        words.append(line.removeprefix("#").strip().removeprefix("-> "))
-    return " ".join(" ".join(words).split())
+        expected.append(line.removeprefix("#").strip().removeprefix("-> "))
+    return " ".join(" ".join(expected).split())
 
 
 def run(code, names, page, first):
     tree = ast.parse("\n" * first + code, filename=str(page))
     lines = [""] * first + code.splitlines()
     for statement in tree.body:
-        words = told(lines, statement.end_lineno)
-        if words is None or not isinstance(statement, ast.Expr):
-            assert words is None, f"{page.name}:{statement.lineno}: only expressions have values"
+        expected = stated_value(lines, statement.end_lineno)
+        if expected is None or not isinstance(statement, ast.Expr):
+            assert expected is None, f"{page.name}:{statement.lineno}: only expressions have values"
             exec(compile(ast.Module([statement], []), str(page), "exec"), names)
             continue
         value = eval(compile(ast.Expression(statement.value), str(page), "eval"), names)
         shown = [" ".join(text.split()) for text in (repr(value), str(value))]
-        assert words in shown, f"{page.name}:{statement.lineno} says {words}, but it is {shown[1]}"
+        assert expected in shown, f"{page.name}:{statement.lineno} says {expected}, but it is {shown[1]}"
 
 
 @pytest.fixture
@@ -68,7 +68,7 @@ def folder(tmp_path, monkeypatch):
 
 
 def cast():
-    """What `shotline cast` of the quick start leaves."""
+    """Writes the output of the command `shotline cast` of the quick start."""
     command = "cast scenes/tori.json --camera 640x480 --query crossings -o out.npz".split()
     subprocess.run([sys.executable, "-m", "shotline", *command], check=True, capture_output=True)
 
@@ -92,9 +92,9 @@ def test_a_wrong_value_is_found(tmp_path):
     run("1 + 1  # -> 2\n'a b'\n# -> a\n#    b\n", {}, page, 0)
 
 
-def test_pages_link_to_what_is_there():
+def test_linked_files_exist():
     for page in PAGES:
         for link in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", page.read_text()):
-            # The page of solids is made with the site.
+            # The page of solids is generated with the site.
             if "://" not in link and link != "solids.md":
                 assert (page.parent / link).exists(), f"{page.name} links to {link}"

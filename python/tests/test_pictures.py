@@ -61,12 +61,12 @@ def test_cameras_and_looks():
         (lambda: Image(np.zeros((3, 3))), ValueError, "uint8"),
     ],
 )
-def test_what_is_wrong_is_told(wrong, error, message):
+def test_invalid_arguments_are_errors(wrong, error, message):
     with pytest.raises(error, match=message):
         wrong()
 
 
-def test_trees():
+def test_html_trees():
     text = SCENE._repr_html_()
     assert "ball" in text and "radius=1" in text and text.count("<ul>") == text.count("</ul>")
     many = Scene([Sphere(radius=1).named(f"<{i}>").translate(i, 0, 0) for i in range(100)])

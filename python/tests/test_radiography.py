@@ -1,4 +1,4 @@
-"""Radiographs held to closed forms."""
+"""Radiographs compared with closed forms."""
 
 import numpy as np
 import pytest
@@ -9,11 +9,11 @@ BALL = Scene(Sphere(radius=2).named("ball", material="lead"), materials={"lead":
 
 
 def chord(source, pixels, radius):
-    """The length of the way from a source to pixels in a ball around the origin."""
-    way = pixels - source
-    length = np.linalg.norm(way, axis=-1)
-    off = np.linalg.norm(np.cross(way, -source), axis=-1) / length
-    return 2 * np.sqrt(np.maximum(radius**2 - off**2, 0))
+    """The length, inside a ball around the origin, of each line from a source to a pixel."""
+    direction = pixels - source
+    length = np.linalg.norm(direction, axis=-1)
+    distance = np.linalg.norm(np.cross(direction, -source), axis=-1) / length
+    return 2 * np.sqrt(np.maximum(radius**2 - distance**2, 0))
 
 
 def test_a_ball_in_a_cone_beam():
@@ -21,14 +21,14 @@ def test_a_ball_in_a_cone_beam():
     detector = Detector.facing(source, [10, 0, 0], pixel=0.3, shape=(40, 50))
     expected = chord(source, detector.pixels(), 2)
     assert (expected > 0).sum() > 300 and (expected == 0).sum() > 100
-    seen = radiograph(BALL, source, detector, {"lead": 0.7})
-    assert seen.shape == (40, 50) and seen.dtype == np.float64
-    np.testing.assert_allclose(seen, 0.7 * expected, atol=1e-6, rtol=1e-12)
-    # Away from the edge, where the root of a small number is inexact, to the last digits.
+    image = radiograph(BALL, source, detector, {"lead": 0.7})
+    assert image.shape == (40, 50) and image.dtype == np.float64
+    np.testing.assert_allclose(image, 0.7 * expected, atol=1e-6, rtol=1e-12)
+    # The square root of a small number is inexact, so only pixels away from the edge agree to the last digits.
     well = expected > 0.5
-    np.testing.assert_allclose(seen[well], 0.7 * expected[well], rtol=1e-13)
+    np.testing.assert_allclose(image[well], 0.7 * expected[well], rtol=1e-13)
     through = radiograph(BALL, source, detector, {"lead": 0.7}, quantity="transmission")
-    np.testing.assert_array_equal(through, np.exp(-seen))
+    np.testing.assert_array_equal(through, np.exp(-image))
     lengths = radiograph(BALL, source, detector, None, quantity="thickness")
     assert lengths.shape == (40, 50, 2) and not lengths[..., 1].any()
     np.testing.assert_allclose(lengths[..., 0], expected, atol=1e-6)
@@ -38,11 +38,11 @@ def test_a_ball_in_a_parallel_beam():
     detector = Detector(center=[0, 0, -7], u=[0.1, 0, 0], v=[0, -0.1, 0], shape=(60, 60))
     x, y, _ = np.moveaxis(detector.pixels(), -1, 0)
     expected = 2 * np.sqrt(np.maximum(4 - x**2 - y**2, 0))
-    seen = radiograph(BALL, [0, 0, -3], detector, [1.0], beam="parallel")
-    np.testing.assert_allclose(seen, expected, atol=1e-6)
+    image = radiograph(BALL, [0, 0, -3], detector, [1.0], beam="parallel")
+    np.testing.assert_allclose(image, expected, atol=1e-6)
     # The mean over the detector is the volume.
-    assert seen.sum() * 0.01 == pytest.approx(4 / 3 * np.pi * 8, rel=2e-3)
-    # A detector inside the ball sees the half before it.
+    assert image.sum() * 0.01 == pytest.approx(4 / 3 * np.pi * 8, rel=2e-3)
+    # A detector inside the ball measures only the half in front of it.
     inside = Detector(center=[0, 0, 0], u=[0.1, 0, 0], v=[0, -0.1, 0], shape=(3, 3))
     assert radiograph(BALL, [0, 0, -1], inside, [1.0], beam="parallel")[1, 1] == pytest.approx(2, rel=1e-14)
 
@@ -57,12 +57,12 @@ def test_materials_and_energies():
     )
     detector = Detector(center=[0, 0, -5], u=[0.25, 0, 0], v=[0, -0.25, 0], shape=(21, 21))
     energies = np.array([[2.0, 1.0, 0.5], [0.3, 0.2, 0.1]])
-    seen = radiograph(scene, [0, 0, -1], detector, energies, beam="parallel")
-    assert seen.shape == (21, 21, 3)
-    np.testing.assert_allclose(seen[10, 10], 1 * energies[1], rtol=1e-13)
-    np.testing.assert_allclose(seen[0, 0], 2 * energies[0], rtol=1e-13)
+    image = radiograph(scene, [0, 0, -1], detector, energies, beam="parallel")
+    assert image.shape == (21, 21, 3)
+    np.testing.assert_allclose(image[10, 10], 1 * energies[1], rtol=1e-13)
+    np.testing.assert_allclose(image[0, 0], 2 * energies[0], rtol=1e-13)
     named = radiograph(scene, [0, 0, -1], detector, {"wax": 0.3, "steel": 2.0}, beam="parallel")
-    np.testing.assert_allclose(named, seen[..., 0], rtol=1e-15)
+    np.testing.assert_allclose(named, image[..., 0], rtol=1e-15)
 
 
 def test_rows_run_down_and_columns_to_the_right():
@@ -78,14 +78,14 @@ def test_rows_run_down_and_columns_to_the_right():
     assert np.isfinite(upright).all() and np.ptp(upright[..., 2]) == 0
 
 
-def test_bands_are_the_same_as_one(monkeypatch):
+def test_blocks_of_rays_do_not_change_the_image(monkeypatch):
     source, detector = [-20, 0, 0], Detector.facing([-20, 0, 0], [10, 0, 0], pixel=0.3, shape=(30, 20))
     expected = radiograph(BALL, source, detector, [1.0])
     monkeypatch.setattr(radiography, "_BLOCK", 100)
-    told = []
-    seen = radiograph(BALL, source, detector, [1.0], progress=lambda done, total: told.append((done, total)))
-    assert seen.tobytes() == expected.tobytes()
-    assert told[-1] == (600, 600) and told == sorted(told)
+    reports = []
+    image = radiograph(BALL, source, detector, [1.0], progress=lambda done, total: reports.append((done, total)))
+    assert image.tobytes() == expected.tobytes()
+    assert reports[-1] == (600, 600) and reports == sorted(reports)
 
 
 @pytest.mark.parametrize(
@@ -101,14 +101,14 @@ def test_bands_are_the_same_as_one(monkeypatch):
         ({"source": [0, 0, 0], "beam": "parallel"}, "direction"),
     ],
 )
-def test_what_is_wrong_is_told(changes, message):
+def test_invalid_arguments_are_errors(changes, message):
     detector = Detector(center=[0, 0, -5], u=[1, 0, 0], v=[0, -1, 0], shape=(3, 3))
     given = {"source": [0, 0, 9], "detector": detector, "mu": [1.0]} | changes
     with pytest.raises(ValueError, match=message):
         radiograph(BALL, **given)
 
 
-def test_detectors_that_are_none():
+def test_invalid_detectors_are_errors():
     for wrong in [
         {"center": [0, 0, 0], "u": [1, 0, 0], "v": [2, 0, 0], "shape": (3, 3)},
         {"center": [0, 0, np.nan], "u": [1, 0, 0], "v": [0, 1, 0], "shape": (3, 3)},
@@ -129,11 +129,11 @@ def test_coefficients_are_those_of_the_materials():
     )
     detector = Detector(center=[0, 0, -5], u=[1, 0, 0], v=[0, -1, 0], shape=(1, 1))
 
-    def seen(*mu):
+    def image(*mu):
         return radiograph(scene, [0, 0, -1], detector, *mu, beam="parallel")[0, 0]
 
-    assert seen() == seen(None) == seen({}) == pytest.approx(4.5)
-    assert seen({"wax": 1}) == pytest.approx(6) and seen([1, 1]) == pytest.approx(4)
+    assert image() == image(None) == image({}) == pytest.approx(4.5)
+    assert image({"wax": 1}) == pytest.approx(6) and image([1, 1]) == pytest.approx(4)
     with pytest.raises(ValueError, match="none for 'lead'; give the materials mu="):
         radiograph(BALL, [0, 0, 9], detector)
 

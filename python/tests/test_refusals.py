@@ -1,4 +1,4 @@
-"""What was taken without a word, or refused in terms of something that the user never wrote."""
+"""Invalid arguments that were once accepted silently, or refused in terms of something that the user never wrote."""
 
 import math
 import pickle
@@ -19,7 +19,7 @@ CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
 @pytest.mark.parametrize(
     "wrong, error, message",
     [
-        # Masks, under which anything may be.
+        # Masked entries, which have no value.
         (lambda: BALL.closest(MASKED, [1, 0, 0]), ValueError, "o has 1 entry masked"),
         (lambda: BALL.count([0, 0, 0], list(MASKED)), ValueError, "d has 1 entry masked"),
         (lambda: BALL.contains(MASKED), ValueError, "p has 1 entry masked"),
@@ -28,7 +28,7 @@ CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
         (lambda: Sphere(radius=1).transform(MASKED.T), ValueError, "the matrix has 1 entry masked"),
         (lambda: Mesh(MASKED, [(0, 1, 2)]), ValueError, "vertices has 1 entry masked"),
         (lambda: Mesh(CORNERS, np.ma.masked_equal([(0, 1, 2), (0, 2, 3)], 3)), ValueError, "faces has 1 entry"),
-        # Text and fractions for numbers.
+        # Values of the wrong type, size or count.
         (lambda: Sphere(radius="1"), TypeError, "radius must be a real number, not '1'"),
         (lambda: Sphere(radius=1j), TypeError, "radius must be a real number, not 1j"),
         (lambda: Sphere(radius=None), TypeError, "radius must be a real number, not None"),
@@ -52,14 +52,14 @@ CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
         (lambda: Union(Sphere(radius=1), accel="bhv"), ValueError, "did you mean 'bvh'"),
         (lambda: BALL.path_name(0.5), TypeError, "path must be a whole number, not 0.5"),
         (lambda: BALL.surface_name("0"), TypeError, "surface must be a whole number"),
-        # Numbers of nothing.
+        # Numbers of surfaces and paths that do not exist.
         (lambda: BALL.surface_name(2**40), IndexError, "no such surface"),
         (lambda: BALL.path_name(2**70), IndexError, "no such path"),
         (lambda: BALL.path_transform(-1), IndexError, "no such path: -1"),
         (lambda: BALL.path_transform(7), IndexError, "no such path: 7"),
         (lambda: BALL.path_name(7), IndexError, "no such path: 7"),
         (lambda: BALL.surface_name(99), IndexError, "no such surface: 99"),
-        # Names of internals: How.0, How.1, Style.0 ...
+        # Messages once named internals: How.0, How.1, Style.0 ...
         (lambda: BALL.measure(rays=10**30), ValueError, "^rays is 1000000000000000000000000000000, but must be"),
         (lambda: BALL.measure(seed=-1), ValueError, "^seed is -1, but must be from 0"),
         (lambda: BALL.measure(objects="ball"), TypeError, "objects is a list"),
@@ -121,7 +121,7 @@ CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
         (lambda: Scene(Sphere(radius=1), accel="magic"), ValueError, "accel is 'magic'"),
     ],
 )
-def test_what_is_wrong_is_refused_in_terms_of_the_argument(wrong, error, message):
+def test_errors_name_the_argument(wrong, error, message):
     with pytest.raises(error, match=message) as raised:
         wrong()
     assert not re.search(r"How\.|Style\.|Sight\.|\"shotline\"|inhomogeneous|__init__|unpack", str(raised.value))
@@ -149,7 +149,7 @@ def test_what_is_wrong_is_refused_in_terms_of_the_argument(wrong, error, message
         ),
     ],
 )
-def test_no_error_shows_a_text_that_the_user_never_wrote(wrong, words):
+def test_errors_do_not_quote_the_generated_scene_file(wrong, words):
     with pytest.raises(ValueError) as raised:
         wrong()
     message = str(raised.value)
@@ -157,12 +157,12 @@ def test_no_error_shows_a_text_that_the_user_never_wrote(wrong, words):
     assert not re.search(r"\"|\d+:\d+|\^\^", message), message
 
 
-def test_all_wrong_materials_are_told_at_once():
+def test_all_wrong_materials_are_reported_together():
     with pytest.raises(ValueError, match="'a'.*'iron'[\\s\\S]*'b'.*'wood'"):
         Scene(Sphere(radius=1).named("a", "iron"), Sphere(radius=1).named("b", "wood"))
 
 
-def test_numbers_of_any_kind_are_taken():
+def test_numbers_of_any_type_are_accepted():
     for radius in (1, 1.0, np.float32(1), np.array(1), Fraction(1), Decimal(1), np.ma.masked_array(1.0)):
         assert Sphere(radius=radius).radius == 1.0
     assert Sphere(radius=1).named("a", priority=np.int8(3)).priority == 3
@@ -171,33 +171,33 @@ def test_numbers_of_any_kind_are_taken():
     assert hits.t.tolist() == [8.0]
 
 
-def test_several_objects_of_one_name_are_warned_of():
+def test_different_objects_of_the_same_name_cause_a_warning():
     ball, box = Sphere(radius=1), Box(min=(0, 0, 0), max=(1, 1, 1))
     with pytest.warns(shotline.DuplicateNameWarning, match="'a'") as caught:
         Scene(ball.named("a"), Group(box.named("a"), ball.named("b")).named("c"))
     assert caught[0].filename == __file__
 
 
-def test_one_object_in_several_places_has_one_name(recwarn):
+def test_instances_of_one_object_cause_no_warning(recwarn):
     bolt = Sphere(radius=1).named("bolt")
     Scene(bolt, bolt.translate(5, 0, 0), Sphere(radius=1).named("bolt"), Group(bolt.scale(2)).named("more"))
     assert len(recwarn) == 0
 
 
 def test_equal_nodes_are_equal_and_hash_alike():
-    def made(radius=1.0, name="a", degrees=90.0):
+    def build(radius=1.0, name="a", degrees=90.0):
         ball = Sphere(radius=radius)
         part = (ball | ball.rotate(axis=(0, 0, 1), degrees=degrees)) - Cylinder(radius=0.1, z0=-2, z1=2)
         return Group(part.part("p"), Mesh(CORNERS, [(0, 2, 1)]).scale(2)).named(name, "iron", 2)
 
     assert Sphere(radius=1) == Sphere(radius=1) and hash(Sphere(radius=1)) == hash(Sphere(radius=1))
-    assert made() == made() and hash(made()) == hash(made()) and len({made(), made()}) == 1
-    others = [made(radius=2), made(name="b"), made(degrees=91), made().node, made().translate(0, 0, 0)]
-    assert all(made() != other for other in others) and len({made(), *others}) == 6
+    assert build() == build() and hash(build()) == hash(build()) and len({build(), build()}) == 1
+    others = [build(radius=2), build(name="b"), build(degrees=91), build().node, build().translate(0, 0, 0)]
+    assert all(build() != other for other in others) and len({build(), *others}) == 6
     assert Sphere(radius=1) != 1 and Mesh(CORNERS, [(0, 2, 1)]) != Mesh(CORNERS, [(0, 1, 2)])
     assert Sphere(radius=1) != Cylinder(radius=1, z0=0, z1=1) and Group(Sphere(radius=1)) != Union(Sphere(radius=1))
-    again = pickle.loads(pickle.dumps(made()))
-    assert again == made() and hash(again) == hash(made())
+    again = pickle.loads(pickle.dumps(build()))
+    assert again == build() and hash(again) == hash(build())
 
 
 def test_equality_of_deep_and_shared_nodes_is_quick():

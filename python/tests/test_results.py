@@ -6,16 +6,16 @@ SCENE = Scene(Sphere(radius=1), Sphere(radius=1).translate(0, 0, 5))
 MANY = np.zeros((30, 3)) - [0, 0, 5], [0, 0, 1]
 
 
-def test_other_names():
+def test_aliases():
     hits, rows, segments = SCENE.closest(*MANY), SCENE.crossings(*MANY), SCENE.segments(*MANY)
-    for answer in (hits, rows):
+    for result in (hits, rows):
         for alias, name in [
             ("t_hit", "t"),
             ("geometry_ids", "object"),
             ("primitive_ids", "primitive"),
             ("primitive_normals", "normal"),
         ]:
-            assert answer[alias] is answer[name] is getattr(answer, alias) is getattr(answer, name)
+            assert result[alias] is result[name] is getattr(result, alias) is getattr(result, name)
     assert rows["ray_ids"].tolist() == np.repeat(np.arange(30), 4).tolist()
     assert segments.ray_ids.tolist() == np.repeat(np.arange(30), 2).tolist() and segments["length"][0] == 2
     assert hits[0] is hits.t and len(hits) == 8 and list(hits.to_dict()) == list(hits._fields)

@@ -1,4 +1,4 @@
-"""Calls that take long: Ctrl-C, progress, threads and processes."""
+"""Long calls: Ctrl-C, progress, threads and processes."""
 
 import concurrent.futures
 import multiprocessing
@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import shotline
 
-# A ray that meets 2^40 spheres takes seconds to come to its limits.
+# A ray that meets 2^40 spheres takes seconds to reach its limits.
 ENDLESS = """
 import shotline
 level = shotline.Sphere(radius=1)
@@ -54,14 +54,14 @@ def test_ctrl_c_ends_a_long_call(threads):
     """
     out, _ = run(script).communicate(timeout=60)
     lines = dict(line.split(maxsplit=1) for line in out.splitlines())
-    assert float(lines["ended"]) - float(lines["now"]) < 5, out  # all of it takes minutes
+    assert float(lines["ended"]) - float(lines["now"]) < 5, out  # the whole call would take minutes
     assert lines["threads"].startswith("0 ") and lines["again"] == "1"
 
 
 @pytest.mark.parametrize("query", ["closest", "count", "crossings", "segments", "cost"])
 @pytest.mark.parametrize("rows", [1, 5000])
 def test_ctrl_c_ends_a_single_ray(query, rows):
-    """Also on the caller's own thread, which is what answers few rays."""
+    """Also on the calling thread, on which calls with few rays run."""
     script = f"""
         import os, signal, threading, time
         {textwrap.indent(ENDLESS, " " * 8).strip()}
@@ -93,12 +93,12 @@ def test_ctrl_c_ends_the_command(tmp_path):
     assert not (tmp_path / "out.npz").exists()
 
 
-def test_progress_is_told(part):
+def test_progress_is_reported(sample_scene):
     o = np.random.default_rng(3).normal(size=(300_000, 3)) * 9
-    told = []
-    expected = part.count(o, -o)
-    assert (part.count(o, -o, progress=lambda done, total: told.append((done, total))) == expected).all()
-    assert told[-1] == (300_000, 300_000) and told == sorted(told)
+    reports = []
+    expected = sample_scene.count(o, -o)
+    assert (sample_scene.count(o, -o, progress=lambda done, total: reports.append((done, total))) == expected).all()
+    assert reports[-1] == (300_000, 300_000) and reports == sorted(reports)
 
     class Bar:
         total, n = None, 0
@@ -107,31 +107,31 @@ def test_progress_is_told(part):
             self.n += steps
 
     bar = Bar()
-    part.count(o, -o, progress=bar)
+    sample_scene.count(o, -o, progress=bar)
     assert bar.n == bar.total == 300_000
     with pytest.raises(TypeError, match="progress"):
-        part.count(o, -o, progress=3)
+        sample_scene.count(o, -o, progress=3)
 
 
-def test_progress_on_stderr(part, capsys, monkeypatch):
+def test_progress_on_stderr(sample_scene, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "tqdm", None)
     monkeypatch.setitem(sys.modules, "tqdm.auto", None)
-    part.count(np.ones((1000, 3)), [1, 0, 0], progress=True)
+    sample_scene.count(np.ones((1000, 3)), [1, 0, 0], progress=True)
     assert "1000 of 1000 rays" in capsys.readouterr().err
 
 
-def test_what_progress_raises_ends_the_call(part):
+def test_an_exception_of_progress_ends_the_call(sample_scene):
     o = np.random.default_rng(4).normal(size=(2_000_000, 3)) * 9
 
     def fail(done, total):
         raise RuntimeError(f"enough at {done}")
 
     with pytest.raises(RuntimeError, match="enough"):
-        part.crossings(o, -o, progress=fail)
-    assert part.any([9, 9, 9], [-1, -1, -1]).shape == ()
+        sample_scene.crossings(o, -o, progress=fail)
+    assert sample_scene.any([9, 9, 9], [-1, -1, -1]).shape == ()
 
 
-def test_the_gil_is_released(part):
+def test_the_gil_is_released(sample_scene):
     o = np.random.default_rng(5).normal(size=(400_000, 3)) * 9
     ticks, stop = 0, threading.Event()
 
@@ -144,33 +144,33 @@ def test_the_gil_is_released(part):
     thread = threading.Thread(target=tick)
     thread.start()
     begin = time.monotonic()
-    part.crossings(o, -o, threads=1)
+    sample_scene.crossings(o, -o, threads=1)
     took = time.monotonic() - begin
     stop.set()
     thread.join()
     assert ticks > 20 * took
 
 
-def test_threads_may_ask_at_once(part, aimed):
-    expected = part.crossings(*aimed)
+def test_threads_may_query_concurrently(sample_scene, sample_rays):
+    expected = sample_scene.crossings(*sample_rays)
     with concurrent.futures.ThreadPoolExecutor(4) as pool:
-        for rows in pool.map(lambda _: part.crossings(*aimed, threads=2), range(12)):
+        for rows in pool.map(lambda _: sample_scene.crossings(*sample_rays, threads=2), range(12)):
             assert rows.t.tobytes() == expected.t.tobytes()
 
 
-def ask(arguments):
+def cast(arguments):
     scene, o, d = arguments
     return scene.crossings(np.tile(o, (20, 1)), np.tile(d, (20, 1)), threads=2).t.tobytes()
 
 
 @pytest.mark.parametrize("method", ["fork", "spawn"])
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
-def test_processes(part, aimed, method):
-    """Also where the parent has cast with threads before the fork."""
-    expected = ask((part, *aimed))
+def test_processes(sample_scene, sample_rays, method):
+    """Also if the parent has cast on several threads before the fork."""
+    expected = cast((sample_scene, *sample_rays))
     with multiprocessing.get_context(method).Pool(2) as pool:
-        answers = pool.map_async(ask, [(part, *aimed)] * 4).get(timeout=60)
-    assert answers == [expected] * 4
+        results = pool.map_async(cast, [(sample_scene, *sample_rays)] * 4).get(timeout=60)
+    assert results == [expected] * 4
 
 
 def measured(scene):
@@ -179,7 +179,7 @@ def measured(scene):
 
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
 def test_measuring_after_a_fork():
-    """Also on one thread, and with meshes, whose soundness is looked at by many."""
+    """Also on one thread, and with meshes, which are checked by several threads."""
     mesh = shotline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
     cut = shotline.Box(min=(4, 4, 4), max=(6, 6, 6)) - shotline.Sphere(radius=1).translate(5, 5, 5)
     scene = shotline.Scene(mesh.named("mesh"), cut.named("cut"))
@@ -204,8 +204,8 @@ def test_import_needs_numpy_only():
     assert out.strip() == "2.0"
 
 
-def test_nothing_is_looked_up_in_calls():
-    """Ctrl-C while the bindings look up NumPy's interfaces would be a panic: they have done so when imported."""
+def test_calls_do_not_look_up_numpy():
+    """Ctrl-C while the bindings look up NumPy's interfaces would cause a panic, so they do that on import."""
     script = """
         import numpy, numpy.lib._version, shotline
         def interrupted(*_):

@@ -1,4 +1,4 @@
-"""The stubs say what the built module has."""
+"""The stubs declare what the built module contains."""
 
 import ast
 import inspect
@@ -23,7 +23,7 @@ def parameters(function):
 
 
 def declared(body):
-    """Names with their parameters, and those of classes with what is in them."""
+    """The declared names: functions with their parameters, classes with their members."""
     found = {}
     for item in body:
         if isinstance(item, ast.FunctionDef):

@@ -1,4 +1,4 @@
-"""Queries for surfaces only, and rays that would never end."""
+"""Queries for surfaces only, and rays that exceed their limits."""
 
 import math
 
@@ -9,7 +9,7 @@ from shotline import Box, Group, Halfspace, Mesh, Scene, Sphere
 
 @pytest.fixture
 def mixed():
-    """A closed mesh, an open one, a combination and ground without end."""
+    """A closed mesh, an open one, a combination and an unbounded ground."""
     tetrahedron = Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
     sheet = Mesh([(-2, -2, 0.3), (2, -2, 0.3), (0, 2, 0.3)], [(0, 1, 2)])
     shell = Sphere(radius=1.5) - Sphere(radius=1.2)
@@ -50,7 +50,7 @@ def test_a_room_has_walls():
             query(*ray, surfaces_only=True)
 
 
-def test_segments_of_several_paths_have_none():
+def test_segments_of_several_paths_have_no_path():
     cell = Box(min=(0, 0, 0), max=(1, 1, 1))
     cells = Scene(Group(cell, cell.translate(1, 0, 0), cell.translate(3, 0, 0)).named("cells"))
     assert cells.segments([-1, 0.5, 0.5], [1, 0, 0]).path.tolist() == [-1, 2]

@@ -9,16 +9,16 @@ use shotline::scene::{Node, NodeId, Scene};
 
 use crate::overlap::axis_ray;
 
-/// Rays for one object before it is reported as not met, and the most rays for all objects.
+/// The number of rays for one object before it is reported as not met, and the maximum for all objects.
 const RAYS: usize = 1 << 14;
 const MAX_ALL_RAYS: usize = 1 << 18;
 
-/// The most boxes of leaves of an object through which rays are cast, and the most steps to find these boxes.
+/// The maximum number of leaf boxes of an object through which rays are cast, and of steps to find these boxes.
 const MAX_BOXES: usize = 1024;
 const MAX_STEPS: u64 = 1 << 20;
 
-/// The numbers of objects that are empty by construction, such as the intersection of disjoint solids. An object that only
-/// gives a name to a group of other objects is not included.
+/// The numbers of objects that are empty by construction, such as the intersection of disjoint solids. An object that
+/// only gives a name to a group of other objects is not included.
 pub fn by_construction(world: &World, scene: &Scene) -> Vec<u32> {
     let Ok(bounds) = object_bounds(world) else { return Vec::new() };
     let empty: Vec<u32> =

@@ -1,15 +1,15 @@
-//! Ctrl-C, and the other signals that request a program to end. Long work tests a flag from time to time and ends cleanly.
-//! Otherwise Ctrl-C ends the program at once.
+//! Ctrl-C, and the other signals that request a program to end. Long work tests a flag from time to time and ends
+//! cleanly. Otherwise Ctrl-C ends the program at once.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use crate::failure::Failure;
 
-/// How long work may take to test the flag.
+/// The time that work has, after Ctrl-C, to end by itself.
 const GRACE: Duration = Duration::from_millis(150);
 
-/// Whether the user has requested the end.
+/// Whether the user has requested the program to end.
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 /// Whether cancellable work is running.
 static IS_WORKING: AtomicBool = AtomicBool::new(false);
@@ -33,8 +33,8 @@ pub fn catch() {
     });
 }
 
-/// Runs work that tests the given flag, and ends and cleans up when the flag is set. If it does not end soon, or at a second
-/// Ctrl-C, the program ends at once and removes the file that is being written.
+/// Runs work that tests the given flag, and ends and cleans up when the flag is set. If it does not end soon, or at a
+/// second Ctrl-C, the program ends at once and removes the file that is being written.
 ///
 /// # Errors
 /// The errors of the work, and [`Failure::Interrupted`] if Ctrl-C came before its end.

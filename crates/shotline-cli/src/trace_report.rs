@@ -27,7 +27,7 @@ pub struct TraceReport {
     trace: Trace,
 }
 
-/// The most crossings on a line.
+/// The maximum number of crossings on a line.
 const MAX_LISTED: usize = 8;
 
 impl TraceReport {

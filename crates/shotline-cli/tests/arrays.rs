@@ -140,7 +140,7 @@ fn segments() {
 }
 
 #[test]
-fn only_paths_that_were_met_are_numbered() {
+fn only_paths_that_rays_meet_are_numbered() {
     // Eight pins in shared rows; the rays meet two of them.
     let scene = r#"{"shotline": 1,
       "defs": {

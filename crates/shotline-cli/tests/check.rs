@@ -81,7 +81,7 @@ fn overlapping_objects_are_named_once() {
     let result = Sandbox::new().with("scene.json", scene).run(&["check", "scene.json"]);
     assert_eq!(result.code, Some(1), "{}{}", result.stdout, result.stderr);
     assert_eq!(result.stdout.matches("fault: 'hub' and 'pin'").count(), 1, "{}", result.stdout);
-    // Touching is not a fault.
+    // Objects that only touch are not a fault.
     assert!(!result.stdout.contains("fault: 'far'"), "{}", result.stdout);
 }
 
@@ -119,7 +119,7 @@ fn a_scene_with_an_unbounded_object_is_examined() {
 }
 
 #[test]
-fn what_could_not_be_examined_is_never_called_sound() {
+fn scenes_not_examined_in_full_are_not_called_sound() {
     let slanted = r#"{"kind": "halfspace", "normal": [0, 0.001, -1], "offset": -1e6}"#;
     let sky = r#"{"kind": "halfspace", "normal": [0, 0, -1], "offset": -9}"#;
     let sandbox = Sandbox::new()
@@ -243,7 +243,8 @@ fn coincident_faces_of_objects_are_remarks() {
         {"name": "ball", "node": {"kind": "sphere", "radius": 0.4, "translate": [0.5, 0.5, 2]}}]}"#;
     let sandbox = Sandbox::new().with("scene.json", scene);
     let all = findings(&sandbox, "scene.json");
-    // Only the faces on each other: the sides of the lid and of the crate are in one plane, but do not coincide.
+    // Only faces that overlap are reported: the sides of the lid and of the crate are in one plane, but do not
+    // coincide.
     assert_eq!(all.len(), 1, "{all:?}");
     assert_eq!((&all[0]["kind"], &all[0]["severity"]), (&"coincidence".into(), &"remark".into()));
     assert_eq!(all[0]["objects"], serde_json::json!(["crate", "lid"]));
@@ -252,7 +253,7 @@ fn coincident_faces_of_objects_are_remarks() {
 }
 
 #[test]
-fn surfaces_that_cut_each_other_do_not_coincide() {
+fn surfaces_that_intersect_are_not_reported_as_coincident() {
     let ball = |x: f64| format!(r#"{{"kind": "sphere", "radius": 1, "translate": [{x}, 0, 0]}}"#);
     let sandbox = Sandbox::new().with("scene.json", scene(&[("a", &ball(0.0), 0), ("b", &ball(0.5), 1)]));
     assert_eq!(findings(&sandbox, "scene.json"), Vec::<serde_json::Value>::new());

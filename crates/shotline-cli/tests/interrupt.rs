@@ -50,7 +50,7 @@ fn ctrl_c_leaves_nothing_behind() {
     );
 }
 
-/// Also in the middle of one ray, which would need seconds to reach its limits.
+/// The ray alone would need seconds to reach its limits.
 #[test]
 fn ctrl_c_ends_a_single_ray() {
     let sandbox = nested_spheres().with_rays("rays.npy", &[[-5.0, 0.1, 0.2, 1.0, 0.0, 0.0]]);

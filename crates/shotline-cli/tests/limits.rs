@@ -7,9 +7,9 @@ use sandbox::{Sandbox, nested_spheres};
 const ROOM: &str = r#"{"shotline": 1, "objects": [
     {"name": "room", "node": {"kind": "box", "min": [-1, -1, -1], "max": [1, 1, 1]}}]}"#;
 
-/// In commands that cast few rays.
+/// Commands that cast few rays report too many crossings.
 #[test]
-fn deeply_nested_parts_are_errors() {
+fn deeply_nested_groups_are_errors() {
     let sandbox = nested_spheres();
     let ray = ["--from=-5,0.1,0.2", "--dir=1,0,0"];
     sandbox

@@ -58,22 +58,22 @@ fn run_json(sandbox: &Sandbox, args: &[&str]) -> Value {
 }
 
 /// The `t` and polygons of the crossings of a ray.
-fn shot(name: &str, from: &str, dir: &str) -> Vec<(f64, u64)> {
+fn hits(name: &str, from: &str, dir: &str) -> Vec<(f64, u64)> {
     let (from, dir) = (format!("--from={from}"), format!("--dir={dir}"));
     let shot = run_json(&case(name), &["shoot", name, &from, &dir, "--json"]);
     let crossings = shot["crossings"].as_array().unwrap();
     crossings.iter().map(|c| (c["t"].as_f64().unwrap(), c["polygon"].as_u64().unwrap())).collect()
 }
 
-fn measured(name: &str) -> Value {
+fn measured_volume(name: &str) -> Value {
     run_json(&case(name), &["measure", name, "--json"])["objects"][0]["volume"].clone()
 }
 
 #[test]
 fn a_byte_order_mark_and_comments_do_not_change_the_cube() {
     for name in ["bom.obj", "inline-comment.obj"] {
-        assert_eq!(shot(name, "-5,0.2,0.3", "1,0,0"), [(4.0, 4), (6.0, 5)], "{name}");
-        assert_eq!(measured(name)["value"], 8.0, "{name}");
+        assert_eq!(hits(name, "-5,0.2,0.3", "1,0,0"), [(4.0, 4), (6.0, 5)], "{name}");
+        assert_eq!(measured_volume(name)["value"], 8.0, "{name}");
     }
     let text = case("bom.obj").run(&["check", "bom.obj"]).ok();
     assert!(text.contains("note: bom.obj: 1 vertex is used by no face, vertex 9\n"), "{text}");
@@ -81,14 +81,14 @@ fn a_byte_order_mark_and_comments_do_not_change_the_cube() {
 
 #[test]
 fn a_ray_into_the_notch_of_a_concave_polygon_misses() {
-    assert_eq!(shot("concave-sheet.obj", "1.4,1.2,5", "0,0,-1"), []);
-    assert_eq!(shot("concave-sheet.obj", "0.4,1.2,5", "0,0,-1").len(), 1);
-    assert_eq!(shot("concave-prism.obj", "0.59,2.23,-0.23", "0.23,-0.42,0.88"), []);
+    assert_eq!(hits("concave-sheet.obj", "1.4,1.2,5", "0,0,-1"), []);
+    assert_eq!(hits("concave-sheet.obj", "0.4,1.2,5", "0,0,-1").len(), 1);
+    assert_eq!(hits("concave-prism.obj", "0.59,2.23,-0.23", "0.23,-0.42,0.88"), []);
 }
 
 #[test]
 fn a_prism_of_concave_polygons_is_measured_exactly() {
-    let volume = measured("concave-prism.obj");
+    let volume = measured_volume("concave-prism.obj");
     assert!((volume["value"].as_f64().unwrap() - 3.0).abs() < 1e-5, "{volume}");
     assert_eq!(volume["std_error"], json!(0.0), "{volume}");
 }
@@ -107,11 +107,11 @@ fn queries_report_on_stderr_what_was_dropped_and_not_what_was_ignored() {
 }
 
 #[test]
-fn files_of_other_programs_are_the_solids_that_they_describe() {
+fn files_of_other_programs_have_the_right_volume() {
     for name in
         ["nan-unused.obj", "nan-unused.ply", "cr-only.ply", "binary-tail.stl", "bom.stl", "comment-first.stl"]
     {
-        let volume = measured(name)["value"].as_f64().unwrap();
+        let volume = measured_volume(name)["value"].as_f64().unwrap();
         assert!((volume * 6.0 - 1.0).abs() < 1e-12, "{name}: {volume}");
     }
 }

@@ -64,8 +64,8 @@ fn every_scene_of_the_documentation_is_sound() {
     assert!(count >= 1);
 }
 
-/// Runs every line of the block, in order, in a folder that contains only the scenes. The pictures are small, so that the
-/// test is fast.
+/// Runs every line of the block, in order, in a folder that contains only the scenes. The pictures are small, so that
+/// the test is fast.
 #[test]
 fn every_command_of_the_readme_runs_on_a_fresh_clone() {
     let readme = read("README.md");
@@ -90,7 +90,7 @@ fn every_command_of_the_readme_runs_on_a_fresh_clone() {
                 samples.iter().for_each(|at| args[at + 1] = "1");
                 args.extend(["--size", "16x12"]);
             }
-            // It always casts for seconds.
+            // `bench` always takes seconds.
             "bench" => continue,
             _ => {}
         }

@@ -62,8 +62,8 @@ fn misses_and_spans_are_reported() {
     let sandbox = Sandbox::new().with("drilled.json", DRILLED);
     let miss = sandbox.run(&["shoot", "drilled.json", "--from", "0,0,9", "--dir", "0,0,1"]).ok();
     assert!(miss.contains("miss"), "{miss}");
-    let part = ["shoot", "drilled.json", "--from", "-10,0,0", "--to", "10,0,0", "--t-max", "0.375"];
-    let text = sandbox.run(&part).ok();
+    let limited = ["shoot", "drilled.json", "--from", "-10,0,0", "--to", "10,0,0", "--t-max", "0.375"];
+    let text = sandbox.run(&limited).ok();
     assert!(text.contains("2 crossings") && text.contains("out (end)"), "{text}");
 }
 

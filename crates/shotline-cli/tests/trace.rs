@@ -53,7 +53,7 @@ fn the_closest_crossing_skips_what_is_behind_it() {
 }
 
 #[test]
-fn every_accelerator_names_its_parts() {
+fn every_accelerator_names_its_nodes_and_cells() {
     let ball = |x| format!(r#"{{"kind": "sphere", "radius": 0.6, "translate": [{x}, {}, 0]}}"#, x % 3);
     let balls: Vec<String> = (0..12).map(ball).collect();
     let scene = format!(

@@ -8,7 +8,7 @@ use serde_json::Value;
 const NOISE: &[u8] = include_bytes!("../../../testdata/cases/cad-noise.stl");
 const TWO_SIDED: &[u8] = include_bytes!("../../../testdata/cases/two-sided.obj");
 
-/// Asserts that `check` finds a model not sound, and says why.
+/// Asserts that `check` reports a model as not sound, with a reason.
 fn assert_not_sound(sandbox: &Sandbox, model: &str, why: &str) {
     let found = sandbox.run(&["check", model]);
     assert_eq!(found.code, Some(1));

@@ -8,7 +8,7 @@ pub enum PathPolicy {
     /// Those below the folder of the scene, links resolved, so that an untrusted scene reads nothing else.
     #[default]
     SceneFolder,
-    /// Any.
+    /// Any file.
     Anywhere,
 }
 

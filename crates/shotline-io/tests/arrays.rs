@@ -1,4 +1,4 @@
-//! Columns to `.npz`, and rays from `.npy`.
+//! Writing columns to `.npz` and reading rays from `.npy`.
 
 use std::io::Read;
 
@@ -57,7 +57,7 @@ fn columns_are_written_as_numpy_reads_them() {
 }
 
 #[test]
-fn what_is_no_array_of_rays_is_refused() {
+fn files_that_are_not_arrays_of_rays_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("out.npz");
     write_npz(&path, &[("t", Column::F64(&[1.0]))]).unwrap();

@@ -1,5 +1,5 @@
-//! The catalogue of bad input, for scenes, rays and memory: a test a row. What concerns mesh files is
-//! in `catalogue_meshes.rs`, what the program says in `crates/shotline-cli/tests/bad_input.rs`.
+//! The catalogue of bad input, for scenes, rays and memory: one test per row. Mesh files are tested in
+//! `catalogue_meshes.rs`, the messages of the program in `crates/shotline-cli/tests/bad_input.rs`.
 
 use shotline::compile::{Options, SceneError, World, compile};
 use shotline::math::{Affine, Vec3};
@@ -49,7 +49,7 @@ fn ts(world: &World, o: Vec3, d: Vec3) -> Vec<f64> {
     crossings(world, &Ray::new(o, d).expect("a ray")).iter().map(|h| h.t).collect()
 }
 
-/// The error of a scene file with these objects, as it is shown.
+/// The error message for the text of a scene file, which must be refused.
 #[track_caller]
 fn refused(text: &str) -> String {
     parse_scene(text, None).expect_err(text).to_string()
@@ -81,7 +81,7 @@ fn zero_direction() {
     }
 }
 
-/// Directions of any length: the list is right, and a `t` that is not finite is not listed.
+/// Directions of any length: the list of crossings is correct, and contains no crossing whose `t` is not finite.
 #[test]
 fn denormal_and_huge_directions() {
     let ball = world(&scene_of(|scene| solid(scene, "sphere", &[&[1.0]])));
@@ -96,7 +96,7 @@ fn denormal_and_huge_directions() {
     }
 }
 
-/// Models of any size: the same list, with unit normals.
+/// Models of any size have the same list of crossings, with unit normals.
 #[test]
 fn denormal_and_huge_models() {
     let kinds: [(&str, &[&[f64]]); 5] = [
@@ -249,21 +249,21 @@ fn quadric_without_coefficients_is_refused_and_an_empty_one_is_not() {
 // Graphs
 
 #[test]
-fn cycles_are_told_by_name() {
+fn cycles_are_reported_by_name() {
     let text = r#"{"shotline": 1,
       "defs": {"hen": {"op": "union", "args": [{"ref": "egg"}]}, "egg": {"op": "group", "args": [{"ref": "hen"}]},
                "self": {"op": "union", "args": [{"ref": "self", "scale": 2}]}},
       "objects": [{"node": {"ref": "hen"}}]}"#;
     let document = parse_scene(text, None).expect("a file may say so");
     let shown = document.diagnostics(&errors(&document.scene)).to_string();
-    for part in
+    for fragment in
         ["2:23: a part contains itself: 'hen' -> 'egg' -> 'hen'", "'self' -> 'self'", "help: break the cycle"]
     {
-        assert!(shown.contains(part), "{part} is not in\n{shown}");
+        assert!(shown.contains(fragment), "{fragment} is not in\n{shown}");
     }
 }
 
-/// Many long cycles are reported in little memory and time.
+/// Reporting many long cycles takes little memory and time.
 #[test]
 fn cycles_by_the_thousand() {
     let mut scene = Scene::default();
@@ -280,7 +280,7 @@ fn cycles_by_the_thousand() {
     assert!(last.is_some(), "{}", errors[0].message);
 }
 
-/// Combinations, groups and transforms in turn, so many within one another.
+/// A sphere below `depth` nested nodes: alternately a combination, a group and a transform.
 fn deep(depth: usize) -> Scene {
     scene_of(|scene| {
         let ball = solid(scene, "sphere", &[&[1.0]]);
@@ -292,8 +292,8 @@ fn deep(depth: usize) -> Scene {
     })
 }
 
-/// A million nodes deep: built, compiled, cast at, dropped. Written, a deep nest is cut into named parts, so that it
-/// can be read.
+/// A scene that is a million nodes deep can be built, compiled, queried and dropped. The writer splits a deep nest into
+/// named definitions, so that the text can be read again.
 #[test]
 fn depth_bomb() {
     assert_eq!(ts(&world(&deep(1_000_000)), Vec3::new(-2.0, 0.0, 0.0), Vec3::X), [1.0, 3.0]);
@@ -317,7 +317,7 @@ fn doubled(scene: &mut Scene, times: usize, first: NodeId, double: impl Fn(Vec<N
     (0..times).fold(first, |node, _| scene.add(double(vec![node, node])))
 }
 
-/// Groups of shared parts are placed, never written out: 2^60 leaves are no bomb.
+/// Groups of shared nodes become instances and are never expanded, so 2^60 leaves are not a problem.
 #[test]
 fn reference_bomb_of_groups_is_legal() {
     let scene = scene_of(|scene| {
@@ -339,7 +339,7 @@ fn reference_bomb_of_groups_is_legal() {
     assert!(only_error(&too_many).contains("more than 2^63 instances cannot be numbered"));
 }
 
-/// Combinations are written out, so what they come to is counted first, also where there is no leaf at all.
+/// Combinations are expanded, so their size is counted first, also where they have no leaves.
 #[test]
 fn reference_bomb_of_combinations_is_counted() {
     let csg = |op| move |args| Node::Csg { op, args };
@@ -377,15 +377,15 @@ fn huge_file() {
 #[test]
 fn duplicate_and_unknown_keys() {
     let shown = refused(&file_of(r#"{"name": "a", "name": "b", "nod": {"kind": "sphere", "radius": 1}}"#));
-    for part in
+    for fragment in
         ["1:43: the key 'name' stands here twice", "help: keep one of them", "an object needs \"node\""]
     {
-        assert!(shown.contains(part), "{part} is not in\n{shown}");
+        assert!(shown.contains(fragment), "{fragment} is not in\n{shown}");
     }
 }
 
 #[test]
-fn numbers_that_are_none() {
+fn invalid_numbers() {
     let cases = [
         ("1e400", "1e400 is too large for a float64"),
         ("-1e400", "-1e400 is too large"),
@@ -402,7 +402,7 @@ fn numbers_that_are_none() {
         let shown = refused(&file_of(&format!(r#"{{"node": {{"kind": "sphere", "radius": {number}}}}}"#)));
         assert!(shown.contains(&format!("1:67: {message}")), "1:67: {message}\nis not in\n{shown}");
     }
-    // Too small is zero, which the sphere refuses.
+    // A number that underflows is zero, which the sphere refuses.
     let tiny =
         parse_scene(file_of(r#"{"node": {"kind": "sphere", "radius": 1e-400}}"#), None).expect("a number");
     assert!(only_error(&tiny.scene).contains("radius is 0"));
@@ -425,7 +425,7 @@ fn byte_order_mark() {
 }
 
 #[test]
-fn units_that_are_none() {
+fn unknown_units() {
     for (units, hint) in
         [("parnsips", "nm, um, mm"), ("Mm", "did you mean 'mm'"), ("inch", "did you mean 'in'")]
     {
@@ -460,16 +460,16 @@ fn truncated_file() {
 
 // Output
 
-/// Ten million balls in a row before one ray, and a hundred thousand before each of many.
+/// A ray along 10^12 balls has more crossings than its limit; many rays along 100 balls exceed the limit of rows.
 #[test]
-fn more_crossings_than_there_is_room_for() {
+fn more_crossings_than_the_limit() {
     let row = |digits: i32| {
         world(&scene_of(|scene| {
             let mut node = solid(scene, "sphere", &[&[0.25]]);
             for level in 0..digits {
                 let step = 10f64.powi(level);
-                let place = |i: i32| Affine::translation(Vec3::X * (step * f64::from(i)));
-                let members = (0..10).map(|i| scene.add_transform(place(i), node)).collect();
+                let transform = |i: i32| Affine::translation(Vec3::X * (step * f64::from(i)));
+                let members = (0..10).map(|i| scene.add_transform(transform(i), node)).collect();
                 node = scene.add(Node::Group { members });
             }
             node

@@ -1,5 +1,5 @@
-//! The catalogue of bad input, for mesh files: a test a row. Headers that promise too much and the
-//! memory that they may cost are in `hostile.rs`, which files a scene may name in `scene_files.rs`.
+//! The catalogue of bad input, for mesh files: one test per row. Headers that announce more data than the file has, and
+//! the memory that they may cost, are tested in `hostile.rs`; the files that a scene may name in `scene_files.rs`.
 
 use std::path::Path;
 
@@ -21,12 +21,12 @@ fn mesh(document: &Document) -> &TriangleMesh {
     }
 }
 
-/// Requires an error with every part, the last of them its help.
+/// Asserts that reading fails with a message that contains every fragment and a help.
 #[track_caller]
-fn refused(extension: &str, bytes: impl AsRef<[u8]>, parts: &[&str]) {
+fn refused(extension: &str, bytes: impl AsRef<[u8]>, fragments: &[&str]) {
     let shown = read(extension, bytes.as_ref()).expect_err("broken").to_string();
-    for part in parts {
-        assert!(shown.contains(part), "{part}\nis not in\n{shown}");
+    for fragment in fragments {
+        assert!(shown.contains(fragment), "{fragment}\nis not in\n{shown}");
     }
     assert!(shown.contains("\nhelp: "), "{shown}");
 }
@@ -65,7 +65,7 @@ fn empty_mesh() {
     refused("stl", binary_stl(b"", &[]), &["part.stl: has no triangles"]);
     refused("stl", "solid a\nendsolid a\n", &["part.stl: has no triangles"]);
     refused("stl", "", &["part.stl: byte 0: the file ends within the head"]);
-    // Faces, but none with three different corners: only the compiler looks at that.
+    // There are faces, but none with three different corners. Only the compiler checks that.
     let flat = read("obj", b"v 0 0 0\nf 1 1 1\n").unwrap();
     let errors = compile(&flat.scene, Options::default()).unwrap_err();
     assert!(errors[0].message.contains("no face with three different corners"), "{errors:?}");
@@ -121,7 +121,7 @@ fn nan_vertices() {
     );
 }
 
-/// Faces without area stay in the mesh, since their edges may close it; they are counted.
+/// Faces without area are counted and stay in the mesh, since their edges may close it.
 #[test]
 fn faces_without_area_or_doubled() {
     let pyramid = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
@@ -132,7 +132,7 @@ fn faces_without_area_or_doubled() {
     };
     let degenerate = with(&[[0, 0, 1]]);
     assert!(degenerate.is_closed() && degenerate.degenerate_faces.count == 1, "{degenerate:?}");
-    // A T-junction made good by a sliver: without it the mesh would be open.
+    // A sliver closes a T-junction: without it the mesh would be open.
     let sliver = [[0, 2, 1], [0, 4, 3], [4, 1, 3], [0, 1, 4], [1, 2, 3], [2, 0, 3]];
     let topology =
         |faces: &[[u32; 3]]| Topology::of(&TriangleMesh::new(vertices.clone(), faces.to_vec())).unwrap();
@@ -143,7 +143,7 @@ fn faces_without_area_or_doubled() {
     assert!(doubled.is_closed() && doubled.duplicate_faces.count > 0, "{doubled:?}");
 }
 
-/// Cut anywhere, a file is an error, or it is a text that ends after a whole number.
+/// A file that is truncated at any byte is an error. Text may end after its last number.
 #[test]
 fn truncated_files() {
     let binary = "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
@@ -192,7 +192,7 @@ fn corrupt_ply_headers() {
 }
 
 #[test]
-fn list_lengths_that_cannot_be() {
+fn impossible_list_lengths() {
     let corners = |line: &str| ply(&["0 0 0"], &[line]);
     refused("ply", corners("4294967296 0 0 0"), &["part.ply:11:1: 4294967296 is not within 0 and 255"]);
     refused("ply", corners("-1 0 0 0"), &["part.ply:11:1: -1 is not within 0 and 255"]);
@@ -201,7 +201,7 @@ fn list_lengths_that_cannot_be() {
     assert_eq!((note.kind, note.first), ("extra_numbers", Some(Spot::Line(11))));
 }
 
-/// Many binary files begin with the word of the text form: what decides is the size.
+/// Many binary files begin with "solid" like text files; the size decides.
 #[test]
 fn binary_stl_that_begins_with_solid() {
     let document = read("stl", &binary_stl(b"solid from some program", &[TRIANGLE])).unwrap();

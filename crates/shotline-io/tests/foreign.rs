@@ -1,4 +1,5 @@
-//! Files as other programs write them: what is legal, or nearly so, is read, and what is dropped or repaired is noted.
+//! Files as other programs write them: valid and nearly valid files are read, and notes report what was dropped or
+//! repaired.
 
 use std::path::Path;
 
@@ -18,7 +19,7 @@ fn mesh_of(document: &Document) -> &TriangleMesh {
     mesh
 }
 
-/// The document of a file that must be read, whose format is the end of its name.
+/// The document of a file that must be readable. Its extension selects the format.
 #[track_caller]
 fn ok(name: &str, bytes: &[u8]) -> Document {
     let extension = name.rsplit('.').next().unwrap();
@@ -41,7 +42,7 @@ fn area(mesh: &TriangleMesh) -> f64 {
     (0..mesh.faces.len() as u32).map(|i| area(mesh.corners(i))).sum()
 }
 
-/// The kinds of the notes that say that the model may have been changed.
+/// The kinds of the notes whose effect is that the model may have changed.
 fn changes(document: &Document) -> Vec<&'static str> {
     document.notes.iter().filter(|n| n.effect == Effect::Changed).map(|n| n.kind).collect()
 }
@@ -55,7 +56,7 @@ fn note(document: &Document, kind: &str) -> (usize, Option<Spot>) {
 const POINTS: [&str; 4] = ["0 0 0", "1 0 0", "0 1 0", "0 0 1"];
 const FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
 
-/// Its lines in each text format.
+/// The lines of the tetrahedron in a text format.
 fn lines(extension: &str) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     match extension {
@@ -83,9 +84,9 @@ fn lines(extension: &str) -> Vec<String> {
     lines
 }
 
-/// Every mark, line break, indentation, comment and ending together with every other, in every text format.
+/// Every combination of byte order mark, line break, indentation, comment and ending, in every text format.
 #[test]
-fn texts_are_read_whatever_their_marks_breaks_blanks_and_comments() {
+fn text_files_are_read_with_any_mark_line_break_indentation_and_comment() {
     let mut count = 0;
     for extension in ["obj", "ply", "stl"] {
         for mark in ["", "\u{FEFF}"] {
@@ -122,7 +123,7 @@ fn texts_are_read_whatever_their_marks_breaks_blanks_and_comments() {
 }
 
 #[test]
-fn places_are_those_of_the_file_whatever_its_marks_and_breaks() {
+fn locations_are_correct_with_any_mark_and_line_break() {
     for mark in ["", "\u{FEFF}"] {
         for line_break in ["\n", "\r\n", "\r"] {
             let with = |line: &str| {
@@ -144,7 +145,7 @@ fn places_are_those_of_the_file_whatever_its_marks_and_breaks() {
 }
 
 #[test]
-fn wide_encodings_are_named() {
+fn utf16_and_utf32_are_reported_by_name() {
     let wide = |text: &str, swap: bool, mark: bool| {
         let units = mark.then_some(0xFEFF).into_iter().chain(text.encode_utf16());
         units.flat_map(|u| if swap { u.to_be_bytes() } else { u.to_le_bytes() }).collect::<Vec<u8>>()
@@ -161,7 +162,7 @@ fn wide_encodings_are_named() {
         let shown = read(extension, &wider).unwrap_err().to_string();
         assert!(shown.contains(" is UTF-32 text; save it as UTF-8"), "{extension}: {shown}");
     }
-    // Scene files may have a mark, and lines that end in CR only, comments among them.
+    // Scene files may have a mark and CR line breaks, which also end comments.
     let scene = "\u{FEFF}{ // a comment\r \"shotline\": 1,\r \"objects\": [] }";
     assert!(read("json", scene.as_bytes()).is_ok());
 }
@@ -204,7 +205,7 @@ fn small_files_of_other_programs_are_read() {
 }
 
 #[test]
-fn concave_polygons_are_cut_within_their_outline_and_keep_their_numbers() {
+fn triangles_of_concave_polygons_stay_inside_the_outline_and_keep_its_number() {
     let sheet = ok("concave-sheet.obj", &case("concave-sheet.obj"));
     assert_eq!((mesh_of(&sheet).faces.len(), area(mesh_of(&sheet))), (4, 3.0));
     let prism = ok("concave-prism.obj", &case("concave-prism.obj"));
@@ -228,7 +229,7 @@ fn dropped_faces_keep_the_numbers_of_the_others() {
 }
 
 #[test]
-fn polygons_without_a_proper_cut_are_noted() {
+fn self_crossing_polygons_are_noted() {
     let text = "v 0 0 0\nv 1 1 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 4\n";
     let document = ok("a.obj", text.as_bytes());
     assert_eq!(note(&document, "crossed_polygons"), (1, Some(Spot::Line(5))));
@@ -236,7 +237,7 @@ fn polygons_without_a_proper_cut_are_noted() {
 }
 
 #[test]
-fn what_an_obj_holds_beyond_its_polygons_is_noted() {
+fn ignored_lines_of_an_obj_are_noted() {
     let text = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\nvn 0 0 1\nusemtl red\ng a\nf 1//1 2//1 3//1\n\
                 l 1 2\nvp 0 0\ncurv 0 1 1 2\nwhat\n# in C:\\parts\\\nf 3 2 1 \\\n # c\nf 1 \\\n3 2#c\n";
     let document = ok("a.obj", text.as_bytes());
@@ -251,23 +252,23 @@ fn what_an_obj_holds_beyond_its_polygons_is_noted() {
     assert_eq!(note(&document, "unknown_keyword"), (1, Some(Spot::Line(14))));
 }
 
-/// In a comment a backslash does not join lines, or it would swallow the vertex after it.
 #[test]
-fn an_obj_that_takes_in_another_file_says_so() {
+fn commands_of_an_obj_are_noted() {
     let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\ncall other.obj\ncsh -ls\n";
     let document = ok("obj", text.as_bytes());
     assert_eq!(note(&document, "commands").0, 2);
     assert_eq!(changes(&document), ["commands"]);
 }
 
+/// In a comment a backslash does not join lines: the vertex on the next line is read.
 #[test]
-fn a_comment_that_ends_in_a_backslash_swallows_no_vertex() {
+fn a_backslash_at_the_end_of_a_comment_does_not_join_lines() {
     let text = "# C:\\parts\\\nv 0 0 0\nv 1 0 0 # \\\nv 0 1 0\nf 1 2 3\n";
     assert_eq!(mesh_of(&ok("a.obj", text.as_bytes())).vertices.len(), 3);
 }
 
 #[test]
-fn vertices_that_are_not_finite_matter_only_to_faces() {
+fn vertices_that_are_not_finite_are_errors_only_if_a_face_uses_them() {
     for odd in
         ["nan", "NaN", "-nan", "inf", "-inf", "infinity", "1e999", "-1.#IND", "1.#QNAN", "1.#INF", "nan(ind)"]
     {
@@ -304,7 +305,7 @@ fn with_head(head: &str, rows: &[&str]) -> String {
 }
 
 #[test]
-fn triangle_strips_are_read_with_every_second_triangle_turned() {
+fn every_second_triangle_of_a_strip_is_reversed() {
     let head = "element tristrips 1\nproperty list int int vertex_indices";
     let document = ok("a.ply", with_head(head, &["11 0 1 2 3 4 5 -1 5 4 -1 0"]).as_bytes());
     let forward = [[0, 1, 2], [2, 1, 3], [2, 3, 4], [4, 3, 5]];
@@ -323,9 +324,9 @@ fn triangle_strips_are_read_with_every_second_triangle_turned() {
 }
 
 #[test]
-fn ply_rows_and_headers_that_are_not_as_they_should_be() {
+fn malformed_ply_rows_and_headers() {
     let whole = lines("ply").join("\n");
-    // Rows of faces that are longer than the header says.
+    // Rows of faces that are longer than the header declares.
     let longer = whole.replace("3 0 2 1", "3 0 2 1 6 0.5 0.5 0 0 1 0").replace("3 2 0 3", "3 2 0 3 0");
     assert_eq!(note(&ok("a.ply", longer.as_bytes()), "extra_numbers"), (2, Some(Spot::Line(14))));
     // Everything on one line, and rows broken anywhere.
@@ -357,9 +358,10 @@ fn ply_rows_and_headers_that_are_not_as_they_should_be() {
     );
 }
 
-/// The line break that ends a header is of the kind of the others: a table may begin with the byte of the other half.
+/// The header ends with the same line break as its other lines. After a lone CR or LF, the data may begin with the byte
+/// of the other one.
 #[test]
-fn binary_ply_begins_behind_one_line_break() {
+fn binary_ply_data_begins_after_one_line_break() {
     for line_break in ["\n", "\r\n", "\r"] {
         let head = [
             "ply",
@@ -385,7 +387,7 @@ fn binary_ply_begins_behind_one_line_break() {
     }
 }
 
-/// The cube -1..1 of 12 triangles as binary STL.
+/// The cube from -1 to 1 as binary STL of 12 triangles. `count` is the number that the file declares.
 fn cube(count: u32, attribute: u16, payload: &[u8], tail: &[u8]) -> Vec<u8> {
     let corner = |i: usize| [i >> 2 & 1, i >> 1 & 1, i & 1].map(|b| b as f32 * 2.0 - 1.0);
     let quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
@@ -405,7 +407,7 @@ fn cube(count: u32, attribute: u16, payload: &[u8], tail: &[u8]) -> Vec<u8> {
 }
 
 #[test]
-fn binary_stl_with_more_bytes_than_triangles() {
+fn binary_stl_with_extra_bytes_or_a_wrong_count() {
     let read_all = |bytes: &[u8]| {
         let document = ok("a.stl", bytes);
         assert_eq!((mesh_of(&document).faces.len(), volume(mesh_of(&document)).abs()), (12, 48.0));
@@ -431,13 +433,13 @@ fn binary_stl_with_more_bytes_than_triangles() {
 }
 
 #[test]
-fn binary_stl_with_fewer_bytes_than_triangles_says_so_once() {
+fn binary_stl_with_fewer_triangles_than_declared_is_one_error() {
     for count in [13, 500, u32::MAX] {
         let shown = read("stl", &cube(count, 0, b"", b"")).unwrap_err().to_string();
-        let said = format!(
+        let expected = format!(
             "byte 684: the count at byte 80 says {count} triangles, but the file ends after 12\nhelp:"
         );
-        assert!(shown.contains(&said), "{shown}");
+        assert!(shown.contains(&expected), "{shown}");
     }
     let shown = read("stl", &cube(13, 0, b"", b"abc")).unwrap_err().to_string();
     assert!(shown.contains("but the file ends after 12 and 3 bytes of another"), "{shown}");
@@ -487,7 +489,7 @@ fn text_stl_of_other_programs() {
     assert_eq!(mesh_of(&ok("a.stl", quad.as_bytes())).faces, [[0, 1, 2], [0, 2, 3]]);
 }
 
-/// Formats that the name of a file does not tell are found by their contents, marks or not.
+/// A format that does not follow from the file name is detected from the contents, with or without a byte order mark.
 #[test]
 fn contents_with_marks_are_recognised() {
     for (extension, name) in [("obj", "OBJ"), ("ply", "PLY"), ("stl", "STL")] {

@@ -1,4 +1,4 @@
-//! Small valid files of every format, broken at random: no reader panics, and none asks for much memory.
+//! Small valid files of every format with random damage: no reader panics or allocates much memory.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -10,7 +10,7 @@ use shotline_io::{FORMATS, Format};
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
 
-/// More than any of these tests has a use for, less than any header that lies asks for.
+/// More memory than any of these tests needs, and less than any of the false headers would take.
 const MOST_MIB: f32 = 32.0;
 
 const SCENE: &str = r#"{ "shotline": 1, "units": "mm", // a comment
@@ -75,7 +75,7 @@ fn format(extension: &str) -> &'static Format {
     FORMATS.iter().find(|f| f.extensions.contains(&extension)).unwrap()
 }
 
-/// Changes, removes, repeats or exchanges a few bytes; likes digits, brackets and large numbers.
+/// The bytes with one to three changes: some removed, repeated or replaced, often by punctuation or large numbers.
 fn broken(whole: &[u8], random: &mut Random) -> Vec<u8> {
     let mut bytes = whole.to_vec();
     for _ in 0..=random.below(3) {
@@ -99,7 +99,7 @@ fn broken(whole: &[u8], random: &mut Random) -> Vec<u8> {
 }
 
 #[test]
-fn broken_files_are_errors_and_nothing_worse() {
+fn damaged_files_cause_no_panic_and_no_large_allocation() {
     let seeds: [(&str, Vec<u8>); 8] = [
         ("json", SCENE.into()),
         ("ply", PLY_TEXT.into()),
@@ -128,7 +128,7 @@ fn broken_files_are_errors_and_nothing_worse() {
 }
 
 #[test]
-fn headers_that_promise_too_much_are_refused_at_once() {
+fn headers_that_announce_more_than_the_file_has_are_refused_without_allocating() {
     let file = |extension: &str, bytes: &[u8]| {
         format(extension).read(Path::new("a"), bytes.to_vec()).unwrap_err().to_string()
     };

@@ -1,4 +1,4 @@
-//! Mesh files there and back, and what is said about wrong ones.
+//! Mesh files are written and read back; wrong ones are reported.
 
 use shotline::math::{Affine, Vec3};
 use shotline::scene::{Node, Scene};
@@ -63,7 +63,7 @@ fn a_bare_mesh_is_a_scene_of_one_object() {
 }
 
 #[test]
-fn a_scene_saved_elsewhere_takes_its_meshes_along() {
+fn meshes_are_saved_beside_the_scene() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("rig.json");
     let notes = save(&path, &scene_of(tetrahedron())).unwrap();
@@ -85,7 +85,7 @@ fn a_scene_saved_elsewhere_takes_its_meshes_along() {
 }
 
 #[test]
-fn stl_tells_what_it_cannot_hold() {
+fn what_is_lost_in_stl_is_noted() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.stl");
     let mut mesh = tetrahedron();
@@ -99,18 +99,18 @@ fn stl_tells_what_it_cannot_hold() {
 }
 
 #[test]
-fn placed_meshes_are_joined_and_mirrors_turn_faces() {
+fn meshes_are_joined_and_mirrors_reverse_faces() {
     let folder = tempfile::tempdir().unwrap();
     let mut scene = scene_of(tetrahedron());
     let placed = scene.add_transform(Affine::scaling(Vec3::new(-1.0, 1.0, 1.0)), shotline::scene::NodeId(0));
     scene.add_object("mirrored", None, placed);
     let notes = save(folder.path().join("a.obj"), &scene).unwrap();
-    let said = [
+    let expected = [
         "2 objects were joined into one mesh; their names are lost",
         "shared meshes are written out for each of their placements, 2 in all",
         "vertices moved into place, and rounded to float64: 4",
     ];
-    assert_eq!(notes, said);
+    assert_eq!(notes, expected);
     let back = read_mesh(folder.path().join("a.obj")).unwrap();
     assert_eq!((back.vertices.len(), back.faces.len()), (8, 8));
     assert_eq!(back.faces[4], [4, 5, 6]);
@@ -130,7 +130,7 @@ fn refusal(name: &str, text: &str) -> String {
 }
 
 #[test]
-fn wrong_meshes_are_refused_with_the_place() {
+fn wrong_meshes_are_refused_with_the_location() {
     let obj = refusal("a.obj", "v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n");
     assert_eq!(
         obj,

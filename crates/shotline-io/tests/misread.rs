@@ -1,4 +1,4 @@
-//! Files that were once read as something else than what they say.
+//! Files that an earlier version misread.
 
 use std::path::Path;
 
@@ -42,7 +42,7 @@ const STL: &str = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex
 const FACET: &str = "facet normal 0 0 1 outer loop vertex 0 0 5 vertex 1 0 5 vertex 0 1 5 endloop endfacet";
 
 #[test]
-fn comments_of_text_stl_are_never_facets() {
+fn facets_in_comments_of_text_stl_are_ignored() {
     for comment in [
         format!("# {FACET}"),
         format!("#{FACET}"),
@@ -67,7 +67,7 @@ fn comments_of_text_stl_are_never_facets() {
 }
 
 #[test]
-fn names_and_text_outside_of_solids_are_no_facets() {
+fn names_and_text_outside_of_solids_are_not_read_as_facets() {
     for name in ["facet normal", "facet normal 0 0 0", "facet", "a facet normal of a part", "part #3", "#"] {
         let document = ok("a.stl", STL.replace("solid a", &format!("solid {name}")));
         assert_eq!(mesh_of(&document).faces.len(), 1, "{name}");
@@ -87,7 +87,7 @@ fn names_and_text_outside_of_solids_are_no_facets() {
 }
 
 #[test]
-fn broken_facets_of_text_stl_are_named() {
+fn broken_facets_of_text_stl_are_located() {
     let twice = STL.replace("endsolid a", &STL["solid a\n".len()..]);
     refused("a.stl", twice.replacen("endfacet\n", "", 1), "8:1: 'endfacet' is missing before this 'facet'");
     let before = format!("facet normal 0 0 1\n{STL}");
@@ -106,7 +106,7 @@ const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\npr
                    element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1.5 0 0\n0 1 0\n3 0 1 2\n";
 
 #[test]
-fn zero_bytes_within_a_text_are_no_blanks() {
+fn zero_bytes_in_text_are_not_white_space() {
     for (name, text, line) in
         [("a.obj", OBJ, 2), ("a.ply", PLY, 11), ("a.stl", &STL.replace("1 0 0", "1.5 0 0"), 5)]
     {
@@ -130,7 +130,7 @@ fn floats_of_text_ply_keep_their_digits() {
 }
 
 #[test]
-fn whole_numbers_of_text_ply_are_held_to_their_types() {
+fn integers_of_text_ply_outside_of_their_type_are_noted_or_refused() {
     for (ty, number) in
         [("uchar", "256"), ("uchar", "-1"), ("char", "128"), ("int", "99999999999"), ("ushort", "65536")]
     {
@@ -145,7 +145,7 @@ fn whole_numbers_of_text_ply_are_held_to_their_types() {
 }
 
 #[test]
-fn what_obj_vertices_and_corners_say_beyond_the_shape_is_noted() {
+fn attributes_of_obj_vertices_and_corners_are_noted() {
     for (line, what) in [
         ("v 0 0 0 0.5 0.5 0.5", "colours of vertices"),
         ("v 0 0 0 1 0.5 0.5 0.5", "colours of vertices"),
@@ -172,7 +172,8 @@ fn what_obj_vertices_and_corners_say_beyond_the_shape_is_noted() {
     assert!(later.notes.iter().all(|n| n.kind != "no_such_attribute"), "{:?}", later.notes);
 }
 
-/// Two triangles as binary STL, with a text in the head and a word for each.
+/// Two triangles as binary STL: `count` is the declared number, `word` the attribute of each triangle, and `behind` the
+/// bytes after it.
 fn binary(count: u32, head: &str, word: u16, behind: &[u8]) -> Vec<u8> {
     let mut bytes = head.as_bytes().to_vec();
     bytes.resize(80, b' ');
@@ -196,7 +197,7 @@ fn attribute_words_and_colours_of_binary_stl_are_noted() {
 }
 
 #[test]
-fn input_without_a_name_is_recognised_as_files_are() {
+fn input_without_a_name_is_recognised_by_its_contents() {
     let mut behind = binary(2, "", 0, b"");
     behind.extend(b"some more bytes");
     for bytes in [binary(1, "", 0, b""), binary(0, "", 0, b""), binary(2, "", 3, b"abc"), behind] {
@@ -218,7 +219,7 @@ fn meshes_whose_vertices_coincide_exactly_have_nothing_to_weld() {
     assert!(document.notes.iter().any(|n| n.text.starts_with("nothing to weld")), "{:?}", document.notes);
 }
 
-/// The faces of a box, from the number of its first vertex on.
+/// The faces of a box whose first vertex has this number.
 fn sides(first: usize) -> String {
     let quads = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
     quads.iter().map(|quad| format!("f{}\n", quad.map(|i| format!(" {}", i + first)).concat())).collect()
@@ -230,7 +231,7 @@ fn box_of([x, y, z]: [f64; 3], [a, b, c]: [f64; 3]) -> String {
 }
 
 #[test]
-fn auto_welds_away_no_plate_and_no_gap() {
+fn auto_weld_keeps_thin_plates_and_gaps() {
     let far = 5e6;
     let plate = box_of([far; 3], [far + 1.0, far + 1.0, far + 5e-4]) + &sides(1);
     let thin = box_of([0.0; 3], [1.0, 1.0, 1e-9]) + &sides(1);

@@ -1,4 +1,4 @@
-//! Packed scenes answer as what they were packed from, and pack to the same again.
+//! A packed scene has the crossings of its original after unpacking, and packs to the same value again.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ fn tetrahedron(size: f64) -> Arc<TriangleMesh> {
     Arc::new(TriangleMesh::new(vertices, vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]))
 }
 
-fn answers(scene: &Scene, rays: &[Ray]) -> String {
+fn all_crossings(scene: &Scene, rays: &[Ray]) -> String {
     let world = compile(scene, Options::default()).unwrap();
     let mut caster = Caster::new(&world);
     let mut hits = Vec::new();
@@ -26,7 +26,7 @@ fn answers(scene: &Scene, rays: &[Ray]) -> String {
 }
 
 #[test]
-fn packed_scenes_answer_the_same() {
+fn packed_scenes_have_the_same_crossings() {
     let mut random = Random::new(31);
     let mut crossings = 0;
     for _ in 0..40 {
@@ -46,7 +46,7 @@ fn packed_scenes_answer_the_same() {
         let unpacked = packed.clone().unpack().unwrap().scene;
         assert!(unpacked.nodes.iter().all(|n| !matches!(n, Node::Mesh { file: Some(_), .. })));
         assert_eq!(pack(&unpacked).unwrap(), packed);
-        let (before, after) = (answers(&scene, &rays), answers(&unpacked, &rays));
+        let (before, after) = (all_crossings(&scene, &rays), all_crossings(&unpacked, &rays));
         assert_eq!(before, after);
         crossings += before.matches("t_err").count();
     }

@@ -1,4 +1,4 @@
-//! What the README shows works.
+//! The scene in the README is valid.
 
 use shotline::compile::{Options, compile};
 

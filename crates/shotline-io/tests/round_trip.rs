@@ -1,4 +1,4 @@
-//! Scenes written and read again are the same, bit for bit.
+//! Scenes that are written and read again are the same, bit for bit.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -19,7 +19,7 @@ use shotline::testkit::random::Random;
 use shotline::testkit::scene::random_scene as castable_scene;
 use shotline_io::{load, parse_scene, read_mesh, save, write_scene};
 
-/// Any finite float64: every exponent, both zeros, and often a short one.
+/// Any finite float64: every exponent, both zeros, and often a small integer.
 fn number(random: &mut Random) -> f64 {
     loop {
         let x = match random.below(6) {
@@ -91,7 +91,7 @@ fn folder() -> tempfile::TempDir {
     folder
 }
 
-/// A mesh as readers give it.
+/// One of the mesh files, read and possibly welded.
 fn mesh(random: &mut Random, folder: &Path) -> Node {
     let (name, _) = FILES[random.below(FILES.len())];
     let weld = [None, Some(Weld::Within(0.0)), Some(Weld::Within(1e-3)), Some(Weld::Auto)][random.below(4)];
@@ -100,7 +100,7 @@ fn mesh(random: &mut Random, folder: &Path) -> Node {
     Node::Mesh { mesh: mesh.into(), file: Some(MeshFile { name: name.into(), weld }) }
 }
 
-/// A scene whose nodes name earlier ones, so that many are shared; some of them have names.
+/// A scene whose nodes refer to earlier ones, so that many are shared. Some of them have names.
 fn random_scene(random: &mut Random, folder: &Path) -> Scene {
     let mut scene = Scene { units: maybe(random, |r| Units::ALL[r.below(8)].1), ..Scene::default() };
     scene.materials = (0..random.below(3)).map(|i| (format!("m{i} \"\u{e9}\n"), material(random))).collect();
@@ -203,8 +203,8 @@ fn looks(scene: &mut Scene, random: &mut Random) {
     }
 }
 
-/// A scene as text in which equal graphs are equal: nodes are numbered in the order in which they are met. Debug
-/// prints the shortest digits and the sign of zero, so equal text is equal bits.
+/// The scene as text that is equal for equal graphs: nodes are numbered in breadth-first order. Debug prints the
+/// shortest digits that identify a number, and the sign of zero, so equal texts mean equal bits.
 fn canonical(scene: &Scene) -> String {
     let Scene { units, nodes, defs, objects, materials, camera, lights, motions, accel, accels } = scene;
     let mut out = format!("{units:?} {materials:?} {camera:?} {lights:?} {motions:?} {accel:?}\n");
@@ -240,7 +240,7 @@ fn canonical(scene: &Scene) -> String {
     out + &named.collect::<String>()
 }
 
-/// The scene without the names that the writer has to invent.
+/// The scene without the definitions whose names the writer had to invent.
 fn without_new_names(mut scene: Scene, original: &Scene) -> Scene {
     scene.defs.truncate(original.defs.len());
     scene
@@ -256,13 +256,13 @@ fn scenes_survive_bit_for_bit() {
         let back =
             parse_scene(text.clone(), Some(folder.path())).unwrap_or_else(|e| panic!("{e}\n{text}")).scene;
         assert_eq!(canonical(&without_new_names(back.clone(), &scene)), canonical(&scene), "{text}");
-        // Once every shared part has its name, the text is settled.
+        // Now every shared node has a name, so the text does not change any more.
         assert_eq!(write_scene(&back).unwrap(), text);
     }
 }
 
-/// Every crossing of some rays with everything that is known of it, and the names of paths.
-fn answers(scene: &Scene) -> String {
+/// All crossings of some rays, with every field.
+fn crossings(scene: &Scene) -> String {
     let world = compile(scene, Options::default()).unwrap();
     let (mut caster, mut hits, mut out) = (Caster::new(&world), Vec::new(), String::new());
     let mut random = Random::new(5);
@@ -276,7 +276,7 @@ fn answers(scene: &Scene) -> String {
     out
 }
 
-/// The scene with the files of its meshes forgotten.
+/// The scene without the file names of its meshes.
 fn without_files(mut scene: Scene) -> Scene {
     for node in &mut scene.nodes {
         if let Node::Mesh { file, .. } = node {
@@ -304,20 +304,20 @@ fn saved_scenes_are_the_same_models() {
             scene.accels.insert(node, NAMES[random.below(NAMES.len())]);
             scene.add_object(&format!("meshes {i}"), None, group);
         }
-        let before = answers(&scene);
+        let before = crossings(&scene);
         polygons += before.matches("polygon: Some").count();
         for folder in [&here, &elsewhere] {
             let path = folder.path().join("saved.json");
             written += save(&path, &scene).unwrap().len();
             let back = load(&path).unwrap().scene;
-            assert_eq!(answers(&back), before);
+            assert_eq!(crossings(&back), before);
             let same = without_files(without_new_names(back.clone(), &scene));
             assert_eq!(canonical(&same), canonical(&without_files(scene.clone())));
-            // What was saved is found again.
+            // Saving again finds the meshes that were saved and writes none.
             assert_eq!(save(&path, &back).unwrap(), [""; 0]);
         }
     }
-    // Beside their files no mesh is written; elsewhere both are, each time.
+    // In the folder of the mesh files no mesh is written; elsewhere both are, each time.
     assert!(polygons > 100 && written == 80, "{polygons} {written}");
 }
 
@@ -327,7 +327,7 @@ fn a_welded_mesh_is_saved_welded() {
     let text = r#"{ "shotline": 1, "objects": [{ "node": { "kind": "mesh", "file": "sub/noisy.obj", "weld": "auto" } }] }"#;
     let scene = parse_scene(text, Some(folder.path())).unwrap().scene;
     assert!(write_scene(&scene).unwrap().contains(r#""file": "sub/noisy.obj", "weld": "auto""#));
-    // The mesh that was read by welding is the one that the file gives when it is welded.
+    // The welded file gives this mesh, so the scene keeps naming the file.
     assert_eq!(save(folder.path().join("again.json"), &scene).unwrap(), [""; 0]);
     let elsewhere = tempfile::tempdir().unwrap();
     assert_eq!(save(elsewhere.path().join("again.json"), &scene).unwrap().len(), 1);
@@ -387,7 +387,7 @@ fn numbers_survive_bit_for_bit() {
 }
 
 #[test]
-fn what_a_file_cannot_hold_is_refused() {
+fn scenes_that_cannot_be_written_are_refused() {
     let mut scene = Scene::default();
     scene.lights.push(Light { source: LightSource::Point(Vec3::NAN), color: None, intensity: None });
     assert!(write_scene(&scene).unwrap_err().to_string().contains("finite"));

@@ -1,4 +1,4 @@
-//! Scene files: what is read, what is refused and how that is said.
+//! Scene files: what is read, what is refused, and with which messages.
 
 use std::path::Path;
 
@@ -23,7 +23,7 @@ fn scene(objects: &str) -> String {
 const BALL: &str = r#"{"kind": "sphere", "radius": 1}"#;
 
 #[test]
-fn parts_are_shared_by_number() {
+fn references_share_nodes() {
     let document = read(
         r#"{ "shotline": 1,
              "defs": { "later": { "op": "union", "args": [{ "ref": "ball" }, { "ref": "ball" }] },
@@ -65,7 +65,7 @@ fn every_section_is_read() {
 }
 
 #[test]
-fn groups_hold_objects_and_default_names_go_on() {
+fn groups_may_contain_objects_and_default_names_count_all_objects() {
     let group = format!(r#"{{"op": "group", "args": [{{"node": {BALL}, "translate": [1, 0, 0]}}, {BALL}]}}"#);
     let document = read(&scene(&format!(r#"{{"node": {group}}}, {{"name": "x", "node": {BALL}}}"#)));
     let names = document.scene.nodes.iter().filter_map(|n| match n {
@@ -91,7 +91,7 @@ fn deep_nests_are_read() {
 }
 
 #[test]
-fn every_mistake_is_reported_with_place_and_help() {
+fn every_mistake_is_reported_with_location_and_help() {
     let text = r#"{
   "shotline": 1,
   "objects": [
@@ -124,8 +124,8 @@ fn every_mistake_is_reported_with_place_and_help() {
         "11:35: \"mu\" is -1",
     ];
     assert!(!shown.contains("lacks"), "a mistyped key is not missing as well:\n{shown}");
-    for part in expected {
-        assert!(shown.contains(part), "{part}\nis not in\n{shown}");
+    for fragment in expected {
+        assert!(shown.contains(fragment), "{fragment}\nis not in\n{shown}");
     }
 }
 
@@ -194,7 +194,7 @@ fn mistakes_are_explained() {
 }
 
 #[test]
-fn what_the_compiler_finds_is_shown_in_the_file() {
+fn errors_of_the_compiler_are_located_in_the_file() {
     let document = read(
         r#"{ "shotline": 1,
   "defs": { "a": { "op": "union", "args": [{ "ref": "b" }] }, "b": { "op": "union", "args": [{ "ref": "a" }] } },
@@ -211,11 +211,11 @@ fn what_the_compiler_finds_is_shown_in_the_file() {
         read(&document.source.text().replace(r#""ref": "a" }] }"#, r#""kind": "sphere", "radius": 3 }] }"#));
     let errors = compile(&sound.scene, Options::default()).unwrap_err();
     let shown = sound.diagnostics(&errors);
-    let places = shown.diagnostics.iter().map(|p| match &p.location {
+    let locations = shown.diagnostics.iter().map(|p| match &p.location {
         Location::Text { line, column, .. } => (*line, *column),
         other => panic!("{other:?}"),
     });
-    assert_eq!(places.collect::<Vec<_>>(), [(4, 45), (5, 57)], "{shown}");
+    assert_eq!(locations.collect::<Vec<_>>(), [(4, 45), (5, 57)], "{shown}");
 }
 
 #[test]
@@ -239,7 +239,7 @@ fn load_with_mesh(folder: &Path, file: &str) -> Result<Document, String> {
 }
 
 #[test]
-fn mesh_files_lie_below_the_scene() {
+fn mesh_files_must_be_in_the_folder_of_the_scene() {
     let outer = tempfile::tempdir().unwrap();
     let folder = outer.path().join("scenes");
     std::fs::create_dir_all(folder.join("parts/empty.ply")).unwrap();
@@ -282,7 +282,7 @@ fn mesh_files_lie_below_the_scene() {
 }
 
 #[test]
-fn long_chains_and_many_mistakes_take_no_time() {
+fn long_chains_and_many_mistakes_are_fast() {
     let chain: String = (0..30_000).map(|i| format!("\"p{i}\": {{\"ref\": \"p{}\"}}, ", i + 1)).collect();
     let file = |last: &str| format!("{{\"shotline\": 1, \"defs\": {{{chain}\"p30000\": {last}}}}}");
     assert_eq!(read(&file(BALL)).scene.nodes.len(), 1);
@@ -314,7 +314,7 @@ fn accelerators_are_chosen_by_name() {
 }
 
 #[test]
-fn names_of_several_objects_are_noted_with_the_first_place() {
+fn duplicate_object_names_are_noted_with_the_first_location() {
     let ball = r#""node": { "kind": "sphere", "radius": 1 } }"#;
     let twice = format!(
         "{{ \"shotline\": 1, \"objects\": [\n  {{ \"name\": \"a\", {ball},\n  {{ \"name\": \"b\", {ball},\n  {{\n    \"name\": \"a\", {ball},\n  \
@@ -325,7 +325,7 @@ fn names_of_several_objects_are_noted_with_the_first_place() {
                  line 5";
     assert_eq!(notes.iter().map(ToString::to_string).collect::<Vec<_>>(), [shown]);
     assert_eq!((notes[0].kind, notes[0].count, notes[0].effect), ("duplicate_names", 2, Effect::Kept));
-    // The name that an object without one gets counts too; an object that is placed twice is one.
+    // Default names count too. An object that is placed twice is one object.
     let given =
         format!("{{ \"shotline\": 1, \"objects\": [ {{ \"name\": \"object1\", {ball},\n  {{ {ball} ] }}");
     let notes = parse_scene(given, None).unwrap().notes;

@@ -1,4 +1,5 @@
-//! The published schema and the table of kinds are those that the code generates, and the schema agrees with the reader.
+//! The published schema and the table of kinds are those that the code generates, and the schema agrees with the
+//! reader.
 
 use std::path::{Path, PathBuf};
 
@@ -23,8 +24,8 @@ fn the_published_schema_is_up_to_date() {
     );
 }
 
-/// Whether a value is valid: the part of JSON Schema that the scene schema uses. A whole implementation brings
-/// some seventy crates.
+/// A validator for the keywords of JSON Schema that the scene schema uses. A complete implementation would add about
+/// seventy crates.
 struct Schema(Value);
 
 impl Schema {
@@ -115,9 +116,9 @@ fn table_of_kinds() -> String {
     head.to_owned() + &KINDS.iter().map(row).collect::<String>()
 }
 
-/// With `UPDATE_SCHEMA` set the table is written.
+/// If `UPDATE_SCHEMA` is set, the table is written.
 #[test]
-fn the_documentation_has_the_table_of_kinds_and_its_example_is_read() {
+fn the_page_of_the_format_has_the_table_of_kinds_and_a_valid_example() {
     let path = repository().join("docs/scene-format.md");
     let page = std::fs::read_to_string(&path).unwrap();
     let example = page.split("```jsonc\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
@@ -140,7 +141,7 @@ fn the_example_scenes_are_valid() {
             continue;
         }
         let document = load(&path).unwrap_or_else(|e| panic!("{e}"));
-        // The schema knows no comments, the writer writes none.
+        // The writer removes comments, which plain JSON does not allow.
         let plain: Value = serde_json::from_str(&shotline_io::write_scene(&document.scene).unwrap()).unwrap();
         assert!(schema.is_valid(&plain), "{}", path.display());
     }

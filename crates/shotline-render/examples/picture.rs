@@ -1,4 +1,4 @@
-//! From a scene file to a PNG, in soft light:
+//! Renders a scene file to a PNG, in soft light:
 //! `cargo run --release -p shotline-render --example picture -- scenes/tori.json tori.png [LOOK] [SAMPLES]`
 
 use std::error::Error;

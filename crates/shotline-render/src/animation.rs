@@ -1,8 +1,8 @@
 //! Animations: frames one after the other, each the same as if it were rendered alone.
 //!
-//! One world is kept, and the moving objects in it are moved from frame to frame ([`DynamicWorld`]). The first frame records
-//! which pixels cannot change in any frame, because none of their rays meets a box in which something moves. Only the
-//! other pixels are rendered again.
+//! One world is kept, and the moving objects in it are moved from frame to frame ([`DynamicWorld`]). The first frame
+//! records which pixels cannot change in any frame, because none of their rays meets a box in which something moves.
+//! Only the other pixels are rendered again.
 
 use shotline::compile::{DynamicWorld, Options, SceneError};
 use shotline::query::batch::Run;
@@ -15,13 +15,14 @@ use crate::render::{Setup, render_frame};
 use crate::settings::Settings;
 use crate::temporal_cache::{SweptBounds, TemporalCache};
 
-/// The most frames of an animation.
+/// The maximum number of frames of an animation.
 pub const MAX_FRAMES: u32 = 1 << 16;
 
 /// What an animation shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Animation {
-    /// How many frames. The last is one step before the end of all motions, so that full turns can be repeated.
+    /// The number of frames. The last is one step before the end of all motions, so that an animation of full turns can
+    /// loop.
     pub frames: u32,
     /// Degrees by which the camera orbits its target.
     pub orbit: f64,

@@ -72,7 +72,7 @@ impl RenderError {
 
 /// The longest side of a picture, in pixels.
 pub const MAX_SIDE: u32 = 1 << 16;
-/// The most pixels of a picture.
+/// The maximum number of pixels of a picture.
 pub const MAX_PIXELS: u64 = 1 << 28;
-/// The most samples per pixel.
+/// The maximum number of samples per pixel.
 pub const MAX_SAMPLES: u32 = 1 << 16;

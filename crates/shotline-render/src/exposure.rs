@@ -1,10 +1,10 @@
-//! What rays have seen, by pixel, before it becomes a picture.
+//! The samples of pixels, before they become a picture.
 
 use shotline::math::Vec3;
 
 use crate::color::Rgb;
 
-/// What one pixel has seen.
+/// The value of a ray, or the mean over the rays of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// The value that the look computes, in most looks a linear colour. It is already multiplied by `alpha`.
@@ -30,7 +30,7 @@ pub struct Exposure {
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// What each pixel has seen.
+    /// The mean sample of each pixel.
     pub samples: Vec<Sample>,
 }
 

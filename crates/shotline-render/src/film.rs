@@ -16,7 +16,7 @@ use crate::settings::Settings;
 use crate::temporal_cache::TemporalCache;
 use crate::tracer::PixelTracer;
 
-/// The side of a tile in pixels: rays of one tile meet the same things.
+/// The side of a tile in pixels: small enough that rays of one tile mostly meet the same objects.
 const TILE: u32 = 32;
 
 /// A picture to be exposed.
@@ -64,7 +64,7 @@ impl Film<'_> {
         let cancelled = || run.cancel.is_some_and(|c| c.load(Ordering::Relaxed));
         let failed = AtomicUsize::new(usize::MAX);
         let one = |tracer: &mut PixelTracer, (number, tile): (usize, &Tile)| {
-            // Tiles behind the first failure are not needed; the tiles before it decide which error is reported.
+            // Tiles after the first failure are not needed; the tiles before it decide which error is reported.
             if failed.load(Ordering::Relaxed) < number {
                 return Err(RenderError::Cancelled);
             }
@@ -130,7 +130,7 @@ impl Film<'_> {
         let &Settings { samples: count, look, .. } = self.settings;
         let mut sum = Sample::NOTHING;
         for numbers in sampling::samples(column, row, count) {
-            // With soft light a sample is many rays.
+            // Tested for every sample, which is many rays with soft light.
             if cancelled() {
                 return Err(RenderError::Cancelled);
             }

@@ -157,7 +157,7 @@ mod tests {
         let points = (0..n * n).map(|i| disc([middle(i % n), middle(i / n)]));
         let radii: Vec<f64> = points.map(|[x, y]| x.hypot(y)).collect();
         assert!(radii.iter().all(|r| *r < 1.0));
-        // Half of the area is within the root of one half.
+        // Half of the area of the disc is within a radius of sqrt(1/2).
         let inner = radii.iter().filter(|r| **r < 0.5f64.sqrt()).count() as f64 / radii.len() as f64;
         assert!((inner - 0.5).abs() < 0.02, "{inner}");
         assert_eq!(disc([0.5, 0.5]), [0.0, 0.0]);

@@ -27,7 +27,7 @@ pub fn render(world: &World, scene: &Scene, settings: &Settings, run: Run) -> Re
     render_frame(world, scene, &setup, settings, run, &mut TemporalCache::default())
 }
 
-/// What all frames of an animation take from the first.
+/// What all frames of an animation share; computed for the first one.
 pub(crate) struct Setup {
     pub camera: Camera,
     size: f64,
@@ -144,7 +144,7 @@ mod tests {
     use super::*;
     use crate::look::LOOKS;
 
-    /// A picture that is exposed in bands is the same, in every look.
+    /// In every look, a picture that is exposed in bands is the same as one exposed at once.
     #[test]
     fn bands_make_the_same_picture() {
         let mut scene = Scene::default();

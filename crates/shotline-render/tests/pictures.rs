@@ -104,7 +104,7 @@ fn the_legend_of_thickness_names_the_units() {
         let settings = Settings { width: 300, height: 80, ..settings("thickness") };
         render(&world(&scene), &scene, &settings, Run::default()).unwrap()
     };
-    // The text is above the bar: "thickness: 0 to 2", then the unit.
+    // The text above the bar is "thickness: 0 to 2", followed by the unit.
     let white_pixels = |image: &Image, letters: std::ops::Range<u32>| {
         let columns = 8 * (1 + letters.start)..8 * (1 + letters.end);
         let pixels = columns.flat_map(|x| (52..60).map(move |y| (x, y)));
@@ -169,7 +169,7 @@ fn scenes_without_camera_and_lights_are_framed_and_lit() {
 }
 
 #[test]
-fn lamps_inside_an_object_light_what_is_in_it() {
+fn lamps_inside_an_object_light_its_contents() {
     let mut scene = sphere(None);
     let room = &[-20.0; 3];
     let room = scene.add_solid("box", &[room, &[20.0; 3]]).unwrap();
@@ -203,8 +203,8 @@ fn settings_out_of_range_are_errors() {
     let scene = sphere(None);
     let world = world(&scene);
     let error = |s: Settings| render(&world, &scene, &s, Run::default()).unwrap_err();
-    let wide = Settings { width: 0, ..settings("lit") };
-    assert_eq!(error(wide), RenderError::Size { width: 0, height: 80 });
+    let no_width = Settings { width: 0, ..settings("lit") };
+    assert_eq!(error(no_width), RenderError::Size { width: 0, height: 80 });
     assert_eq!(error(Settings { samples: 0, ..settings("lit") }), RenderError::Samples(0));
     let empty = Scene::default();
     let nothing = compile(&empty, Options::default()).unwrap();
@@ -230,8 +230,8 @@ fn coherence_changes_no_pixel() {
     let (plain, none) = picture(false, false);
     assert_eq!(none, 0);
     for (shadows, neighbours) in [(true, false), (false, true), (true, true)] {
-        let (image, right) = picture(shadows, neighbours);
-        assert!(image == plain && right > 1000, "{shadows} {neighbours} {right}");
+        let (image, reused) = picture(shadows, neighbours);
+        assert!(image == plain && reused > 1000, "{shadows} {neighbours} {reused}");
     }
 }
 

@@ -39,7 +39,7 @@ Examples:
   shotline info engine.json
   shotline info bunny.ply --json";
 
-/// The most objects that the text lists; --json lists all.
+/// The maximum number of objects that the text lists; --json lists all.
 const MAX_LISTED: usize = 40;
 
 /// What the command reports.

@@ -23,7 +23,8 @@ use crate::{input, interrupt, output};
 /// Exact, but for rounding, where there is a closed form: single solids, closed meshes, polytopes (intersections of
 /// half-spaces and boxes), and groups of them whose boxes do not overlap, with any transforms. All others are measured
 /// by rays, and reported with their standard errors: about two thirds of all values have a smaller error than that, and
-/// one in a hundred has an error of more than three times that. What no ray meets is not measured; more rays meet more.
+/// one in a hundred has an error of more than three times that. Details that no ray meets are not measured; use more
+/// rays for small details.
 ///
 /// An unbounded object is reported as unbounded, and the others are measured. If every object is unbounded, that
 /// is an error.

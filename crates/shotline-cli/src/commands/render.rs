@@ -103,9 +103,9 @@ impl From<LightingChoice> for Lighting {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum CoherenceChoice {
-    /// Rays to a lamp first test what occluded the last one
+    /// Rays to a lamp first test what occluded the previous ray to it
     Shadows,
-    /// Rays from the camera first test what the one before them met: not faster in measurements
+    /// Rays from the camera first test what the ray before them met; measurements show no gain
     Neighbours,
     /// Pixels that nothing moving can change are rendered once for all frames
     Frames,

@@ -43,9 +43,9 @@ pub struct Command {
     /// First print the steps of a query: crossings, unless another query is named
     ///
     /// One line per step, indented by depth. `open`: the nearest pending part of the accelerator is opened. Its
-    /// children, `+`, wait in a heap, ordered by the t at which they begin. `test`: a solid is intersected, and its
-    /// crossings wait in the heap too. A crossing leaves the heap when nothing pending begins before it. `=>` is a
-    /// crossing that the query receives; without it the crossing changes nothing. In a mesh each line is a run of
+    /// children, `+`, are put on a heap, ordered by the t at which they begin. `test`: a solid is intersected, and its
+    /// crossings are put on the heap too. A crossing is taken off the heap when no pending entry begins before it.
+    /// `=>` is a crossing that the query receives; a crossing without it has no effect. In a mesh each line is a run of
     /// triangles.
     #[arg(
         long,

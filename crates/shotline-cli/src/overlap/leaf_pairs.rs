@@ -13,19 +13,19 @@ use super::on_ray::{Overlap, overlaps_on_ray};
 use super::pairs::PairSet;
 use crate::number::grouped;
 
-/// The most comparisons of boxes.
+/// The maximum number of comparisons of boxes.
 const MAX_COMPARISONS: u64 = 1 << 25;
 
-/// The fewest and the most rays for each pair of leaves.
+/// The minimum and maximum number of rays for each pair of leaves.
 const MIN_RAYS: usize = 32;
 const MAX_RAYS: usize = 1536;
 
-/// Rays for all pairs where there are few pairs, and the most rays for all pairs.
+/// The number of rays for all pairs if there are few pairs, and the maximum for all pairs.
 const USUAL_RAYS: usize = 1 << 17;
 const MAX_ALL_RAYS: usize = 1 << 20;
 
-/// Work of rays on boxes and solids. Beyond it each pair gets the fewest rays. Beyond `WORK_FACTOR` times as much no
-/// more rays are cast.
+/// A limit on the work of rays on boxes and solids. Beyond it, each pair gets only `MIN_RAYS` rays. Beyond
+/// `WORK_FACTOR` times as much, no more rays are cast.
 const WORK: u64 = 1 << 22;
 const WORK_FACTOR: u64 = 16;
 
@@ -80,7 +80,7 @@ struct Sampler<'w> {
     caster: Caster<'w>,
     rays: usize,
     work: u64,
-    /// Whether each pair gets the fewest rays only.
+    /// Whether each pair gets only `MIN_RAYS` rays.
     fewest_rays: bool,
 }
 

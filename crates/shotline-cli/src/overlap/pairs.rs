@@ -15,7 +15,7 @@ pub struct ObjectPair {
     pub rays: usize,
 }
 
-/// Each pair of objects once: the ray decides which object it meets first, so the key is in the order of the names.
+/// Each pair of objects once. The order in which rays meet the two objects varies, so the names of a key are sorted.
 #[derive(Default)]
 pub struct PairSet(BTreeMap<(String, String), ObjectPair>);
 

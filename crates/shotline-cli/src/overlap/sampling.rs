@@ -36,7 +36,7 @@ const RAYS: u32 = 2048;
 const MAX_CROSSINGS: usize = 1 << 22;
 const MIN_RAYS: usize = 300;
 
-/// The most pairs of unbounded objects that are named.
+/// The maximum number of pairs of unbounded objects that are named.
 const MAX_NAMED: usize = 5;
 
 /// Casts rays along the axes, spread over the box of all bounded objects, and then through the common boxes of leaves
@@ -55,7 +55,7 @@ pub fn sample_world(world: &World) -> SamplingReport {
         }
     };
     if world.path_count() <= 1 {
-        // A single part cannot overlap another, and rays through a mesh of long thin triangles are slow.
+        // A single instance cannot overlap another, and rays through a mesh of long thin triangles are slow.
         let unexamined = unexamined_pairs(world, &objects, &PairSet::default());
         return SamplingReport { unexamined, met, ..SamplingReport::default() };
     }
@@ -191,8 +191,8 @@ fn unexamined_pairs(world: &World, objects: &[Aabb], known: &PairSet) -> Vec<Str
 /// The smallest cosine of the angle between the normals of coincident faces.
 const MIN_COSINE: f64 = 1.0 - 1e-6;
 
-/// Pairs of objects that have faces with parallel normals in one event of the ray, with the first such `t`. Surfaces that
-/// intersect each other do not count. Where many objects coincide, each makes a pair with the next.
+/// Pairs of objects that have faces with parallel normals in one event of the ray, with the first such `t`. Surfaces
+/// that intersect each other do not count. Where many objects coincide, each makes a pair with the next.
 fn coincidences_on_ray(hits: &[Hit]) -> BTreeMap<(u32, u32), f64> {
     let (low, high) = (|h: &Hit| h.t - GROUPING * h.t_err, |h: &Hit| h.t + GROUPING * h.t_err);
     let mut pairs = BTreeMap::new();

@@ -50,7 +50,7 @@ struct MaterialTotal {
     segments: usize,
 }
 
-/// The most crossings of a report: more than anybody reads.
+/// The maximum number of crossings of a report, far more than a user can read.
 const MAX_CROSSINGS: usize = 20_000;
 
 impl ShootReport {

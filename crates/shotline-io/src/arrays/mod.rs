@@ -1,6 +1,6 @@
 //! Arrays on disk as NumPy keeps them: rays from `.npy`, results to `.npz`.
 //!
-//! The `.npy` header is a line of Python. Own code for it is smaller than the libraries (`npyz` depends on a parser
+//! The `.npy` header is a line of Python. Our code for it is smaller than the libraries (`npyz` depends on a parser
 //! generator and big integers). The `.npz` container is written by `zip`.
 
 mod npy;

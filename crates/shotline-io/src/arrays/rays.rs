@@ -1,4 +1,4 @@
-//! Rays from a `.npy` file: six numbers a row, origin then direction.
+//! Rays from a `.npy` file: six numbers per row, origin then direction.
 
 use std::path::Path;
 
@@ -23,7 +23,7 @@ pub struct InvalidRow {
 const HELP: &str = "write the rays with numpy.save(PATH, array of shape (N, 6))";
 
 /// Reads the rows of a file: an array of shape (N, 6), float64 or float32, in either byte and index order. The
-/// numbers may be anything; see [`rays_of`].
+/// numbers are not checked; [`rays_of`] does that.
 ///
 /// # Errors
 /// [`ReadError`] for any other file.

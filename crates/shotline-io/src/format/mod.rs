@@ -51,12 +51,12 @@ pub(crate) enum Content {
     },
 }
 
-/// Where the meshes that a scene names come from.
+/// The source of the meshes that a scene names.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum MeshSource<'a> {
-    /// Files, read whatever their format.
+    /// Files in any mesh format.
     Files { read: fn(&Path) -> Result<MeshFile, ReadError>, options: ReadOptions },
-    /// These, named by their index.
+    /// Meshes in memory, named by their index.
     Given(&'a [Arc<TriangleMesh>]),
 }
 

@@ -1,7 +1,7 @@
 //! Wavefront OBJ: vertices and faces; names, normals, textures and materials are skipped.
 //!
-//! Own reader: the maintained library, `tobj`, renumbers the vertices, accepts NaN, and its errors have neither line nor
-//! number.
+//! This crate has its own reader, because the maintained library, `tobj`, renumbers the vertices, accepts NaN, and its
+//! errors have neither line nor number.
 
 use std::fmt::Write;
 use std::ops::Range;
@@ -177,8 +177,8 @@ fn no_vertex(face: &Face, corner: Corner, vertices: usize) -> RawDiagnostic {
     )
 }
 
-/// Reads the words of a line, which a backslash continues on the next; returns where it begins and ends. A comment is not
-/// continued: `# in C:\parts\` ends with its line.
+/// Reads the words of a line, which a backslash continues on the next; returns where it begins and ends. A comment is
+/// not continued: `# in C:\parts\` ends with its line.
 fn next_line<'b>(cursor: &mut Cursor<'b>, out: &mut Vec<Word<'b>>) -> Option<(usize, usize)> {
     out.clear();
     let (start, whole) = cursor.line()?;

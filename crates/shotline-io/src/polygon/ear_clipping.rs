@@ -2,12 +2,12 @@
 //!
 //! A corner is an ear if its triangle turns left and no part of the polygon blocks its third side. All signs are exact,
 //! so the triangles of a polygon that does not cross itself lie within its outline: every triangle has an area, and
-//! corners on a straight edge stay corners of triangles. A corner that is not an ear is tried again when the corner that
-//! blocks it has been clipped, so the work is about n log n. Each clip removes one corner from the ring, so any polygon
-//! of n corners gives n - 2 triangles that have its outline, edge by edge; a closed mesh stays closed.
+//! corners on a straight edge stay corners of triangles. A corner that is not an ear is tried again when the corner
+//! that blocks it has been clipped, so the work is about n log n. Each clip removes one corner from the ring, so any
+//! polygon of n corners gives n - 2 triangles that have its outline, edge by edge; a closed mesh stays closed.
 //!
-//! Own code, because none of `earcutr`, `earcut` and `lyon_tessellation` computes exact signs, and the last adds
-//! vertices.
+//! This crate has its own implementation, because none of `earcutr`, `earcut` and `lyon_tessellation` computes exact
+//! signs, and the last adds vertices.
 
 use std::collections::{HashMap, VecDeque};
 
@@ -23,8 +23,8 @@ use super::reflex_vertices::ReflexVertices;
 pub(crate) struct Triangulation {
     /// Indices of corners, in the direction of the polygon; two triangles fewer than it has corners.
     pub(crate) triangles: Vec<[u32; 3]>,
-    /// Whether the triangles, projected along an axis, cover the polygon without overlap. No polygon that crosses itself
-    /// has such a triangulation, and few that are far from flat have one.
+    /// Whether the triangles, projected along an axis, cover the polygon without overlap. No polygon that crosses
+    /// itself has such a triangulation, and few that are far from flat have one.
     pub(crate) is_proper: bool,
 }
 
@@ -276,9 +276,9 @@ impl Clipper {
     }
 
     /// Whether a corner in a triangle, or on its sides, prevents the triangle from being clipped. A corner that only
-    /// touches a side from outside does not. A corner at the position of a neighbour does not either: where a ring touches
-    /// itself without crossing, an edge that enters the triangle from there has another corner inside it. An edge that
-    /// enters from the position of the clipped corner itself may pass through the third side.
+    /// touches a side from outside does not. A corner at the position of a neighbour does not either: where a ring
+    /// touches itself without crossing, an edge that enters the triangle from there has another corner inside it. An
+    /// edge that enters from the position of the clipped corner itself may pass through the third side.
     fn blocks(&self, other: u32, [a, b, c]: [Point; 3]) -> bool {
         let point = self.point(other);
         if point == a || point == c {

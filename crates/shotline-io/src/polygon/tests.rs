@@ -5,7 +5,7 @@ use shotline::math::Vec3;
 use super::invariants::{check, is_simple};
 use super::{Triangulation, triangulate};
 
-/// Checks the triangulation of a polygon, from each first corner, in both directions, in several planes.
+/// Checks the triangulation of a polygon with each corner as the first, in both directions, in several planes.
 fn check_all(corners: &[[i64; 2]]) {
     for first in 0..corners.len() {
         let mut corners = corners.to_vec();
@@ -23,7 +23,7 @@ fn check_all(corners: &[[i64; 2]]) {
 const L: [[i64; 2]; 6] = [[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]];
 
 #[test]
-fn polygons_that_are_not_convex_are_cut_within_their_outline() {
+fn triangles_of_concave_polygons_stay_inside_the_outline() {
     let dart = [[0, 0], [4, 4], [0, 8], [2, 4]];
     let u = [[0, 0], [3, 0], [3, 3], [2, 3], [2, 1], [1, 1], [1, 3], [0, 3]];
     let plus =
@@ -45,9 +45,9 @@ fn corners_on_a_straight_edge_stay_corners_of_triangles_with_area() {
     }
 }
 
-/// Slits, holes reached by a slit, equal corners, outlines that touch themselves: no triangle is inverted.
+/// No triangle is inverted for slits, holes reached by a slit, equal corners, and outlines that touch themselves.
 #[test]
-fn outlines_that_touch_themselves_are_cut_properly() {
+fn outlines_that_touch_themselves_are_triangulated_without_overlap() {
     let hole = [[0, 0], [6, 0], [6, 6], [0, 6], [0, 0], [2, 2], [2, 4], [4, 4], [4, 2], [2, 2]];
     let slit = [[0, 0], [4, 0], [4, 4], [2, 4], [2, 2], [2, 4], [0, 4]];
     let twice = [[0, 0], [0, 0], [2, 0], [2, 2], [2, 2], [2, 2], [0, 2]];
@@ -78,7 +78,7 @@ fn outlines_that_touch_themselves_are_cut_properly() {
     }
 }
 
-/// From each first corner and in both directions.
+/// Asserts a proper triangulation with each corner as the first, in both directions.
 fn is_proper_from_each_corner(corners: &[[i64; 2]]) {
     let mut corners = corners.to_vec();
     for _ in 0..2 {
@@ -163,7 +163,7 @@ fn random_outlines_are_valid() {
     assert!(simple > 300, "{simple}");
 }
 
-/// Outlines that do not cross themselves, grown from a triangle by one corner at a time.
+/// Outlines without self-crossings, grown from a triangle by one corner at a time.
 #[test]
 fn random_simple_outlines_are_valid() {
     let mut random = shotline::testkit::random::Random::new(6);
@@ -213,9 +213,9 @@ fn nearly_flat_polygons_are_triangulated_as_flat_ones() {
     }
 }
 
-/// Thousands of corners in the shapes that are hard for ear clipping. With quadratic work the test would take too long.
+/// Thousands of corners in shapes that are hard for ear clipping. With quadratic work the test would take too long.
 #[test]
-fn polygons_of_many_corners_are_cut() {
+fn polygons_of_many_corners_are_triangulated() {
     let n = 20_000;
     let round = (0..n).map(|i| (TAU * f64::from(i) / f64::from(n)).sin_cos());
     let circle: Vec<Vec3> = round.clone().map(|(y, x)| Vec3::new(x, y, 1.0)).collect();
@@ -231,14 +231,14 @@ fn polygons_of_many_corners_are_cut() {
 
 /// Nearly all edges cross others: the work is still bounded.
 #[test]
-fn polygons_of_many_crossings_are_cut() {
+fn polygons_of_many_crossings_are_triangulated() {
     let mut random = shotline::testkit::random::Random::new(1);
     let corners: Vec<Vec3> = (0..3000).map(|_| random.point(-1.0, 1.0)).collect();
     assert_eq!(triangulate(&corners).triangles.len(), 2998);
 }
 
 #[test]
-fn sizes_far_from_one_are_cut_the_same() {
+fn the_triangulation_does_not_depend_on_size() {
     let at = |size: f64| triangulate(&L.map(|[x, y]| Vec3::new(x as f64, y as f64, 1.0) * size));
     for size in [5e-324, 1e-300, 1e-120, 1e120, 1e300, 8e307] {
         assert_eq!(at(size), at(1.0), "{size}");
@@ -282,9 +282,9 @@ fn spiral(turns: i64) -> Vec<[i64; 2]> {
     (0..4 * turns).map(outer).chain((0..4 * turns).rev().map(inner)).collect()
 }
 
-/// Outlines of random cells of a grid that meet in corners, each one loop: none crosses itself.
+/// Each outline surrounds random cells of a grid, which may meet in corners. It is one loop that does not cross itself.
 #[test]
-fn random_outlines_that_touch_themselves_in_corners_are_cut_properly() {
+fn random_outlines_that_touch_themselves_in_corners_are_triangulated_without_overlap() {
     let mut random = shotline::testkit::random::Random::new(8);
     let (mut outlines, mut touching) = (0, 0);
     for _ in 0..6000 {
@@ -310,7 +310,8 @@ fn random_outlines_that_touch_themselves_in_corners_are_cut_properly() {
     assert!(outlines > 3000 && touching > 1000, "{outlines} {touching}");
 }
 
-/// The outline of cells, if it is one loop; where two of them meet in a corner, it stays at its cell or goes to the other.
+/// The outline of cells, if it is one loop. Where two cells meet in a corner only, it randomly stays at its cell or
+/// continues along the other.
 fn outline_of(cells: &[[i64; 2]], random: &mut shotline::testkit::random::Random) -> Option<Vec<[i64; 2]>> {
     let mut edges = Vec::new();
     for &[x, y] in cells {

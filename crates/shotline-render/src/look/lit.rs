@@ -22,7 +22,7 @@ pub(super) static LOOK: Look = Look {
     shader: |context| Ok(Box::new(Lit::new(context)?)),
 };
 
-/// The most reflections of a ray.
+/// The maximum number of reflections of a ray.
 const BOUNCES: u32 = 6;
 /// A reflection that adds less than this to a pixel is not traced.
 const FAINT: f64 = 1.0 / 512.0;

@@ -46,7 +46,7 @@ impl fmt::Debug for Look {
     }
 }
 
-/// What a look knows of the picture.
+/// The data of a picture from which a look makes its shader.
 pub(crate) struct ShaderContext<'a> {
     pub world: &'a World,
     pub scene: &'a Scene,

@@ -1,9 +1,9 @@
-//! Scenes built with operators: shapes are combined and placed, objects give them names, and
+//! Scenes built with operators: shapes are combined and transformed, objects give them names, and
 //! [`Scene::of`](crate::scene::Scene::of) makes a scene of objects.
 //!
-//! A [`Shape`] is a handle on a node that never changes, so a clone is the same node: a part that stands in many places is
-//! one node of the scene, compiled once. Nodes are only ever made from nodes that exist, so there are no cycles. Nothing
-//! recurses over them; depth is limited by memory only.
+//! A [`Shape`] is a handle to an immutable node, so a clone is the same node: a shape that is used many times is one
+//! node of the scene, compiled once. Nodes are only made from existing nodes, so there are no cycles. No function
+//! recurses over them, so their depth is limited by memory only.
 
 mod node;
 mod object;
@@ -25,12 +25,12 @@ use crate::solid::{InvalidSolid, Kind, Params, every_constructor};
 
 pub use object::Object;
 
-/// A shape: a solid, a mesh, a combination or a group of shapes, or one of these placed.
+/// A shape: a solid, a mesh, a combination or a group of shapes, or a transformed shape.
 ///
-/// There is a constructor for every kind of solid, with its parameters in the order of its declaration. `a | b`, `a & b`
-/// and `a - b` combine, by value or by reference. [`translate`](Shape::translate), [`rotate`](Shape::rotate),
-/// [`scale`](Shape::scale) and [`transform`](Shape::transform) place what was made so far, so they act in the order in
-/// which they are written. None of them changes the shape itself.
+/// There is a constructor for every kind of solid, with its parameters in the order in which the kind declares them.
+/// `a | b`, `a & b` and `a - b` combine shapes, by value or by reference. [`translate`](Shape::translate),
+/// [`rotate`](Shape::rotate), [`scale`](Shape::scale) and [`transform`](Shape::transform) apply to the result so far,
+/// so they act in the order in which they are written. None of them changes the shape itself; each returns a new one.
 ///
 /// ```
 /// use shotline::prelude::*;
@@ -56,10 +56,10 @@ pub struct Shape(Arc<ShapeNode>);
 impl Shape {
     every_constructor!();
 
-    /// The solid of a kind that is known only when the program runs: see [`kind`](crate::solid::kind) and [`Params::of`].
+    /// A solid of a kind that is known only at run time: see [`kind`](crate::solid::kind) and [`Params::of`].
     ///
     /// # Errors
-    /// [`InvalidSolid`] says which parameter is wrong, what it is, and what is expected.
+    /// [`InvalidSolid`] names the wrong parameter, its value and the requirement that it violates.
     pub fn solid(kind: &'static Kind, params: Params) -> Result<Shape, InvalidSolid> {
         match (kind.build)(&params) {
             Ok(_) => Ok(Shape::new(NodeKind::Solid { kind, params }, [])),
@@ -70,11 +70,11 @@ impl Shape {
 
 /// Meshes, combinations and groups.
 impl Shape {
-    /// The mesh of triangles given by vertices and, for each face, three numbers of vertices from 0, counter-clockwise seen
+    /// A triangle mesh: its vertices and, for each face, three vertex indices, counted from 0, counter-clockwise seen
     /// from outside. A mesh that is not closed is a surface: it can be hit, but not combined.
     ///
     /// # Errors
-    /// [`MeshError`] says which face or vertex is wrong and how to mend it.
+    /// [`MeshError`] names the wrong face or vertex and says how to correct it.
     pub fn mesh(
         vertices: impl IntoIterator<Item = impl Into<Vec3>>,
         faces: impl Into<Vec<[u32; 3]>>,
@@ -83,7 +83,7 @@ impl Shape {
         Shape::triangles(Arc::new(TriangleMesh::new(vertices, faces.into())))
     }
 
-    /// A mesh that exists already, such as one that was read from a file. It is not copied.
+    /// A mesh that exists already, such as one read from a file. It is not copied.
     ///
     /// # Errors
     /// As [`Shape::mesh`].
@@ -107,15 +107,15 @@ impl Shape {
         Shape::new(NodeKind::Combination(Op::Difference), std::iter::once(self.clone()).chain(others))
     }
 
-    /// Shapes side by side, without boolean meaning: each is a body of its own, with its own path and its own list of
-    /// crossings. Where a combination has a group as an operand, it counts as the union of its members.
+    /// A collection of shapes without boolean meaning: each is a body of its own, with its own path and its own list of
+    /// crossings. As an operand of a combination, a group counts as the union of its members.
     pub fn group(members: impl IntoIterator<Item = Shape>) -> Shape {
         Shape::new(NodeKind::Group, members)
     }
 
-    /// The same with an accelerator of its own, by name (see [`accel::NAMES`](crate::accel::NAMES)); compiling refuses an
-    /// unknown one. It counts for meshes, for combinations (the outermost counts), and for groups that stand in several
-    /// places. No answer depends on it.
+    /// The same shape with an accelerator of its own, by name (see [`accel::NAMES`](crate::accel::NAMES)); compiling
+    /// refuses an unknown name. It applies to meshes, to combinations (that of the outermost is used), and to groups
+    /// with several instances. No result depends on it.
     pub fn with_accel(&self, name: &'static str) -> Shape {
         let mut node = ShapeNode::clone(&self.0);
         node.accel = Some(name);
@@ -127,7 +127,7 @@ impl Shape {
     }
 }
 
-/// In one line, whatever is below.
+/// One line, without the children.
 impl Debug for Shape {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
         write!(f, "Shape({})", self.0)

@@ -7,7 +7,7 @@ use crate::scene::{LocalTransform, Op};
 use crate::solid::mesh::TriangleMesh;
 use crate::solid::{Kind, Params};
 
-/// A node with those below it; each becomes one node of the scene.
+/// A node with its children; each becomes one node of the scene.
 #[derive(Clone)]
 pub(super) struct ShapeNode {
     pub what: NodeKind,
@@ -15,7 +15,7 @@ pub(super) struct ShapeNode {
     pub children: Vec<Arc<ShapeNode>>,
 }
 
-/// What a node is by itself.
+/// The content of a node, without its children.
 #[derive(Clone)]
 pub(super) enum NodeKind {
     Solid {
@@ -25,7 +25,7 @@ pub(super) enum NodeKind {
     Mesh(Arc<TriangleMesh>),
     Combination(Op),
     Group,
-    /// A placed child.
+    /// A transformed child.
     Placed(LocalTransform),
     /// An object; its child is its shape.
     Object {
@@ -45,7 +45,8 @@ impl ShapeNode {
     }
 }
 
-/// Without recursion: each node gives its children away before it is dropped, if nothing else holds it.
+/// Not recursive, since nodes may be deep: the children of a node that nothing else refers to are moved to a list
+/// before the node is dropped.
 impl Drop for ShapeNode {
     fn drop(&mut self) {
         let mut pending = std::mem::take(&mut self.children);
@@ -57,7 +58,7 @@ impl Drop for ShapeNode {
     }
 }
 
-/// The node without what is below it.
+/// The node without its children.
 impl Display for ShapeNode {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
         match &self.what {

@@ -1,4 +1,4 @@
-//! Objects: what scenes are made of.
+//! Objects: the named shapes of a scene.
 
 use std::fmt::{self, Debug, Formatter};
 use std::sync::Arc;
@@ -29,16 +29,18 @@ pub struct Object {
     priority: i32,
     /// The shape; or a group of the shape and the objects that it contains.
     body: Arc<ShapeNode>,
+    /// Whether `body` is that group.
     has_contents: bool,
 }
 
 impl Object {
-    /// An object of a name and a shape, without a material, of priority 0.
+    /// An object with a name and a shape, without a material, of priority 0.
     pub fn new(name: impl Into<String>, shape: impl Into<Shape>) -> Object {
         Object { name: name.into(), material: None, priority: 0, body: shape.into().0, has_contents: false }
     }
 
-    /// The same object of a material, by its name in the scene; compiling refuses one that the scene does not have.
+    /// The same object with a material, by its name in the scene. Compiling refuses a material that the scene does not
+    /// have.
     #[must_use]
     pub fn material(self, name: impl Into<String>) -> Object {
         Object { material: Some(name.into()), ..self }
@@ -50,8 +52,8 @@ impl Object {
         Object { priority, ..self }
     }
 
-    /// The same object with others in it, given in its coordinates: they are placed with it, and each remains an object of
-    /// its own.
+    /// The same object with other objects in it, given in its coordinates. They are transformed with it, and each
+    /// remains an object of its own.
     #[must_use]
     pub fn containing(mut self, objects: impl IntoIterator<Item = Object>) -> Object {
         if !self.has_contents {
@@ -72,7 +74,7 @@ impl Object {
     }
 }
 
-/// In one line, whatever is below.
+/// One line, without the nodes below the shape.
 impl Debug for Object {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
         let Object { name, material, priority, body, .. } = self;

@@ -7,8 +7,9 @@ use super::Shape;
 use super::node::NodeKind;
 use crate::scene::Op;
 
-/// A combination of two shapes. A chain, as in `a - b - c`, is one combination of many operands where nothing else holds
-/// the one so far. Otherwise that one stays a node of its own, which compiles to the same world.
+/// A combination of two shapes. A chain, as in `a - b - c`, becomes one combination of many operands, unless the
+/// intermediate shape is used elsewhere too or has its own accelerator. Such a shape stays a node of its own, which
+/// compiles to the same world.
 fn combine(op: Op, mut left: Shape, right: Shape) -> Shape {
     if let Some(node) = Arc::get_mut(&mut left.0)
         && matches!(node.what, NodeKind::Combination(same) if same == op)

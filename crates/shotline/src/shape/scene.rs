@@ -1,4 +1,4 @@
-//! From objects to the arena of a scene.
+//! Converts objects to the nodes of a scene.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use super::node::{NodeKind, ShapeNode};
 use crate::scene::{Node, NodeId, Scene};
 
 impl Scene {
-    /// The scene of some objects: each node becomes one node of the arena, however many places it has.
+    /// A scene of objects. Each node of a shape becomes one node of the scene, however often it is used.
     pub fn of(objects: impl IntoIterator<Item = Object>) -> Scene {
         let roots: Vec<Arc<ShapeNode>> = objects.into_iter().map(Object::into_part).collect();
         let mut scene = Scene::default();
@@ -21,12 +21,12 @@ impl Scene {
     }
 }
 
-/// The numbers of the nodes that have been added, by their addresses: the roots keep them all.
+/// The ids of the nodes that have been added, by address. The roots keep all nodes alive, so addresses are unique.
 type Numbers = HashMap<*const ShapeNode, NodeId>;
 
-/// Adds a node and all below it that is not there yet, children first. Without recursion.
+/// Adds a node after those of its descendants that have not been added yet. Not recursive, since nodes may be deep.
 fn add(scene: &mut Scene, root: &Arc<ShapeNode>, numbers: &mut Numbers) -> NodeId {
-    // A node and how many of its children have been looked at: the stack from the root to here.
+    // The path from the root: each node with the number of its children that have been visited.
     let mut stack: Vec<(&Arc<ShapeNode>, usize)> = vec![(root, 0)];
     while let Some((node, next)) = stack.last_mut() {
         if let Some(child) = node.children.get(*next) {

@@ -29,7 +29,7 @@ fn children(scene: &Scene, id: NodeId) -> &[NodeId] {
 }
 
 #[test]
-fn constructors_give_what_the_names_of_kinds_give() {
+fn constructors_equal_construction_by_kind_name() {
     let same = |shape: Result<Shape, InvalidSolid>, name: &str, values: &[&[f64]]| {
         let scene = scene_of(shape.unwrap());
         let Node::Solid { kind, params } = &scene.nodes[0] else { panic!("{name}") };
@@ -52,11 +52,11 @@ fn constructors_give_what_the_names_of_kinds_give() {
 }
 
 #[test]
-fn bad_parameters_are_refused_at_once() {
-    let said = |shape: Result<Shape, InvalidSolid>| shape.unwrap_err().to_string();
-    assert_eq!(said(Shape::sphere(-2.0)), "sphere: radius is -2, but must be positive");
-    assert_eq!(said(Shape::sphere(f64::NAN)), "sphere: radius is NaN, but must be finite");
-    let crossed = said(Shape::cylinder(1.0, 3.0, 2.0));
+fn bad_parameters_are_errors_of_the_constructor() {
+    let message = |shape: Result<Shape, InvalidSolid>| shape.unwrap_err().to_string();
+    assert_eq!(message(Shape::sphere(-2.0)), "sphere: radius is -2, but must be positive");
+    assert_eq!(message(Shape::sphere(f64::NAN)), "sphere: radius is NaN, but must be finite");
+    let crossed = message(Shape::cylinder(1.0, 3.0, 2.0));
     assert_eq!(crossed, "cylinder: z1 is 2, but must be greater than z0 = 3");
     let error = Shape::torus(1.0, 0.0).unwrap_err();
     assert_eq!((error.kind, error.error.param), ("torus", "r"));
@@ -80,17 +80,17 @@ fn operators_combine() {
 }
 
 #[test]
-fn chains_are_one_combination_unless_a_part_of_them_is_kept() {
-    let place = |x: f64| ball().translate([x, 0.0, 0.0]);
-    let chain = place(0.0) - place(1.5) - place(-1.5);
-    let kept = place(0.0) - place(1.5);
-    let nested = &kept - place(-1.5);
+fn chains_are_one_combination_unless_an_intermediate_shape_is_kept() {
+    let ball_at = |x: f64| ball().translate([x, 0.0, 0.0]);
+    let chain = ball_at(0.0) - ball_at(1.5) - ball_at(-1.5);
+    let kept = ball_at(0.0) - ball_at(1.5);
+    let nested = &kept - ball_at(-1.5);
     assert_eq!(along_x(&chain), along_x(&nested));
     assert_eq!(along_x(&kept), [-1.0, 0.5]);
     let combinations =
         |shape: &Shape| scene_of(shape).nodes.iter().filter(|node| matches!(node, Node::Csg { .. })).count();
     assert_eq!((combinations(&chain), combinations(&nested)), (1, 2));
-    let own = (place(0.0) - place(1.5)).with_accel("grid") - place(-1.5);
+    let own = (ball_at(0.0) - ball_at(1.5)).with_accel("grid") - ball_at(-1.5);
     assert_eq!(combinations(&own), 2);
 }
 
@@ -112,8 +112,8 @@ fn transforms_act_in_the_order_in_which_they_are_written() {
 #[test]
 fn transforms_that_flatten_space_are_refused_when_compiling() {
     for flat in [ball().scale(0.0), ball().rotate_about(Vec3::ZERO, 10.0), ball().scale(f64::NAN)] {
-        let said = scene_of(flat).compile().unwrap_err().to_string();
-        assert!(said.contains("singular") && said.contains("must not flatten space"), "{said}");
+        let message = scene_of(flat).compile().unwrap_err().to_string();
+        assert!(message.contains("singular") && message.contains("must not flatten space"), "{message}");
     }
 }
 
@@ -123,7 +123,8 @@ fn clones_are_one_node() {
     let axle = Shape::group([wheel.translate([0.0, 2.0, 0.0]), wheel.clone().translate([0.0, -2.0, 0.0])]);
     let cart = Shape::group([axle.clone(), axle.translate([5.0, 0.0, 0.0])]);
     let scene = Scene::of([Object::new("cart", &cart), Object::new("spare", wheel)]);
-    // Two balls, one placed; the wheel; two placings and the axle; one placing and the cart; two objects.
+    // The ball, its transform, the second ball and the wheel; two transforms and the axle; one transform and the cart;
+    // two objects.
     assert_eq!(scene.nodes.len(), 3 + 1 + 3 + 2 + 2);
     let world = scene.compile().unwrap();
     assert_eq!((world.path_count(), world.stats().virtual_leaves), (5, 10));
@@ -131,7 +132,7 @@ fn clones_are_one_node() {
 }
 
 #[test]
-fn sharing_does_not_grow_with_what_is_placed() {
+fn nested_groups_of_shared_shapes_stay_small() {
     let mut flake = ball();
     for _ in 0..40 {
         flake =
@@ -171,17 +172,17 @@ fn objects_carry_names_materials_and_contents() {
 }
 
 #[test]
-fn everything_wrong_is_one_error() {
+fn all_errors_are_reported_together() {
     let objects = [
         Object::new("a", ball()).material("steel"),
         Object::new("b", Shape::union([])),
         Object::new("c", ball().with_accel("bhv")),
     ];
-    let said = Scene::of(objects[..2].to_vec()).compile().unwrap_err();
-    assert_eq!(said.errors.len(), 2);
-    assert!(said.to_string().starts_with("object 'a' is made of 'steel'"), "{said}");
-    let said = Scene::of(objects[2..].to_vec()).compile().unwrap_err().to_string();
-    assert!(said.starts_with("there is no accelerator named 'bhv'; known are brute"), "{said}");
+    let error = Scene::of(objects[..2].to_vec()).compile().unwrap_err();
+    assert_eq!(error.errors.len(), 2);
+    assert!(error.to_string().starts_with("object 'a' is made of 'steel'"), "{error}");
+    let message = Scene::of(objects[2..].to_vec()).compile().unwrap_err().to_string();
+    assert!(message.starts_with("there is no accelerator named 'bhv'; known are brute"), "{message}");
 }
 
 #[test]
@@ -193,8 +194,8 @@ fn meshes_are_solids_if_they_are_closed() {
     let shared = Arc::new(TriangleMesh::new(corners.map(Vec3::from).to_vec(), faces[..3].to_vec()));
     let open = Shape::triangles(shared).unwrap();
     assert!(scene_of(&open).compile().is_ok());
-    let said = scene_of(open | ball()).compile().unwrap_err().to_string();
-    assert!(said.contains("not closed cannot be combined"), "{said}");
+    let message = scene_of(open | ball()).compile().unwrap_err().to_string();
+    assert!(message.contains("not closed cannot be combined"), "{message}");
 }
 
 #[test]
@@ -231,7 +232,7 @@ fn deep_combinations_compile() {
 }
 
 #[test]
-fn scenes_are_those_written_node_by_node() {
+fn built_scenes_equal_scenes_made_node_by_node() {
     let plate = Shape::cuboid([-2.0, -2.0, 0.0], [2.0, 2.0, 1.0]).unwrap();
     let built = scene_of(plate - Shape::cylinder(0.5, 0.0, 1.0).unwrap());
     let mut written = Scene::default();
@@ -245,7 +246,7 @@ fn scenes_are_those_written_node_by_node() {
 }
 
 #[test]
-fn shapes_go_to_other_threads() {
+fn shapes_can_be_sent_to_other_threads() {
     fn is_shared<T: Send + Sync + Clone>() {}
     is_shared::<Shape>();
     is_shared::<Object>();

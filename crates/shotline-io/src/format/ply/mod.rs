@@ -1,7 +1,7 @@
 //! PLY, the Stanford polygon format: text and both binary forms.
 //!
-//! Own reader: the maintained library, `ply-rs-bw`, gives no byte offset for a broken binary file, and a header that
-//! declares four thousand million rows without columns exhausts the memory.
+//! This crate has its own reader, because the maintained library, `ply-rs-bw`, gives no byte offset for a broken binary
+//! file, and exhausts the memory on a header that declares four thousand million rows without columns.
 
 mod header;
 mod rows;

@@ -61,7 +61,7 @@ const FORMS: [(&str, Form); 4] =
     [("kind", Form::Leaf), ("op", Form::Combination), ("ref", Form::Ref), ("node", Form::Object)];
 
 impl<'r, 't> Graph<'r, 't> {
-    /// A graph with materials only.
+    /// A graph that has only the materials so far.
     pub(super) fn new(
         values: Values<'r, 't>,
         meshes: Meshes<'r>,

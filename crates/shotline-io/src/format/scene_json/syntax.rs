@@ -1,6 +1,6 @@
 //! JSON with comments and trailing commas, read into a [`Tree`].
 //!
-//! Own parser, because no existing one fits: `jsonc-parser` stops at 512 levels of brackets, about
+//! This crate has its own parser, because no existing one fits: `jsonc-parser` stops at 512 levels of brackets, about
 //! 200 solids nested in one another, and at the first error; `serde_json` keeps no positions. This one has an
 //! explicit stack, so that depth only takes memory, and continues after every error that leaves the brackets balanced.
 

@@ -1,7 +1,8 @@
 //! STL: triangles without shared vertices, as text or binary. Corners with the same coordinates become one vertex;
 //! otherwise no mesh would be closed.
 //!
-//! Own reader: the maintained library, `stl_io`, reads text in float32 and gives no location when a file is broken.
+//! This crate has its own reader, because the maintained library, `stl_io`, reads text in float32 and gives no location
+//! when a file is broken.
 
 mod binary;
 mod text;
