@@ -261,7 +261,7 @@ def test_a_scene_may_be_unpickled_beside_the_first_import():
         begun = threading.Event()
         class Slow:
             def find_spec(self, name, path=None, target=None):
-                if name == "shotline.looks":
+                if name == "shotline.appearance":
                     begun.set()
                     time.sleep(0.2)
         sys.meta_path.insert(0, Slow())
