@@ -67,7 +67,7 @@ bench: build $(VENV)/ready ## measure rays per second: combinations, and meshes 
 
 # Seconds for each target of `make fuzz`.
 FUZZ_SECONDS ?= 60
-FUZZ_TARGETS ?= scene ply obj stl npy polygon cast csg weld
+FUZZ_TARGETS ?= $(notdir $(basename $(wildcard fuzz/fuzz_targets/*.rs)))
 
 fuzz: ## fuzz every reader and random combinations, FUZZ_SECONDS=60 each (needs cargo-fuzz)
 	for target in $(FUZZ_TARGETS); do \

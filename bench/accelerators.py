@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Compare all accelerators with each other, bit for bit, and measure them, on large scenes.
 
-usage: accelerators.py [--bin target/release/shotline] [--rays N] [--only NAME,...]
+usage: accelerators.py [--bin target/release/shotline] [--rays N] [--scenes NAME,...] [--accel NAME,...]
 
 The scenes are those of ../shared/peers/scenes.py and the meshes of ../shared/data, and a million instances in one
 level. For each accelerator: build seconds, memory, and nanoseconds per ray for closest and for crossings of random
@@ -25,7 +25,8 @@ from run import cast_once  # noqa: E402
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 DATA = os.path.join(neutral.SHARED, "data")
-NAMES = "brute hierarchy bvh_fast bvh bvh_best bvh_spheres grid octree bsp bsp_oblique".split()
+with open(os.path.join(ROOT, "docs", "scene.schema.json")) as schema:
+    NAMES = json.load(schema)["properties"]["accel"]["enum"]
 # The accelerators that may test every item for every ray, and the number of tests they are allowed.
 FLAT, LOOKS = ("brute", "hierarchy"), 2e8
 
@@ -85,24 +86,29 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--bin", default=os.path.join(ROOT, "target", "release", "shotline"))
     parser.add_argument("--rays", type=int, default=100_000)
-    parser.add_argument("--only", default="")
+    parser.add_argument("--scenes", default="", help="these scenes only; default: all")
+    parser.add_argument("--accel", default=",".join(NAMES), help="these accelerators only; default: all")
     arguments = parser.parse_args()
-    different = 0
+    accelerators = arguments.accel.split(",")
+    if unknown := set(accelerators) - set(NAMES):
+        parser.error(f"unknown accelerators: {', '.join(sorted(unknown))}; known are {', '.join(NAMES)}")
+    different = measured = 0
     with tempfile.TemporaryDirectory() as folder:
         rays, few, out = (os.path.join(folder, name) for name in ("rays.npy", "few.npy", "out.npz"))
         for name, path, items in scenes(folder):
-            if arguments.only and name not in arguments.only.split(","):
+            if arguments.scenes and name not in arguments.scenes.split(","):
                 continue
+            measured += 1
             random_rays(arguments.bin, path, arguments.rays, rays)
             np.save(few, np.load(rays)[: max(20, min(arguments.rays, int(LOOKS / items)))])
             expected, whole = cast(arguments.bin, path, "bvh", "crossings", few, out)[1], None
             print(
                 f"\n{name}\n| | build, s | memory, MB | closest, ns | crossings, ns | same bits |\n|---|---|---|---|---|---|"
             )
-            for accel in NAMES:
-                asked = few if accel in FLAT else rays
-                closest, _ = cast(arguments.bin, path, accel, "closest", asked, out)
-                every, bits = cast(arguments.bin, path, accel, "crossings", asked, out)
+            for accel in accelerators:
+                chosen = few if accel in FLAT else rays
+                closest, _ = cast(arguments.bin, path, accel, "closest", chosen, out)
+                every, bits = cast(arguments.bin, path, accel, "crossings", chosen, out)
                 if accel not in FLAT:
                     whole = whole or bits
                 same = bits == (expected if accel in FLAT else whole)
@@ -113,7 +119,9 @@ def main():
                     f"{'yes' if same else 'NO'} |",
                     flush=True,
                 )
-    sys.exit(f"{different} answers differ" if different else 0)
+    if not measured:
+        sys.exit(f"no scene is called {arguments.scenes}")
+    sys.exit(f"{different} results differ" if different else 0)
 
 
 if __name__ == "__main__":

@@ -45,14 +45,14 @@ pub fn batch_work<T: Send>(
 ) -> PyResult<T> {
     // Starting another thread takes 0.1 ms, as long as some hundred rays.
     if threads == 1 || rows <= SEQUENTIAL_MAX {
-        work_here(py, rows, progress, batch)
+        run_here(py, rows, progress, batch)
     } else {
         work(py, rows, threads, progress, batch)
     }
 }
 
 /// Runs work on the calling thread.
-fn work_here<T: Send>(
+fn run_here<T: Send>(
     py: Python,
     total: usize,
     progress: Option<&Py<PyAny>>,

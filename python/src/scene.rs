@@ -32,7 +32,7 @@ pub struct Scene {
     pub world: Arc<World>,
     options: Options,
     /// The incrementally compiled scene, from which scenes with a moved node are made; built on first use.
-    live: OnceLock<DynamicWorld>,
+    dynamic: OnceLock<DynamicWorld>,
 }
 
 /// The `RayQuery` of the Python half, read by attribute.
@@ -184,20 +184,25 @@ impl Scene {
             Some(_) => PyValueError::new_err(document.diagnostics(&errors).to_string()),
             None => scene_error(&document.scene, errors),
         })?;
-        Ok(Scene { scene: Arc::new(document.scene), world: Arc::new(world), options, live: OnceLock::new() })
+        Ok(Scene {
+            scene: Arc::new(document.scene),
+            world: Arc::new(world),
+            options,
+            dynamic: OnceLock::new(),
+        })
     }
 
     fn moved(&self, path: &str, matrix: Affine) -> Result<Scene, Vec<SceneError>> {
-        let mut live = match self.live.get() {
-            Some(live) => live.clone(),
+        let mut dynamic = match self.dynamic.get() {
+            Some(dynamic) => dynamic.clone(),
             None => {
-                let live = DynamicWorld::new((*self.scene).clone(), self.options)?;
-                self.live.get_or_init(|| live).clone()
+                let dynamic = DynamicWorld::new((*self.scene).clone(), self.options)?;
+                self.dynamic.get_or_init(|| dynamic).clone()
             }
         };
-        live.place(path, matrix)?;
-        let (scene, world) = (live.scene().clone(), live.world().clone());
-        Ok(Scene { scene, world, options: self.options, live: OnceLock::from(live) })
+        dynamic.place(path, matrix)?;
+        let (scene, world) = (dynamic.scene().clone(), dynamic.world().clone());
+        Ok(Scene { scene, world, options: self.options, dynamic: OnceLock::from(dynamic) })
     }
 }
 

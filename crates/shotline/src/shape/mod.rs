@@ -8,10 +8,10 @@
 mod node;
 mod object;
 mod operators;
-mod placing;
 mod scene;
 #[cfg(test)]
 mod tests;
+mod transforms;
 
 use std::fmt::{self, Debug, Formatter};
 use std::sync::Arc;
@@ -122,8 +122,8 @@ impl Shape {
         Shape(Arc::new(node))
     }
 
-    fn new(what: NodeKind, children: impl IntoIterator<Item = Shape>) -> Shape {
-        Shape(Arc::new(ShapeNode::new(what, children.into_iter().map(|shape| shape.0).collect())))
+    fn new(kind: NodeKind, children: impl IntoIterator<Item = Shape>) -> Shape {
+        Shape(Arc::new(ShapeNode::new(kind, children.into_iter().map(|shape| shape.0).collect())))
     }
 }
 

@@ -10,7 +10,7 @@ use crate::solid::{Kind, Params};
 /// A node with its children; each becomes one node of the scene.
 #[derive(Clone)]
 pub(super) struct ShapeNode {
-    pub what: NodeKind,
+    pub kind: NodeKind,
     pub accel: Option<&'static str>,
     pub children: Vec<Arc<ShapeNode>>,
 }
@@ -36,8 +36,8 @@ pub(super) enum NodeKind {
 }
 
 impl ShapeNode {
-    pub(super) fn new(what: NodeKind, children: Vec<Arc<ShapeNode>>) -> ShapeNode {
-        ShapeNode { what, accel: None, children }
+    pub(super) fn new(kind: NodeKind, children: Vec<Arc<ShapeNode>>) -> ShapeNode {
+        ShapeNode { kind, accel: None, children }
     }
 
     pub(super) fn placed(child: &Arc<ShapeNode>, transform: LocalTransform) -> Arc<ShapeNode> {
@@ -61,7 +61,7 @@ impl Drop for ShapeNode {
 /// The node without its children.
 impl Display for ShapeNode {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
-        match &self.what {
+        match &self.kind {
             NodeKind::Solid { kind, params } => {
                 f.write_str(kind.name)?;
                 params.entries.iter().try_for_each(|(name, numbers)| match **numbers {

@@ -60,7 +60,7 @@ impl Object {
             self.body = Arc::new(ShapeNode::new(NodeKind::Group, vec![self.body]));
             self.has_contents = true;
         }
-        Arc::make_mut(&mut self.body).children.extend(objects.into_iter().map(Object::into_part));
+        Arc::make_mut(&mut self.body).children.extend(objects.into_iter().map(Object::into_node));
         self
     }
 
@@ -68,7 +68,7 @@ impl Object {
         Object { body: ShapeNode::placed(&self.body, transform), has_contents: false, ..self.clone() }
     }
 
-    pub(super) fn into_part(self) -> Arc<ShapeNode> {
+    pub(super) fn into_node(self) -> Arc<ShapeNode> {
         let Object { name, material, priority, body, .. } = self;
         Arc::new(ShapeNode::new(NodeKind::Object { name, material, priority }, vec![body]))
     }

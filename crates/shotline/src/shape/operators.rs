@@ -12,7 +12,7 @@ use crate::scene::Op;
 /// compiles to the same world.
 fn combine(op: Op, mut left: Shape, right: Shape) -> Shape {
     if let Some(node) = Arc::get_mut(&mut left.0)
-        && matches!(node.what, NodeKind::Combination(same) if same == op)
+        && matches!(node.kind, NodeKind::Combination(same) if same == op)
         && node.accel.is_none()
     {
         node.children.push(right.0);

@@ -10,7 +10,7 @@ use crate::scene::{Node, NodeId, Scene};
 impl Scene {
     /// A scene of objects. Each node of a shape becomes one node of the scene, however often it is used.
     pub fn of(objects: impl IntoIterator<Item = Object>) -> Scene {
-        let roots: Vec<Arc<ShapeNode>> = objects.into_iter().map(Object::into_part).collect();
+        let roots: Vec<Arc<ShapeNode>> = objects.into_iter().map(Object::into_node).collect();
         let mut scene = Scene::default();
         let mut numbers = HashMap::new();
         for root in &roots {
@@ -37,7 +37,7 @@ fn add(scene: &mut Scene, root: &Arc<ShapeNode>, numbers: &mut Numbers) -> NodeI
             continue;
         }
         let children = node.children.iter().map(|child| numbers[&Arc::as_ptr(child)]).collect();
-        let id = scene.add(scene_node(&node.what, children));
+        let id = scene.add(scene_node(&node.kind, children));
         if let Some(accel) = node.accel {
             scene.accels.insert(id, accel);
         }
@@ -47,8 +47,8 @@ fn add(scene: &mut Scene, root: &Arc<ShapeNode>, numbers: &mut Numbers) -> NodeI
     numbers[&Arc::as_ptr(root)]
 }
 
-fn scene_node(what: &NodeKind, children: Vec<NodeId>) -> Node {
-    match what {
+fn scene_node(kind: &NodeKind, children: Vec<NodeId>) -> Node {
+    match kind {
         NodeKind::Solid { kind, params } => Node::Solid { kind, params: params.clone() },
         NodeKind::Mesh(mesh) => Node::Mesh { mesh: mesh.clone(), file: None },
         NodeKind::Combination(op) => Node::Csg { op: *op, args: children },
