@@ -18,7 +18,8 @@ use crate::solid::{Moments, Solid, Wanted};
 use crate::trace::Act;
 
 /// A mesh prepared for ray queries. It is a valid [`Solid`] only if it is closed; its inside is where the winding
-/// number is not zero. [`MeshSolid::hits`] and [`MeshSolid::nearest`] query the surface, closed or not. Lines whose origin is more than 1e150 sizes of the mesh away hit nothing.
+/// number is not zero. [`MeshSolid::hits`] and [`MeshSolid::nearest`] query the surface, closed or not. Lines whose origin
+/// is more than 1e150 sizes of the mesh away hit nothing.
 #[derive(Debug)]
 pub struct MeshSolid {
     pub(super) mesh: Arc<TriangleMesh>,
