@@ -150,9 +150,10 @@ impl Command {
             let (width, height) = self.size;
             let pixels = u64::from(width) * u64::from(height) * u64::from(self.frames.unwrap_or(1));
             let bar = progress::bar(pixels * u64::from(self.samples), "rendering", self.quiet);
+            let progress = |rays| bar.inc(rays);
             let run = Run {
                 threads: self.threads.threads,
-                progress: Some(&|rays| bar.inc(rays)),
+                progress: Some(&progress),
                 cancel: Some(cancel),
                 counters: Some(&work),
                 ..Run::default()
