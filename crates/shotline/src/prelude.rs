@@ -1,4 +1,16 @@
 //! What it takes to build a scene and to cast rays at it: `use shotline::prelude::*`.
+//!
+//! ```
+//! use shotline::prelude::*;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let shell = Solid::sphere(2.0)? - Solid::sphere(1.5)?;
+//! let world = Scene::of([Object::new("shell", shell)]).compile()?;
+//! let hit = Caster::new(&world).closest(&Ray::new(Vec3::ZERO, Vec3::X)?, Span::FORWARD)?;
+//! assert_eq!(hit.map(|hit| hit.t), Some(1.5));
+//! # Ok(())
+//! # }
+//! ```
 
 pub use crate::compile::World;
 pub use crate::math::{Affine, Vec3};

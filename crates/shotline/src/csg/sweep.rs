@@ -85,13 +85,13 @@ impl Sweep {
     pub fn apply(&mut self, program: &Program, leaf: u32, kind: EventKind) {
         match kind {
             EventKind::Membership => self.state.toggle(program, leaf),
-            EventKind::Contact(part) => self.contacts.toggle(part),
+            EventKind::Contact(sector) => self.contacts.toggle(sector),
             EventKind::OrderExchange => {}
         }
     }
 
-    /// Whether the ray is inside the result at a `side`, which is computed from the events of the group. All events
-    /// before the place must have been applied.
+    /// Whether the ray is inside the result on one side of a `t`, which is computed from the events of the group. All
+    /// events before it must have been applied.
     fn value(&mut self, program: &Program, side: impl FnOnce(&[Event]) -> OneSided) -> bool {
         if self.contacts.is_empty() {
             self.state.value(program)
