@@ -13,6 +13,7 @@ use shotline::scene::{
     Camera, Lens, Light, LightSource, LocalTransform, Material, MeshFile, Motion, Node, NodeId, Op, Rotation,
     Scene, Units,
 };
+use shotline::shape::{Object, Shape};
 use shotline::solid::mesh::{TriangleMesh, Weld};
 use shotline::solid::{KINDS, Params};
 use shotline::testkit::random::Random;
@@ -405,4 +406,13 @@ fn cycles_are_written_and_read() {
     let text = write_scene(&scene).unwrap();
     let back = parse_scene(text, None).unwrap().scene;
     assert!(matches!(back.node(back.defs[0].1), Node::Csg { args, .. } if args[0] == back.defs[0].1));
+}
+
+/// A built scene may name an accelerator for a solid, which uses none; the format has no key for it.
+#[test]
+fn an_accelerator_of_a_solid_is_not_written() {
+    let ball = Shape::sphere(1.0).unwrap().with_accel("grid");
+    let scene = Scene::of([Object::new("ball", ball.translate([1.0, 0.0, 0.0]))]);
+    let text = write_scene(&scene).unwrap();
+    assert!(!text.contains("grid") && parse_scene(text.as_str(), None).is_ok(), "{text}");
 }

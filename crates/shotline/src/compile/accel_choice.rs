@@ -15,8 +15,9 @@ impl<'s> AccelChoice<'s> {
     /// # Errors
     /// One error for each name that is not the name of an accelerator.
     pub fn new(scene: &'s Scene, options: Options) -> Result<AccelChoice<'s>, Vec<SceneError>> {
-        let of_nodes = scene.accels.iter().map(|(&node, &name)| (Some(node), name));
-        let all = of_nodes.chain(scene.accel.map(|name| (None, name)));
+        let mut of_nodes: Vec<_> = scene.accels.iter().map(|(&node, &name)| (Some(node), name)).collect();
+        of_nodes.sort_unstable();
+        let all = of_nodes.into_iter().chain(scene.accel.map(|name| (None, name)));
         let all = all.chain(options.accel.map(|name| (None, name)));
         let unknown = all.filter(|(_, name)| !accel::NAMES.contains(name)).map(|(node, name)| {
             let message = format!("there is no accelerator named '{name}'");

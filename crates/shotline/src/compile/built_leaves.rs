@@ -133,6 +133,11 @@ fn check(
             errors.push(SceneError::at(id, "a combination needs at least one operand".into()));
         }
         Node::Csg { .. } => check_combination(leaves, id, below, errors),
+        Node::Transform { transform, .. } if !transform.is_finite() => {
+            let hint = "check for a division by zero, and for an axis of length 0";
+            let message = "the transform has a number that is not finite".into();
+            errors.push(SceneError::at(id, message).with_hint(hint));
+        }
         Node::Transform { transform, .. } => {
             if let Err(e) = transform.inside(&ComposedTransform::IDENTITY).placement() {
                 let hint = "a transform must not flatten space: check for a zero scale or equal rows";

@@ -12,6 +12,7 @@ mod dynamic;
 mod error;
 mod graph;
 mod level;
+mod materials;
 mod names;
 mod overlap_candidates;
 #[cfg(any(test, feature = "testkit"))]
@@ -26,8 +27,9 @@ pub use world::{Stats, World};
 pub(crate) use world::{Body, Leaf, Level, Placement, SolidBody, Target};
 
 use accel_choice::AccelChoice;
+use built_leaves::BuiltLeaves;
 
-use crate::scene::Scene;
+use crate::scene::{Node, NodeId, Scene};
 
 /// Options of [`compile`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -42,10 +44,28 @@ pub struct Options {
 /// # Errors
 /// Everything that is wrong with the scene, not only the first error.
 pub fn compile(scene: &Scene, options: Options) -> Result<World, Vec<SceneError>> {
+    build(scene, options, &mut ()).map(|(world, _)| world)
+}
+
+/// Checks a scene and builds its world, and returns its leaves too. The recorder is told what depends on each transform.
+fn build(
+    scene: &Scene,
+    options: Options,
+    recorder: &mut dyn level::Recorder,
+) -> Result<(World, BuiltLeaves), Vec<SceneError>> {
     let choice = AccelChoice::new(scene, options)?;
     let graph = graph::Graph::of(scene)?;
-    let leaves = built_leaves::BuiltLeaves::build(scene, &graph, choice)?;
-    level::build(scene, &graph, &leaves, choice, &mut ())
+    let mut errors = materials::check(scene);
+    let leaves = match BuiltLeaves::build(scene, &graph, choice) {
+        Ok(leaves) if errors.is_empty() => leaves,
+        Ok(_) => return Err(errors),
+        Err(more) => {
+            errors.extend(more);
+            return Err(errors);
+        }
+    };
+    let world = level::build(scene, &graph, &leaves, choice, recorder)?;
+    Ok((world, leaves))
 }
 
 impl Scene {
@@ -54,7 +74,35 @@ impl Scene {
     /// # Errors
     /// [`InvalidScene`] holds everything that is wrong with the scene, not only the first.
     pub fn compile(&self) -> Result<World, InvalidScene> {
-        compile(self, Options::default()).map_err(|errors| InvalidScene { errors })
+        compile(self, Options::default()).map_err(|errors| {
+            let place = |error: SceneError| match error.node.and_then(|node| self.object_above(node)) {
+                Some(name) if !error.message.contains(&format!("'{name}'")) => {
+                    SceneError { message: format!("object '{name}': {}", error.message), ..error }
+                }
+                _ => error,
+            };
+            InvalidScene { errors: errors.into_iter().map(place).collect() }
+        })
+    }
+
+    /// The name of the innermost object around a node; of several, the first found. `None` for a node in no object.
+    fn object_above(&self, node: NodeId) -> Option<&str> {
+        let mut seen = vec![false; self.nodes.len()];
+        let mut stack: Vec<(NodeId, Option<&str>)> =
+            self.objects.iter().rev().map(|&id| (id, None)).collect();
+        while let Some((id, above)) = stack.pop() {
+            let here = match self.nodes.get(id.0 as usize)? {
+                Node::Object { name, .. } => Some(name.as_str()),
+                _ => above,
+            };
+            if id == node {
+                return here;
+            }
+            if !std::mem::replace(&mut seen[id.0 as usize], true) {
+                stack.extend(self.node(id).children().iter().rev().map(|&child| (child, here)));
+            }
+        }
+        None
     }
 }
 

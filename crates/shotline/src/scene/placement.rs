@@ -53,6 +53,11 @@ impl LocalTransform {
         self.matrices().iter().fold(*composed, |composed, m| composed.then(m))
     }
 
+    /// Whether all numbers of its matrices are finite.
+    pub(crate) fn is_finite(&self) -> bool {
+        self.matrices().iter().all(|m| m.rows.iter().flatten().all(|x| x.is_finite()))
+    }
+
     /// The matrices, outermost first; at most three.
     fn matrices(&self) -> Vec<Affine> {
         match *self {

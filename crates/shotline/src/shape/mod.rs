@@ -21,7 +21,7 @@ use node::{NodeKind, ShapeNode};
 use crate::math::Vec3;
 use crate::scene::Op;
 use crate::solid::mesh::{MeshError, TriangleMesh};
-use crate::solid::{InvalidSolid, Kind, Params, every_constructor};
+use crate::solid::{InvalidSolid, Kind, ParamError, Params, every_constructor};
 
 pub use object::Object;
 
@@ -50,6 +50,7 @@ pub use object::Object;
 /// # }
 /// ```
 #[derive(Clone)]
+#[must_use = "a shape is never changed: use the result"]
 pub struct Shape(Arc<ShapeNode>);
 
 /// The solids.
@@ -61,6 +62,16 @@ impl Shape {
     /// # Errors
     /// [`InvalidSolid`] names the wrong parameter, its value and the requirement that it violates.
     pub fn solid(kind: &'static Kind, params: Params) -> Result<Shape, InvalidSolid> {
+        let is_superfluous = |i: usize, name: &str| {
+            !kind.params.iter().any(|param| param.name == name)
+                || params.entries[..i].iter().any(|(earlier, _)| *earlier == name)
+        };
+        if let Some((_, (param, _))) =
+            params.entries.iter().enumerate().find(|(i, (name, _))| is_superfluous(*i, name))
+        {
+            let why = "is given twice, or is not a parameter of this kind".into();
+            return Err(InvalidSolid { kind: kind.name, error: ParamError { param, why } });
+        }
         match (kind.build)(&params) {
             Ok(_) => Ok(Shape::new(NodeKind::Solid { kind, params }, [])),
             Err(error) => Err(InvalidSolid { kind: kind.name, error }),
@@ -115,11 +126,18 @@ impl Shape {
 
     /// The same shape with an accelerator of its own, by name (see [`accel::NAMES`](crate::accel::NAMES)); compiling
     /// refuses an unknown name. It applies to meshes, to combinations (that of the outermost is used), and to groups
-    /// with several instances. No result depends on it.
+    /// with several instances; for a single solid only the name is checked. No result depends on it.
     pub fn with_accel(&self, name: &'static str) -> Shape {
-        let mut node = ShapeNode::clone(&self.0);
+        // The accelerator belongs to the shape below the transforms, which are placed again around it.
+        let (mut inner, mut transforms) = (&self.0, Vec::new());
+        while let NodeKind::Placed(transform) = inner.kind {
+            transforms.push(transform);
+            inner = &inner.children[0];
+        }
+        let mut node = ShapeNode::clone(inner);
         node.accel = Some(name);
-        Shape(Arc::new(node))
+        let place = |node, transform| ShapeNode::placed(&node, transform);
+        Shape(transforms.into_iter().rev().fold(Arc::new(node), place))
     }
 
     fn new(kind: NodeKind, children: impl IntoIterator<Item = Shape>) -> Shape {

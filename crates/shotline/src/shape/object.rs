@@ -23,6 +23,7 @@ use crate::scene::LocalTransform;
 /// # }
 /// ```
 #[derive(Clone)]
+#[must_use = "an object is never changed: use the result"]
 pub struct Object {
     name: String,
     material: Option<String>,
@@ -41,20 +42,17 @@ impl Object {
 
     /// The same object with a material, by its name in the scene. Compiling refuses a material that the scene does not
     /// have.
-    #[must_use]
     pub fn material(self, name: impl Into<String>) -> Object {
         Object { material: Some(name.into()), ..self }
     }
 
     /// The same object with a priority. Where objects overlap, the one of the higher priority owns the segment.
-    #[must_use]
     pub fn priority(self, priority: i32) -> Object {
         Object { priority, ..self }
     }
 
     /// The same object with other objects in it, given in its coordinates. They are transformed with it, and each
     /// remains an object of its own.
-    #[must_use]
     pub fn containing(mut self, objects: impl IntoIterator<Item = Object>) -> Object {
         if !self.has_contents {
             self.body = Arc::new(ShapeNode::new(NodeKind::Group, vec![self.body]));

@@ -14,6 +14,7 @@ fn combine(op: Op, mut left: Shape, right: Shape) -> Shape {
     if let Some(node) = Arc::get_mut(&mut left.0)
         && matches!(node.kind, NodeKind::Combination(same) if same == op)
         && node.accel.is_none()
+        && !node.children.is_empty()
     {
         node.children.push(right.0);
         return left;

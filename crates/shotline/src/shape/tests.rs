@@ -111,9 +111,11 @@ fn transforms_act_in_the_order_in_which_they_are_written() {
 
 #[test]
 fn transforms_that_flatten_space_are_refused_when_compiling() {
-    for flat in [ball().scale(0.0), ball().rotate_about(Vec3::ZERO, 10.0), ball().scale(f64::NAN)] {
-        let message = scene_of(flat).compile().unwrap_err().to_string();
-        assert!(message.contains("singular") && message.contains("must not flatten space"), "{message}");
+    let message = refused(&scene_of(ball().scale(0.0)));
+    assert!(message.contains("singular") && message.contains("must not flatten space"), "{message}");
+    for not_finite in [ball().rotate_about(Vec3::ZERO, 10.0), ball().scale(f64::NAN)] {
+        let message = refused(&scene_of(not_finite));
+        assert!(message.contains("not finite") && message.contains("an axis of length 0"), "{message}");
     }
 }
 
@@ -182,7 +184,10 @@ fn all_errors_are_reported_together() {
     assert_eq!(error.errors.len(), 2);
     assert!(error.to_string().starts_with("object 'a' is made of 'steel'"), "{error}");
     let message = Scene::of(objects[2..].to_vec()).compile().unwrap_err().to_string();
-    assert!(message.starts_with("there is no accelerator named 'bhv'; known are brute"), "{message}");
+    assert!(
+        message.starts_with("object 'c': there is no accelerator named 'bhv'; known are brute"),
+        "{message}"
+    );
 }
 
 #[test]
@@ -250,4 +255,76 @@ fn shapes_can_be_sent_to_other_threads() {
     fn is_shared<T: Send + Sync + Clone>() {}
     is_shared::<Shape>();
     is_shared::<Object>();
+}
+
+/// The message of the error with which a scene is refused.
+fn refused(scene: &Scene) -> String {
+    scene.compile().unwrap_err().to_string()
+}
+
+#[test]
+fn an_accelerator_belongs_to_the_shape_below_its_transforms() {
+    let pair = ball() - Shape::sphere(0.5).unwrap();
+    let scene = scene_of(pair.translate([1.0, 0.0, 0.0]).scale(2.0).with_accel("grid"));
+    let (id, name) = scene.accels.iter().next().unwrap();
+    assert!(matches!(scene.node(*id), Node::Csg { .. }) && *name == "grid");
+    assert_eq!(along_x(pair.translate([1.0, 0.0, 0.0]).scale(2.0).with_accel("grid")), [0.0, 1.0, 3.0, 4.0]);
+}
+
+#[test]
+fn a_combination_without_operands_is_refused_however_it_is_written() {
+    let nothing = Shape::union([]);
+    let kept = nothing.clone();
+    for shape in [nothing | ball(), &kept | &ball(), Shape::intersection([]) & ball()] {
+        assert!(refused(&scene_of(shape)).contains("at least one operand"));
+    }
+}
+
+#[test]
+fn materials_are_checked() {
+    let scene =
+        |material: Material| Scene::of([Object::new("a", ball()).material("m")]).with_material("m", material);
+    assert!(scene(Material::default()).compile().is_ok());
+    for (material, what) in [
+        (Material { mu: Some(f64::NAN), ..Material::default() }, "the mu of the material 'm' is NaN"),
+        (Material { density: Some(-1.0), ..Material::default() }, "the density of the material 'm' is -1"),
+        (Material { mirror: Some(9.0), ..Material::default() }, "the mirror of the material 'm' is 9"),
+        (
+            Material { color: Some([0.0, 1.5, 0.0]), ..Material::default() },
+            "the color of the material 'm' is 1.5",
+        ),
+    ] {
+        let message = refused(&scene(material));
+        assert!(message.starts_with(what), "{message}");
+    }
+    let twice = scene(Material::default()).with_material("m", Material::default());
+    assert!(refused(&twice).contains("two materials are named 'm'"));
+}
+
+#[test]
+fn errors_name_the_object_and_come_in_the_order_of_the_nodes() {
+    let culprit =
+        |shape: Shape| refused(&Scene::of([Object::new("fine", ball()), Object::new("culprit", shape)]));
+    let singular = culprit(ball().scale(0.0));
+    assert!(singular.starts_with("object 'culprit': the transform is singular"), "{singular}");
+    let not_finite = culprit(ball().translate([f64::NAN, 0.0, 0.0]));
+    assert!(
+        not_finite.starts_with("object 'culprit': the transform has a number that is not finite"),
+        "{not_finite}"
+    );
+    let names = ["p", "q", "r", "s", "t", "u", "v"];
+    let pair = |name| Object::new("it", (ball() | ball().translate([1.0; 3])).with_accel(name));
+    let message = refused(&Scene::of(names.map(pair)));
+    let order: Vec<usize> = names.iter().map(|name| message.find(&format!("'{name}'")).unwrap()).collect();
+    assert!(order.is_sorted(), "{message}");
+}
+
+#[test]
+fn superfluous_parameters_are_refused() {
+    let sphere = kind("sphere").unwrap();
+    for name in ["radius", "bogus"] {
+        let mut params = Params::of(sphere, &[&[1.0]]);
+        params.entries.push((name, Arc::from([2.0])));
+        assert_eq!(Shape::solid(sphere, params).unwrap_err().error.param, name);
+    }
 }

@@ -12,38 +12,32 @@ macro_rules! transforms {
         /// refuses transforms that flatten space or are not finite.
         impl $type {
             /// Moves by an offset.
-            #[must_use]
             pub fn translate(&self, offset: impl Into<Vec3>) -> $type {
                 self.placed(LocalTransform::translation(offset.into()))
             }
 
             /// Rotates by degrees about x, then y, then z. Quarter turns are exact.
-            #[must_use]
             pub fn rotate(&self, degrees: impl Into<Vec3>) -> $type {
                 self.placed(LocalTransform::rotation(Rotation::Xyz(degrees.into())))
             }
 
             /// Rotates by degrees about an axis through the origin, counter-clockwise seen from its tip. The length of
             /// the axis does not matter.
-            #[must_use]
             pub fn rotate_about(&self, axis: impl Into<Vec3>, degrees: f64) -> $type {
                 self.placed(LocalTransform::rotation(Rotation::About { axis: axis.into(), degrees }))
             }
 
             /// Scales about the origin by one factor. A negative factor reflects.
-            #[must_use]
             pub fn scale(&self, factor: f64) -> $type {
                 self.scale_axes(Vec3::splat(factor))
             }
 
             /// Scales about the origin by a factor along each axis. A negative factor reflects.
-            #[must_use]
             pub fn scale_axes(&self, factors: impl Into<Vec3>) -> $type {
                 self.placed(LocalTransform::scaling(factors.into()))
             }
 
             /// Applies an affine map, from the local coordinates to those of the parent.
-            #[must_use]
             pub fn transform(&self, parent_from_local: Affine) -> $type {
                 self.placed(LocalTransform::Matrix(parent_from_local))
             }

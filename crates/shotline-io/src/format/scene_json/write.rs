@@ -142,7 +142,11 @@ impl Writer<'_> {
     fn own_fields(&mut self, id: NodeId) -> Vec<Field> {
         let mut fields = self.fields_of_kind(id);
         // After the key that determines the form of the node.
-        let accel = self.scene.accels.get(&id).map(|name| format!("\"accel\": {}", quoted(name)));
+        // The format gives an accelerator only to nodes that use one.
+        let may_have_accel =
+            matches!(self.scene.node(id), Node::Mesh { .. } | Node::Csg { .. } | Node::Group { .. });
+        let accel = self.scene.accels.get(&id).filter(|_| may_have_accel);
+        let accel = accel.map(|name| format!("\"accel\": {}", quoted(name)));
         fields.splice(1.min(fields.len())..1.min(fields.len()), accel.map(Field::Plain));
         fields
     }

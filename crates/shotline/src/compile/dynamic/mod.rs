@@ -11,9 +11,8 @@ use crate::accel::{self, Accelerator};
 use crate::compile::accel_choice::AccelChoice;
 use crate::compile::body::BodyBuilder;
 use crate::compile::built_leaves::BuiltLeaves;
-use crate::compile::graph::Graph;
 use crate::compile::world::{Body, Target, World};
-use crate::compile::{Options, SceneError, Stats, level};
+use crate::compile::{Options, SceneError, Stats, build};
 use crate::math::{Affine, ComposedTransform, TransformPair};
 use crate::scene::{LocalTransform, Node, NodeId, Scene};
 use dependents::{Dependents, PlacementRef};
@@ -59,11 +58,8 @@ impl DynamicWorld {
     /// # Errors
     /// As [`compile`](super::compile).
     pub fn new(scene: Scene, options: Options) -> Result<DynamicWorld, Vec<SceneError>> {
-        let choice = AccelChoice::new(&scene, options)?;
-        let graph = Graph::of(&scene)?;
-        let leaves = BuiltLeaves::build(&scene, &graph, choice)?;
         let mut dependents = Dependents::default();
-        let world = level::build(&scene, &graph, &leaves, choice, &mut dependents)?;
+        let (world, leaves) = build(&scene, options, &mut dependents)?;
         let (leaves, dependents) = (Arc::new(leaves), Arc::new(dependents));
         Ok(DynamicWorld { scene: Arc::new(scene), world: Arc::new(world), leaves, dependents, options })
     }
