@@ -100,6 +100,9 @@ pub enum Overlaps {
 
 /// What one ray may cost. Realistic models stay far below the defaults; a ray that reaches them takes a few seconds
 /// and less than 1 GB.
+///
+/// The depth of a combination is not counted as steps. Each crossing of an operand nested `n` deep on the right, as in
+/// `a - (b - (c - ...))`, may take time in proportion to `n`; chains as `a - b - c` have no depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Number of boxes, cells, bodies and crossings that are processed.
