@@ -174,7 +174,7 @@ fn a_combination_of_too_many_leaves_is_counted_and_refused() {
     let bomb = (0..100).fold(ball, |part, _| Shape::union([part.clone(), part]));
     let said = scene_of(bomb).compile().unwrap_err();
     assert_eq!(said.errors.len(), 1, "{said}");
-    assert!(said.to_string().starts_with("a combination of 4194304 leaves"), "{said}");
+    assert!(said.to_string().contains("a combination of 4194304 leaves"), "{said}");
 }
 
 /// An open mesh in a combination was reported once for each combination above it.
