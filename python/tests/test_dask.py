@@ -302,29 +302,6 @@ def test_scenes_are_pickled_and_tokenized_by_content(scene):
     assert dask.base.tokenize(other) != dask.base.tokenize(scene)
 
 
-def test_unpickling_during_the_first_import(scene, tmp_path):
-    """Threads of a new worker may do this."""
-    (tmp_path / "scene").write_bytes(pickle.dumps(scene))
-    script = """
-        import pickle, sys, threading, time
-        begun = threading.Event()
-        class Slow:
-            def find_spec(self, name, path=None, target=None):
-                if name == "shotline.appearance":
-                    begun.set()
-                    time.sleep(0.5)
-        sys.meta_path.insert(0, Slow())
-        thread = threading.Thread(target=lambda: __import__("shotline"))
-        thread.start()
-        begun.wait()
-        print(pickle.load(open(sys.argv[1], "rb")))
-        thread.join()
-    """
-    words = [sys.executable, "-c", "if 1:" + script, str(tmp_path / "scene")]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=60)
-    assert done.stdout.strip() == repr(scene) and not done.stderr
-
-
 def test_progress(client, scene):
     reports = []
     cast(

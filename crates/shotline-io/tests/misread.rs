@@ -1,5 +1,7 @@
 //! Files that an earlier version misread.
 
+mod reading;
+
 use std::path::Path;
 
 use shotline::math::Vec3;
@@ -7,22 +9,7 @@ use shotline::scene::Node;
 use shotline::solid::mesh::{TriangleMesh, Weld};
 use shotline_io::{Document, Effect, ReadOptions, load_bytes, parse_scene};
 
-fn read(name: &str, bytes: impl AsRef<[u8]>) -> Result<Document, String> {
-    load_bytes(Path::new(name), bytes.as_ref().to_vec(), ReadOptions::default()).map_err(|e| e.to_string())
-}
-
-#[track_caller]
-fn ok(name: &str, bytes: impl AsRef<[u8]>) -> Document {
-    read(name, &bytes).unwrap_or_else(|e| panic!("{e}\n{}", String::from_utf8_lossy(bytes.as_ref())))
-}
-
-#[track_caller]
-fn refused(name: &str, bytes: impl AsRef<[u8]>, why: &str) {
-    match read(name, &bytes) {
-        Ok(read) => panic!("read as {read:?}"),
-        Err(error) => assert!(error.contains(why), "{error}"),
-    }
-}
+use reading::{ok, refused};
 
 #[track_caller]
 fn mesh_of(document: &Document) -> &TriangleMesh {

@@ -4,6 +4,8 @@
 //! Faults of the core are in `shotline/tests/regressions.rs`, those of the Python package in
 //! `python/tests/test_regressions.py`.
 
+mod reading;
+
 use std::path::Path;
 use std::sync::Arc;
 
@@ -12,6 +14,8 @@ use shotline::prelude::*;
 use shotline::scene::{MeshFile, Node};
 use shotline::solid::mesh::{TriangleMesh, Weld};
 use shotline_io::{Document, Effect, ReadOptions, load, load_bytes, parse_scene, save, write_scene};
+
+use reading::{ok, refused};
 
 /// A tetrahedron of volume 1/6 in each text format.
 const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
@@ -42,23 +46,6 @@ fn binary_stl(count: u32, behind: &[u8]) -> Vec<u8> {
         bytes.extend(behind);
     }
     bytes
-}
-
-fn read(name: &str, bytes: impl AsRef<[u8]>) -> Result<Document, String> {
-    load_bytes(Path::new(name), bytes.as_ref().to_vec(), ReadOptions::default()).map_err(|e| e.to_string())
-}
-
-#[track_caller]
-fn ok(name: &str, bytes: impl AsRef<[u8]>) -> Document {
-    read(name, &bytes).unwrap_or_else(|e| panic!("{e}\n{}", String::from_utf8_lossy(bytes.as_ref())))
-}
-
-#[track_caller]
-fn refused(name: &str, bytes: impl AsRef<[u8]>, why: &str) {
-    match read(name, bytes) {
-        Ok(read) => panic!("read as {read:?}"),
-        Err(error) => assert!(error.contains(why), "{error}"),
-    }
 }
 
 #[track_caller]

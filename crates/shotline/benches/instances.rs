@@ -83,7 +83,7 @@ fn motion(moved: usize) {
     let (scene, places) = field(100_000);
     let mut random = Random::new(3);
     let mut live = DynamicWorld::new(scene, Options::default()).expect("it compiles");
-    let (mut refit, mut anew) = (Vec::new(), Vec::new());
+    let (mut refit, mut recompiled) = (Vec::new(), Vec::new());
     for round in 0..10 {
         let mut change = || {
             let node = places[random.below(places.len())];
@@ -101,16 +101,16 @@ fn motion(moved: usize) {
             refit.push(begin.elapsed().as_secs_f64() * 1e3);
             let begin = Instant::now();
             drop(compile(live.scene(), Options::default()).expect("it compiles"));
-            anew.push(begin.elapsed().as_secs_f64() * 1e3);
+            recompiled.push(begin.elapsed().as_secs_f64() * 1e3);
         }
     }
     let median = |times: &mut Vec<f64>| {
         times.sort_by(f64::total_cmp);
         times[times.len() / 2]
     };
-    let (refit, anew) = (median(&mut refit), median(&mut anew));
+    let (refit, recompiled) = (median(&mut refit), median(&mut recompiled));
     println!(
-        "{moved:>6} moved: {refit:>8.4} refitted, {anew:>8.1} compiled anew: {:.0} times faster",
-        anew / refit
+        "{moved:>6} moved: {refit:>8.4} refitted, {recompiled:>8.1} recompiled: {:.0} times faster",
+        recompiled / refit
     );
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use crate::scene::NodeId;
+use crate::scene::{Node, NodeId, Scene};
 
 /// What is wrong with a scene, and where.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -23,6 +23,42 @@ pub struct SceneError {
 pub struct InvalidScene {
     /// What is wrong; at least one.
     pub errors: Vec<SceneError>,
+}
+
+impl InvalidScene {
+    /// Adds to each error the name of the object that contains its node, unless the message names it already.
+    pub(super) fn new(scene: &Scene, errors: Vec<SceneError>) -> InvalidScene {
+        let objects = innermost_objects(scene);
+        let with_object =
+            |error: SceneError| match error.node.and_then(|node| *objects.get(node.0 as usize)?) {
+                Some(name) if !error.message.contains(&format!("'{name}'")) => {
+                    SceneError { message: format!("object '{name}': {}", error.message), ..error }
+                }
+                _ => error,
+            };
+        InvalidScene { errors: errors.into_iter().map(with_object).collect() }
+    }
+}
+
+/// For each node the name of the innermost object that contains it: of several, the first in the scene.
+fn innermost_objects(scene: &Scene) -> Vec<Option<&str>> {
+    let mut objects = vec![None; scene.nodes.len()];
+    let mut seen = vec![false; scene.nodes.len()];
+    let mut stack: Vec<(NodeId, Option<&str>)> = scene.objects.iter().rev().map(|&id| (id, None)).collect();
+    while let Some((id, above)) = stack.pop() {
+        // A scene with errors may refer to nodes that do not exist.
+        let Some(node) = scene.nodes.get(id.0 as usize) else { continue };
+        if std::mem::replace(&mut seen[id.0 as usize], true) {
+            continue;
+        }
+        let innermost = match node {
+            Node::Object { name, .. } => Some(name.as_str()),
+            _ => above,
+        };
+        objects[id.0 as usize] = innermost;
+        stack.extend(node.children().iter().rev().map(|&child| (child, innermost)));
+    }
+    objects
 }
 
 impl Display for InvalidScene {

@@ -29,7 +29,7 @@ pub(crate) use world::{Body, Leaf, Level, Placement, SolidBody, Target};
 use accel_choice::AccelChoice;
 use built_leaves::BuiltLeaves;
 
-use crate::scene::{Node, NodeId, Scene};
+use crate::scene::Scene;
 
 /// Options of [`compile`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -47,7 +47,8 @@ pub fn compile(scene: &Scene, options: Options) -> Result<World, Vec<SceneError>
     build(scene, options, &mut ()).map(|(world, _)| world)
 }
 
-/// Checks a scene and builds its world, and returns its leaves too. The recorder is told what depends on each transform.
+/// Checks a scene and builds its world, and returns its leaves too. Reports to the recorder what depends on each
+/// transform.
 fn build(
     scene: &Scene,
     options: Options,
@@ -69,40 +70,12 @@ fn build(
 }
 
 impl Scene {
-    /// The world of the scene, with the accelerators that it names: [`compile`], with everything that is wrong as one error.
+    /// Builds the world of the scene, with the accelerators that it names: [`compile`], with all errors as one.
     ///
     /// # Errors
-    /// [`InvalidScene`] holds everything that is wrong with the scene, not only the first.
+    /// [`InvalidScene`] holds everything that is wrong with the scene, not only the first error.
     pub fn compile(&self) -> Result<World, InvalidScene> {
-        compile(self, Options::default()).map_err(|errors| {
-            let place = |error: SceneError| match error.node.and_then(|node| self.object_above(node)) {
-                Some(name) if !error.message.contains(&format!("'{name}'")) => {
-                    SceneError { message: format!("object '{name}': {}", error.message), ..error }
-                }
-                _ => error,
-            };
-            InvalidScene { errors: errors.into_iter().map(place).collect() }
-        })
-    }
-
-    /// The name of the innermost object around a node; of several, the first found. `None` for a node in no object.
-    fn object_above(&self, node: NodeId) -> Option<&str> {
-        let mut seen = vec![false; self.nodes.len()];
-        let mut stack: Vec<(NodeId, Option<&str>)> =
-            self.objects.iter().rev().map(|&id| (id, None)).collect();
-        while let Some((id, above)) = stack.pop() {
-            let here = match self.nodes.get(id.0 as usize)? {
-                Node::Object { name, .. } => Some(name.as_str()),
-                _ => above,
-            };
-            if id == node {
-                return here;
-            }
-            if !std::mem::replace(&mut seen[id.0 as usize], true) {
-                stack.extend(self.node(id).children().iter().rev().map(|&child| (child, here)));
-            }
-        }
-        None
+        compile(self, Options::default()).map_err(|errors| InvalidScene::new(self, errors))
     }
 }
 

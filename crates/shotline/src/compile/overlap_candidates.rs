@@ -57,7 +57,7 @@ struct Subtree {
     sole: Option<u32>,
     /// The object that was named at the subtree or above it.
     named: Option<u32>,
-    what: SubtreeKind,
+    kind: SubtreeKind,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -92,7 +92,7 @@ impl World {
         let mut waiting = vec![children.root()];
         while let (Some(subtree), true) = (waiting.pop(), steps > 0) {
             let is_full = |object: u32| !wanted[object as usize] || boxes[object as usize].len() >= each;
-            match (subtree.what, subtree.sole) {
+            match (subtree.kind, subtree.sole) {
                 (_, Some(object)) if is_full(object) => {}
                 (SubtreeKind::Leaf, Some(object)) => boxes[object as usize].push(subtree.bounds),
                 _ => {
@@ -151,13 +151,13 @@ impl<'w> SubtreeChildren<'w> {
             bounds: self.world.bounds(),
             sole: None,
             named: None,
-            what: SubtreeKind::Placement(Target::Level(self.world.root), Affine::IDENTITY),
+            kind: SubtreeKind::Placement(Target::Level(self.world.root), Affine::IDENTITY),
         }
     }
 
     /// The children of a subtree that have a volume; none for a leaf.
     fn of(&mut self, subtree: &Subtree) -> Vec<Subtree> {
-        let inner: Vec<Subtree> = match subtree.what {
+        let inner: Vec<Subtree> = match subtree.kind {
             SubtreeKind::Leaf => return Vec::new(),
             SubtreeKind::Placement(Target::Level(level), map) => {
                 let placements = &self.world.level(level).placements;
@@ -166,7 +166,7 @@ impl<'w> SubtreeChildren<'w> {
             SubtreeKind::Placement(Target::Body(body), map) => {
                 let leaf = |b: &Aabb| Subtree {
                     bounds: b.transformed(&map).widened(-PADDING).intersection(&subtree.bounds),
-                    what: SubtreeKind::Leaf,
+                    kind: SubtreeKind::Leaf,
                     ..*subtree
                 };
                 self.leaves_of(body).iter().map(leaf).collect()
@@ -190,7 +190,7 @@ impl<'w> SubtreeChildren<'w> {
             bounds,
             sole,
             named,
-            what: SubtreeKind::Placement(placed.target, map.then_after(&own)),
+            kind: SubtreeKind::Placement(placed.target, map.then_after(&own)),
         })
     }
 
@@ -223,7 +223,7 @@ impl Search<'_> {
         let mut seen = HashSet::new();
         let mut levels = vec![self.children.root()];
         while let Some(level) = levels.pop() {
-            let SubtreeKind::Placement(Target::Level(number), _) = level.what else { continue };
+            let SubtreeKind::Placement(Target::Level(number), _) = level.kind else { continue };
             if !seen.insert((number, level.named)) {
                 continue;
             }
@@ -274,7 +274,7 @@ impl Search<'_> {
                 if i >= apart || j < apart || !may(&children[i], &children[j]) {
                     return;
                 }
-                if let (SubtreeKind::Leaf, SubtreeKind::Leaf) = (children[i].what, children[j].what) {
+                if let (SubtreeKind::Leaf, SubtreeKind::Leaf) = (children[i].kind, children[j].kind) {
                     found.add(&children[i], &children[j], most);
                 } else {
                     all &= waiting.len() < MAX_PENDING_PAIRS_BELOW;
@@ -292,7 +292,7 @@ impl Search<'_> {
 
     /// The children of a subtree whose boxes intersect another subtree; the subtree itself if it is a leaf.
     fn open(&mut self, subtree: &Subtree, other: &Subtree) -> Vec<Subtree> {
-        if let SubtreeKind::Leaf = subtree.what {
+        if let SubtreeKind::Leaf = subtree.kind {
             return vec![*subtree];
         }
         let mut inner = self.children.of(subtree);

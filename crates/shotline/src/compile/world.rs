@@ -157,7 +157,7 @@ impl World {
         // Levels come after those that they place.
         let mut finite: Vec<Aabb> = Vec::with_capacity(self.levels.len());
         for level in &self.levels {
-            let parts = level.placements.iter().map(|placed| match placed.target {
+            let boxes = level.placements.iter().map(|placed| match placed.target {
                 _ if placed.bounds.is_finite() || placed.bounds.is_empty() => placed.bounds,
                 Target::Body(_) => Aabb::EMPTY,
                 // This matrix is itself an inverse, so it can be inverted, except for rounding.
@@ -166,7 +166,7 @@ impl World {
                     _ => Aabb::EMPTY,
                 },
             });
-            finite.push(parts.fold(Aabb::EMPTY, |all, part| all.union(&part)));
+            finite.push(boxes.fold(Aabb::EMPTY, |all, b| all.union(&b)));
         }
         finite.get(self.root as usize).copied().unwrap_or_default()
     }

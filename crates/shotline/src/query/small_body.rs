@@ -58,8 +58,8 @@ impl Stream<'_, '_> {
     }
 
     /// Intersects a set of leaves whose boxes are entered first, at the same `t`. `are_all`: the ray hits no other
-    /// box. Then a leaf is not intersected if the line stays clearly inside it as far as any other leaf can matter,
-    /// because it has no event up to there.
+    /// box. Then a leaf is not intersected if the line stays clearly inside it up to the last `t` at which another
+    /// leaf can matter, because it has no event up to there.
     fn intersect_first(&mut self, leaves: u32, enter: f64, are_all: bool) {
         let all = &self.body.leaves;
         let mut clear = 0;

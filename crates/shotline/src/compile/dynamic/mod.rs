@@ -83,7 +83,10 @@ impl DynamicWorld {
     pub fn set(&mut self, transforms: &[(NodeId, LocalTransform)]) -> Result<(), SceneError> {
         for (id, _) in transforms {
             if !matches!(self.scene.nodes.get(id.0 as usize), Some(Node::Transform { .. })) {
-                return Err(SceneError::at(*id, "only a transform can be set, and this node is none".into()));
+                return Err(SceneError::at(
+                    *id,
+                    "only a transform can be set, and this node is not one".into(),
+                ));
             }
         }
         let old = self.write(transforms);
@@ -303,13 +306,13 @@ mod tests {
                 };
                 live.set(&nodes.map(|node| (node, changed()))).unwrap();
                 moves += 1;
-                let anew = compile(live.scene(), options).unwrap();
+                let rebuilt = compile(live.scene(), options).unwrap();
                 let ray = |_| Ray::new(random.direction() * 6.0, random.direction()).unwrap();
                 let aimed = |ray: Ray| Ray::new(ray.origin(), ray.direction() - ray.origin()).unwrap();
                 let rays: Vec<Ray> = (0..20).map(ray).map(aimed).collect();
-                let (moved, expected) = (hits(live.world(), &rays), hits(&anew, &rays));
+                let (moved, expected) = (hits(live.world(), &rays), hits(&rebuilt, &rays));
                 assert_eq!(format!("{moved:?}"), format!("{expected:?}"), "case {case}");
-                assert_eq!(live.world().bounds(), anew.bounds(), "case {case}");
+                assert_eq!(live.world().bounds(), rebuilt.bounds(), "case {case}");
             }
         }
         assert!(moves > 200, "{moves}");
@@ -334,8 +337,8 @@ mod tests {
                 let shift = Affine::translation(random.point(-1.0, 1.0));
                 moved.place(&name[..cut], shift).unwrap();
             }
-            let anew = compile(moved.scene(), options).unwrap();
-            assert_eq!(format!("{:?}", hits(moved.world(), &rays)), format!("{:?}", hits(&anew, &rays)));
+            let rebuilt = compile(moved.scene(), options).unwrap();
+            assert_eq!(format!("{:?}", hits(moved.world(), &rays)), format!("{:?}", hits(&rebuilt, &rays)));
             assert_eq!(format!("{:?}", hits(first.world(), &rays)), before);
         }
     }
@@ -384,7 +387,7 @@ mod tests {
         assert!(live.set(&[(outer, shift), (ball, shift)]).is_err());
         assert!(live.set(&[(outer, shift), (NodeId(9999), shift)]).is_err());
         assert_eq!(format!("{:?}", hits(live.world(), &rays)), before);
-        let anew = compile(live.scene(), Options::default()).unwrap();
-        assert_eq!(format!("{:?}", hits(&anew, &rays)), before);
+        let rebuilt = compile(live.scene(), Options::default()).unwrap();
+        assert_eq!(format!("{:?}", hits(&rebuilt, &rays)), before);
     }
 }

@@ -134,7 +134,7 @@ fn spans(world: &World, ray: &Ray) -> Vec<Span> {
 #[test]
 fn thin_walls_are_as_exact_arithmetic_says() {
     let mut random = Random::new(31);
-    let (mut judged, mut rows, mut starts, mut thin_walls) = (0, 0, 0, 0);
+    let (mut checked, mut rows, mut starts, mut thin_walls) = (0, 0, 0, 0);
     for case in 0..100 {
         let thin = Thin::any(&mut random);
         let mesh = thin.mesh(&mut random);
@@ -171,7 +171,7 @@ fn thin_walls_are_as_exact_arithmetic_says() {
                 }
                 let gaps = all.windows(2).map(|w| &w[1].0 - &w[0].0);
                 thin_walls += gaps.filter(|gap| *gap < number(1e-6 * reach)).count();
-                (judged, rows) = (judged + 1, rows + right.len());
+                (checked, rows) = (checked + 1, rows + right.len());
             }
         }
         if case % 5 == 0 {
@@ -179,8 +179,8 @@ fn thin_walls_are_as_exact_arithmetic_says() {
         }
     }
     assert!(
-        judged > 3_000 && rows > 4_000 && starts > 500 && thin_walls > 500,
-        "{judged} {rows} {starts} {thin_walls}"
+        checked > 3_000 && rows > 4_000 && starts > 500 && thin_walls > 500,
+        "{checked} {rows} {starts} {thin_walls}"
     );
 }
 

@@ -247,7 +247,7 @@ fn winding(mesh: &TriangleMesh, p: Vec3) -> Option<i32> {
 /// For lines aimed at corners, middles of edges and faces: nothing leaks or counts twice, and the reverse agrees.
 #[test]
 fn aimed_lists_agree_with_solid_angles_from_both_ends() {
-    let (mut random, mut judged, mut mirrored) = (Random::new(2), 0, 0);
+    let (mut random, mut checked, mut mirrored) = (Random::new(2), 0, 0);
     for mesh in meshes() {
         let solid = solid(mesh.real());
         // Points on a line and angles are computed near the origin, where rounding is small.
@@ -273,7 +273,7 @@ fn aimed_lists_agree_with_solid_angles_from_both_ends() {
                 {
                     let inside = list.iter().filter(|c| c.t < t).count() % 2 == 1;
                     assert_eq!(inside, winding != 0, "{o:?} {d:?} at {t}: {list:?}");
-                    judged += 1;
+                    checked += 1;
                 }
             }
             let there = 7;
@@ -296,7 +296,7 @@ fn aimed_lists_agree_with_solid_angles_from_both_ends() {
             }
         }
     }
-    assert!(judged > 25_000 && mirrored > 2_500, "{judged} {mirrored}");
+    assert!(checked > 25_000 && mirrored > 2_500, "{checked} {mirrored}");
 }
 
 /// Also if they are tiny, or far away for their size.

@@ -90,8 +90,8 @@ impl<'a> Pairs<'a> {
         visit: &(impl Fn(u32, u32, &mut S) + Sync),
         merge: &(impl Fn(S, S) -> S + Sync),
     ) -> S {
-        let walk = PairTraversal { pairs: self, visit, merge };
-        self.root.as_ref().map_or_else(S::default, |root| walk.within(root, self.items.len()))
+        let traversal = PairTraversal { pairs: self, visit, merge };
+        self.root.as_ref().map_or_else(S::default, |root| traversal.within(root, self.items.len()))
     }
 
     fn share_a_hub(&self, a: Option<u32>, b: Option<u32>) -> bool {
@@ -197,8 +197,8 @@ impl<V, M> PairTraversal<'_, V, M> {
             self.between(a, b, &mut found);
             found
         };
-        let parts: Vec<S> = front.into_par_iter().map(one).collect();
-        parts.into_iter().reduce(self.merge).unwrap_or_default()
+        let results: Vec<S> = front.into_par_iter().map(one).collect();
+        results.into_iter().reduce(self.merge).unwrap_or_default()
     }
 
     /// Opens the larger of two nodes. Returns no pairs if the nodes are apart, and the pair itself if neither can be
