@@ -3,15 +3,15 @@
 
 usage: run.py [--bin target/release/shotline] [--work DIR] [--only mesh|csg|solid] [--repeats K]
 
-mesh  closest, any and crossings on the bunny and the dragon of ../shared/data, with the rays of
-      ../shared/peers/rays.py, on 1 and 2 threads, and on Embree (../shared/peers/embree) in the same run;
-      skipped, with a message, where these folders are absent. Needs numpy and embreex.
+mesh  closest, any and crossings on the bunny, the dragon and the armadillo of ../shared/data, with the rays of
+      ../shared/peers/rays.py, on 1 and 2 threads, taking turns with Embree (../shared/peers/embree): the medians,
+      and the ratio of each round; skipped, with a message, where these folders are absent. Needs numpy and embreex.
 csg   a box minus 10 to 100,000 spheres that remove the same fraction: rays/s for closest and
       crossings, build time, memory.
 
 solid one solid alone, random rays most of which meet it: nanoseconds per ray, from array to array.
 
-Rates are rays per second of the cast itself (`cast --stats`), the median of the repeats.
+Rates are rays per second of the cast itself, the median of the repeats.
 """
 
 import argparse
@@ -42,13 +42,20 @@ def cast(binary, scene, rays, query, threads, repeats, out):
     return sorted(runs, key=lambda r: r["rays_per_s"])[len(runs) // 2]
 
 
-def embree(mesh, work, repeats):
-    """(rays, query, threads, mode) -> Mrays/s, from the harness in the data folder."""
+# The rays, and whether they begin on the mesh: there a hit is what Embree means by one only without the start of the ray.
+SETS = {"camera": False, "random": False, "ao": True, "shadow": True}
+QUERIES = {"closest": "closest", "any": "any", "crossings": "all"}
+# What a cast returns besides t; Embree's harness returns t and the triangle.
+FIELDS = "primitive,t_err,normal"
+
+
+def embree(mesh, work, threads):
+    """(rays, query, mode) -> Mrays/s of one run of the harness in the data folder."""
     harness = os.path.join(SHARED, "peers", "embree", "bench.py")
     report = os.path.join(work, "embree.json")
     if os.path.exists(report):
         os.remove(report)
-    options = f"repeats={repeats} threads=1,2 scene=default,robust query=closest,any,all"
+    options = f"repeats=1 threads={threads} scene=default,robust query=closest,any,all"
     command = [
         sys.executable,
         harness,
@@ -56,40 +63,59 @@ def embree(mesh, work, repeats):
         "--work",
         work,
         "--sets",
-        "camera,random",
+        ",".join(SETS),
         "--opts",
         options,
         "--json",
         report,
     ]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-    rates = {}
     with open(report) as lines:
-        for row in map(json.loads, lines):
-            if row["query"] != "build":
-                rates[row["rays"].removesuffix(".npy"), row["query"], row["threads"], row["mode"]] = row["mrays"]
+        rows = [row for row in map(json.loads, lines) if row["query"] != "build"]
+    return {(row["rays"].removesuffix(".npy"), row["query"], row["mode"]): row["mrays"] for row in rows}
+
+
+def own(binary, mesh, work, threads):
+    """(rays, query) -> Mrays/s of one run of the program, after one that warms up."""
+    rates = {}
+    for rays, on_mesh in SETS.items():
+        path = os.path.join(work, "rays-" + os.path.splitext(os.path.basename(mesh))[0], rays + ".npy")
+        for query in QUERIES:
+            command = [binary, "bench", mesh, "--rays", path, "--query", query, "--threads", str(threads)]
+            command += ["--repeats", "1", "--json", "--quiet"]
+            command += ["--surfaces-only"] if on_mesh else []
+            command += ["--fields", FIELDS] if query != "any" else []
+            out = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout
+            rates[rays, query] = json.loads(out)["rays_per_s"] / 1e6
     return rates
 
 
-def meshes(binary, work, repeats):
+def meshes(binary, work, repeats, thread_counts=(1, 2)):
     if not os.path.isdir(os.path.join(SHARED, "peers", "embree")):
         print("mesh: left out, ../shared/peers is not here")
         return
-    print(
-        f"{'mesh':8} {'rays':8} {'query':10} {'threads':>7} {'shotline':>9} {'Embree':>8} {'robust':>8} {'ratio':>7} {'to robust':>9}   [million rays/s]"
-    )
-    for name in ("bunny", "dragon"):
+    print("| mesh | rays | query | threads | shotline | Embree | robust | ratio (range) | to robust |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- | --- |")
+    for name in ("bunny", "dragon", "armadillo"):
         mesh = os.path.join(SHARED, "data", name + ".ply")
-        peers = embree(mesh, work, repeats)
-        for rays in ("camera", "random"):
-            for query, theirs in (("closest", "closest"), ("any", "any"), ("crossings", "all")):
-                for threads in (1, 2):
-                    path = os.path.join(work, "rays-" + name, rays + ".npy")
-                    ours = cast(binary, mesh, path, query, threads, repeats, os.path.join(work, "out.npz"))
-                    rate = ours["rays_per_s"] / 1e6
-                    default, robust = (peers[rays, theirs, threads, mode] for mode in ("default", "robust"))
+        for threads in thread_counts:
+            embree(mesh, work, threads)  # makes the rays
+            rounds = [(embree(mesh, work, threads), own(binary, mesh, work, threads)) for _ in range(repeats)]
+            for rays in SETS:
+                for query, theirs in QUERIES.items():
+                    rates = [ours[rays, query] for _, ours in rounds]
+                    peers = {
+                        mode: [peer[rays, theirs, mode] for peer, _ in rounds] for mode in ("default", "robust")
+                    }
+                    ratios = {
+                        mode: [a / b for a, b in zip(rates, of_mode, strict=True)]
+                        for mode, of_mode in peers.items()
+                    }
+                    low, high = min(ratios["default"]), max(ratios["default"])
                     print(
-                        f"{name:8} {rays:8} {query:10} {threads:7} {rate:9.3f} {default:8.2f} {robust:8.2f} {rate / default:7.3f} {rate / robust:9.3f}",
+                        f"| {name} | {rays} | {query} | {threads} | {np.median(rates):.2f} | {np.median(peers['default']):.2f} "
+                        f"| {np.median(peers['robust']):.2f} | {np.median(ratios['default']):.2f} ({low:.2f}-{high:.2f}) "
+                        f"| {np.median(ratios['robust']):.2f} |",
                         flush=True,
                     )
 

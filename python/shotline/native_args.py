@@ -22,6 +22,8 @@ class RayQuery(NamedTuple):
     surfaces_only: bool
     threads: int
     progress: Callable[[int, int], Any] | None
+    # The columns of `closest` and `crossings` that are needed; None for all.
+    fields: list[str] | None
 
 
 class PictureSettings(NamedTuple):

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -33,6 +34,7 @@ class Queries:
         t_max: float = math.inf,
         surfaces_only: bool = False,
         threads: int = 0,
+        fields: Iterable[str] | None = None,
         progress: Any = None,
     ) -> Closest:
         """The first crossing of each ray.
@@ -45,6 +47,8 @@ class Queries:
             surfaces_only: count only real surfaces: not the crossing at `t_min` of a ray that begins inside, nor that
                 at `t_max` of a ray that ends inside. This is what a LiDAR in a room or a user of Embree means by a hit.
             threads: 0 for one per core. The bits are the same for any number.
+            fields: the names of the columns that are needed, such as `["t", "normal"]`; None for all. The others are
+                None in the result, and cost nothing. `t` is always there.
             progress: True, a callable of (done, total), or a bar with `update` such as tqdm's.
 
         Arrays of float64 in C order are read in place: other threads must not change them during the call.
@@ -60,9 +64,12 @@ class Queries:
             TypeError: for values that are not real numbers.
             MemoryError: for results that do not fit into memory.
         """
-        shape, query = _ray_query(o, d, t_min, t_max, threads, progress, surfaces_only)
-        t, normal, *rest = self._native.closest(query)
-        return Closest(t.reshape(shape), normal.reshape(*shape, 3), *(column.reshape(shape) for column in rest))
+        names = _fields_of(Closest, fields)
+        shape, query = _ray_query(o, d, t_min, t_max, threads, progress, surfaces_only, names)
+        columns = self._native.closest(query)
+        shapes = ((*shape, 3) if name == "normal" else shape for name in Closest._fields)
+        shaped: list[Any] = [c if c is None else c.reshape(s) for c, s in zip(columns, shapes, strict=True)]
+        return Closest(*shaped)
 
     def any(
         self,
@@ -103,6 +110,7 @@ class Queries:
         t_max: float = math.inf,
         surfaces_only: bool = False,
         threads: int = 0,
+        fields: Iterable[str] | None = None,
         progress: Any = None,
     ) -> Crossings:
         """Every crossing of each ray, in order: see `Crossings`. Arguments and errors are those of `closest`; also
@@ -113,7 +121,8 @@ class Queries:
         >>> torus.crossings([-5, 0, 0], [1, 0, 0]).t.tolist()
         [2.5, 3.5, 6.5, 7.5]
         """
-        _, query = _ray_query(o, d, t_min, t_max, threads, progress, surfaces_only)
+        names = _fields_of(Crossings, fields)
+        _, query = _ray_query(o, d, t_min, t_max, threads, progress, surfaces_only, names)
         return Crossings(*self._native.crossings(query))
 
     def segments(
@@ -270,12 +279,32 @@ def _warn(count: int, overlaps: str) -> None:
 
 
 def _ray_query(
-    o: Any, d: Any, t_min: float, t_max: float, threads: int, progress: Any, surfaces_only: bool = False
+    o: Any,
+    d: Any,
+    t_min: float,
+    t_max: float,
+    threads: int,
+    progress: Any,
+    surfaces_only: bool = False,
+    fields: list[str] | None = None,
 ) -> tuple[tuple[int, ...], RayQuery]:
     """The shape of the result, and the query in the form that the native half takes."""
     shape, count, origins, directions = rays(o, d)
     span = number(t_min, "t_min"), number(t_max, "t_max"), bool(surfaces_only)
-    return shape, RayQuery(count, origins, directions, *span, threads_of(threads), callback(progress))
+    return shape, RayQuery(count, origins, directions, *span, threads_of(threads), callback(progress), fields)
+
+
+def _fields_of(result: type[Closest] | type[Crossings], fields: Iterable[str] | None) -> list[str] | None:
+    """The names of the columns that are needed; None for all."""
+    if fields is None:
+        return None
+    if isinstance(fields, str):
+        raise TypeError(f"fields must be a list of names, such as [{fields!r}], not a string")
+    names = list(fields)
+    for name in names:
+        if name not in result._fields:
+            raise ValueError(f"{name!r} is not a field; the fields are {', '.join(result._fields)}")
+    return names
 
 
 def _not_surfaces_only(query: str, surfaces_only: bool) -> None:

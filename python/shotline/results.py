@@ -20,8 +20,9 @@ class _Table(tuple[Any, ...]):
         raise NotImplementedError
 
     def to_dict(self) -> dict[str, np.ndarray]:
-        """The arrays by name; they are not copied."""
-        return dict(zip(self._names(), self, strict=True))
+        """The arrays by name; they are not copied. Columns that were not asked for are left out."""
+        named = zip(self._names(), self, strict=True)
+        return {name: column for name, column in named if column is not None}
 
     def __getitem__(self, key: Any) -> Any:
         """By position as in any tuple, or by name, including Open3D's names: `hits["t_hit"]`."""
@@ -29,7 +30,10 @@ class _Table(tuple[Any, ...]):
             return super().__getitem__(key)
         name = self._aliases.get(key, key)
         if name in self._names() or name in self._aliases:
-            return getattr(self, name)
+            column = getattr(self, name)
+            if column is None:
+                raise KeyError(f"{key!r}; this column was not among the fields that were asked for")
+            return column
         raise KeyError(f"{key!r}; the names are {', '.join([*self._names(), *self._aliases])}")
 
     def _rows(self) -> tuple[int, list[tuple[str, Any]]]:
@@ -87,6 +91,8 @@ class Closest(_Table, _ClosestFields):
     path: (...) int64, the instance, for `scene.path_name`; -1 for a miss.
     entering: (...) bool.
     t_err: (...) float64, a bound on the error of t; NaN for a miss.
+
+    Columns that were not among the `fields` asked for are None.
 
     Open3D's names are aliases: `t_hit`, `geometry_ids`, `primitive_ids`, `primitive_normals`.
     """
@@ -164,6 +170,8 @@ class Crossings(_Ragged, _CrossingsFields):
         numbered in C order.
     t, normal, entering, object, surface, primitive, path, t_err: as in `Closest`, (rows,) and (rows, 3).
     kind: (rows,) int8; 0 a surface, 1 start (the ray begins inside, at t_min), 2 end (it ends inside, at t_max).
+
+    Columns that were not among the `fields` asked for are None.
 
     Open3D's names are aliases: `t_hit`, `ray_ids`, `geometry_ids`, `primitive_ids`, `primitive_normals`.
     """

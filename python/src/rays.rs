@@ -1,5 +1,7 @@
 //! Rays and points, read in place from arrays.
 
+use std::ops::Range;
+
 use numpy::{PyReadonlyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -12,6 +14,8 @@ use shotline::ray::{InvalidRay, Ray};
 pub struct RayRows<'a> {
     origins: Rows<'a>,
     directions: Rows<'a>,
+    /// The rows, if origins and directions are in one array.
+    rows_of_six: Option<&'a [[f64; 6]]>,
     count: usize,
 }
 
@@ -52,7 +56,12 @@ impl<'a> RayRows<'a> {
             }
         };
         match directions {
-            Some(directions) => Ok(RayRows { origins: rows(origins)?, directions: rows(directions)?, count }),
+            Some(directions) => Ok(RayRows {
+                origins: rows(origins)?,
+                directions: rows(directions)?,
+                rows_of_six: None,
+                count,
+            }),
             None => {
                 let numbers = origins.as_slice()?;
                 if origins.shape() != [count, 6] {
@@ -61,7 +70,8 @@ impl<'a> RayRows<'a> {
                     )));
                 }
                 let directions = Rows { numbers: numbers.get(3..).unwrap_or_default(), step: 6 };
-                Ok(RayRows { origins: Rows { numbers, step: 6 }, directions, count })
+                let rows_of_six = Some(numbers.as_chunks().0);
+                Ok(RayRows { origins: Rows { numbers, step: 6 }, directions, rows_of_six, count })
             }
         }
     }
@@ -75,6 +85,10 @@ impl Rays for RayRows<'_> {
     #[inline]
     fn ray(&self, row: usize) -> Result<Ray, InvalidRay> {
         Ray::new(self.origins.get(row), self.directions.get(row))
+    }
+
+    fn numbers(&self, rows: Range<usize>) -> Option<&[[f64; 6]]> {
+        self.rows_of_six?.get(rows)
     }
 }
 

@@ -37,3 +37,22 @@ def test_tables():
     empty = SCENE.crossings(np.zeros((0, 3)), [0, 0, 1])
     assert repr(empty).splitlines()[0] == "0 crossings of 0 rays"
     assert repr(SCENE.segments(*MANY)).startswith("60 segments of 30 rays")
+
+
+def test_only_the_fields_that_are_asked_for():
+    full, rows = SCENE.closest(*MANY), SCENE.crossings(*MANY)
+    hits = SCENE.closest(*MANY, fields=["normal", "t_err"])
+    assert list(hits.to_dict()) == ["t", "normal", "t_err"] and hits.object is None
+    for name, column in hits.to_dict().items():
+        assert np.array_equal(column, full[name])
+    with pytest.raises(KeyError, match="not among the fields"):
+        hits["primitive_ids"]
+    assert "t_err" in repr(hits) and "surface" not in repr(hits)
+    some = SCENE.crossings(*MANY, fields=("kind", "ray_splits"))
+    assert list(some.to_dict()) == ["ray_splits", "t", "kind"]
+    assert np.array_equal(some.kind, rows.kind) and np.array_equal(some.t, rows.t)
+    assert list(SCENE.crossings(*MANY, fields=[]).to_dict()) == ["ray_splits", "t"]
+    with pytest.raises(ValueError, match="'kind' is not a field; the fields are t, normal"):
+        SCENE.closest(*MANY, fields=["kind"])
+    with pytest.raises(TypeError, match="a list of names"):
+        SCENE.closest(*MANY, fields="normal")

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::path::Path;
 
 use shotline::compile::World;
-use shotline::query::batch::{ClosestRows, CrossingRows, SegmentRows, Thickness};
+use shotline::query::batch::{self, ClosestRows, CrossingRows, SegmentRows, Thickness};
 use shotline_io::arrays::{Column, fill_npz};
 
 use crate::failure::Failure;
@@ -31,9 +31,15 @@ pub struct Columns {
     arrays: Vec<(&'static str, Values)>,
 }
 
+/// The arrays that were asked for, and those that are always there.
+fn only(wanted: batch::Columns, mut arrays: Vec<(&'static str, Values)>) -> Vec<(&'static str, Values)> {
+    arrays.retain(|(name, _)| batch::Columns::named(name).is_none_or(|column| wanted.contains(column)));
+    arrays
+}
+
 impl Columns {
     /// One row per ray.
-    pub fn closest(rows: ClosestRows, rays: &Rays) -> Columns {
+    pub fn closest(rows: ClosestRows, rays: &Rays, wanted: batch::Columns) -> Columns {
         let arrays = vec![
             ("t", Values::F64(rays.by_row(rows.t, f64::INFINITY))),
             ("t_err", Values::F64(rays.by_row(rows.t_err, f64::NAN))),
@@ -44,7 +50,7 @@ impl Columns {
             ("path", Values::I64(rays.by_row(rows.path, -1))),
             ("entering", Values::Bool(rays.by_row(rows.entering, false))),
         ];
-        Columns { arrays }
+        Columns { arrays: only(wanted, arrays) }
     }
 
     /// One row per ray.
@@ -58,7 +64,7 @@ impl Columns {
     }
 
     /// One row per crossing.
-    pub fn crossings(rows: CrossingRows, rays: &Rays) -> Columns {
+    pub fn crossings(rows: CrossingRows, rays: &Rays, wanted: batch::Columns) -> Columns {
         let arrays = vec![
             ("ray_splits", Values::I64(rays.splits_by_row(rows.ray_splits))),
             ("t", Values::F64(rows.t)),
@@ -71,7 +77,7 @@ impl Columns {
             ("path", Values::I64(rows.path)),
             ("kind", Values::I8(rows.kind)),
         ];
-        Columns { arrays }
+        Columns { arrays: only(wanted, arrays) }
     }
 
     /// One row per segment.

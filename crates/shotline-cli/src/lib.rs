@@ -4,6 +4,7 @@ mod columns;
 mod commands;
 mod empty_objects;
 mod failure;
+mod fields;
 mod findings;
 mod flags;
 mod input;

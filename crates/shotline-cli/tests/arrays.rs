@@ -73,9 +73,13 @@ fn load(path: &Path) -> BTreeMap<String, Array> {
 }
 
 fn cast(query: &str) -> BTreeMap<String, Array> {
+    cast_with(query, &[])
+}
+
+fn cast_with(query: &str, rest: &[&str]) -> BTreeMap<String, Array> {
     let sandbox = Sandbox::new().with("drilled.json", DRILLED).with_rays("rays.npy", RAYS);
     let fixed = ["cast", "drilled.json", "--rays", "rays.npy", "-o", "out.npz", "--on-invalid", "miss"];
-    sandbox.run(&[&fixed[..], &["--query", query]].concat()).ok();
+    sandbox.run(&[&fixed[..], &["--query", query], rest].concat()).ok();
     load(&sandbox.path("out.npz"))
 }
 
@@ -99,6 +103,31 @@ fn closest() {
         ("|b1", &[1, 0, 0, 0, 1][..])
     );
     assert!(arrays.contains_key("surface") && arrays.contains_key("t_err"));
+}
+
+#[test]
+fn only_the_fields_that_are_named() {
+    let (all, some) = (cast("closest"), cast_with("closest", &["--fields", "normal,t_err"]));
+    let names: Vec<&String> = some.keys().collect();
+    assert_eq!(names, ["material_names", "normal", "object_names", "t", "t_err"]);
+    assert!(some.iter().all(|(name, array)| array.data == all[name].data));
+    let (all, some) = (cast("crossings"), cast_with("crossings", &["--fields", "path,ray_splits"]));
+    let names: Vec<&String> = some.keys().collect();
+    assert_eq!(names, ["material_names", "object_names", "path", "path_names", "ray_splits", "t"]);
+    assert!(some.iter().all(|(name, array)| array.data == all[name].data));
+    let sandbox = Sandbox::new().with("drilled.json", DRILLED).with_rays("rays.npy", RAYS);
+    let fixed = ["cast", "drilled.json", "--rays", "rays.npy", "-o", "out.npz", "--on-invalid", "miss"];
+    let refused = |rest: &[&str], why: &[&str]| {
+        sandbox.run(&[&fixed[..], rest].concat()).fails_with(why);
+    };
+    refused(
+        &["--query", "closest", "--fields", "t,kind"],
+        &["no field 'kind'", "help: the fields are t, t_err"],
+    );
+    refused(
+        &["--query", "count", "--fields", "t"],
+        &["--fields is for --query closest and crossings, not for count"],
+    );
 }
 
 #[test]

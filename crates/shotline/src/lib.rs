@@ -83,6 +83,7 @@ pub mod roots;
 pub mod scene;
 pub mod scratch;
 pub mod shape;
+mod simd;
 pub mod solid;
 pub mod tags;
 #[cfg(any(test, feature = "testkit"))]

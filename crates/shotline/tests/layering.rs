@@ -28,12 +28,13 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("counters", &[]),
     ("tags", &[]),
     ("scratch", &["trace", "budget", "counters", "tags"]),
+    ("simd", &["math"]),
     ("accel", &["math", "aabb", "counters"]),
     (
         "solid",
         &[
             "math", "roots", "ray", "aabb", "region", "crossing", "contact", "trace", "counters", "scratch",
-            "accel",
+            "tags", "simd", "accel",
         ],
     ),
     ("csg", &["math", "ray", "aabb", "region", "crossing", "contact"]),
@@ -73,7 +74,8 @@ const ACYCLIC: &[&str] =
     &["crates/shotline", "crates/shotline-io", "crates/shotline-render", "crates/shotline-cli", "python"];
 
 /// Files that may contain `unsafe`.
-const UNSAFE: &[&str] = &[];
+const UNSAFE: &[&str] =
+    &["crates/shotline/src/simd/avx2.rs", "crates/shotline/src/solid/mesh/kernel/cast.rs"];
 
 const MAX_LINES: usize = 500;
 

@@ -7,11 +7,12 @@ use std::time::Instant;
 use clap::Args;
 use serde_json::json;
 use shotline::compile::World;
-use shotline::query::batch::{self, BatchError, By, Run};
+use shotline::query::batch::{self, BatchError, By, ClosestRows, Run};
 use shotline::query::{Overlaps, QueryError, Scope};
 use shotline::ray::{Ray, Span};
 
 use crate::failure::Failure;
+use crate::fields::Fields;
 use crate::flags::{Build, Model, SurfacesOnly, Threads};
 use crate::number::{bytes, counted, grouped};
 use crate::progress::{self, Quiet};
@@ -37,6 +38,8 @@ pub struct Command {
     query: Query,
     #[command(flatten)]
     surfaces_only: SurfacesOnly,
+    #[command(flatten)]
+    fields: Fields,
     /// How many times the rays are cast
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1_000_000), allow_negative_numbers = true)]
     repeats: u32,
@@ -108,11 +111,13 @@ impl Command {
             threads: self.threads.threads,
             progress: Some(&progress),
             cancel: Some(cancel),
+            columns: self.fields.columns(self.query)?,
             ..Run::default()
         };
+        let mut rows = ClosestRows::default();
         let casts = (0..=self.repeats).map(|_| {
             let begin = Instant::now();
-            self.cast(world, rays, scope, run).map(|()| begin.elapsed().as_secs_f64())
+            self.cast(world, rays, scope, run, &mut rows).map(|()| begin.elapsed().as_secs_f64())
         });
         let casts: Result<Vec<f64>, BatchError> = casts.collect();
         bar.finish_and_clear();
@@ -121,9 +126,16 @@ impl Command {
         Ok(casts)
     }
 
-    fn cast(&self, world: &World, rays: &[Ray], scope: Scope, run: Run) -> Result<(), BatchError> {
+    fn cast(
+        &self,
+        world: &World,
+        rays: &[Ray],
+        scope: Scope,
+        run: Run,
+        rows: &mut ClosestRows,
+    ) -> Result<(), BatchError> {
         match self.query {
-            Query::Closest => batch::closest(world, rays, scope, run).map(drop),
+            Query::Closest => batch::closest_into(world, rays, scope, run, rows),
             Query::Any => batch::any(world, rays, scope, run).map(drop),
             Query::Count => batch::count(world, rays, scope, run).map(drop),
             Query::Crossings => batch::crossings(world, rays, scope, run).map(drop),

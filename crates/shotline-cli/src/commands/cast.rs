@@ -1,20 +1,19 @@
 //! `shotline cast`: many rays, arrays in and arrays out.
 
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::time::Instant;
 
 use clap::{ArgGroup, Args};
 use serde_json::json;
 use shotline::compile::World;
-use shotline::counters::Counters;
 use shotline::query::Scope;
 use shotline::query::batch::{self, BatchError, Run};
 use shotline::scene::Scene;
 
 use crate::columns::Columns;
 use crate::failure::Failure;
+use crate::fields::Fields;
 use crate::flags::{Build, Model, SpanOfT, SurfacesOnly, Threads, parse_size, parse_whole_number};
 use crate::number::counted;
 use crate::progress::{self, Quiet};
@@ -30,7 +29,8 @@ use crate::{input, interrupt, output, stream};
 /// Writes the results as named arrays to an .npz file:
 ///
 ///   closest    t, t_err, normal, object, surface, primitive, path, entering:
-///              one row per ray; a miss is inf, NaN, -1 and False
+///              one row per ray; a miss is inf, NaN, -1 and False; with --fields
+///              t and those named
 ///   any        any: bool, one row per ray
 ///   count      count: int64, one row per ray
 ///   crossings  ray_splits, t, t_err, normal, entering, object, surface,
@@ -82,6 +82,8 @@ pub struct Command {
     span: SpanOfT,
     #[command(flatten)]
     surfaces_only: SurfacesOnly,
+    #[command(flatten)]
+    fields: Fields,
     /// End with an error if the result has more rows than this; a million rows take about 65 MB
     #[arg(
         long,
@@ -154,15 +156,15 @@ impl Command {
                 Rays::all(input::rays_of_pixels(&self.model, &document, &world, size)?)
             }
         };
-        let work = Mutex::new(Counters::default());
+        let repaired = AtomicU64::new(0);
         let (overlaps, cast) = interrupt::cancellable(|cancel| {
             let begin = Instant::now();
-            let (columns, overlaps) = self.cast(&world, &rays, scope, cancel, &work)?;
+            let (columns, overlaps) = self.cast(&world, &rays, scope, cancel, &repaired)?;
             let cast = begin.elapsed().as_secs_f64();
             columns.with_names(&world).write(&self.output)?;
             Ok((overlaps, cast))
         })?;
-        let repaired = work.lock().map_or(0, |work| work.repaired);
+        let repaired = repaired.into_inner();
         self.print_notes(&rays, overlaps, repaired);
         if self.stats {
             let counts = Counts { overlaps, repaired };
@@ -179,7 +181,7 @@ impl Command {
         rays: &Rays,
         scope: Scope,
         cancel: &AtomicBool,
-        work: &Mutex<Counters>,
+        repaired: &AtomicU64,
     ) -> Result<(Columns, u64), Failure> {
         let bar = progress::bar(rays.valid.len() as u64, "casting", self.quiet);
         let progress = |rays| bar.inc(rays);
@@ -187,23 +189,22 @@ impl Command {
             threads: self.threads.threads,
             progress: Some(&progress),
             cancel: Some(cancel),
-            counters: Some(work),
+            repaired: Some(repaired),
+            columns: self.fields.columns(self.query)?,
             most_rows: self.max_crossings,
             ..Run::default()
         };
         let valid = &rays.valid;
         let policy = self.overlaps.unwrap_or(OverlapPolicy::Error).into();
         let result = match self.query {
-            Query::Closest => {
-                batch::closest(world, valid, scope, run).map(|rows| (Columns::closest(rows, rays), 0))
-            }
+            Query::Closest => batch::closest(world, valid, scope, run)
+                .map(|rows| (Columns::closest(rows, rays, run.columns), 0)),
             Query::Any => batch::any(world, valid, scope, run).map(|rows| (Columns::any(rows, rays), 0)),
             Query::Count => {
                 batch::count(world, valid, scope, run).map(|rows| (Columns::count(rows, rays), 0))
             }
-            Query::Crossings => {
-                batch::crossings(world, valid, scope, run).map(|rows| (Columns::crossings(rows, rays), 0))
-            }
+            Query::Crossings => batch::crossings(world, valid, scope, run)
+                .map(|rows| (Columns::crossings(rows, rays, run.columns), 0)),
             Query::Segments => batch::segments(world, valid, scope.span, policy, run).map(|rows| {
                 let overlaps = rows.overlaps;
                 (Columns::segments(rows, rays), overlaps)

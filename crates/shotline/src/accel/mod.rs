@@ -11,6 +11,7 @@ mod grid;
 mod hierarchy;
 mod octree;
 mod prim_ref;
+pub(crate) mod wide;
 
 use std::fmt::Debug;
 use std::ops::Range;

@@ -58,6 +58,11 @@ impl SingleLeaf {
         std::mem::take(&mut self.inside).then(|| Boundary::of_span_end(HitKind::End, t_max))
     }
 
+    /// The number of crossings before the position: the last of them made the last boundary, if that is a surface.
+    pub fn passed(&self) -> usize {
+        self.next
+    }
+
     fn emit_start(&mut self) -> Boundary {
         self.inside = true;
         Boundary::of_span_end(HitKind::Start, self.span.t_min())

@@ -4,20 +4,43 @@
 //! gives the same bits in hardware and in software. Used where a sign or the last bit matters, never in a
 //! loop over boxes.
 
-use std::ops::{Add, Mul, Neg, Sub};
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// A number, or a vector of numbers on which all operations work lane by lane.
+pub trait Real:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
+{
+    /// The same number in every lane.
+    fn splat(x: f64) -> Self;
+
+    /// `self * factor + summand`, rounded once.
+    fn mul_add(self, factor: Self, summand: Self) -> Self;
+}
+
+impl Real for f64 {
+    #[inline(always)]
+    fn splat(x: f64) -> f64 {
+        x
+    }
+
+    #[inline(always)]
+    fn mul_add(self, factor: f64, summand: f64) -> f64 {
+        f64::mul_add(self, factor, summand)
+    }
+}
 
 /// An unevaluated sum `hi + lo` with `|lo|` at most half an ulp of `hi`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Dd {
+pub struct Dd<T = f64> {
     /// The number rounded to f64.
-    pub hi: f64,
+    pub hi: T,
     /// The rest after rounding.
-    pub lo: f64,
+    pub lo: T,
 }
 
 /// `a + b` without error.
 #[inline(always)]
-pub fn two_sum(a: f64, b: f64) -> Dd {
+pub fn two_sum<T: Real>(a: T, b: T) -> Dd<T> {
     let hi = a + b;
     let t = hi - a;
     Dd { hi, lo: (a - (hi - t)) + (b - t) }
@@ -25,14 +48,14 @@ pub fn two_sum(a: f64, b: f64) -> Dd {
 
 /// `a + b` without error, given `|a| >= |b|`.
 #[inline(always)]
-fn quick_two_sum(a: f64, b: f64) -> Dd {
+fn quick_two_sum<T: Real>(a: T, b: T) -> Dd<T> {
     let hi = a + b;
     Dd { hi, lo: b - (hi - a) }
 }
 
 /// `a * b` without error (barring underflow of the low part).
 #[inline(always)]
-pub fn two_prod(a: f64, b: f64) -> Dd {
+pub fn two_prod<T: Real>(a: T, b: T) -> Dd<T> {
     let hi = a * b;
     Dd { hi, lo: a.mul_add(b, -hi) }
 }
@@ -67,35 +90,37 @@ impl Dd {
         let rest = (self - two_prod(root, root)).hi;
         quick_two_sum(root, rest / (2.0 * root))
     }
+}
 
+impl<T: Real> Dd<T> {
     /// The quotient `1 / self`.
     #[inline(always)]
-    pub fn recip(self) -> Dd {
-        let first = 1.0 / self.hi;
-        let rest = Dd::from(1.0) - self * first;
+    pub fn recip(self) -> Dd<T> {
+        let first = T::splat(1.0) / self.hi;
+        let rest = Dd::from(T::splat(1.0)) - self * first;
         two_sum(first, rest.hi * first)
     }
 }
 
-impl From<f64> for Dd {
+impl<T: Real> From<T> for Dd<T> {
     #[inline(always)]
-    fn from(hi: f64) -> Dd {
-        Dd { hi, lo: 0.0 }
+    fn from(hi: T) -> Dd<T> {
+        Dd { hi, lo: T::splat(0.0) }
     }
 }
 
-impl Neg for Dd {
-    type Output = Dd;
+impl<T: Real> Neg for Dd<T> {
+    type Output = Dd<T>;
     #[inline(always)]
-    fn neg(self) -> Dd {
+    fn neg(self) -> Dd<T> {
         Dd { hi: -self.hi, lo: -self.lo }
     }
 }
 
-impl Add for Dd {
-    type Output = Dd;
+impl<T: Real> Add for Dd<T> {
+    type Output = Dd<T>;
     #[inline(always)]
-    fn add(self, other: Dd) -> Dd {
+    fn add(self, other: Dd<T>) -> Dd<T> {
         let high = two_sum(self.hi, other.hi);
         let low = two_sum(self.lo, other.lo);
         let sum = quick_two_sum(high.hi, high.lo + low.hi);
@@ -103,27 +128,27 @@ impl Add for Dd {
     }
 }
 
-impl Sub for Dd {
-    type Output = Dd;
+impl<T: Real> Sub for Dd<T> {
+    type Output = Dd<T>;
     #[inline(always)]
-    fn sub(self, other: Dd) -> Dd {
+    fn sub(self, other: Dd<T>) -> Dd<T> {
         self + -other
     }
 }
 
-impl Mul for Dd {
-    type Output = Dd;
+impl<T: Real> Mul for Dd<T> {
+    type Output = Dd<T>;
     #[inline(always)]
-    fn mul(self, other: Dd) -> Dd {
+    fn mul(self, other: Dd<T>) -> Dd<T> {
         let p = two_prod(self.hi, other.hi);
         quick_two_sum(p.hi, p.lo + (self.hi * other.lo + self.lo * other.hi))
     }
 }
 
-impl Mul<f64> for Dd {
-    type Output = Dd;
+impl<T: Real> Mul<T> for Dd<T> {
+    type Output = Dd<T>;
     #[inline(always)]
-    fn mul(self, other: f64) -> Dd {
+    fn mul(self, other: T) -> Dd<T> {
         let p = two_prod(self.hi, other);
         quick_two_sum(p.hi, p.lo + self.lo * other)
     }

@@ -3,6 +3,9 @@
 use super::Vec3;
 use super::power_of_two::power_of_two_near;
 
+/// The sizes of vectors whose squares neither overflow nor underflow.
+pub(crate) const UNIT_RANGE: [f64; 2] = [1e-100, 1e100];
+
 /// The length of a vector.
 pub fn length(v: Vec3) -> f64 {
     let unit = scale(v);
@@ -17,7 +20,7 @@ pub fn unit(v: Vec3) -> Vec3 {
 /// A power of two near the largest component, so that division by it is exact; 1 where squares are in range.
 fn scale(v: Vec3) -> f64 {
     let size = v.abs().max_element();
-    if (1e-100..1e100).contains(&size) || size == 0.0 || !size.is_finite() {
+    if (UNIT_RANGE[0]..UNIT_RANGE[1]).contains(&size) || size == 0.0 || !size.is_finite() {
         1.0
     } else {
         power_of_two_near(size)

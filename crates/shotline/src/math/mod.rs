@@ -10,8 +10,9 @@ mod split_mix;
 
 pub use affine::{Affine, ComposedTransform, MAX_CONDITION, SingularTransform, TransformPair};
 pub use angle::sin_cos_degrees_wide;
-pub use dd::{Dd, difference_of_products, sum, two_prod, two_sum};
+pub use dd::{Dd, Real, difference_of_products, sum, two_prod, two_sum};
 pub use glam::DVec3 as Vec3;
+pub(crate) use length::UNIT_RANGE;
 pub use length::{length, unit};
 pub use plane::Plane;
 pub use power_of_two::{PowerOfTwo, binary_exponent, power_of_two, power_of_two_below, power_of_two_near};

@@ -4,13 +4,15 @@
 //! Rays and points are requested by index ([`Rays`], [`Points`]), so they need not be copied. All are validated
 //! before any work starts. The memory needed is that of the result and some tens of MB.
 
+mod columns;
 mod rays;
 mod rows;
 mod run;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-pub use rays::{Points, Rays};
+pub use columns::Columns;
+pub use rays::{Points, Rays, RowsOfSix};
 use rows::blank;
 pub use rows::{By, ClosestRows, CrossingRows, ObjectRows, SegmentRows, Thickness};
 pub use run::{Run, SEQUENTIAL_MAX};
@@ -19,9 +21,10 @@ use super::caster::all_solid;
 use super::{Overlaps, QueryError, Scope};
 use crate::compile::World;
 use crate::counters::COUNTERS;
+use crate::query::row_hit::RowHit;
 use crate::ray::{InvalidRay, Span};
 use rays::{PointRows, RayRows};
-use run::{Batch, CHUNK, empty};
+use run::{BLOCK_CHUNK, Batch, CHUNK, empty};
 
 /// Why a batch has no result.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -83,13 +86,43 @@ pub fn closest(
     scope: impl Into<Scope>,
     run: Run,
 ) -> Result<ClosestRows, BatchError> {
-    let scope = scope.into();
-    let mut out = ClosestRows::blank(rays.len())?;
-    Batch::new(world, RayRows(rays), run).fill(out.chunks(CHUNK), |worker, ray, chunk, i| {
-        chunk.set(i, worker.caster.closest(ray, scope)?);
-        Ok(())
-    })?;
+    let mut out = ClosestRows::default();
+    closest_into(world, rays, scope, run, &mut out)?;
     Ok(out)
+}
+
+/// As [`closest`], into rows whose memory is used again.
+///
+/// # Errors
+/// As [`closest`]. Then the rows mean nothing.
+pub fn closest_into(
+    world: &World,
+    rays: &(impl Rays + ?Sized),
+    scope: impl Into<Scope>,
+    run: Run,
+    out: &mut ClosestRows,
+) -> Result<(), BatchError> {
+    let scope = scope.into();
+    out.resize(rays.len(), run.columns)?;
+    let batch = Batch::new(world, RayRows(rays), run);
+    if let Some(meshes) = batch.meshes() {
+        batch.fill_blocks(out.chunks(BLOCK_CHUNK), |worker, rays, chunk| {
+            chunk.clear();
+            let wants_normals = run.columns.contains(Columns::NORMAL);
+            let mut caster = worker.block_caster(&meshes, run.cancel);
+            caster.closest(rays, scope, wants_normals, |i, hit| chunk.set(i, hit))
+        })?;
+        return Ok(());
+    }
+    batch.fill(out.chunks(CHUNK), |worker, ray, chunk, i| {
+        if i == 0 {
+            chunk.clear();
+        }
+        if let Some(hit) = worker.caster.closest(ray, scope)? {
+            chunk.set(i, &RowHit::from(&hit));
+        }
+        Ok(())
+    })
 }
 
 /// Whether each ray has any crossing.
@@ -104,7 +137,14 @@ pub fn any(
 ) -> Result<Vec<bool>, BatchError> {
     let scope = scope.into();
     let mut out = blank(false, rays.len())?;
-    Batch::new(world, RayRows(rays), run).fill(out.chunks_mut(CHUNK), |worker, ray, chunk, i| {
+    let batch = Batch::new(world, RayRows(rays), run);
+    if let Some(meshes) = batch.meshes() {
+        batch.fill_blocks(out.chunks_mut(BLOCK_CHUNK), |worker, rays, chunk| {
+            worker.block_caster(&meshes, run.cancel).any(rays, scope, |i| chunk[i] = true)
+        })?;
+        return Ok(out);
+    }
+    batch.fill(out.chunks_mut(CHUNK), |worker, ray, chunk, i| {
         chunk[i] = worker.caster.any(ray, scope)?;
         Ok(())
     })?;
@@ -123,7 +163,17 @@ pub fn count(
 ) -> Result<Vec<i64>, BatchError> {
     let scope = scope.into();
     let mut out = blank(0, rays.len())?;
-    Batch::new(world, RayRows(rays), run).fill(out.chunks_mut(CHUNK), |worker, ray, chunk, i| {
+    let batch = Batch::new(world, RayRows(rays), run);
+    if let Some(meshes) = batch.meshes() {
+        batch.fill_blocks(out.chunks_mut(BLOCK_CHUNK), |worker, rays, chunk| {
+            worker.block_caster(&meshes, run.cancel).crossings(rays, scope, false, |i, hits| {
+                chunk[i] = hits.len() as i64;
+                Ok(())
+            })
+        })?;
+        return Ok(out);
+    }
+    batch.fill(out.chunks_mut(CHUNK), |worker, ray, chunk, i| {
         chunk[i] = worker.caster.count(ray, scope)? as i64;
         Ok(())
     })?;
@@ -141,10 +191,24 @@ pub fn crossings(
     run: Run,
 ) -> Result<CrossingRows, BatchError> {
     let scope = scope.into();
-    Batch::new(world, RayRows(rays), run).gather(|worker, ray, rows: &mut CrossingRows| {
+    let batch = Batch::new(world, RayRows(rays), run);
+    if let Some(meshes) = batch.meshes() {
+        return batch.gather_blocks(|worker, rays, rows: &mut CrossingRows| {
+            let mut made = 0;
+            let wants_normals = run.columns.contains(Columns::NORMAL);
+            worker.block_caster(&meshes, run.cancel).crossings(rays, scope, wants_normals, |_, hits| {
+                made += hits.len();
+                Ok(rows.push_ray(hits, run.columns)?)
+            })?;
+            Ok(made)
+        });
+    }
+    batch.gather(|worker, ray, rows: &mut CrossingRows| {
         empty(&mut worker.hits);
+        empty(&mut worker.row_hits);
         worker.caster.crossings(ray, scope, &mut worker.hits)?;
-        rows.push_ray(&worker.hits)?;
+        worker.row_hits.extend(worker.hits.iter().map(RowHit::from));
+        rows.push_ray(&worker.row_hits, run.columns)?;
         Ok(worker.hits.len())
     })
 }

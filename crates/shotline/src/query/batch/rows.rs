@@ -2,11 +2,12 @@
 
 use std::collections::TryReserveError;
 
-use super::BatchError;
+use super::{BatchError, Columns};
 use crate::compile::World;
-use crate::query::{Hit, QueryError, Segment};
+use crate::query::row_hit::RowHit;
+use crate::query::{QueryError, Segment};
 
-/// Closest crossings as columns, one row per ray.
+/// Closest crossings as columns, one row per ray. Columns that were not requested are empty, see [`Run::columns`](super::Run).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ClosestRows {
     /// Infinite for a miss.
@@ -27,7 +28,7 @@ pub struct ClosestRows {
     pub t_err: Vec<f64>,
 }
 
-/// All crossings as columns, one row per crossing, grouped by ray.
+/// All crossings as columns, one row per crossing, grouped by ray. Columns that were not requested are empty.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CrossingRows {
     /// The rows of ray `i` are `ray_splits[i]..ray_splits[i + 1]`.
@@ -178,62 +179,115 @@ fn or_minus_one(x: Option<u32>) -> i32 {
     x.map_or(-1, |x| x as i32)
 }
 
-/// The result rows of a chunk of rays, to be written in place.
+/// The result rows of a chunk of rays, to be written in place; `None` for columns that are not requested.
 pub(super) struct ClosestChunk<'a> {
     t: &'a mut [f64],
-    normal: &'a mut [[f64; 3]],
-    object: &'a mut [i32],
-    surface: &'a mut [i32],
-    primitive: &'a mut [i32],
-    path: &'a mut [i64],
-    entering: &'a mut [bool],
-    t_err: &'a mut [f64],
+    normal: Option<&'a mut [[f64; 3]]>,
+    object: Option<&'a mut [i32]>,
+    surface: Option<&'a mut [i32]>,
+    primitive: Option<&'a mut [i32]>,
+    path: Option<&'a mut [i64]>,
+    entering: Option<&'a mut [bool]>,
+    t_err: Option<&'a mut [f64]>,
 }
 
-impl ClosestChunk<'_> {
-    pub fn set(&mut self, i: usize, hit: Option<Hit>) {
-        self.t[i] = hit.map_or(f64::INFINITY, |h| h.t);
-        self.normal[i] = hit.map_or([f64::NAN; 3], |h| h.normal.to_array());
-        self.object[i] = or_minus_one(hit.map(|h| h.object));
-        self.surface[i] = or_minus_one(hit.and_then(|h| h.surface));
-        self.primitive[i] = or_minus_one(hit.and_then(|h| h.primitive));
-        self.path[i] = hit.map_or(-1, |h| h.path as i64);
-        self.entering[i] = hit.is_some_and(|h| h.entering);
-        self.t_err[i] = hit.map_or(f64::NAN, |h| h.t_err);
+fn fill<T: Copy>(column: &mut Option<&mut [T]>, value: T) {
+    if let Some(column) = column {
+        column.fill(value);
     }
 }
 
+#[inline(always)]
+fn put<T>(column: &mut Option<&mut [T]>, i: usize, value: T) {
+    if let Some(column) = column {
+        column[i] = value;
+    }
+}
+
+impl ClosestChunk<'_> {
+    /// Makes every row a miss.
+    pub fn clear(&mut self) {
+        self.t.fill(f64::INFINITY);
+        fill(&mut self.normal, [f64::NAN; 3]);
+        fill(&mut self.object, -1);
+        fill(&mut self.surface, -1);
+        fill(&mut self.primitive, -1);
+        fill(&mut self.path, -1);
+        fill(&mut self.entering, false);
+        fill(&mut self.t_err, f64::NAN);
+    }
+
+    /// Sets a row that is a miss so far.
+    #[inline(always)]
+    pub fn set(&mut self, i: usize, hit: &RowHit) {
+        self.t[i] = hit.t;
+        put(&mut self.normal, i, hit.normal.to_array());
+        put(&mut self.object, i, hit.object as i32);
+        put(&mut self.surface, i, or_minus_one(hit.surface));
+        put(&mut self.primitive, i, or_minus_one(hit.primitive));
+        put(&mut self.path, i, hit.path as i64);
+        put(&mut self.entering, i, hit.entering);
+        put(&mut self.t_err, i, hit.t_err);
+    }
+}
+
+/// Makes a column as long as there are rows, or empty if it is not requested. Memory that it has is kept; what its rows
+/// hold is not specified.
+fn resize<T: Copy>(
+    column: &mut Vec<T>,
+    value: T,
+    rows: usize,
+    is_wanted: bool,
+) -> Result<(), TryReserveError> {
+    let rows = if is_wanted { rows } else { 0 };
+    if column.capacity() < rows {
+        *column = blank(value, rows)?;
+    } else {
+        column.resize(rows, value);
+    }
+    Ok(())
+}
+
+/// Splits a column into chunks, or returns `None` for each chunk if the column is empty.
+fn chunks_of<'a, T>(column: &'a mut [T], size: usize) -> impl FnMut() -> Option<Option<&'a mut [T]>> {
+    let is_empty = column.is_empty();
+    let mut chunks = column.chunks_mut(size);
+    move || if is_empty { Some(None) } else { chunks.next().map(Some) }
+}
+
 impl ClosestRows {
-    /// Creates `rows` rows, to be overwritten.
-    pub(super) fn blank(rows: usize) -> Result<ClosestRows, TryReserveError> {
-        Ok(ClosestRows {
-            t: blank(0.0, rows)?,
-            normal: blank([0.0; 3], rows)?,
-            object: blank(0, rows)?,
-            surface: blank(0, rows)?,
-            primitive: blank(0, rows)?,
-            path: blank(0, rows)?,
-            entering: blank(false, rows)?,
-            t_err: blank(0.0, rows)?,
-        })
+    /// Makes room for `rows` rows, to be overwritten.
+    pub(super) fn resize(&mut self, rows: usize, columns: Columns) -> Result<(), TryReserveError> {
+        resize(&mut self.t, 0.0, rows, true)?;
+        resize(&mut self.normal, [0.0; 3], rows, columns.contains(Columns::NORMAL))?;
+        resize(&mut self.object, 0, rows, columns.contains(Columns::OBJECT))?;
+        resize(&mut self.surface, 0, rows, columns.contains(Columns::SURFACE))?;
+        resize(&mut self.primitive, 0, rows, columns.contains(Columns::PRIMITIVE))?;
+        resize(&mut self.path, 0, rows, columns.contains(Columns::PATH))?;
+        resize(&mut self.entering, false, rows, columns.contains(Columns::ENTERING))?;
+        resize(&mut self.t_err, 0.0, rows, columns.contains(Columns::T_ERR))
     }
 
     /// Splits the rows into chunks of `size` rows; the last may be smaller.
     pub(super) fn chunks(&mut self, size: usize) -> impl Iterator<Item = ClosestChunk<'_>> + Send {
-        let (mut t, mut normal) = (self.t.chunks_mut(size), self.normal.chunks_mut(size));
-        let (mut object, mut surface) = (self.object.chunks_mut(size), self.surface.chunks_mut(size));
-        let (mut primitive, mut path) = (self.primitive.chunks_mut(size), self.path.chunks_mut(size));
-        let (mut entering, mut t_err) = (self.entering.chunks_mut(size), self.t_err.chunks_mut(size));
+        let mut t = self.t.chunks_mut(size);
+        let mut normal = chunks_of(&mut self.normal, size);
+        let mut object = chunks_of(&mut self.object, size);
+        let mut surface = chunks_of(&mut self.surface, size);
+        let mut primitive = chunks_of(&mut self.primitive, size);
+        let mut path = chunks_of(&mut self.path, size);
+        let mut entering = chunks_of(&mut self.entering, size);
+        let mut t_err = chunks_of(&mut self.t_err, size);
         std::iter::from_fn(move || {
             Some(ClosestChunk {
                 t: t.next()?,
-                normal: normal.next()?,
-                object: object.next()?,
-                surface: surface.next()?,
-                primitive: primitive.next()?,
-                path: path.next()?,
-                entering: entering.next()?,
-                t_err: t_err.next()?,
+                normal: normal()?,
+                object: object()?,
+                surface: surface()?,
+                primitive: primitive()?,
+                path: path()?,
+                entering: entering()?,
+                t_err: t_err()?,
             })
         })
     }
@@ -253,16 +307,26 @@ impl ClosestRows {
 
 impl CrossingRows {
     /// Appends the crossings of the next ray.
-    pub(super) fn push_ray(&mut self, hits: &[Hit]) -> Result<(), TryReserveError> {
-        extend(&mut self.t, hits.iter().map(|hit| hit.t))?;
-        extend(&mut self.normal, hits.iter().map(|hit| hit.normal.to_array()))?;
-        extend(&mut self.entering, hits.iter().map(|hit| hit.entering))?;
-        extend(&mut self.object, hits.iter().map(|hit| hit.object as i32))?;
-        extend(&mut self.surface, hits.iter().map(|hit| or_minus_one(hit.surface)))?;
-        extend(&mut self.primitive, hits.iter().map(|hit| or_minus_one(hit.primitive)))?;
-        extend(&mut self.path, hits.iter().map(|hit| hit.path as i64))?;
-        extend(&mut self.kind, hits.iter().map(|hit| hit.kind as i8))?;
-        extend(&mut self.t_err, hits.iter().map(|hit| hit.t_err))?;
+    pub(super) fn push_ray(&mut self, hits: &[RowHit], columns: Columns) -> Result<(), TryReserveError> {
+        fn add<T>(
+            column: &mut Vec<T>,
+            hits: &[RowHit],
+            is_wanted: bool,
+            value: impl Fn(&RowHit) -> T,
+        ) -> Result<(), TryReserveError> {
+            if is_wanted { extend(column, hits.iter().map(value)) } else { Ok(()) }
+        }
+        add(&mut self.t, hits, true, |hit| hit.t)?;
+        add(&mut self.normal, hits, columns.contains(Columns::NORMAL), |hit| hit.normal.to_array())?;
+        add(&mut self.entering, hits, columns.contains(Columns::ENTERING), |hit| hit.entering)?;
+        add(&mut self.object, hits, columns.contains(Columns::OBJECT), |hit| hit.object as i32)?;
+        add(&mut self.surface, hits, columns.contains(Columns::SURFACE), |hit| or_minus_one(hit.surface))?;
+        add(&mut self.primitive, hits, columns.contains(Columns::PRIMITIVE), |hit| {
+            or_minus_one(hit.primitive)
+        })?;
+        add(&mut self.path, hits, columns.contains(Columns::PATH), |hit| hit.path as i64)?;
+        add(&mut self.kind, hits, columns.contains(Columns::KIND), |hit| hit.kind as i8)?;
+        add(&mut self.t_err, hits, columns.contains(Columns::T_ERR), |hit| hit.t_err)?;
         push_split(&mut self.ray_splits, self.t.len())
     }
 }

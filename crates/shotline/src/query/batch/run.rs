@@ -11,13 +11,15 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use super::BatchError;
 use super::rays::Rows;
 use super::rows::Ragged;
+use super::{BatchError, Columns};
 use crate::budget::Watch;
 use crate::compile::World;
 use crate::counters::Counters;
-use crate::query::{Caster, Hit, QueryError, Segment};
+use crate::query::mesh_blocks::{BlockCaster, BlockError, BlockMemory, MeshWorld};
+use crate::query::row_hit::RowHit;
+use crate::query::{Caster, Hit, Limits, QueryError, Segment};
 
 /// How to run a batch.
 #[derive(Clone, Copy)]
@@ -33,8 +35,12 @@ pub struct Run<'a> {
     pub progress: Option<&'a (dyn Fn(u64) + Sync)>,
     /// The caller sets this flag to end the batch early, even within a ray.
     pub cancel: Option<&'a AtomicBool>,
-    /// Receives the sum of the counters of all rays.
+    /// Receives the sum of the counters of all rays. Rays are then cast one by one, which is slower for meshes.
     pub counters: Option<&'a Mutex<Counters>>,
+    /// Receives the number of lists of crossings that were broken by rounding and had to be repaired.
+    pub repaired: Option<&'a AtomicU64>,
+    /// The columns of the result that are needed; the others stay empty and cost nothing.
+    pub columns: Columns,
     /// Maximum number of result rows, of crossings or segments. More are an error, which is returned before
     /// they fill the memory.
     pub most_rows: u64,
@@ -42,7 +48,16 @@ pub struct Run<'a> {
 
 impl Default for Run<'_> {
     fn default() -> Self {
-        Run { threads: 0, pool: None, progress: None, cancel: None, counters: None, most_rows: 1_000_000_000 }
+        Run {
+            threads: 0,
+            pool: None,
+            progress: None,
+            cancel: None,
+            counters: None,
+            repaired: None,
+            columns: Columns::ALL,
+            most_rows: 1_000_000_000,
+        }
     }
 }
 
@@ -60,6 +75,9 @@ impl<'a> Run<'a> {
 
 /// Rows per work item: small enough to balance expensive rays across threads.
 pub(super) const CHUNK: usize = 256;
+
+/// Rows per work item where blocks of rays are cast at meshes.
+pub(super) const BLOCK_CHUNK: usize = 2048;
 
 /// Rows between checks of the cancel flag, which long rays also check themselves.
 const BLOCK: usize = 64;
@@ -80,14 +98,37 @@ const WAVE: u64 = if cfg!(test) { 2_000 } else { 1 << 18 };
 pub(super) struct Worker<'w> {
     pub caster: Caster<'w>,
     pub hits: Vec<Hit>,
+    pub row_hits: Vec<RowHit>,
     pub segments: Vec<Segment>,
     pub objects: Vec<u32>,
+    /// The rays of a block, and the memory of casting it.
+    rays: Vec<[f64; 6]>,
+    blocks: BlockMemory,
+}
+
+impl<'w> Worker<'w> {
+    pub fn block_caster<'c>(
+        &'c mut self,
+        meshes: &'c MeshWorld<'w>,
+        cancel: Option<&'c AtomicBool>,
+    ) -> BlockCaster<'c, 'w> {
+        BlockCaster { meshes, caster: &mut self.caster, memory: &mut self.blocks, cancel }
+    }
 }
 
 /// Clears a buffer that a worker reuses from row to row, and frees memory that only a rare row needs.
 pub(super) fn empty<T>(kept: &mut Vec<T>) {
     kept.clear();
     kept.shrink_to(4096);
+}
+
+/// When rows are validated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Validation {
+    /// All before any work starts.
+    First,
+    /// Those of a block when it is cast.
+    InBlocks,
 }
 
 /// A running batch.
@@ -135,6 +176,37 @@ impl<'a, A: Rows> Batch<'a, A> {
         })
     }
 
+    /// The meshes of a world that blocks of rays can be cast at. `None` also where counters are requested, which only
+    /// rays that are cast one by one have.
+    pub fn meshes(&self) -> Option<MeshWorld<'a>> {
+        if self.run.counters.is_some() { None } else { MeshWorld::of(self.world, Limits::default()) }
+    }
+
+    /// As [`Batch::fill`], by chunks of [`BLOCK_CHUNK`] rows.
+    pub fn fill_blocks<P: Send>(
+        &self,
+        chunks: impl Iterator<Item = P> + Send,
+        query: impl Fn(&mut Worker<'a>, &[[f64; 6]], &mut P) -> Result<(), BlockError> + Sync,
+    ) -> Result<(), BatchError> {
+        self.on_threads(|workers| {
+            let chunks = self.chunks(BLOCK_CHUNK).zip(chunks);
+            self.dispatch(workers, chunks, |worker, (rows, mut chunk)| {
+                self.run_whole(worker, rows, |worker, rays| query(worker, rays, &mut chunk).map(|()| 0));
+            });
+            self.outcome_of_blocks(workers)
+        })
+    }
+
+    /// As [`Batch::gather`], by chunks of [`BLOCK_CHUNK`] rows.
+    pub fn gather_blocks<T: Ragged>(
+        &self,
+        query: impl Fn(&mut Worker<'a>, &[[f64; 6]], &mut T) -> Result<usize, BlockError> + Sync,
+    ) -> Result<T, BatchError> {
+        self.gather_chunks(BLOCK_CHUNK, Validation::InBlocks, |worker, rows, all| {
+            self.run_whole(worker, rows, |worker, rays| query(worker, rays, all));
+        })
+    }
+
     /// Computes any number of result rows for each row; `query` appends them and returns their number. Workers
     /// collect the result rows of a chunk in their own buffers, one wave of chunks at a time. Meanwhile the
     /// buffers of the previous wave are appended to the result.
@@ -142,22 +214,39 @@ impl<'a, A: Rows> Batch<'a, A> {
         &self,
         query: impl Fn(&mut Worker<'a>, &A::Row, &mut T) -> Result<usize, QueryError> + Sync,
     ) -> Result<T, BatchError> {
+        self.gather_chunks(CHUNK, Validation::First, |worker, rows, all| {
+            self.run_rows(worker, rows, |worker, one, _| query(worker, one, all));
+        })
+    }
+
+    fn gather_chunks<T: Ragged>(
+        &self,
+        size: usize,
+        validation: Validation,
+        run: impl Fn(&mut Worker<'a>, Range<usize>, &mut T) + Sync,
+    ) -> Result<T, BatchError> {
         self.on_threads(|workers| {
-            self.check(workers)?;
+            if validation == Validation::First {
+                self.check(workers)?;
+            }
+            let outcome = || match validation {
+                Validation::First => self.outcome(),
+                Validation::InBlocks => self.outcome_of_blocks(workers),
+            };
             let mut all = T::empty();
             if workers == 1 {
                 let mut worker = self.worker();
-                self.run_rows(&mut worker, 0..self.rows.len(), |worker, one, _| query(worker, one, &mut all));
+                self.chunks(size).for_each(|rows| run(&mut worker, rows, &mut all));
                 self.recycle(worker);
-                return self.outcome().map(|()| all);
+                return outcome().map(|()| all);
             }
-            let mut chunks = self.chunks(CHUNK);
+            let mut chunks = self.chunks(size);
             let mut done = Vec::new();
             loop {
-                let wave = || self.wave(workers, &mut chunks, &query);
+                let wave = || self.wave(workers, &mut chunks, &run);
                 let append = || done.drain(..).try_for_each(|(_, chunk)| all.append(chunk));
                 let (next, appended) = rayon::join(wave, append);
-                self.outcome()?;
+                outcome()?;
                 appended?;
                 if next.is_empty() {
                     return Ok(all);
@@ -172,15 +261,15 @@ impl<'a, A: Rows> Batch<'a, A> {
         &self,
         workers: usize,
         chunks: &mut (impl Iterator<Item = Range<usize>> + Send),
-        query: &(impl Fn(&mut Worker<'a>, &A::Row, &mut T) -> Result<usize, QueryError> + Sync),
+        run: &(impl Fn(&mut Worker<'a>, Range<usize>, &mut T) + Sync),
     ) -> Vec<(usize, T)> {
         let (size, done) = (AtomicU64::new(0), Mutex::new(Vec::new()));
         let next = || if size.load(Ordering::Relaxed) < WAVE { chunks.next() } else { None };
         self.dispatch(workers, iter::from_fn(next), |worker, rows| {
-            let (first, mut chunk) = (rows.start, T::empty());
-            self.run_rows(worker, rows, |worker, one, _| query(worker, one, &mut chunk));
+            let (first, count, mut chunk) = (rows.start, rows.len(), T::empty());
+            run(worker, rows, &mut chunk);
             // Rows without crossings take memory too.
-            size.fetch_add((chunk.len() + CHUNK) as u64, Ordering::Relaxed);
+            size.fetch_add((chunk.len() + count) as u64, Ordering::Relaxed);
             if let Ok(mut done) = done.lock() {
                 done.push((first, chunk));
             }
@@ -233,12 +322,23 @@ impl<'a, A: Rows> Batch<'a, A> {
         idle.unwrap_or_else(|| {
             let mut caster = Caster::new(self.world);
             caster.watch(self.run.watch());
-            Worker { caster, hits: vec![], segments: vec![], objects: vec![] }
+            Worker {
+                caster,
+                hits: vec![],
+                row_hits: vec![],
+                segments: vec![],
+                objects: vec![],
+                rays: vec![],
+                blocks: BlockMemory::default(),
+            }
         })
     }
 
     fn recycle(&self, mut worker: Worker<'a>) {
         let done = worker.caster.take_counters();
+        if let Some(repaired) = self.run.repaired {
+            repaired.fetch_add(done.repaired, Ordering::Relaxed);
+        }
         if let Some(mut work) = self.run.counters.and_then(|work| work.lock().ok()) {
             *work += done;
         }
@@ -279,6 +379,40 @@ impl<'a, A: Rows> Batch<'a, A> {
                 return self.fail(row, error);
             }
         }
+    }
+
+    /// Runs rays as one block, unless a row before it has failed.
+    fn run_whole(
+        &self,
+        worker: &mut Worker<'a>,
+        rows: Range<usize>,
+        query: impl FnOnce(&mut Worker<'a>, &[[f64; 6]]) -> Result<usize, BlockError>,
+    ) {
+        let first = rows.start;
+        if first < self.failed.load(Ordering::Relaxed)
+            && let Err((row, error)) = self.try_whole(worker, rows, query)
+        {
+            self.fail(row, error);
+        }
+    }
+
+    fn try_whole(
+        &self,
+        worker: &mut Worker<'a>,
+        rows: Range<usize>,
+        query: impl FnOnce(&mut Worker<'a>, &[[f64; 6]]) -> Result<usize, BlockError>,
+    ) -> Result<(), (usize, BatchError)> {
+        let (first, count) = (rows.start, rows.len());
+        self.check_cancelled().map_err(|error| (first, error))?;
+        let mut memory = std::mem::take(&mut worker.rays);
+        let made = self.rows.rays(rows, &mut memory).map(|rays| query(worker, rays));
+        worker.rays = memory;
+        let made = made?.map_err(|(row, error)| (first + row, row_error(first + row, error)))?;
+        self.count(made as u64).map_err(|error| (first, error))?;
+        if let Some(progress) = self.run.progress {
+            progress(count as u64);
+        }
+        Ok(())
     }
 
     fn run_block(
@@ -323,6 +457,17 @@ impl<'a, A: Rows> Batch<'a, A> {
         {
             *failure = Some((row, error));
         }
+    }
+
+    /// The outcome where blocks validate their own rows. An invalid row comes before any other error, as if all rows had
+    /// been validated first.
+    fn outcome_of_blocks(&self, workers: usize) -> Result<(), BatchError> {
+        let outcome = self.outcome();
+        if outcome.is_err() {
+            self.failed.store(usize::MAX, Ordering::Relaxed);
+            self.check(workers)?;
+        }
+        outcome
     }
 
     fn outcome(&self) -> Result<(), BatchError> {

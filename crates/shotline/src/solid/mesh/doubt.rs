@@ -76,7 +76,7 @@ impl<'a> Doubt<'a> {
     /// [`Cancelled`].
     pub(super) fn of(solid: &'a MeshSolid, patches: &[Patch], stop: Stop) -> Result<Doubt<'a>, Cancelled> {
         let suspects = suspects(solid, patches);
-        let corners = || suspects.iter().flat_map(|s| solid.triangles[s.item as usize].corners);
+        let corners = || suspects.iter().flat_map(|s| solid.triangles.get(s.item).corners);
         let mut frame = Frame { origin: Vec3::ZERO, axes: principal_axes(corners()) };
         frame.origin = frame.outward(Aabb::around(corners().map(|p| frame.inward(p))).centre());
         let certain = frame.integrals(solid.scaled_moments(|_| f64::from(solid.inside())));
@@ -238,7 +238,7 @@ struct Cover<'a> {
 impl<'a> Cover<'a> {
     fn new(doubt: &'a Doubt<'a>, faces: Vec<Suspect>, root: Aabb, stop: Stop<'a>) -> Cover<'a> {
         let solid = doubt.solid;
-        let triangle = |item: u32| solid.triangles[item as usize].corners;
+        let triangle = |item: u32| solid.triangles.get(item).corners;
         let inward = |item: u32| triangle(item).map(|p| doubt.frame.inward(p));
         let padding = Vec3::splat(1e-12 * root.size().max_element());
         let padded = |b: Aabb| Aabb::new(b.min - padding, b.max + padding);

@@ -23,7 +23,7 @@ impl MeshSolid {
     pub(super) fn edges(&self) -> Vec<EdgeUse> {
         let first_at = first_at(&self.mesh.vertices);
         let mut edges: Vec<EdgeUse> = Vec::with_capacity(3 * self.triangles.len());
-        for (item, triangle) in (0..).zip(&self.triangles) {
+        for (item, triangle) in (0..).zip(self.triangles.iter()) {
             let corners = self.mesh.faces[triangle.face as usize].map(|v| first_at[v as usize]);
             for k in 0..3 {
                 let (u, v) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
@@ -62,11 +62,11 @@ impl MeshSolid {
     /// still found to lie on one of its neighbours.
     fn around(&self, uses: &[EdgeUse]) -> Vec<EdgeUse> {
         let Some(&(_, item, k)) = uses.first() else { return Vec::new() };
-        let corners = self.triangles[item as usize].corners;
+        let corners = self.triangles.get(item).corners;
         let (u, v) = (corners[(k as usize + 1) % 3], corners[(k as usize + 2) % 3]);
         let (ahead, across) = (v - u).normalize().any_orthonormal_pair();
         let angle = |(_, item, k): &EdgeUse| {
-            let out = self.triangles[*item as usize].corners[*k as usize] - u;
+            let out = self.triangles.get(*item).corners[*k as usize] - u;
             across.dot(out).atan2(ahead.dot(out))
         };
         let mut around: Vec<(f64, EdgeUse)> = uses.iter().map(|face| (angle(face), *face)).collect();
@@ -104,8 +104,7 @@ impl MeshSolid {
     pub(super) fn links(&self, edges: &[EdgeUse], meets_others: &[bool]) -> Vec<Link> {
         let mut links = Vec::new();
         for uses in edges.chunk_by(|a, b| a.0 == b.0).filter(|uses| uses.len() > 2) {
-            let corner =
-                |(_, item, k): &EdgeUse| self.triangles[*item as usize].corners[(*k as usize + 1) % 3];
+            let corner = |(_, item, k): &EdgeUse| self.triangles.get(*item).corners[(*k as usize + 1) % 3];
             let (around, begin) = (self.around(uses), corner(&uses[0]));
             // Angles are about the edge as the first face runs along it. A face that runs the same way has its front on
             // its counter-clockwise side.
@@ -122,8 +121,8 @@ impl MeshSolid {
 
     /// Whether neither of two faces at an edge is folded onto the other.
     fn lies_open(&self, &(_, i, k): &EdgeUse, &(_, j, l): &EdgeUse) -> bool {
-        let (of_i, k) = (self.triangles[i as usize].corners, k as usize);
-        let opposite = self.triangles[j as usize].corners[l as usize];
+        let (of_i, k) = (self.triangles.get(i).corners, k as usize);
+        let opposite = self.triangles.get(j).corners[l as usize];
         wings_are_apart(of_i[(k + 1) % 3], of_i[(k + 2) % 3], [of_i[k], opposite])
     }
 }

@@ -5,14 +5,17 @@
 //! error. Results are exact as long as no component of a product underflows. Vectors are scaled to size 1 first, so
 //! only components below 1e-300 of the whole are at risk.
 
-use crate::math::{Dd, Vec3, binary_exponent, two_prod, two_sum};
+use crate::math::{Dd, Real, Vec3, binary_exponent, two_prod, two_sum};
 
 /// A vector of double-doubles.
-pub(super) type Wide = [Dd; 3];
+pub(super) type Wide<T = f64> = [Dd<T>; 3];
 
 /// `a - b` without error.
-pub(super) fn minus(a: Vec3, b: Vec3) -> Wide {
-    std::array::from_fn(|i| two_sum(a[i], -b[i]))
+#[inline(always)]
+pub(super) fn minus<T: Real>(a: impl Into<[T; 3]>, b: impl Into<[T; 3]>) -> Wide<T> {
+    let (a, b) = (a.into(), b.into());
+    // Not `from_fn`, which is not inlined where `T` is a vector register.
+    [two_sum(a[0], -b[0]), two_sum(a[1], -b[1]), two_sum(a[2], -b[2])]
 }
 
 /// A vector of f64 as double-doubles.

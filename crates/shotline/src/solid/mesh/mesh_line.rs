@@ -44,6 +44,11 @@ impl PowerOfTwoScale {
         }
     }
 
+    /// Sizes are divided by two to this power.
+    pub(super) fn exponent(&self) -> i32 {
+        self.exponent
+    }
+
     /// Scales a vertex.
     pub(super) fn scale(&self, v: Vec3) -> Vec3 {
         v * power_of_two(-self.exponent)
@@ -61,7 +66,8 @@ impl PowerOfTwoScale {
 }
 
 /// Returns the exponent of a number, clamped so that both it and its negative are exponents of normal numbers.
-fn exponent_within_range(x: f64) -> i32 {
+#[inline(always)]
+pub(super) fn exponent_within_range(x: f64) -> i32 {
     binary_exponent(x).clamp(-1000, 1000)
 }
 
@@ -160,6 +166,11 @@ impl MeshLine {
         libm::ldexp(t, -self.exponent)
     }
 
+    /// Undoes the scaling of a `t`.
+    pub(super) fn unscaled(&self, t: f64) -> f64 {
+        libm::ldexp(t, self.exponent)
+    }
+
     /// An upper bound on [`Crossing::t_err`] of any hit near `t`.
     fn worst_err(&self, t: f64) -> f64 {
         let t = self.scaled(t);
@@ -180,7 +191,7 @@ impl MeshLine {
 
     /// Bounds grow along the line. As long as they grow slowly, twice [`GROUPING`] times the bound at `t` is more than
     /// [`GROUPING`] times the bound at the other hit.
-    fn event_width(&self, t: f64) -> f64 {
+    pub(super) fn event_width(&self, t: f64) -> f64 {
         let growth = 2.0 * HALF_ULP + STEEPEST * 2.0 * self.line.d_err.max_element();
         if growth > 1.0 / 16.0 || t.is_infinite() {
             f64::INFINITY

@@ -9,8 +9,11 @@ mod contacts;
 mod doubt;
 mod edges;
 mod exact;
+mod index;
 mod intersections;
 mod inverted_shells;
+pub(crate) mod kernel;
+mod mesh_hit;
 mod mesh_line;
 mod moments;
 mod nearest;
@@ -27,6 +30,7 @@ mod stop;
 mod tally;
 mod tetrahedra;
 mod topology;
+mod triangles;
 mod weld;
 mod welded;
 mod winding;
@@ -43,6 +47,7 @@ mod tests;
 use crate::math::Vec3;
 
 pub use doubt::Doubt;
+pub(crate) use mesh_hit::MeshHit;
 pub use moments::Enclosed;
 pub(crate) use moments::tetrahedron;
 pub use patches::Winding;
@@ -51,6 +56,7 @@ pub use stop::Cancelled;
 pub use tally::{Edge, Intersection, Tally};
 pub use topology::Topology;
 pub use weld::{Weld, WeldError, Welded};
+pub(crate) use winding::hits_to_crossings;
 
 /// Vertices and triangles. The corners of a triangle are counter-clockwise seen from outside.
 #[derive(Clone, Debug, Default, PartialEq)]

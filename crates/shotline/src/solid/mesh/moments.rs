@@ -85,7 +85,7 @@ impl MeshSolid {
 
     /// A box around each shell, in the frame of the mesh.
     pub(crate) fn shell_boxes(&self) -> Vec<Aabb> {
-        let corners = |item: &u32| self.mesh.corners(self.triangles[*item as usize].face);
+        let corners = |item: &u32| self.mesh.corners(self.triangles.face(*item));
         self.items_of_shells().iter().map(|items| Aabb::around(items.iter().flat_map(corners))).collect()
     }
 
@@ -97,7 +97,7 @@ impl MeshSolid {
         }
         let first_at = first_at(&self.mesh.vertices);
         let corner = |item: u32, k: usize| {
-            let face = self.mesh.faces[self.triangles[item as usize].face as usize];
+            let face = self.mesh.faces[self.triangles.face(item) as usize];
             first_at[face[k] as usize]
         };
         let mut shells = Shells::singletons(first_at.len());
@@ -118,10 +118,10 @@ impl MeshSolid {
         determinant: fn(Vec3, [Vec3; 3]) -> (Dd, f64),
     ) -> (Moments, bool) {
         let Some(first) = items.first() else { return (Moments::EMPTY, true) };
-        let apex = self.triangles[*first as usize].corners[0];
+        let apex = self.triangles.get(*first).corners[0];
         let (mut sums, mut doubt) = ([Dd::ZERO; 10], 0.0);
         for &item in items {
-            let (corners, weight) = (self.triangles[item as usize].corners, weight(item as usize));
+            let (corners, weight) = (self.triangles.get(item).corners, weight(item as usize));
             if weight == 0.0 {
                 continue;
             }

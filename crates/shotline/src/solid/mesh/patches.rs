@@ -69,7 +69,7 @@ impl MeshSolid {
         let faces = |is_meant: fn([i32; 2]) -> bool| {
             let meant = patches.iter().filter(|patch| patch.sides.is_some_and(is_meant));
             let items = meant.flat_map(|patch| &patch.items);
-            let mut faces: Vec<u32> = items.map(|item| self.triangles[*item as usize].face).collect();
+            let mut faces: Vec<u32> = items.map(|item| self.triangles.face(*item)).collect();
             faces.sort_unstable();
             faces.into_iter().collect::<Tally<u32>>()
         };
@@ -157,14 +157,14 @@ impl MeshSolid {
     fn sides_by_line(&self, items: &[u32]) -> Option<[i32; 2]> {
         let widest = |i: &&u32, j: &&u32| self.width(**i).total_cmp(&self.width(**j)).then(j.cmp(i));
         let item = items.iter().max_by(widest)?;
-        self.sides(*item, centroid(&self.triangles[*item as usize]))
+        self.sides(*item, centroid(&self.triangles.get(*item)))
     }
 
     /// Returns the winding numbers on the front and the back of an item at one of its points.
     pub(super) fn sides(&self, item: u32, at: Vec3) -> Option<[i32; 2]> {
-        let triangle = &self.triangles[item as usize];
+        let triangle = self.triangles.get(item);
         // The axis closest to the normal.
-        let normal = normal(triangle).abs();
+        let normal = normal(&triangle).abs();
         let axis = (0..3).fold(0, |best, i| if normal[i] > normal[best] { i } else { best });
         let mut hits = Vec::new();
         let before = self.bounds.size().max_element();
@@ -177,10 +177,10 @@ impl MeshSolid {
 
     /// The height of an item over its longest edge. The larger it is, the more reliable is a line through the item.
     fn width(&self, item: u32) -> f64 {
-        let triangle = &self.triangles[item as usize];
+        let triangle = self.triangles.get(item);
         let [a, b, c] = triangle.corners;
         let longest = (b - a).length().max((c - b).length()).max((a - c).length());
-        let width = normal(triangle).length() / longest;
+        let width = normal(&triangle).length() / longest;
         if width.is_nan() { 0.0 } else { width }
     }
 }
@@ -341,7 +341,7 @@ mod tests {
             let solid = solid(mesh);
             for patch in solid.patches(Stop::NEVER).unwrap() {
                 for &item in &patch.items {
-                    let own = solid.sides(item, centroid(&solid.triangles[item as usize]));
+                    let own = solid.sides(item, centroid(&solid.triangles.get(item)));
                     assert_eq!(own, patch.sides);
                 }
             }

@@ -5,7 +5,7 @@
 //! remains is the rounding of the products, which is relative to the triangle's own edges.
 
 use super::exact::{Expansion, Wide, minus, size, unit_sized, wide};
-use crate::math::{Dd, HALF_ULP, Vec3};
+use crate::math::{Dd, HALF_ULP, Real, Vec3};
 use crate::ray::Line;
 
 /// Bounds the error of `n . w` in double-double, relative to the product of the sizes of both edges and of `w`.
@@ -14,14 +14,14 @@ use crate::ray::Line;
 /// the two products in a component of `n` is below `|u||v|`, so the component is off by `2^-101 |u||v|`. Each of the
 /// three products with `w` is off by that times `|w|` and `2^-103` of `2 |u||v||w|`, each sum by `2^-104` of
 /// `6 |u||v||w|`: together less than `2^-98 |u||v||w|`.
-const PRODUCTS: f64 = f64::from_bits((1023 - 98) << 52);
+pub(super) const PRODUCTS: f64 = f64::from_bits((1023 - 98) << 52);
 
 /// Double-double suffices while its error is below this fraction of `n . d`; otherwise the products are summed exactly.
 /// Few lines come near: a needle of proportions `1e-6` seen at a slope of `1e-5` is still far from it.
-const ENOUGH: f64 = f64::from_bits((1023 - 60) << 52);
+pub(super) const ENOUGH: f64 = f64::from_bits((1023 - 60) << 52);
 
 /// Below this, components of products may underflow.
-const SMALL: f64 = f64::from_bits((1023 - 700) << 52);
+pub(super) const SMALL: f64 = f64::from_bits((1023 - 700) << 52);
 
 /// The intersection of a line with the plane of a triangle that it passes through.
 pub(super) struct PlaneHit {
@@ -113,11 +113,15 @@ fn normal_of(n: &Wide) -> Vec3 {
     Vec3::from(n.map(|x| x.hi))
 }
 
-fn cross(a: &Wide, b: &Wide) -> Wide {
+/// `a x b` in double-double.
+#[inline(always)]
+pub(super) fn cross<T: Real>(a: &Wide<T>, b: &Wide<T>) -> Wide<T> {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-fn dot(a: &Wide, b: &Wide) -> Dd {
+/// `a . b` in double-double.
+#[inline(always)]
+pub(super) fn dot<T: Real>(a: &Wide<T>, b: &Wide<T>) -> Dd<T> {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 

@@ -137,7 +137,7 @@ impl Search<'_> {
     /// Returns the arc of directions that an item covers from one of its corners, as a convex set around it. If two
     /// faces meet elsewhere, their arcs have at least one direction in common.
     fn arc(&self, item: u32, hub: u32) -> Item {
-        let (corners, first_at) = (self.solid.triangles[item as usize].corners, self.first_at[item as usize]);
+        let (corners, first_at) = (self.solid.triangles.get(item).corners, self.first_at[item as usize]);
         let k = first_at.iter().position(|intersection| *intersection == hub).unwrap_or(0);
         let [tip, a, b] = [0, 1, 2].map(|i| corners[(k + i) % 3]);
         let (a, b) = ((a - tip).normalize(), (b - tip).normalize());
@@ -150,7 +150,7 @@ impl Search<'_> {
     /// Examines how two items meet; they may share corners.
     fn examine(&self, [i, j]: [u32; 2], found: &mut PartialResult) {
         let (of_i, of_j) = (self.first_at[i as usize], self.first_at[j as usize]);
-        let (a, b) = (&self.solid.triangles[i as usize], &self.solid.triangles[j as usize]);
+        let (a, b) = (self.solid.triangles.get(i), self.solid.triangles.get(j));
         let mut shared = of_i.iter().enumerate().filter_map(|(k, intersection)| {
             of_j.iter().position(|other| other == intersection).map(|l| (k, l))
         });
@@ -161,7 +161,7 @@ impl Search<'_> {
                 let others = |corners: &[Vec3; 3], k: usize| [corners[(k + 1) % 3], corners[(k + 2) % 3]];
                 sectors_are_apart(a.corners[k], others(&a.corners, k), others(&b.corners, l))
             }
-            _ => are_apart(a, b),
+            _ => are_apart(&a, &b),
         };
         if apart {
             return;
@@ -202,7 +202,7 @@ mod tests {
     fn plainly(solid: &MeshSolid) -> Tally<Intersection> {
         let mut found = Tally::default();
         for (i, a) in solid.triangles.iter().enumerate() {
-            for b in &solid.triangles[i + 1..] {
+            for b in solid.triangles.iter().skip(i + 1) {
                 if let Some([p, q]) = common_segment(a.corners, b.corners) {
                     let point = solid.size.unscale(0.5 * p + 0.5 * q);
                     found.add(Intersection { faces: [a.face, b.face], point });
@@ -219,7 +219,7 @@ mod tests {
         assert_eq!(fast.first.map(|f| f.faces), plain.first.map(|f| f.faces));
         let listed = solid.face_contacts().pairs.as_ref().map_or(0, |pairs| {
             let crosses = |[i, j]: &&[u32; 2]| {
-                let corners = |k: u32| solid.triangles[k as usize].corners;
+                let corners = |k: u32| solid.triangles.get(k).corners;
                 common_segment(corners(*i), corners(*j)).is_some()
             };
             pairs.iter().filter(crosses).count()

@@ -1,7 +1,5 @@
 //! The shells of a mesh: components that have no vertex in common.
 
-use std::collections::HashSet;
-
 use super::Tally;
 use super::welded::Face;
 
@@ -43,9 +41,9 @@ impl Shells {
 
     /// Counts the shells that faces make. The first item is the first face of the second shell.
     pub(super) fn count(&mut self, faces: &[Face]) -> Tally<u32> {
-        let (mut seen, mut found) = (HashSet::new(), Tally::default());
+        let (mut seen, mut found) = (vec![false; self.parents.len()], Tally::default());
         for face in faces {
-            if seen.insert(self.root(face.corners[0])) {
+            if !std::mem::replace(&mut seen[self.root(face.corners[0]) as usize], true) {
                 found.count += 1;
                 found.first = found.first.or((found.count == 2).then_some(face.number));
             }

@@ -2,12 +2,14 @@
 
 use std::sync::{Arc, OnceLock};
 
-use super::mesh_line::{MeshLine, PowerOfTwoScale, Triangle};
+use super::index::MeshIndex;
+use super::kernel::{KernelMemory, MeshFrame, RayBlock, Want};
+use super::mesh_line::{MeshLine, PowerOfTwoScale};
 use super::tally::FaceContacts;
+use super::triangles::Triangles;
 use super::winding::{FirstEntry, first_entry, order, to_crossings, total};
 use super::{MeshError, Topology, TriangleMesh, plane};
 use crate::aabb::Aabb;
-use crate::accel::{self, Accelerator};
 use crate::contact::Contact;
 use crate::counters::Counters;
 use crate::crossing::Crossing;
@@ -26,15 +28,15 @@ pub struct MeshSolid {
     pub(super) topology: Topology,
     pub(super) bounds: Aabb,
     pub(super) size: PowerOfTwoScale,
-    /// The scaled triangles; an accelerator's items are indices into this list.
-    pub(super) triangles: Vec<Triangle>,
+    /// The scaled triangles; an accelerator's items are their numbers.
+    pub(super) triangles: Triangles,
     pub(super) scaled_bounds: Aabb,
-    pub(super) accelerator: Box<dyn Accelerator>,
+    pub(super) index: MeshIndex,
     pub(super) face_contacts: OnceLock<FaceContacts>,
 }
 
 impl MeshSolid {
-    /// Checks a mesh and builds an accelerator over it, by name (see [`accel::NAMES`]).
+    /// Checks a mesh and builds an accelerator over it, by name (see [`NAMES`](crate::accel::NAMES)).
     ///
     /// # Errors
     /// [`MeshError`] if the input is not a mesh. An open mesh is not an error: see [`Topology`].
@@ -42,16 +44,9 @@ impl MeshSolid {
         let topology = Topology::of(&mesh)?;
         let corners = |face: &[u32; 3]| face.map(|v| mesh.vertices[v as usize]);
         let size = PowerOfTwoScale::of(mesh.faces.iter().flat_map(corners));
-        let triangles: Vec<Triangle> = (0..)
-            .zip(&mesh.faces)
-            .map(|(face, indices)| Triangle { corners: corners(indices).map(|v| size.scale(v)), face })
-            .filter(|t| {
-                let [a, b, c] = t.corners;
-                a != b && b != c && c != a
-            })
-            .collect();
-        let boxes: Vec<Aabb> = triangles.iter().map(Triangle::bounds).collect();
-        let accelerator = accel::build(accel, &boxes)
+        let triangles = Triangles::of(mesh.clone(), size);
+        let boxes: Vec<Aabb> = triangles.iter().map(|t| t.bounds()).collect();
+        let index = MeshIndex::build(accel, &triangles, &boxes)
             .ok_or_else(|| MeshError::UnknownAccelerator { name: accel.to_string() })?;
         Ok(MeshSolid {
             bounds: Aabb::around(triangles.iter().flat_map(|t| mesh.corners(t.face))),
@@ -60,7 +55,7 @@ impl MeshSolid {
             topology,
             size,
             triangles,
-            accelerator,
+            index,
             face_contacts: OnceLock::new(),
         })
     }
@@ -106,7 +101,9 @@ impl MeshSolid {
     /// Reserves tags for the triangles if the accelerator has duplicate references. This pays off only if `scratch` is
     /// reused.
     fn reserve_tags(&self, scratch: &mut Scratch) {
-        if self.accelerator.has_duplicate_refs() {
+        if let MeshIndex::Other(accelerator) = &self.index
+            && accelerator.has_duplicate_refs()
+        {
             scratch.tags.reserve(self.triangles.len());
         }
     }
@@ -122,23 +119,17 @@ impl MeshSolid {
         mut visit: impl FnMut(Crossing) -> f64,
     ) {
         let mut limit = to;
-        let mut scaled_limit = mesh_line.scaled(to);
         let Scratch { counters, tags, log, budget, in_plane } = scratch;
         tags.begin();
         let mut before = *counters;
         let boxes = mesh_line.boxes(from, to);
-        self.accelerator.traverse(&boxes, counters, &mut |items, counters| {
+        self.index.traverse(&self.triangles, &boxes, counters, tags, &mut |triangles, counters| {
             let mut hits = Vec::new();
             if !budget.step() {
                 return f64::NEG_INFINITY;
             }
-            for &item in items {
-                if !tags.is_first(item as usize) {
-                    counters.tags_saved += 1;
-                    continue;
-                }
+            for triangle in triangles {
                 counters.primitive_tests += 1;
-                let triangle = &self.triangles[item as usize];
                 // Accelerators also report triangles whose own box the line misses. The result must not depend on them.
                 let run_in_plane = || {
                     if boxes.enter_exit(&triangle.bounds()).is_some() {
@@ -154,7 +145,6 @@ impl MeshSolid {
                         return f64::NEG_INFINITY;
                     }
                     limit = visit(hit);
-                    scaled_limit = mesh_line.scaled(limit);
                     if log.is_on() {
                         hits.push(hit);
                     }
@@ -171,7 +161,7 @@ impl MeshSolid {
                 });
                 before = *counters;
             }
-            scaled_limit
+            mesh_line.scaled(limit)
         });
     }
 
@@ -223,6 +213,27 @@ impl MeshSolid {
         }
         if let Some(FirstEntry { hits, .. }) = first_entry(&out[start..], t_min) {
             out.truncate(start + hits);
+        }
+    }
+
+    /// Whether blocks of rays can be cast at the mesh, by rays that take at most so many steps.
+    pub(crate) fn casts_blocks(&self, steps: u64) -> bool {
+        self.index.as_wide().is_some_and(|index| index.is_smaller_than(steps))
+    }
+
+    /// Casts a block of rays. The result has the bits of the plain path.
+    pub(crate) fn cast_block(&self, block: &RayBlock, want: Want, memory: &mut KernelMemory) {
+        match self.index.as_wide() {
+            Some(index) => index.cast(&self.frame(), block, want, memory),
+            None => memory.leave_all(block.lines.rows.len()),
+        }
+    }
+
+    fn frame(&self) -> MeshFrame {
+        MeshFrame {
+            size: self.size,
+            scaled_bounds: self.scaled_bounds,
+            is_inward: self.topology.signed_volume.is_sign_negative(),
         }
     }
 
@@ -296,8 +307,7 @@ impl Solid for MeshSolid {
 
     /// The triangle's normal, negated if the mesh is wound inward.
     fn normal(&self, _p: Vec3, _surface: u32, primitive: u32) -> Vec3 {
-        let normal = plane::normal(self.corners(primitive));
-        if self.topology.signed_volume.is_sign_negative() { -normal } else { normal }
+        self.frame().oriented(plane::normal(self.corners(primitive)))
     }
 
     /// Uses the winding number: the sum of the hits on one side of the point.
@@ -343,7 +353,7 @@ impl Solid for MeshSolid {
         size_of_val(self.mesh.vertices.as_slice())
             + size_of_val(self.mesh.faces.as_slice())
             + size_of_val(self.mesh.polygons.as_slice())
-            + size_of_val(self.triangles.as_slice())
-            + self.accelerator.memory()
+            + self.triangles.memory()
+            + self.index.memory()
     }
 }

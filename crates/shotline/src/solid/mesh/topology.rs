@@ -1,6 +1,6 @@
 //! A report on the defects of a mesh.
 
-use std::collections::HashSet;
+use rayon::slice::ParallelSliceMut;
 
 use super::mesh_line::PowerOfTwoScale;
 use super::shells::Shells;
@@ -80,7 +80,7 @@ impl Topology {
         };
         let edges = report.count_edges(&faces, &mesh.vertices);
         let mut shells = Shells::of(mesh.vertices.len(), &faces);
-        let vertices = faces.iter().flat_map(|f| f.corners).collect::<HashSet<u32>>().len();
+        let vertices = used_by(&faces, mesh.vertices.len());
         report.shells = shells.count(&faces);
         let signed = signed_volume(&faces, |face| shells.root(face.corners[0]), scaled);
         report.signed_volume = size.volume(signed);
@@ -119,7 +119,7 @@ impl Topology {
                 edges.push(([from.min(to), from.max(to)], *number, from < to));
             }
         }
-        edges.sort_unstable();
+        edges.par_sort_unstable();
         let mut count = 0;
         for uses in edges.chunk_by(|a, b| a.0 == b.0) {
             count += 1;
@@ -167,6 +167,13 @@ fn in_use(mesh: &TriangleMesh) -> Vec<bool> {
     in_use
 }
 
+/// The number of vertices that faces use, after welding.
+fn used_by(faces: &[Face], vertices: usize) -> usize {
+    let mut is_used = vec![false; vertices];
+    faces.iter().flat_map(|face| face.corners).for_each(|v| is_used[v as usize] = true);
+    is_used.into_iter().filter(|used| *used).count()
+}
+
 /// Whether three points are collinear, by differences of products within 1.5 ulp.
 fn is_flat([a, b, c]: [Vec3; 3]) -> bool {
     let (u, v) = (b - a, c - a);
@@ -178,7 +185,7 @@ fn is_flat([a, b, c]: [Vec3; 3]) -> bool {
 fn duplicates(faces: &[Face]) -> Tally<[u32; 2]> {
     let mut corners: Vec<([u32; 3], u32)> = faces.iter().map(|f| (f.corners, f.number)).collect();
     corners.iter_mut().for_each(|(face, _)| face.sort_unstable());
-    corners.sort_unstable();
+    corners.par_sort_unstable();
     let alike = corners.chunk_by(|a, b| a.0 == b.0);
     let mut found: Vec<[u32; 2]> = alike.flat_map(|f| f[1..].iter().map(|later| [later.1, f[0].1])).collect();
     found.sort_unstable();

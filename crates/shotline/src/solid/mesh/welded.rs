@@ -1,16 +1,21 @@
 //! A mesh with its exactly coincident vertices welded.
 
-use std::collections::HashMap;
+use rayon::slice::ParallelSliceMut;
 
 use super::TriangleMesh;
 use crate::math::Vec3;
 
 /// Returns for each vertex the first vertex at exactly the same position.
 pub(super) fn first_at(vertices: &[Vec3]) -> Vec<u32> {
-    let mut first = HashMap::with_capacity(vertices.len());
     // Adding zero turns -0.0 into 0.0.
     let key = |v: &Vec3| v.to_array().map(|x| (x + 0.0).to_bits());
-    (0..).zip(vertices).map(|(i, v)| *first.entry(key(v)).or_insert(i)).collect()
+    let mut sorted: Vec<([u64; 3], u32)> = vertices.iter().map(key).zip(0..).collect();
+    sorted.par_sort_unstable();
+    let mut first = vec![0; vertices.len()];
+    for same in sorted.chunk_by(|a, b| a.0 == b.0) {
+        same.iter().for_each(|(_, vertex)| first[*vertex as usize] = same[0].1);
+    }
+    first
 }
 
 /// A face whose vertices are each the first at their position.

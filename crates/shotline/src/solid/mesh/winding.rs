@@ -3,6 +3,7 @@
 //! A hit that enters adds one, a hit that leaves subtracts one; inside is where the sum is not zero. In a mesh that is
 //! wound inward the sum inside is negative, and the same rule holds.
 
+use super::mesh_hit::MeshHit;
 use crate::crossing::{Crossing, GROUPING};
 
 /// The change of the winding number at a hit.
@@ -40,6 +41,28 @@ pub(super) fn to_crossings(out: &mut Vec<Crossing>, start: usize, before: i32) {
     }
     if winding != 0 {
         out.push(Crossing::new(f64::INFINITY, 0.0, false, 0));
+    }
+}
+
+/// Makes crossings of all sorted hits from some point of the line on, with the number of the hit of each; those at
+/// infinity have none. Behind the last hit the line is outside.
+pub(crate) fn hits_to_crossings(
+    hits: &[MeshHit],
+    crossings: &mut Vec<Crossing>,
+    sources: &mut Vec<Option<u32>>,
+) {
+    let mut winding = -hits.iter().map(|hit| step(&hit.crossing)).sum::<i32>();
+    if winding != 0 {
+        crossings.push(Crossing::new(f64::NEG_INFINITY, 0.0, true, 0));
+        sources.push(None);
+    }
+    for (i, hit) in (0..).zip(hits) {
+        let outside = winding == 0;
+        winding += step(&hit.crossing);
+        if outside != (winding == 0) {
+            crossings.push(Crossing { entering: outside, ..hit.crossing });
+            sources.push(Some(i));
+        }
     }
 }
 

@@ -1,0 +1,51 @@
+//! The frame of a wide hierarchy: its boxes are float32, relative to the centre and in units of the size.
+
+use crate::aabb::Aabb;
+use crate::math::{Vec3, binary_exponent, power_of_two};
+
+/// By how much boxes are padded, in units of the frame. It covers the rounding of the planes of a node when they are
+/// tested in float32; the argument is beside that test.
+pub(crate) const PAD: f64 = 1.0 / (1 << 22) as f64;
+
+/// A position and a size. A point `v` has the coordinates `(v - centre) / size`, within -1 and 1 for points in the
+/// bounds of the tree.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame {
+    pub centre: Vec3,
+    /// A power of two.
+    pub size: f64,
+}
+
+impl Default for Frame {
+    fn default() -> Frame {
+        Frame { centre: Vec3::ZERO, size: 1.0 }
+    }
+}
+
+impl Frame {
+    /// The frame of everything in a box.
+    pub fn of(bounds: &Aabb) -> Frame {
+        // Half of each, so that no sum overflows.
+        let centre = bounds.min * 0.5 + bounds.max * 0.5;
+        let reach = (bounds.max - centre).abs().max((bounds.min - centre).abs()).max_element();
+        Frame { centre, size: power_of_two(binary_exponent(reach).clamp(-1000, 1000)) }
+    }
+
+    /// The coordinates of a padded box, rounded outwards: the lower corner and the upper.
+    pub fn outward(&self, bounds: &Aabb) -> [[f32; 3]; 2] {
+        // The differences are rounded by at most half an ulp of themselves, far less than the pad.
+        let low = (bounds.min - self.centre) / self.size - PAD;
+        let high = (bounds.max - self.centre) / self.size + PAD;
+        [low.to_array().map(rounded_down), high.to_array().map(rounded_up)]
+    }
+}
+
+fn rounded_down(x: f64) -> f32 {
+    let rounded = x as f32;
+    if f64::from(rounded) > x { rounded.next_down() } else { rounded }
+}
+
+fn rounded_up(x: f64) -> f32 {
+    let rounded = x as f32;
+    if f64::from(rounded) < x { rounded.next_up() } else { rounded }
+}

@@ -1,0 +1,46 @@
+//! A bounding volume hierarchy of up to eight children a node, for the kernel that casts blocks of rays at a mesh.
+//!
+//! Boxes are float32, in the tree's own frame, and rounded outwards: see [`Frame`]. A node is 256 bytes, so that one
+//! ray tests its eight boxes with a few vector instructions (Wald, Benthin and Boulos 2008, "Getting rid of packets").
+
+mod binary;
+mod binned;
+mod collapse;
+mod frame;
+#[cfg(test)]
+mod tests;
+mod traverse;
+
+pub(crate) use binned::build;
+pub(crate) use frame::{Frame, PAD};
+
+/// The number of children of a node.
+pub(crate) const WIDTH: usize = 8;
+
+/// The largest number of items in a leaf.
+pub(crate) const LEAF_SIZE: usize = 4;
+
+/// Marks a child that is a leaf. The other bits are the index of the leaf.
+pub(crate) const LEAF: u32 = 1 << 31;
+
+/// A slot of a leaf, or of a node, that is not used.
+pub(crate) const NONE: u32 = u32::MAX;
+
+/// A node: the boxes of its children, plane by plane, and the children. An unused slot has an empty box.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(256))]
+pub(crate) struct Node {
+    /// For each axis the lower and then the upper plane of every child.
+    pub planes: [[f32; WIDTH]; 6],
+    pub children: [u32; WIDTH],
+}
+
+/// The hierarchy. A tree of a single leaf has one node.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct WideBvh {
+    pub frame: Frame,
+    /// The root comes first, and every node before its children.
+    pub nodes: Vec<Node>,
+    /// An upper bound on the number of entries of a depth-first traversal's stack.
+    pub stack_size: usize,
+}

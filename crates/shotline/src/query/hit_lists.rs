@@ -1,0 +1,109 @@
+//! The hits of a block of rays at one mesh, as a list of crossings for each ray.
+
+use super::placed_mesh::PlacedMesh;
+use super::row_hit::RowHit;
+use super::{Kinds, Scope};
+use crate::crossing::{Crossing, is_alternating};
+use crate::csg::{HitKind, SingleLeaf};
+use crate::solid::mesh::kernel::KernelMemory;
+use crate::solid::mesh::{MeshHit, hits_to_crossings};
+
+/// The hits of each ray, one after the other.
+#[derive(Debug, Default)]
+pub(super) struct HitLists {
+    /// The end of each ray's hits.
+    ends: Vec<u32>,
+    hits: Vec<MeshHit>,
+    /// Whether the plain path has to cast the ray.
+    is_plain: Vec<bool>,
+    crossings: Vec<Crossing>,
+    sources: Vec<Option<u32>>,
+    /// The crossings of the ray that was made last.
+    pub found: Vec<RowHit>,
+}
+
+impl HitLists {
+    /// Sorts the hits of the last cast by ray (a counting sort), and those of each ray by `t` and then by triangle.
+    pub fn sort_by_ray(&mut self, rays: usize, kernel: &KernelMemory) {
+        let HitLists { ends, hits: sorted, is_plain, .. } = self;
+        is_plain.clear();
+        is_plain.resize(rays, false);
+        kernel.plain_rows().iter().for_each(|&row| is_plain[row as usize] = true);
+        let hits = kernel.hits();
+        ends.clear();
+        ends.resize(rays + 1, 0);
+        hits.iter().for_each(|hit| ends[hit.row as usize + 1] += 1);
+        for row in 0..rays {
+            ends[row + 1] += ends[row];
+        }
+        // Before the sort, entry `row` is the start of the ray's hits; it moves to their end.
+        sorted.clear();
+        sorted.extend_from_slice(hits);
+        for hit in hits {
+            let at = &mut ends[hit.row as usize];
+            sorted[*at as usize] = *hit;
+            *at += 1;
+        }
+        let mut start = 0;
+        for &end in &ends[..rays] {
+            let of_ray = &mut sorted[start..end as usize];
+            of_ray.sort_unstable_by(|a, b| {
+                let (a, b) = (&a.crossing, &b.crossing);
+                a.t.total_cmp(&b.t).then(a.primitive.cmp(&b.primitive))
+            });
+            start = end as usize;
+        }
+    }
+
+    fn start(&self, ray: usize) -> usize {
+        if ray == 0 { 0 } else { self.ends[ray - 1] as usize }
+    }
+
+    /// The number of hits of a ray.
+    pub fn count(&self, ray: usize) -> usize {
+        self.ends[ray] as usize - self.start(ray)
+    }
+
+    /// Makes the list of a ray, whose line in the frame of the mesh `line` returns. Returns `false` if the plain path has to make it.
+    pub fn make<'r>(
+        &mut self,
+        placed: &PlacedMesh,
+        scope: Scope,
+        ray: usize,
+        line: impl FnOnce() -> &'r [f64; 6],
+    ) -> bool {
+        if self.is_plain[ray] {
+            return false;
+        }
+        let range = self.start(ray)..self.ends[ray] as usize;
+        let HitLists { hits, crossings, sources, found, .. } = self;
+        let hits = &hits[range];
+        found.clear();
+        if !placed.is_solid {
+            found.extend(hits.iter().map(|hit| placed.row_hit(hit, &hit.crossing)));
+            return true;
+        }
+        crossings.clear();
+        sources.clear();
+        hits_to_crossings(hits, crossings, sources);
+        let begins_inside = crossings.first().is_some_and(|first| first.t == f64::NEG_INFINITY);
+        if begins_inside && !placed.box_holds_start(line(), scope.span.t_min()) || !is_alternating(crossings)
+        {
+            return false;
+        }
+        let Some(mut single) = SingleLeaf::begin(crossings, scope.span) else { return false };
+        while let Some(boundary) = single.next(crossings) {
+            let crossing = boundary.crossing;
+            // The boundary is the crossing that was passed last, unless it is an end of the span.
+            let source = sources.get(single.passed().wrapping_sub(1)).copied().flatten();
+            match source.filter(|_| boundary.kind == HitKind::Surface) {
+                Some(hit) => found.push(placed.row_hit(&hits[hit as usize], &crossing)),
+                None if scope.kinds == Kinds::All => {
+                    found.push(placed.row_of_span_end(crossing.t + 0.0, boundary.kind));
+                }
+                None => {}
+            }
+        }
+        true
+    }
+}

@@ -1,0 +1,120 @@
+//! A mesh that is placed at the root of a scene, and the rays of a block in its frame.
+
+use std::sync::atomic::AtomicBool;
+
+use super::Scope;
+use super::row_hit::RowHit;
+use crate::crossing::Crossing;
+use crate::csg::HitKind;
+use crate::math::{Affine, Vec3};
+use crate::ray::Line;
+use crate::solid::Solid;
+use crate::solid::mesh::kernel::{KernelMemory, Lines, RayBlock, Want};
+use crate::solid::mesh::{MeshHit, MeshSolid};
+
+/// A mesh that is a body of its own, at the root of the scene.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PlacedMesh<'w> {
+    pub mesh: &'w MeshSolid,
+    /// From the world to the body, and from the body to the mesh.
+    pub frames: [&'w Affine; 2],
+    pub object: u32,
+    pub path: u64,
+    pub surface: u32,
+    /// Whether the mesh is closed.
+    pub is_solid: bool,
+}
+
+/// Rays in the frame of a mesh, and the bounds on their errors.
+#[derive(Debug, Default)]
+pub(super) struct FrameRows {
+    rows: Vec<[f64; 6]>,
+    errors: Vec<[f64; 6]>,
+}
+
+impl PlacedMesh<'_> {
+    /// Casts a block at the mesh.
+    pub fn cast(
+        &self,
+        rays: &[[f64; 6]],
+        scope: Scope,
+        (want, wants_normals): (Want, bool),
+        cancel: Option<&AtomicBool>,
+        FrameRows { rows, errors }: &mut FrameRows,
+        kernel: &mut KernelMemory,
+    ) {
+        let lines = if self.is_exact() {
+            Lines { rows: rays, errors: None }
+        } else {
+            rows.clear();
+            errors.clear();
+            for ray in rays {
+                let line = self.frames.iter().fold(line_of(ray), |line, frame| line.in_frame(frame));
+                rows.push(joined(line.o, line.d));
+                errors.push(joined(line.o_err, line.d_err));
+            }
+            Lines { rows, errors: Some(errors) }
+        };
+        let block = RayBlock { rays, frames: self.frames, wants_normals, lines, span: scope.span, cancel };
+        self.mesh.cast_block(&block, want, kernel);
+    }
+
+    /// The line of a ray in the frame of the mesh, without its error; `frame_rows` is from the cast.
+    pub fn line<'r>(&self, rays: &'r [[f64; 6]], frame_rows: &'r FrameRows, ray: usize) -> &'r [f64; 6] {
+        if self.is_exact() { &rays[ray] } else { &frame_rows.rows[ray] }
+    }
+
+    fn is_exact(&self) -> bool {
+        self.frames.iter().all(|frame| frame.is_identity())
+    }
+
+    /// Whether a line, in the frame of the mesh, is within its box at `t_min`, by more than any rounding. Elsewhere the
+    /// plain path may take the ray to begin outside, even if its hits do not balance because their tests underflow.
+    pub fn box_holds_start(&self, line: &[f64; 6], t_min: f64) -> bool {
+        let (line, bounds) = (line_of(line), self.mesh.bounds());
+        let way = line.d * t_min;
+        let largest = line.o.abs().max(way.abs()).max(bounds.min.abs()).max(bounds.max.abs()).max_element();
+        let (start, margin) = (line.o + way, 1e-12 * largest);
+        ((start - bounds.min).min(bounds.max - start)).min_element() > margin
+    }
+
+    /// A hit that is a crossing; the crossing enters or exits as for the solid.
+    #[inline(always)]
+    pub fn row_hit(&self, hit: &MeshHit, crossing: &Crossing) -> RowHit {
+        RowHit {
+            // Turns -0.0 into 0.0, as for every boundary.
+            t: crossing.t + 0.0,
+            t_err: crossing.t_err,
+            normal: if hit.is_against == crossing.entering { hit.normal } else { -hit.normal },
+            object: self.object,
+            surface: Some(self.surface),
+            primitive: Some(crossing.primitive),
+            path: self.path,
+            entering: crossing.entering,
+            kind: HitKind::Surface,
+        }
+    }
+
+    /// The start or the end of the span within the solid.
+    pub fn row_of_span_end(&self, t: f64, kind: HitKind) -> RowHit {
+        RowHit {
+            t,
+            t_err: 0.0,
+            normal: Vec3::NAN,
+            object: self.object,
+            surface: None,
+            primitive: None,
+            path: self.path,
+            entering: kind == HitKind::Start,
+            kind,
+        }
+    }
+}
+
+fn line_of(ray: &[f64; 6]) -> Line {
+    Line::exact(Vec3::new(ray[0], ray[1], ray[2]), Vec3::new(ray[3], ray[4], ray[5]))
+}
+
+fn joined(a: Vec3, b: Vec3) -> [f64; 6] {
+    [a.x, a.y, a.z, b.x, b.y, b.z]
+}

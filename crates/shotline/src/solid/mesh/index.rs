@@ -1,0 +1,76 @@
+//! The structure by which rays find the triangles of a mesh.
+
+use super::kernel::WideIndex;
+use super::mesh_line::Triangle;
+use super::triangles::Triangles;
+use crate::aabb::{Aabb, BoxRay};
+use crate::accel::{self, Accelerator, Items};
+use crate::counters::Counters;
+use crate::tags::Tags;
+
+/// A structure over the triangles of a mesh.
+#[derive(Debug)]
+pub(super) enum MeshIndex {
+    /// The default: a wide hierarchy with the triangles in its leaves, which also casts blocks of rays.
+    Wide(WideIndex),
+    /// Any other accelerator. Its items are the numbers of triangles.
+    Other(Box<dyn Accelerator>),
+}
+
+/// Called with the triangles of a leaf or a cell. Returns the scaled `t` beyond which no more are needed.
+pub(super) type Visitor<'a> = dyn FnMut(&[Triangle], &mut Counters) -> f64 + 'a;
+
+impl MeshIndex {
+    /// Builds the structure with a name. Returns `None` if there is no such name.
+    pub(super) fn build(name: &str, triangles: &Triangles, boxes: &[Aabb]) -> Option<MeshIndex> {
+        if name == accel::DEFAULT {
+            return Some(MeshIndex::Wide(WideIndex::of(triangles, boxes)));
+        }
+        accel::build(name, Items { boxes, groups: None }).map(MeshIndex::Other)
+    }
+
+    pub(super) fn as_wide(&self) -> Option<&WideIndex> {
+        match self {
+            MeshIndex::Wide(index) => Some(index),
+            MeshIndex::Other(_) => None,
+        }
+    }
+
+    /// Visits triangles whose boxes a line may meet, roughly the nearest first, each once if there are tags for them.
+    pub(super) fn traverse(
+        &self,
+        triangles: &Triangles,
+        ray: &BoxRay,
+        counters: &mut Counters,
+        tags: &mut Tags,
+        visit: &mut Visitor,
+    ) {
+        let mut run = Vec::new();
+        match self {
+            MeshIndex::Wide(index) => index.tree.traverse(ray, counters, |leaf, counters| {
+                run.clear();
+                run.extend(index.triangles(leaf));
+                visit(&run, counters)
+            }),
+            MeshIndex::Other(accelerator) => accelerator.traverse(ray, counters, &mut |items, counters| {
+                run.clear();
+                for &item in items {
+                    if tags.is_first(item as usize) {
+                        run.push(triangles.get(item));
+                    } else {
+                        counters.tags_saved += 1;
+                    }
+                }
+                visit(&run, counters)
+            }),
+        }
+    }
+
+    /// Bytes used.
+    pub(super) fn memory(&self) -> usize {
+        match self {
+            MeshIndex::Wide(index) => index.memory(),
+            MeshIndex::Other(accelerator) => accelerator.memory(),
+        }
+    }
+}

@@ -1,0 +1,314 @@
+//! The entry of the kernel: casts a block of rays with the instructions that the CPU has.
+
+use super::block::{Block, Coordinate};
+use super::context::Kernel;
+use super::found::{All, Any, Closest, Found, Mode};
+use super::frame::MeshFrame;
+use super::index::{Blocks, WideIndex};
+use super::lines::{RayBlock, Want};
+use super::prepare::Preparation;
+use super::stream::{self, StreamMemory};
+use super::wave::{self, Slots};
+#[cfg(target_arch = "x86_64")]
+use crate::simd::Avx2;
+use crate::simd::{Portable, Simd};
+use crate::solid::mesh::mesh_hit::MeshHit;
+
+/// The memory of a thread, and the result of its last cast.
+#[derive(Debug, Default)]
+pub(crate) struct KernelMemory {
+    slots: Slots,
+    stream: StreamMemory,
+    found: Found,
+    hits: Vec<MeshHit>,
+}
+
+impl KernelMemory {
+    /// The hits, each with the row of its ray. For [`Want::Any`] there are none.
+    pub fn hits(&self) -> &[MeshHit] {
+        &self.hits
+    }
+
+    /// For [`Want::Any`], the rows of the rays that hit something.
+    pub fn rows_hit(&self) -> impl Iterator<Item = usize> {
+        self.found.targets.iter().map(|target| target.row as usize)
+    }
+
+    /// For [`Want::First`], the rows of the rays that may begin inside. The caller has to cast them for
+    /// [`Want::Within`].
+    pub fn inside_rows(&self) -> &[u32] {
+        &self.found.inside
+    }
+
+    /// Leaves all rays to the plain path.
+    pub fn leave_all(&mut self, rows: usize) {
+        self.clear();
+        self.found.plain.extend(0..rows as u32);
+    }
+
+    fn clear(&mut self) {
+        self.hits.clear();
+        self.found.plain.clear();
+        self.found.targets.clear();
+        self.found.inside.clear();
+    }
+
+    /// The rows of the rays that the caller has to cast by the plain path. Their hits, if any, mean nothing.
+    pub fn plain_rows(&self) -> &[u32] {
+        &self.found.plain
+    }
+}
+
+/// Rays whose way of traversal is chosen together.
+const CHUNK: usize = 2048;
+
+impl WideIndex {
+    /// Whether every ray visits fewer nodes and leaves than this.
+    pub fn is_smaller_than(&self, steps: u64) -> bool {
+        ((self.tree.nodes.len() + self.block_count()) as u64) < steps
+    }
+
+    /// Casts a block of rays. The result has the bits of the plain path.
+    pub fn cast(&self, frame: &MeshFrame, block: &RayBlock, want: Want, memory: &mut KernelMemory) {
+        memory.clear();
+        match &self.blocks {
+            Blocks::Single(blocks) => self.cast_at(blocks, frame, block, want, memory),
+            Blocks::Double(blocks) => self.cast_at(blocks, frame, block, want, memory),
+        }
+    }
+
+    fn cast_at<C: Coordinate>(
+        &self,
+        blocks: &[Block<C>],
+        frame: &MeshFrame,
+        block: &RayBlock,
+        want: Want,
+        memory: &mut KernelMemory,
+    ) {
+        let preparation = Preparation::of(frame, self.tree.frame, want);
+        let kernel = Kernel { frame, tree: &self.tree, blocks, preparation, block };
+        match want {
+            Want::Nearest => kernel.cast::<Closest>(memory),
+            Want::Any => kernel.cast::<Any>(memory),
+            Want::All | Want::Within => kernel.cast::<All>(memory),
+            Want::First => {
+                kernel.cast::<Closest>(memory);
+                kernel.keep_certain_entries(memory);
+            }
+        }
+    }
+}
+
+impl<C: Coordinate> Kernel<'_, C> {
+    fn cast<M: Mode>(&self, memory: &mut KernelMemory) {
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("fma")
+            && is_x86_feature_detected!("bmi1")
+            && is_x86_feature_detected!("bmi2")
+            && is_x86_feature_detected!("lzcnt")
+            && is_x86_feature_detected!("popcnt")
+        {
+            // Safety: the CPU has been found to have these instructions.
+            return unsafe { self.cast_avx2::<M>(memory) };
+        }
+        self.cast_by::<Portable, M>(memory);
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+    fn cast_avx2<M: Mode>(&self, memory: &mut KernelMemory) {
+        self.cast_by::<Avx2, M>(memory);
+    }
+
+    #[inline(always)]
+    fn cast_by<S: Simd, M: Mode>(&self, memory: &mut KernelMemory) {
+        let KernelMemory { slots, stream, found, hits } = memory;
+        let rows = self.lines().rows.len();
+        for start in (0..rows).step_by(CHUNK) {
+            let chunk = start..rows.min(start + CHUNK);
+            if self.is_coherent::<S>(chunk.clone()) {
+                for start in chunk.clone().step_by(stream::SIZE) {
+                    stream::cast::<S, C, M>(self, start..chunk.end.min(start + stream::SIZE), stream, found);
+                }
+            } else {
+                wave::cast::<S, C, M>(self, chunk.clone(), slots, found);
+            }
+            if M::ANY {
+                continue;
+            }
+            if found.is_full() {
+                found.plain.extend(chunk.map(|row| row as u32));
+            } else {
+                self.finish::<S>(&found.targets, hits);
+            }
+            found.targets.clear();
+        }
+    }
+
+    /// Makes the first hits the first boundaries of the solid. A ray that begins outside enters there, whatever the
+    /// direction of the triangle. Hits near the ends of the span are left to the plain path.
+    fn keep_certain_entries(&self, KernelMemory { hits, found, .. }: &mut KernelMemory) {
+        let span = self.block.span;
+        hits.retain_mut(|hit| {
+            hit.crossing.entering = true;
+            let is_within = hit.crossing.low() > span.t_min()
+                && (span.t_max() == f64::INFINITY || hit.crossing.high() < span.t_max());
+            if !is_within {
+                found.plain.push(hit.row);
+            }
+            is_within
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::math::{Affine, Vec3};
+    use crate::ray::{Line, Ray, Span};
+    use crate::solid::mesh::MeshSolid;
+    use crate::solid::mesh::kernel::Lines;
+    use crate::testkit::meshes::{Thin, rays_at};
+    use crate::testkit::random::Random;
+
+    /// The ways to cast a chunk: as chosen, by the operations in plain Rust, as a wave, and as streams.
+    #[derive(Clone, Copy, Debug)]
+    enum Way {
+        Chosen,
+        Portable,
+        Wave,
+        Streams,
+    }
+
+    /// A hit, as bits.
+    type Bits = (u32, u32, u64, u64, bool, [u64; 3], bool);
+
+    /// The hits of the rays that are not left to the plain path, the rows that hit something, and the rows that are
+    /// left.
+    type Outcome = (Vec<Bits>, Vec<usize>, Vec<u32>);
+
+    fn outcome(memory: &KernelMemory) -> Outcome {
+        let bits = |hit: &MeshHit| {
+            let MeshHit { row, crossing, normal, is_against } = *hit;
+            let normal = normal.to_array().map(f64::to_bits);
+            let t = (crossing.t.to_bits(), crossing.t_err.to_bits());
+            (row, crossing.primitive, t.0, t.1, crossing.entering, normal, is_against)
+        };
+        (memory.hits().iter().map(bits).collect(), memory.rows_hit().collect(), memory.plain_rows().to_vec())
+    }
+
+    impl<C: Coordinate> Kernel<'_, C> {
+        fn cast_in<M: Mode>(&self, way: Way, memory: &mut KernelMemory) {
+            let rows = 0..self.lines().rows.len();
+            let KernelMemory { slots, stream, found, .. } = &mut *memory;
+            match way {
+                Way::Chosen => return self.cast::<M>(memory),
+                Way::Portable => return self.cast_by::<Portable, M>(memory),
+                Way::Wave => wave::cast::<Portable, C, M>(self, rows, slots, found),
+                Way::Streams => rows.clone().step_by(stream::SIZE).for_each(|start| {
+                    let some = start..rows.end.min(start + stream::SIZE);
+                    stream::cast::<Portable, C, M>(self, some, stream, found);
+                }),
+            }
+            if !M::ANY {
+                self.finish::<Portable>(&memory.found.targets, &mut memory.hits);
+                memory.found.targets.clear();
+            }
+        }
+    }
+
+    fn cast_at<C: Coordinate>(
+        index: &WideIndex,
+        blocks: &[Block<C>],
+        (frame, block): (&MeshFrame, &RayBlock),
+        want: Want,
+        way: Way,
+    ) -> Outcome {
+        let preparation = Preparation::of(frame, index.tree.frame, want);
+        let kernel = Kernel { frame, tree: &index.tree, blocks, preparation, block };
+        let mut memory = KernelMemory::default();
+        match want {
+            Want::Nearest | Want::First => kernel.cast_in::<Closest>(way, &mut memory),
+            Want::Any => kernel.cast_in::<Any>(way, &mut memory),
+            Want::All | Want::Within => kernel.cast_in::<All>(way, &mut memory),
+        }
+        outcome(&memory)
+    }
+
+    /// The outcome in the order of rows and triangles, without rays that are left to the plain path in either way.
+    fn comparable((mut hits, mut rows, _): Outcome, plain: &[u32]) -> (Vec<Bits>, Vec<usize>) {
+        hits.retain(|hit| !plain.contains(&hit.0));
+        rows.retain(|row| !plain.contains(&(*row as u32)));
+        hits.sort_unstable();
+        rows.sort_unstable();
+        (hits, rows)
+    }
+
+    fn rows_of(lines: &[Line], half: impl Fn(&Line) -> (Vec3, Vec3)) -> Vec<[f64; 6]> {
+        let row = |(a, b): (Vec3, Vec3)| [a.x, a.y, a.z, b.x, b.y, b.z];
+        lines.iter().map(|line| row(half(line))).collect()
+    }
+
+    /// A mesh, rays at it, and how they are cast.
+    fn compare_ways(random: &mut Random, rays: &[Ray], solid: &MeshSolid, want: Want) {
+        let index = solid.index.as_wide().expect("the default index");
+        let frame = MeshFrame {
+            size: solid.size,
+            scaled_bounds: solid.scaled_bounds,
+            is_inward: solid.topology.signed_volume.is_sign_negative(),
+        };
+        let turn = Affine::rotation_xyz(Vec3::new(10.0, 20.0, 30.0));
+        let affine = if random.below(2) == 0 { Affine::IDENTITY } else { turn };
+        let exact = rows_of(&rays.iter().map(Line::of).collect::<Vec<_>>(), |line| (line.o, line.d));
+        let lines: Vec<Line> = rays.iter().map(|ray| Line::of(ray).in_frame(&affine)).collect();
+        let rows = rows_of(&lines, |line| (line.o, line.d));
+        let errors = rows_of(&lines, |line| (line.o_err, line.d_err));
+        let span = [Span::FORWARD, Span::new(-1.0, 1.0).expect("a span")][random.below(2)];
+        let block = RayBlock {
+            rays: &exact,
+            frames: [&affine, &Affine::IDENTITY],
+            wants_normals: random.below(2) == 0,
+            lines: Lines { rows: &rows, errors: (affine == turn).then_some(&errors) },
+            span,
+            cancel: None,
+        };
+        let cast = |way: Way| match &index.blocks {
+            Blocks::Single(blocks) => cast_at(index, blocks, (&frame, &block), want, way),
+            Blocks::Double(blocks) => cast_at(index, blocks, (&frame, &block), want, way),
+        };
+        let chosen = cast(Way::Chosen);
+        assert_eq!(chosen, cast(Way::Portable), "{want:?} {span:?}");
+        for way in [Way::Wave, Way::Streams] {
+            let other = cast(way);
+            let plain = [&chosen.2[..], &other.2].concat();
+            assert_eq!(
+                comparable(other, &plain),
+                comparable(chosen.clone(), &plain),
+                "{way:?} {want:?} {span:?}"
+            );
+        }
+    }
+
+    /// The instructions change no bit and not even the order; waves and streams find the same hits. Rays that are left
+    /// to the plain path because of another hit nearby may differ.
+    #[test]
+    fn all_ways_to_cast_find_the_same_hits() {
+        let mut random = Random::new(7);
+        for _ in 0..150 {
+            let thin = if random.below(2) == 0 { Thin::any(&mut random) } else { Thin::near(&mut random) };
+            let mut mesh = thin.mesh(&mut random);
+            if random.below(2) == 0 {
+                let single = |v: Vec3| Vec3::from(v.to_array().map(|x| f64::from(x as f32)));
+                mesh.vertices.iter_mut().for_each(|v| *v = single(*v));
+            }
+            let rays = rays_at(&mut random, &mesh, &thin, 150);
+            let Ok(solid) = MeshSolid::new(Arc::new(mesh), "bvh") else { continue };
+            for want in [Want::Nearest, Want::Any, Want::All, Want::First, Want::Within] {
+                compare_ways(&mut random, &rays, &solid, want);
+            }
+        }
+    }
+}

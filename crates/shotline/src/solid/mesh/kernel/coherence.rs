@@ -1,0 +1,75 @@
+//! Decides how a chunk of rays is traversed.
+
+use std::ops::Range;
+
+use super::block::Coordinate;
+use super::context::Kernel;
+use super::prepare::AT_A_TIME;
+use super::ray::{KernelRay, Prepared};
+use crate::simd::Simd;
+
+impl<C: Coordinate> Kernel<'_, C> {
+    /// Whether rays that follow each other enter the mesh's box close together, and in similar directions where the
+    /// tree is larger than the inner caches. Four groups of eight rays are examined.
+    #[inline(always)]
+    pub(super) fn is_coherent<S: Simd>(&self, rows: Range<usize>) -> bool {
+        let most =
+            if size_of_val(&self.tree.nodes[..]) + size_of_val(self.blocks) > LARGE { 0.5 } else { 2.0 };
+        let (mut groups, mut coherent) = (0, 0);
+        for group in 0..4 {
+            let first = rows.start + rows.len() / 4 * group;
+            let mut spread = Spread::default();
+            let mut rays = [KernelRay::default(); AT_A_TIME];
+            for eight in [0, 4] {
+                let row = |i: usize| (first + 8 * (eight + i)).min(rows.end - 1);
+                let prepared = self.prepare::<S>([row(0), row(1), row(2), row(3)], &mut rays, [0, 1, 2, 3]);
+                for (ray, prepared) in rays.iter().zip(prepared) {
+                    if prepared == Prepared::Ready {
+                        spread.add(ray);
+                    }
+                }
+            }
+            if spread.count > 1 {
+                groups += 1;
+                coherent += usize::from(spread.of_entries() < 0.25 && spread.of_directions() < most);
+            }
+        }
+        2 * coherent >= groups
+    }
+}
+
+/// Trees of more bytes than this do not fit into the inner caches.
+const LARGE: usize = 10_000_000;
+
+/// How far apart rays enter, and how different their directions are, along the worst axis.
+#[derive(Default)]
+struct Spread {
+    count: usize,
+    bounds: [[f64; 2]; 6],
+}
+
+impl Spread {
+    fn add(&mut self, ray: &KernelRay) {
+        for axis in 0..3 {
+            let direction = 1.0 / f64::from(ray.reciprocal[axis]);
+            let entry = f64::from(ray.offset[axis]) * direction;
+            for (i, x) in [(axis, entry), (axis + 3, direction)] {
+                let [low, high] = if self.count == 0 { [x, x] } else { self.bounds[i] };
+                self.bounds[i] = [low.min(x), high.max(x)];
+            }
+        }
+        self.count += 1;
+    }
+
+    fn of_entries(&self) -> f64 {
+        self.widest(0)
+    }
+
+    fn of_directions(&self) -> f64 {
+        self.widest(3)
+    }
+
+    fn widest(&self, first: usize) -> f64 {
+        self.bounds[first..first + 3].iter().fold(0.0, |widest: f64, [low, high]| widest.max(high - low))
+    }
+}

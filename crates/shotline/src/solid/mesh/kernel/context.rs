@@ -1,0 +1,45 @@
+//! What one run of the kernel needs.
+
+use super::block::{Block, Coordinate};
+use super::frame::MeshFrame;
+use super::lines::{Lines, RayBlock};
+use super::prepare::{AT_A_TIME, Preparation};
+use super::ray::{KernelRay, Prepared};
+use crate::accel::wide::WideBvh;
+use crate::crossing::Crossing;
+use crate::simd::Simd;
+use crate::solid::mesh::mesh_line::MeshLine;
+
+/// A block of rays, and the mesh at which it is cast.
+#[derive(Clone, Copy)]
+pub(super) struct Kernel<'a, C> {
+    pub frame: &'a MeshFrame,
+    pub tree: &'a WideBvh,
+    pub blocks: &'a [Block<C>],
+    pub preparation: Preparation,
+    pub block: &'a RayBlock<'a>,
+}
+
+impl<C: Coordinate> Kernel<'_, C> {
+    pub fn lines(&self) -> &Lines<'_> {
+        &self.block.lines
+    }
+
+    /// Prepares the rays of four rows in four slots.
+    #[inline(always)]
+    pub fn prepare<S: Simd>(
+        &self,
+        rows: [usize; AT_A_TIME],
+        rays: &mut [KernelRay],
+        slots: [usize; AT_A_TIME],
+    ) -> [Prepared; AT_A_TIME] {
+        self.preparation.prepare::<S>(self.frame, self.block, rows, rays, slots)
+    }
+
+    /// The hit of a triangle by the plain path, and the `t` of it after scaling.
+    pub fn plain_hit(&self, row: usize, leaf: u32, lane: usize) -> Option<(Crossing, f64)> {
+        let line = MeshLine::new(&self.lines().line(row), &self.frame.size, &self.frame.scaled_bounds)?;
+        let hit = line.hit(&self.blocks[leaf as usize].triangle(lane), || ())?;
+        Some((hit, line.scaled(hit.t)))
+    }
+}

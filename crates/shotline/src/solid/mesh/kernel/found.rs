@@ -1,0 +1,64 @@
+//! What the kernel finds, and how it searches.
+
+use super::ray::Prepared;
+
+/// A hit that was found: the row of the ray, and the leaf and the lane of the triangle.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Target {
+    pub row: u32,
+    pub leaf: u32,
+    pub lane: u32,
+}
+
+/// What a run of the kernel has found.
+#[derive(Debug, Default)]
+pub(super) struct Found {
+    /// Rays that take the plain path, by row.
+    pub plain: Vec<u32>,
+    pub targets: Vec<Target>,
+    /// Rays that may begin inside the solid, by row.
+    pub inside: Vec<u32>,
+}
+
+/// If the rays of a chunk have more hits than this, they take the plain path, which needs memory for one at a time.
+const MAX_TARGETS: usize = 1 << 20;
+
+impl Found {
+    /// Whether there are too many hits to go on.
+    pub fn is_full(&self) -> bool {
+        self.targets.len() > MAX_TARGETS
+    }
+
+    /// Takes the row of a ray that is not cast now. Returns whether it is to be cast.
+    #[inline(always)]
+    pub fn is_ready(&mut self, row: usize, prepared: Prepared) -> bool {
+        match prepared {
+            Prepared::Ready => return true,
+            Prepared::Misses => {}
+            Prepared::Inside => self.inside.push(row as u32),
+            Prepared::Plain => self.plain.push(row as u32),
+        }
+        false
+    }
+}
+
+/// How rays are traversed.
+pub(super) trait Mode {
+    const CLOSEST: bool = false;
+    const ANY: bool = false;
+}
+
+/// The closest hit.
+pub(super) struct Closest;
+/// Whether there is any hit.
+pub(super) struct Any;
+/// All hits.
+pub(super) struct All;
+
+impl Mode for Closest {
+    const CLOSEST: bool = true;
+}
+impl Mode for Any {
+    const ANY: bool = true;
+}
+impl Mode for All {}

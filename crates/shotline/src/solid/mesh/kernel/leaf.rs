@@ -1,0 +1,186 @@
+//! Tests a ray against the triangles of a block.
+//!
+//! A lane is hit or missed for certain where the edge functions exceed the bound on their rounding. The `t` of a
+//! certain hit is then known up to an interval, which decides almost always whether it is in the span and nearer than
+//! the best hit. What the numbers leave open is decided by the plain path, [`Kernel::plain_hit`].
+
+use super::block::{Block, Coordinate};
+use super::context::Kernel;
+use super::found::Target;
+use super::ray::{KernelRay, MISS, SMALLEST, beyond};
+use crate::accel::wide::LEAF_SIZE;
+use crate::crossing::Crossing;
+use crate::math::{HALF_ULP, Real};
+use crate::simd::{F64x4, Simd};
+use crate::solid::mesh::winding::order;
+
+/// The lanes of a block that a ray hits, and that it may hit.
+pub(super) struct Tested {
+    certain: u8,
+    doubtful: u8,
+    /// For certain hits, an interval that contains `t`.
+    low: [f64; LEAF_SIZE],
+    high: [f64; LEAF_SIZE],
+}
+
+/// Tests a block. Returns `None` if the ray misses all its triangles.
+#[inline(always)]
+pub(super) fn test<S: Simd, C: Coordinate>(block: &Block<C>, ray: &KernelRay) -> Option<Tested> {
+    let splat = <S::F64 as Real>::splat;
+    // Not `map` or `from_fn`, which are not inlined where values are vector registers.
+    let load = |role: usize, corner: usize| {
+        C::load::<S>(&block.coordinates[ray.axes[role] as usize % 3][corner]) - splat(ray.origin[role])
+    };
+    let z = [load(2, 0), load(2, 1), load(2, 2)];
+    let sheared =
+        |role: usize, corner: usize| splat(ray.slope[role]).neg_mul_add(z[corner], load(role, corner));
+    let x = [sheared(0, 0), sheared(0, 1), sheared(0, 2)];
+    let y = [sheared(1, 0), sheared(1, 1), sheared(1, 2)];
+    let edge = |a: usize, b: usize| x[a].mul_sub(y[b], y[a] * x[b]);
+    let (u, v, w) = (edge(1, 2), edge(2, 0), edge(0, 1));
+    let (least, most) = (u.lesser(v).lesser(w), u.greater(v).greater(w));
+    let doubt = splat(ray.doubt);
+    // Neither is true of unused lanes, where all numbers are NaN.
+    let possible = (-doubt).is_at_most(least) | most.is_at_most(doubt);
+    if possible == 0 {
+        return None;
+    }
+    let certain = doubt.is_less(least) | most.is_less(-doubt);
+    let doubtful = possible & !certain;
+    let mut tested = Tested { certain, doubtful, low: [0.0; LEAF_SIZE], high: [0.0; LEAF_SIZE] };
+    if certain != 0 {
+        let [low, high] = interval::<S>(ray, [u, v, w], z);
+        (tested.low, tested.high) = (low.store(), high.store());
+    }
+    Some(tested)
+}
+
+/// An interval that contains the `t` of each lane that is hit: its depth is that of the corners, weighted with the edge
+/// functions, and `t` is clamped to the depths of the corners just as [`crate::aabb::BoxRay`] computes them.
+#[inline(always)]
+fn interval<S: Simd>(ray: &KernelRay, edges: [S::F64; 3], z: [S::F64; 3]) -> [S::F64; 2] {
+    let splat = <S::F64 as Real>::splat;
+    let inverse = splat(ray.inverse);
+    let t = [z[0] * inverse, z[1] * inverse, z[2] * inverse];
+    let (near, far) = (t[0].lesser(t[1]).lesser(t[2]), t[0].greater(t[1]).greater(t[2]));
+    let (shrink, grow) = (splat(1.0 - 6.0 * HALF_ULP), splat(1.0 + 6.0 * HALF_ULP));
+    let near = (near * shrink).lesser(near * grow);
+    let far = (far * shrink).greater(far * grow);
+    // With the true sums `n` and `s` and errors `e_n` and `e_s`: |n'/s' - n/s| <= (|e_n| + |n/s| |e_s|) / |s'|, and
+    // |n/s| is a depth within the reach.
+    let [u, v, w] = edges;
+    let sum = u + v + w;
+    let weighted = u.mul_add(z[0], v.mul_add(z[1], w * z[2]));
+    let per_sum = inverse / sum;
+    let middle = weighted * per_sum;
+    let error = splat(ray.depth_doubt) * per_sum.abs();
+    let error = middle.abs().mul_add(splat(16.0 * HALF_ULP), error);
+    // If the sum is so small that the error overflows, the corners remain. A `t` of the plain path that underflows may
+    // be beyond the corners.
+    let smallest = splat(SMALLEST);
+    [(middle - error).greater(near) - smallest, (middle + error).lesser(far) + smallest]
+}
+
+/// Iterates over the lanes of a mask.
+fn lanes(mut mask: u8) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = mask.trailing_zeros() as usize;
+        mask &= mask.wrapping_sub(1);
+        (lane < LEAF_SIZE).then_some(lane)
+    })
+}
+
+impl<C: Coordinate> Kernel<'_, C> {
+    /// Takes the hits of a leaf that are nearer than the best one.
+    #[inline(always)]
+    pub(super) fn closest_in_leaf<S: Simd>(&self, ray: &mut KernelRay, leaf: u32) {
+        let Some(tested) = test::<S, C>(&self.blocks[leaf as usize], ray) else { return };
+        for lane in lanes(tested.certain) {
+            let (low, high) = (tested.low[lane], tested.high[lane]);
+            if low > ray.best[1] + ray.margin || high < ray.from || low > ray.to {
+                continue;
+            }
+            if low >= ray.from && high <= ray.to && high + ray.margin < ray.best[0] {
+                ray.best = [low, high];
+                (ray.leaf, ray.lane, ray.is_crowded) = (leaf, lane as u32, false);
+                ray.shorten();
+            } else {
+                self.offer_exactly(ray, leaf, lane);
+            }
+        }
+        for lane in lanes(tested.doubtful) {
+            self.offer_exactly(ray, leaf, lane);
+        }
+    }
+
+    /// Compares a hit with the best one by the plain path.
+    #[cold]
+    #[inline(never)]
+    fn offer_exactly(&self, ray: &mut KernelRay, leaf: u32, lane: usize) {
+        let Some((hit, t)) = self.hit_in_span(ray, leaf, lane) else { return };
+        if ray.leaf != MISS {
+            let Some((best, best_t)) = self.hit_in_span(ray, ray.leaf, ray.lane as usize) else { return };
+            ray.best = [best_t; 2];
+            let is_near = (t - best_t).abs() <= ray.margin;
+            if order(&best, &hit).is_lt() {
+                ray.is_crowded |= is_near;
+                ray.shorten();
+                return;
+            }
+            ray.is_crowded = is_near;
+        }
+        ray.best = [t; 2];
+        (ray.leaf, ray.lane) = (leaf, lane as u32);
+        ray.shorten();
+    }
+
+    /// Whether the ray hits any triangle of a leaf in the span.
+    #[inline(always)]
+    pub(super) fn any_in_leaf<S: Simd>(&self, ray: &KernelRay, leaf: u32) -> bool {
+        let Some(tested) = test::<S, C>(&self.blocks[leaf as usize], ray) else { return false };
+        let mut open = tested.doubtful;
+        for lane in lanes(tested.certain) {
+            if tested.low[lane] >= ray.from && tested.high[lane] <= ray.to {
+                return true;
+            }
+            if tested.high[lane] >= ray.from && tested.low[lane] <= ray.to {
+                open |= 1 << lane;
+            }
+        }
+        open != 0 && lanes(open).any(|lane| self.hit_in_span(ray, leaf, lane).is_some())
+    }
+
+    /// Passes all hits of a leaf in the span to `hit`.
+    #[inline(always)]
+    pub(super) fn all_in_leaf<S: Simd>(&self, ray: &KernelRay, leaf: u32, hits: &mut Vec<Target>) {
+        let Some(tested) = test::<S, C>(&self.blocks[leaf as usize], ray) else { return };
+        let mut take = |lane: usize| hits.push(Target { row: ray.row, leaf, lane: lane as u32 });
+        let mut open = tested.doubtful;
+        for lane in lanes(tested.certain) {
+            if tested.low[lane] >= ray.from && tested.high[lane] <= ray.to {
+                take(lane);
+            } else if tested.high[lane] >= ray.from && tested.low[lane] <= ray.to {
+                open |= 1 << lane;
+            }
+        }
+        if open != 0 {
+            lanes(open).filter(|&lane| self.hit_in_span(ray, leaf, lane).is_some()).for_each(take);
+        }
+    }
+
+    /// The hit of one triangle by the plain path, and its scaled `t`, if it is in the span.
+    #[cold]
+    #[inline(never)]
+    fn hit_in_span(&self, ray: &KernelRay, leaf: u32, lane: usize) -> Option<(Crossing, f64)> {
+        let hit = self.plain_hit(ray.row as usize, leaf, lane)?;
+        (ray.from <= hit.1 && hit.1 <= ray.to).then_some(hit)
+    }
+}
+
+impl KernelRay {
+    /// Skips boxes beyond the best hit, and beyond what may be one event with it.
+    #[inline(always)]
+    fn shorten(&mut self) {
+        self.limit = beyond((self.best[1] + self.margin - self.entry) * self.per_t);
+    }
+}

@@ -1,0 +1,59 @@
+//! Tests a ray against the boxes of a node's children.
+
+use super::ray::KernelRay;
+use crate::accel::wide::{Node, WIDTH};
+use crate::simd::{F32x8, Simd};
+
+/// The planes of a node, the nearer ones of each axis first, as rays of one octant see them.
+#[derive(Clone, Copy)]
+pub(super) struct Planes<F> {
+    near: [F; 3],
+    far: [F; 3],
+}
+
+/// Loads the planes of a node.
+#[inline(always)]
+pub(super) fn planes<S: Simd>(node: &Node, upper_is_near: &[u32; 3]) -> Planes<S::F32> {
+    let plane = |axis: usize, upper: u32| S::F32::load(&node.planes[2 * axis + (upper & 1) as usize]);
+    Planes {
+        near: [plane(0, upper_is_near[0]), plane(1, upper_is_near[1]), plane(2, upper_is_near[2])],
+        far: [plane(0, upper_is_near[0] ^ 1), plane(1, upper_is_near[1] ^ 1), plane(2, upper_is_near[2] ^ 1)],
+    }
+}
+
+/// Returns a mask of the children whose boxes the ray may meet before its limit, and how far from the entry they begin.
+///
+/// No box that holds a hit is lost. On each axis, with exact origin `o` and slope `s`, a plane `p` is met at `(p - o)
+/// / s`. Computed is `p r - o' r` with `r = (1 + a) / s`: the origin `o'` is off by half an ulp of float32, which is
+/// `2^-25` because it is at most 1; `o' r` by `2^-24` of itself; the origin that the ray was moved to by less than
+/// `2^-26`. So this is the exact quotient for a plane that is off by less than `2^-22`, the padding of the boxes, times
+/// `1 + b` with `|b| < 2^-23 + 2^-46`, from the reciprocal and the last rounding. Where the exact intervals of a padded
+/// box meet in some depth of at least 0, the computed bounds are therefore in order up to a factor of `(1 + b) / (1 -
+/// b) < 1 + 2^-21`.
+#[inline(always)]
+pub(super) fn test_planes<S: Simd>(planes: &Planes<S::F32>, ray: &KernelRay) -> (S::F32, S::F32) {
+    let splat = S::F32::splat;
+    let depth = |planes: &[S::F32; 3], axis: usize| {
+        planes[axis].mul_sub(splat(ray.reciprocal[axis]), splat(ray.offset[axis]))
+    };
+    let enter = depth(&planes.near, 0).greater(depth(&planes.near, 1));
+    let enter = depth(&planes.near, 2).greater(splat(0.0)).greater(enter);
+    let exit = depth(&planes.far, 0).lesser(depth(&planes.far, 1));
+    let exit = depth(&planes.far, 2).lesser(splat(ray.limit)).lesser(exit);
+    const WIDEN: f32 = 1.0 + 1.0 / (1 << 21) as f32;
+    (enter.is_at_most(exit.mul(splat(WIDEN))), enter)
+}
+
+/// The test of one ray.
+#[inline(always)]
+pub(super) fn test_node<S: Simd>(node: &Node, ray: &KernelRay) -> (S::F32, S::F32) {
+    test_planes::<S>(&planes::<S>(node, &ray.near), ray)
+}
+
+/// Writes eight numbers onto a stack.
+#[inline(always)]
+pub(super) fn push_eight<S: Simd>(values: S::U32, stack: &mut [u32], at: usize) {
+    if let Some(room) = stack.get_mut(at..).and_then(|rest| rest.first_chunk_mut::<WIDTH>()) {
+        S::store_u32(values, room);
+    }
+}

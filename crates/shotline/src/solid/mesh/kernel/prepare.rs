@@ -1,0 +1,300 @@
+//! Prepares rays, four at a time.
+
+use super::frame::MeshFrame;
+use super::lines::{RayBlock, Want};
+use super::ray::{KernelRay, MISS, Prepared, SMALLEST, beyond};
+use crate::accel::wide::{Frame, PAD};
+use crate::crossing::GROUPING;
+use crate::math::{HALF_ULP, Real, Vec3, power_of_two};
+use crate::simd::{F64x4, Simd};
+use crate::solid::mesh::mesh_line::{MeshLine, exponent_within_range};
+use crate::solid::mesh::plane::ENOUGH;
+
+/// Rays whose origin is farther from the centre of the mesh than this many sizes take the plain path: the error of the
+/// entry into the mesh's box would exceed the padding of the boxes.
+const FARTHEST: f64 = (1 << 23) as f64;
+
+/// Components of a direction below this fraction of the longest count as this fraction for boxes: the ray then moves
+/// by less than the padding within the mesh.
+const STEEPEST: f64 = 1e-18;
+
+/// The number of rays that are prepared at a time.
+pub(super) const AT_A_TIME: usize = 4;
+
+/// What rays are prepared for: the numbers of a mesh that all of them need.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Preparation {
+    frame: Frame,
+    /// The corners of the padded box of the mesh, relative to its centre.
+    low: Vec3,
+    high: Vec3,
+    /// A bound on a sheared coordinate of any vertex of a leaf that the ray meets, without the part that depends on the
+    /// ray.
+    width: f64,
+    want: Want,
+}
+
+/// Three components of four vectors.
+type Vectors<S> = [<S as Simd>::F64; 3];
+
+/// Four lines after scaling.
+struct Scaled<S: Simd> {
+    o: Vectors<S>,
+    d: Vectors<S>,
+    /// The original `t` is that after scaling times `2^exponent`.
+    exponents: [i32; AT_A_TIME],
+    /// `t_min` and `t_max`.
+    from: S::F64,
+    to: S::F64,
+    /// The lines whose span does not scale without rounding, or that have components that may vanish.
+    is_inexact: u8,
+}
+
+/// The axes of four lines: where `z_is_shorter` is negative the direction is not largest along z, and where
+/// `y_is_shorter` is too, it is largest along x.
+#[derive(Clone, Copy)]
+struct Roles<S: Simd> {
+    z_is_shorter: S::F64,
+    y_is_shorter: S::F64,
+}
+
+impl<S: Simd> Roles<S> {
+    #[inline(always)]
+    fn of(size: &Vectors<S>) -> Roles<S> {
+        Roles { z_is_shorter: size[2] - size[0].greater(size[1]), y_is_shorter: size[1] - size[0] }
+    }
+
+    /// One of three values for lines along x, y and z.
+    #[inline(always)]
+    fn pick(&self, x: S::F64, y: S::F64, z: S::F64) -> S::F64 {
+        x.where_negative(self.y_is_shorter, y).where_negative(self.z_is_shorter, z)
+    }
+
+    /// The components across, in cyclic order, and along.
+    #[inline(always)]
+    fn sorted(&self, v: &Vectors<S>) -> Vectors<S> {
+        [self.pick(v[1], v[2], v[0]), self.pick(v[2], v[0], v[1]), self.pick(v[0], v[1], v[2])]
+    }
+}
+
+impl Preparation {
+    pub fn of(mesh: &MeshFrame, frame: Frame, want: Want) -> Preparation {
+        let (bounds, pad) = (mesh.scaled_bounds, Vec3::splat(2.0 * PAD * frame.size));
+        Preparation {
+            frame,
+            low: bounds.min - frame.centre - pad,
+            high: bounds.max - frame.centre + pad,
+            // Rays meet boxes that are padded and tested in float32: that adds far less than a hundredth.
+            width: 2.02 * bounds.size().max_element(),
+            want,
+        }
+    }
+
+    /// Prepares the rays of four rows in four slots.
+    #[inline(always)]
+    pub fn prepare<S: Simd>(
+        &self,
+        mesh: &MeshFrame,
+        block: &RayBlock,
+        rows: [usize; AT_A_TIME],
+        rays: &mut [KernelRay],
+        slots: [usize; AT_A_TIME],
+    ) -> [Prepared; AT_A_TIME] {
+        let splat = <S::F64 as Real>::splat;
+        let Scaled { o, d, exponents, from, to, is_inexact } = scaled::<S>(mesh, block, rows);
+        let size = [d[0].abs(), d[1].abs(), d[2].abs()];
+        let roles = Roles::<S>::of(&size);
+        let sorted_d = roles.sorted(&d);
+        let longest = sorted_d[2].abs();
+        let centre = self.frame.centre;
+        let from_centre = [o[0] - splat(centre.x), o[1] - splat(centre.y), o[2] - splat(centre.z)];
+        let far = from_centre[0].abs().greater(from_centre[1].abs()).greater(from_centre[2].abs());
+        let is_extreme = is_inexact
+            | !far.is_at_most(splat(FARTHEST * self.frame.size))
+            | !splat(0.25).is_at_most(longest);
+
+        // Into the box of the mesh. Components that are almost zero count as small ones: then no product is NaN.
+        let least = longest * splat(STEEPEST);
+        let inverse = |i: usize| {
+            let inverse = splat(1.0) / size[i].greater(least);
+            (-inverse).where_negative(d[i], inverse)
+        };
+        let inverse = [inverse(0), inverse(1), inverse(2)];
+        let plane = |at: f64, i: usize| (splat(at) - from_centre[i]) * inverse[i];
+        let (low, high) = (self.low, self.high);
+        let a = [plane(low.x, 0), plane(low.y, 1), plane(low.z, 2)];
+        let b = [plane(high.x, 0), plane(high.y, 1), plane(high.z, 2)];
+        let enter = a[0].lesser(b[0]).greater(a[1].lesser(b[1])).greater(a[2].lesser(b[2]));
+        let exit = a[0].greater(b[0]).lesser(a[1].greater(b[1])).lesser(a[2].greater(b[2]));
+
+        let reach = self.reach::<S>(mesh, &o);
+        let (mut from, mut to, mut margin, mut is_open, mut is_lost) = (from, to, splat(SMALLEST), 0, 0);
+        if matches!(self.want, Want::First | Want::Within) {
+            let widths = if block.lines.errors.is_some() {
+                widths_of_lines::<S>(mesh, block, rows, exit.store())
+            } else {
+                // As `MeshLine::event_width` for an exact line.
+                let width = |t: S::F64| {
+                    let worst = splat(1.001 * HALF_ULP) * t.abs() + splat(1.02 * ENOUGH) * (reach + t.abs());
+                    splat(2.0 * GROUPING) * worst
+                };
+                [width(from), width(to), width(exit.greater(from.abs()))]
+            };
+            is_lost = !widths[2].is_less(splat(f64::INFINITY));
+            // The width grows with `t`, and no hit is beyond the box. The ends of the intervals that are compared are
+            // rounded too, by half an ulp each.
+            margin = margin + widths[2] + splat(4.0 * HALF_ULP) * exit.greater(from.abs());
+            from = from - widths[0];
+            is_open = if self.want == Want::First { enter.is_at_most(from) } else { 0 };
+            let is_limited = self.want == Want::First && block.span.t_max() < f64::INFINITY;
+            // For `Within` all hits ahead: their sum is the winding number at the start.
+            to = if is_limited { to + widths[1] } else { splat(f64::INFINITY) };
+        }
+        let is_plain = is_extreme | is_lost;
+        let (entry, exit) = (enter.greater(from), exit.lesser(to));
+        let is_met = entry.is_at_most(exit);
+        let is_ready = is_met & !is_open;
+        if (is_met | is_plain) & 0xf == 0 {
+            return [Prepared::Misses; AT_A_TIME];
+        }
+
+        let doubt = self.doubts::<S>(reach);
+        let per_size = splat(1.0 / self.frame.size);
+        let start = |i: usize| (from_centre[i] + d[i] * entry) * per_size;
+        let per_t = longest * per_size;
+        let start = [start(0).store(), start(1).store(), start(2).store()];
+        let reciprocal =
+            [(inverse[0] * longest).store(), (inverse[1] * longest).store(), (inverse[2] * longest).store()];
+        let depth = ((exit - entry) * per_t).store();
+        let o = roles.sorted(&o);
+        let origin = [o[0].store(), o[1].store(), o[2].store()];
+        let inverse_along = splat(1.0) / sorted_d[2];
+        let slope = [(sorted_d[0] / sorted_d[2]).store(), (sorted_d[1] / sorted_d[2]).store()];
+        let inverse = inverse_along.store();
+        let (z_shorter, y_shorter) = (roles.z_is_shorter.store(), roles.y_is_shorter.store());
+        let doubts = [doubt[0].store(), doubt[1].store()];
+        let (entry, per_t) = (entry.store(), per_t.store());
+        let (from, to, margin) = (from.store(), to.store(), margin.store());
+        for lane in 0..AT_A_TIME {
+            let ray = &mut rays[slots[lane]];
+            for k in 0..3 {
+                let r = reciprocal[k][lane] as f32;
+                ray.reciprocal[k] = r;
+                ray.offset[k] = start[k][lane] as f32 * r;
+                ray.near[k] = u32::from(r < 0.0);
+                ray.origin[k] = origin[k][lane];
+            }
+            let is_z = z_shorter[lane] >= 0.0;
+            let along = if is_z { 2 } else { u32::from(y_shorter[lane] >= 0.0) };
+            ray.axes = [(along + 1) % 3, (along + 2) % 3, along];
+            ray.slope = [slope[0][lane], slope[1][lane]];
+            ray.inverse = inverse[lane];
+            ray.limit = beyond(depth[lane]);
+            ray.row = rows[lane] as u32;
+            (ray.leaf, ray.lane, ray.is_crowded) = (MISS, 0, false);
+            (ray.doubt, ray.depth_doubt) = (doubts[0][lane], doubts[1][lane]);
+            (ray.entry, ray.per_t) = (entry[lane], per_t[lane]);
+            (ray.from, ray.to, ray.margin) = (from[lane], to[lane], margin[lane]);
+            ray.best = [f64::INFINITY; 2];
+        }
+        [0, 1, 2, 3].map(|lane| {
+            if is_plain >> lane & 1 == 1 || exponents[lane].abs() > 900 {
+                Prepared::Plain
+            } else if is_ready >> lane & 1 == 1 {
+                Prepared::Ready
+            } else if is_met >> lane & 1 == 1 {
+                Prepared::Inside
+            } else {
+                Prepared::Misses
+            }
+        })
+    }
+
+    /// As `sheared_ray::reach`.
+    #[inline(always)]
+    fn reach<S: Simd>(&self, mesh: &MeshFrame, o: &Vectors<S>) -> S::F64 {
+        let splat = <S::F64 as Real>::splat;
+        let (min, max) = (mesh.scaled_bounds.min, mesh.scaled_bounds.max);
+        let along = |i: usize| (splat(min[i]) - o[i]).abs().greater((splat(max[i]) - o[i]).abs());
+        along(0).greater(along(1)).greater(along(2)) * splat(1.0 + 4.0 * HALF_ULP)
+    }
+
+    /// Bounds on the rounding of edge functions, and of depths.
+    #[inline(always)]
+    fn doubts<S: Simd>(&self, reach: S::F64) -> [S::F64; 2] {
+        let splat = <S::F64 as Real>::splat;
+        // As in `ShearedRay::new`, without the triangles whose planes are near.
+        let e = splat(6.5 * HALF_ULP) * reach;
+        let width = splat(self.width) + splat(64.0 * HALF_ULP) * reach;
+        let square = (width + e) * (width + e);
+        let rounding = splat(4.0) * width * e + splat(2.0) * e * e + splat(8.0 * HALF_ULP) * square;
+        let doubt = splat(1.01) * rounding + splat(f64::MIN_POSITIVE);
+        // The sums have three terms. Each edge function is off by `doubt` and at most `2 (width + e)^2`, each depth is
+        // off by half an ulp and at most `reach`; products and sums round by another nine half-ulps.
+        let sums = splat(3.0) * doubt + splat(40.0 * HALF_ULP) * square;
+        [doubt, splat(2.02) * reach * sums + splat(f64::MIN_POSITIVE)]
+    }
+}
+
+/// [`MeshLine::event_width`] of lines that are not exact: at both ends of the span, and where they leave the mesh's
+/// box. Infinite where a line meets nothing by itself.
+#[inline(never)]
+fn widths_of_lines<S: Simd>(
+    mesh: &MeshFrame,
+    block: &RayBlock,
+    rows: [usize; AT_A_TIME],
+    exits: [f64; AT_A_TIME],
+) -> [S::F64; 3] {
+    let mut widths = [[f64::INFINITY; AT_A_TIME]; 3];
+    for lane in 0..AT_A_TIME {
+        let line = block.lines.line(rows[lane]);
+        let Some(line) = MeshLine::new(&line, &mesh.size, &mesh.scaled_bounds) else { continue };
+        let (t_min, t_max) = (block.span.t_min(), block.span.t_max());
+        widths[0][lane] = line.scaled(line.event_width(t_min));
+        widths[1][lane] = line.scaled(line.event_width(t_max));
+        widths[2][lane] = line.scaled(line.event_width(line.unscaled(exits[lane]).max(t_min.abs())));
+    }
+    [S::F64::load(&widths[0]), S::F64::load(&widths[1]), S::F64::load(&widths[2])]
+}
+
+/// The lanes with a component other than zero that is so small after scaling that it, its products or its reciprocal may
+/// underflow or overflow. Box tests before scaling still see such a component.
+#[inline(always)]
+fn may_vanish<S: Simd>(scaled: &Vectors<S>, unscaled: &Vectors<S>) -> u8 {
+    let splat = <S::F64 as Real>::splat;
+    let is_small =
+        |axis: usize| scaled[axis].abs().is_less(splat(1e-100)) & splat(0.0).is_less(unscaled[axis].abs());
+    is_small(0) | is_small(1) | is_small(2)
+}
+
+#[inline(always)]
+fn scaled<S: Simd>(mesh: &MeshFrame, block: &RayBlock, rows: [usize; AT_A_TIME]) -> Scaled<S> {
+    let lines = &block.lines.rows;
+    let four = [&lines[rows[0]], &lines[rows[1]], &lines[rows[2]], &lines[rows[3]]];
+    let load = |k: usize| S::F64::load(&[four[0][k], four[1][k], four[2][k], four[3][k]]);
+    let (o, d) = ([load(0), load(1), load(2)], [load(3), load(4), load(5)]);
+    let longest = d[0].abs().greater(d[1].abs()).greater(d[2].abs()).store();
+    let of_size = mesh.size.exponent();
+    let (mut scales, mut exponents, mut of_t) = ([0.0; AT_A_TIME], [0; AT_A_TIME], [0.0; AT_A_TIME]);
+    for lane in 0..AT_A_TIME {
+        let exponent = exponent_within_range(longest[lane]);
+        scales[lane] = power_of_two(-exponent);
+        exponents[lane] = of_size - exponent;
+        of_t[lane] = power_of_two((-exponents[lane]).clamp(-1000, 1000));
+    }
+    let (of_o, of_d) = (<S::F64 as Real>::splat(power_of_two(-of_size)), S::F64::load(&scales));
+    let of_t = S::F64::load(&of_t);
+    let (t_min, t_max) =
+        (<S::F64 as Real>::splat(block.span.t_min()), <S::F64 as Real>::splat(block.span.t_max()));
+    let (from, to) = (t_min * of_t, t_max * of_t);
+    let (unscaled_from, unscaled_to) = (from / of_t, to / of_t);
+    let is_exact = unscaled_from.is_at_most(t_min)
+        & t_min.is_at_most(unscaled_from)
+        & unscaled_to.is_at_most(t_max)
+        & t_max.is_at_most(unscaled_to);
+    let (unscaled_o, unscaled_d) = (o, d);
+    let o = [o[0] * of_o, o[1] * of_o, o[2] * of_o];
+    let d = [d[0] * of_d, d[1] * of_d, d[2] * of_d];
+    let vanishes = may_vanish::<S>(&o, &unscaled_o) | may_vanish::<S>(&d, &unscaled_d);
+    Scaled { o, d, exponents, from, to, is_inexact: !is_exact | vanishes }
+}

@@ -1,0 +1,160 @@
+//! Ray streams, for coherent rays: 64 of them share one traversal, with a mask of the rays that need each node (Barringer and
+//! Akenine-Moeller 2014, "Dynamic ray stream traversal").
+
+use super::block::Coordinate;
+use super::context::Kernel;
+use super::found::{Found, Mode};
+use super::node::{planes, test_planes};
+use super::prepare::AT_A_TIME;
+use super::ray::{KernelRay, MISS};
+use crate::accel::wide::{LEAF, WIDTH};
+use crate::simd::{F32x8, Simd};
+
+/// The number of rays that share a traversal.
+pub(super) const SIZE: usize = 64;
+
+/// Entries between two reads of the cancel flag: well below a millisecond.
+const POLL_INTERVAL: u32 = 256;
+
+/// A pending child, the rays that need it, and the key of where the first of them enters it.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    rays: u64,
+    child: u32,
+    key: u32,
+}
+
+/// The memory of a stream.
+#[derive(Debug, Default)]
+pub(super) struct StreamMemory {
+    rays: Vec<KernelRay>,
+    /// The limits of the rays, which are read much more often than the rest.
+    limits: Vec<[f32; WIDTH]>,
+    stack: Vec<Entry>,
+}
+
+/// Casts the rays of at most [`SIZE`] rows.
+#[inline(always)]
+pub(super) fn cast<S: Simd, C: Coordinate, M: Mode>(
+    kernel: &Kernel<C>,
+    rows: std::ops::Range<usize>,
+    memory: &mut StreamMemory,
+    found: &mut Found,
+) {
+    memory.rays.resize(SIZE, KernelRay::default());
+    memory.limits.resize(SIZE / WIDTH, [0.0; WIDTH]);
+    let mut live = 0u64;
+    for first in (0..rows.len()).step_by(AT_A_TIME) {
+        // Behind the last ray, it is prepared again.
+        let slots = [first, first + 1, first + 2, first + 3];
+        let of_slot = |slot: usize| rows.start + slot.min(rows.len() - 1);
+        let prepared = kernel.prepare::<S>(
+            [of_slot(slots[0]), of_slot(slots[1]), of_slot(slots[2]), of_slot(slots[3])],
+            &mut memory.rays,
+            slots,
+        );
+        for (slot, prepared) in slots.into_iter().zip(prepared).take(rows.len() - first) {
+            live |= u64::from(found.is_ready(rows.start + slot, prepared)) << slot;
+            memory.limits[slot / WIDTH][slot % WIDTH] = memory.rays[slot].limit;
+        }
+    }
+    if live == 0 {
+        return;
+    }
+    let first = memory.rays[live.trailing_zeros() as usize].near;
+    let same_octant = bits(live).all(|i| memory.rays[i].near == first);
+    if same_octant {
+        traverse::<S, C, M, true>(kernel, live, memory, found);
+    } else {
+        traverse::<S, C, M, false>(kernel, live, memory, found);
+    }
+    bits(live).for_each(|i| found.finish(&memory.rays[i]));
+}
+
+fn bits(mut mask: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let bit = mask.trailing_zeros() as usize;
+        mask &= mask.wrapping_sub(1);
+        (bit < SIZE).then_some(bit)
+    })
+}
+
+#[inline(always)]
+fn traverse<S: Simd, C: Coordinate, M: Mode, const SAME_OCTANT: bool>(
+    kernel: &Kernel<C>,
+    live: u64,
+    memory: &mut StreamMemory,
+    found: &mut Found,
+) {
+    let StreamMemory { rays, limits, stack } = memory;
+    let first_near = rays[live.trailing_zeros() as usize].near;
+    // For `Any`: the rays without a hit.
+    let mut open = live;
+    stack.clear();
+    stack.push(Entry { rays: live, child: 0, key: 0 });
+    let mut popped = 0;
+    while let Some(Entry { rays: mut mask, child, key }) = stack.pop() {
+        popped += 1;
+        if popped % POLL_INTERVAL == 0 && (kernel.block.is_cancelled() || found.is_full()) {
+            return;
+        }
+        if M::ANY {
+            mask &= open;
+        } else if M::CLOSEST {
+            mask &= not_before::<S>(limits, f32::from_bits(key & !15));
+        }
+        if mask == 0 {
+            continue;
+        }
+        if child & LEAF != 0 {
+            let leaf = child & !LEAF;
+            for i in bits(mask) {
+                let ray = &mut rays[i];
+                if M::CLOSEST {
+                    kernel.closest_in_leaf::<S>(ray, leaf);
+                    limits[i / WIDTH][i % WIDTH] = ray.limit;
+                } else if M::ANY {
+                    if kernel.any_in_leaf::<S>(ray, leaf) {
+                        ray.leaf = leaf;
+                        open &= !(1 << i);
+                    }
+                } else {
+                    kernel.all_in_leaf::<S>(ray, leaf, &mut found.targets);
+                }
+            }
+            continue;
+        }
+        let node = &kernel.tree.nodes[child as usize];
+        let mut hit_children = [0u8; SIZE];
+        let mut nearest = S::F32::splat(f32::INFINITY);
+        let of_first = planes::<S>(node, &first_near);
+        for i in bits(mask) {
+            let ray = &rays[i];
+            let of_ray = if SAME_OCTANT { of_first } else { planes::<S>(node, &ray.near) };
+            let (children, enter) = test_planes::<S>(&of_ray, ray);
+            hit_children[i] = children.bits();
+            nearest = enter.or_infinity(children).lesser(nearest);
+        }
+        let met = nearest.is_less(S::F32::splat(f32::INFINITY));
+        let rays_of = S::transpose_bits(&hit_children);
+        let mut keys = [0; WIDTH];
+        S::store_u32(S::descending(nearest, met), &mut keys);
+        for &key in &keys[..met.bits().count_ones() as usize] {
+            let slot = key as usize % WIDTH;
+            stack.push(Entry { rays: rays_of[slot], child: node.children[slot], key: key - 8 });
+        }
+    }
+    if M::ANY {
+        bits(open).for_each(|i| rays[i].leaf = MISS);
+    }
+}
+
+/// The rays whose limits are not before a depth.
+#[inline(always)]
+fn not_before<S: Simd>(limits: &[[f32; WIDTH]], depth: f32) -> u64 {
+    let depth = S::F32::splat(depth);
+    let mask = |(i, limits): (usize, &[f32; WIDTH])| {
+        u64::from(depth.is_at_most(S::F32::load(limits)).bits()) << (i * WIDTH)
+    };
+    limits.iter().enumerate().map(mask).fold(0, |all, mask| all | mask)
+}

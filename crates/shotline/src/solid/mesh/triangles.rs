@@ -1,0 +1,56 @@
+//! The scaled triangles of a mesh, made from its vertices when they are needed.
+
+use std::sync::Arc;
+
+use super::TriangleMesh;
+use super::mesh_line::{PowerOfTwoScale, Triangle};
+
+/// The faces with three different corners, numbered as items of an accelerator.
+#[derive(Clone, Debug)]
+pub(super) struct Triangles {
+    mesh: Arc<TriangleMesh>,
+    size: PowerOfTwoScale,
+    /// The face of each item; `None` if every face is an item.
+    faces: Option<Vec<u32>>,
+}
+
+impl Triangles {
+    pub(super) fn of(mesh: Arc<TriangleMesh>, size: PowerOfTwoScale) -> Triangles {
+        // Scaling may underflow, so that corners become equal.
+        let is_triangle = |face: &u32| {
+            let [a, b, c] = mesh.corners(*face).map(|v| size.scale(v));
+            a != b && b != c && c != a
+        };
+        let all = 0..mesh.faces.len() as u32;
+        let faces = if all.clone().all(|face| is_triangle(&face)) {
+            None
+        } else {
+            Some(all.filter(is_triangle).collect())
+        };
+        Triangles { mesh, size, faces }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.faces.as_ref().map_or(self.mesh.faces.len(), Vec::len)
+    }
+
+    /// The face of an item.
+    pub(super) fn face(&self, item: u32) -> u32 {
+        self.faces.as_ref().map_or(item, |faces| faces[item as usize])
+    }
+
+    /// The triangle of an item.
+    pub(super) fn get(&self, item: u32) -> Triangle {
+        let face = self.face(item);
+        Triangle { corners: self.mesh.corners(face).map(|v| self.size.scale(v)), face }
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = Triangle> + '_ {
+        (0..self.len() as u32).map(|item| self.get(item))
+    }
+
+    /// Bytes used beyond the mesh.
+    pub(super) fn memory(&self) -> usize {
+        self.faces.as_ref().map_or(0, |faces| size_of_val(faces.as_slice()))
+    }
+}
