@@ -156,3 +156,17 @@ fn a_negative_t_that_underflows_is_zero() {
         compare(&placed.world, &rays, Span::FORWARD.into(), 1).unwrap_or_else(|what| panic!("{what}"));
     }
 }
+
+/// Where `t` is scaled by an extreme power of two, the ends of a tiny span must not make the kernel miss the mesh.
+#[test]
+fn a_tiny_span_of_a_ray_with_an_extreme_scale() {
+    let size = 1e-200;
+    let mesh = Arc::new(cuboid(Vec3::ZERO, Vec3::splat(size)));
+    let placed = place(&[(mesh, Affine::scaling(Vec3::ONE))], "tiny".to_string()).expect("a world");
+    let o = Vec3::new(0.5, 0.25, 2.0) * size;
+    let rays: Vec<Ray> = [1e180, 1e200, 1e210].map(|d| Ray::new(o, -Vec3::Z * d).expect("a ray")).to_vec();
+    for (t_min, t_max) in [(-1e-320, 1e-323), (-5e-324, 5e-324), (-1e-300, 1e-300), (0.0, 1e-305)] {
+        let scope = Scope::surfaces(Span::new(t_min, t_max).expect("a span"));
+        compare(&placed.world, &rays, scope, 1).unwrap_or_else(|what| panic!("{t_max}: {what}"));
+    }
+}

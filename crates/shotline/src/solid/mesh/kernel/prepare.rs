@@ -18,6 +18,9 @@ const FARTHEST: f64 = (1 << 23) as f64;
 /// by less than the padding within the mesh.
 const STEEPEST: f64 = 1e-18;
 
+/// Rays whose `t` is scaled by more than two to this power take the plain path: it may overflow or underflow.
+const MAX_EXPONENT: i32 = 900;
+
 /// The number of rays that are prepared at a time.
 pub(super) const AT_A_TIME: usize = 4;
 
@@ -41,13 +44,12 @@ type Vectors<S> = [<S as Simd>::F64; 3];
 struct Scaled<S: Simd> {
     o: Vectors<S>,
     d: Vectors<S>,
-    /// The original `t` is that after scaling times `2^exponent`.
-    exponents: [i32; AT_A_TIME],
     /// `t_min` and `t_max`.
     from: S::F64,
     to: S::F64,
-    /// The lines whose span does not scale without rounding, or that have components that may vanish.
-    is_inexact: u8,
+    /// The lines whose `t` has an extreme scale, whose span does not scale without rounding, or that have components
+    /// that may vanish.
+    is_extreme: u8,
 }
 
 /// The axes of four lines: where `z_is_shorter` is negative the direction is not largest along z, and where
@@ -101,7 +103,7 @@ impl Preparation {
         slots: [usize; AT_A_TIME],
     ) -> [Prepared; AT_A_TIME] {
         let splat = <S::F64 as Real>::splat;
-        let Scaled { o, d, exponents, from, to, is_inexact } = scaled::<S>(mesh, block, rows);
+        let Scaled { o, d, from, to, is_extreme } = scaled::<S>(mesh, block, rows);
         let size = [d[0].abs(), d[1].abs(), d[2].abs()];
         let roles = Roles::<S>::of(&size);
         let sorted_d = roles.sorted(&d);
@@ -109,7 +111,7 @@ impl Preparation {
         let centre = self.frame.centre;
         let from_centre = [o[0] - splat(centre.x), o[1] - splat(centre.y), o[2] - splat(centre.z)];
         let far = from_centre[0].abs().greater(from_centre[1].abs()).greater(from_centre[2].abs());
-        let is_extreme = is_inexact
+        let is_extreme = is_extreme
             | !far.is_at_most(splat(FARTHEST * self.frame.size))
             | !splat(0.25).is_at_most(longest);
 
@@ -198,7 +200,7 @@ impl Preparation {
             ray.best = [f64::INFINITY; 2];
         }
         [0, 1, 2, 3].map(|lane| {
-            if is_plain >> lane & 1 == 1 || exponents[lane].abs() > 900 {
+            if is_plain >> lane & 1 == 1 {
                 Prepared::Plain
             } else if is_ready >> lane & 1 == 1 {
                 Prepared::Ready
@@ -275,12 +277,14 @@ fn scaled<S: Simd>(mesh: &MeshFrame, block: &RayBlock, rows: [usize; AT_A_TIME])
     let (o, d) = ([load(0), load(1), load(2)], [load(3), load(4), load(5)]);
     let longest = d[0].abs().greater(d[1].abs()).greater(d[2].abs()).store();
     let of_size = mesh.size.exponent();
-    let (mut scales, mut exponents, mut of_t) = ([0.0; AT_A_TIME], [0; AT_A_TIME], [0.0; AT_A_TIME]);
+    let (mut scales, mut of_t, mut is_far) = ([0.0; AT_A_TIME], [0.0; AT_A_TIME], 0);
     for lane in 0..AT_A_TIME {
         let exponent = exponent_within_range(longest[lane]);
         scales[lane] = power_of_two(-exponent);
-        exponents[lane] = of_size - exponent;
-        of_t[lane] = power_of_two((-exponents[lane]).clamp(-1000, 1000));
+        // The original `t` is that after scaling times two to this power.
+        let exponent_of_t = of_size - exponent;
+        of_t[lane] = power_of_two((-exponent_of_t).clamp(-1000, 1000));
+        is_far |= u8::from(exponent_of_t.abs() > MAX_EXPONENT) << lane;
     }
     let (of_o, of_d) = (<S::F64 as Real>::splat(power_of_two(-of_size)), S::F64::load(&scales));
     let of_t = S::F64::load(&of_t);
@@ -296,5 +300,5 @@ fn scaled<S: Simd>(mesh: &MeshFrame, block: &RayBlock, rows: [usize; AT_A_TIME])
     let o = [o[0] * of_o, o[1] * of_o, o[2] * of_o];
     let d = [d[0] * of_d, d[1] * of_d, d[2] * of_d];
     let vanishes = may_vanish::<S>(&o, &unscaled_o) | may_vanish::<S>(&d, &unscaled_d);
-    Scaled { o, d, exponents, from, to, is_inexact: !is_exact | vanishes }
+    Scaled { o, d, from, to, is_extreme: is_far | !is_exact | vanishes }
 }
