@@ -172,6 +172,46 @@ impl BoxRay {
         }
     }
 
+    /// The same line in coordinates `(v - centre) / size`, where `size` is a power of two. The ends of the origin's
+    /// error are moved apart by the rounding of the difference, so the tests stay conservative.
+    pub(crate) fn relative_to(&self, centre: Vec3, size: f64) -> BoxRay {
+        let (ahead, behind) = ((self.ahead - centre) / size, (self.behind - centre) / size);
+        let rounding = 4.0 * HALF_ULP * ahead.abs().max(behind.abs());
+        let forward = Vec3::select(self.inverse.cmpge(Vec3::ZERO), rounding, -rounding);
+        BoxRay {
+            ahead: ahead + forward,
+            behind: behind - forward,
+            inverse: self.inverse * size,
+            d: self.d / size,
+            ..*self
+        }
+    }
+
+    /// For eight boxes, given by the lower and then the upper planes of each axis, the interval of the span in which
+    /// the line can be in each of them, as in [`BoxRay::enter_exit`]. It is missed where the first end is not at most
+    /// the second.
+    #[inline]
+    pub(crate) fn enter_exit_eight(&self, planes: &[[f32; 8]; 6]) -> [[f64; 8]; 2] {
+        let (mut enter, mut exit) = ([f64::NEG_INFINITY; 8], [f64::INFINITY; 8]);
+        for axis in 0..3 {
+            let (ahead, behind, inverse) = (self.ahead[axis], self.behind[axis], self.inverse[axis]);
+            let upper_is_near = usize::from(inverse < 0.0);
+            let (near, far) = (&planes[2 * axis + upper_is_near], &planes[2 * axis + 1 - upper_is_near]);
+            for i in 0..8 {
+                let near = (f64::from(near[i]) - ahead) * inverse;
+                let far = (f64::from(far[i]) - behind) * inverse;
+                // A NaN compares false: such an axis does not cull.
+                enter[i] = if near > enter[i] { near } else { enter[i] };
+                exit[i] = if far < exit[i] { far } else { exit[i] };
+            }
+        }
+        let (t_min, t_max) = (self.span.t_min(), self.span.t_max());
+        [
+            enter.map(|t| (t * self.shrink).min(t * self.grow).max(t_min)),
+            exit.map(|t| (t * self.shrink).max(t * self.grow).min(t_max)),
+        ]
+    }
+
     /// The span this ray was prepared for.
     pub fn span(&self) -> Span {
         self.span

@@ -12,6 +12,8 @@ pub struct Scratch<'c> {
     pub counters: Counters,
     /// Tags of the items of one structure at a time.
     pub tags: Tags,
+    /// The pending nodes and leaves of the hierarchy of a mesh, each with the `t` at which it begins.
+    pub(crate) pending: Vec<(f64, u32)>,
     /// Steps, while they are recorded.
     pub log: Log,
     /// The triangles of the mesh queried last whose planes contain the line, up to rounding.

@@ -175,7 +175,7 @@ fn traversals_visit_the_leaves_of_all_boxes_that_are_met() {
             let span = [Span::FORWARD, Span::new(-1e300, 1e300).expect("a span")][random.below(2)];
             let ray = BoxRay::new(&line, span);
             let mut visits = vec![0; leaves.len()];
-            tree.traverse(&ray, &mut Counters::default(), |leaf, _| {
+            tree.traverse(&ray, &mut Counters::default(), &mut Vec::new(), |leaf, _| {
                 visits[leaf as usize] += 1;
                 span.t_max()
             });
@@ -206,7 +206,7 @@ fn limits_skip_no_box_before_them() {
             items.filter_map(|item| enter(*item)).fold(f64::INFINITY, f64::min)
         };
         let mut limit = f64::INFINITY;
-        tree.traverse(&ray, &mut Counters::default(), |leaf, _| {
+        tree.traverse(&ray, &mut Counters::default(), &mut Vec::new(), |leaf, _| {
             limit = limit.min(nearest(&leaves[leaf as usize]));
             limit
         });

@@ -42,18 +42,16 @@ impl MeshIndex {
         triangles: &Triangles,
         ray: &BoxRay,
         counters: &mut Counters,
-        tags: &mut Tags,
+        (tags, pending): (&mut Tags, &mut Vec<(f64, u32)>),
         visit: &mut Visitor,
     ) {
-        let mut run = Vec::new();
         match self {
-            MeshIndex::Wide(index) => index.tree.traverse(ray, counters, |leaf, counters| {
-                run.clear();
-                run.extend(index.triangles(leaf));
-                visit(&run, counters)
+            MeshIndex::Wide(index) => index.tree.traverse(ray, counters, pending, |leaf, counters| {
+                let (triangles, count) = index.triangles(leaf);
+                visit(&triangles[..count], counters)
             }),
             MeshIndex::Other(accelerator) => accelerator.traverse(ray, counters, &mut |items, counters| {
-                run.clear();
+                let mut run = Vec::with_capacity(items.len());
                 for &item in items {
                     if tags.is_first(item as usize) {
                         run.push(triangles.get(item));

@@ -119,50 +119,56 @@ impl MeshSolid {
         mut visit: impl FnMut(Crossing) -> f64,
     ) {
         let mut limit = to;
-        let Scratch { counters, tags, log, budget, in_plane } = scratch;
+        let Scratch { counters, tags, log, budget, in_plane, pending } = scratch;
         tags.begin();
         let mut before = *counters;
         let boxes = mesh_line.boxes(from, to);
-        self.index.traverse(&self.triangles, &boxes, counters, tags, &mut |triangles, counters| {
-            let mut hits = Vec::new();
-            if !budget.step() {
-                return f64::NEG_INFINITY;
-            }
-            for triangle in triangles {
-                counters.primitive_tests += 1;
-                // Accelerators also report triangles whose own box the line misses. The result must not depend on them.
-                let run_in_plane = || {
-                    if boxes.enter_exit(&triangle.bounds()).is_some() {
-                        in_plane.push(triangle.face);
-                    }
-                };
-                if let Some(hit) = mesh_line.hit(triangle, run_in_plane)
-                    && from <= hit.t
-                    && hit.t <= limit
-                {
-                    // Hits are inserted in order, which is expensive if there are many.
-                    if !budget.step() {
-                        return f64::NEG_INFINITY;
-                    }
-                    limit = visit(hit);
-                    if log.is_on() {
-                        hits.push(hit);
+        self.index.traverse(
+            &self.triangles,
+            &boxes,
+            counters,
+            (tags, pending),
+            &mut |triangles, counters| {
+                let mut hits = Vec::new();
+                if !budget.step() {
+                    return f64::NEG_INFINITY;
+                }
+                for triangle in triangles {
+                    counters.primitive_tests += 1;
+                    // Accelerators also report triangles whose own box the line misses. The result must not depend on them.
+                    let run_in_plane = || {
+                        if boxes.enter_exit(&triangle.bounds()).is_some() {
+                            in_plane.push(triangle.face);
+                        }
+                    };
+                    if let Some(hit) = mesh_line.hit(triangle, run_in_plane)
+                        && from <= hit.t
+                        && hit.t <= limit
+                    {
+                        // Hits are inserted in order, which is expensive if there are many.
+                        if !budget.step() {
+                            return f64::NEG_INFINITY;
+                        }
+                        limit = visit(hit);
+                        if log.is_on() {
+                            hits.push(hit);
+                        }
                     }
                 }
-            }
-            if log.is_on() {
-                let met = |w: &Counters| w.boxes + w.cells + w.planes;
-                log.add(2, None, || Act::Run {
-                    met: met(counters) - met(&before),
-                    tested: counters.primitive_tests - before.primitive_tests,
-                    saved: counters.tags_saved - before.tags_saved,
-                    hits,
-                    limit,
-                });
-                before = *counters;
-            }
-            mesh_line.scaled(limit)
-        });
+                if log.is_on() {
+                    let met = |w: &Counters| w.boxes + w.cells + w.planes;
+                    log.add(2, None, || Act::Run {
+                        met: met(counters) - met(&before),
+                        tested: counters.primitive_tests - before.primitive_tests,
+                        saved: counters.tags_saved - before.tags_saved,
+                        hits,
+                        limit,
+                    });
+                    before = *counters;
+                }
+                mesh_line.scaled(limit)
+            },
+        );
     }
 
     /// Appends all hits between two `t`, in order, each once.

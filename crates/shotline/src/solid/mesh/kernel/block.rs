@@ -74,6 +74,12 @@ impl<C: Coordinate> Block<C> {
         }
     }
 
+    /// The triangles of all lanes, and how many of them are used; these come first.
+    pub fn triangles(&self) -> ([Triangle; LEAF_SIZE], usize) {
+        let count = self.faces.iter().take_while(|face| **face != NONE).count();
+        (std::array::from_fn(|lane| self.triangle(lane)), count)
+    }
+
     /// The triangle of a lane.
     pub fn triangle(&self, lane: usize) -> Triangle {
         let corner = |corner: usize| {

@@ -42,16 +42,12 @@ impl WideIndex {
         }
     }
 
-    /// The triangles of a leaf.
-    pub fn triangles(&self, leaf: u32) -> impl Iterator<Item = Triangle> {
-        let leaf = leaf as usize;
-        (0..LEAF_SIZE).map_while(move |lane| {
-            let triangle = match &self.blocks {
-                Blocks::Single(blocks) => blocks[leaf].triangle(lane),
-                Blocks::Double(blocks) => blocks[leaf].triangle(lane),
-            };
-            (triangle.face != NONE).then_some(triangle)
-        })
+    /// The triangles of a leaf, then anything, and their number.
+    pub fn triangles(&self, leaf: u32) -> ([Triangle; LEAF_SIZE], usize) {
+        match &self.blocks {
+            Blocks::Single(blocks) => blocks[leaf as usize].triangles(),
+            Blocks::Double(blocks) => blocks[leaf as usize].triangles(),
+        }
     }
 
     /// Bytes used.
