@@ -158,7 +158,12 @@ impl MeshLine {
 
     /// The line between two `t` for tests against the boxes of scaled triangles.
     pub(super) fn boxes(&self, from: f64, to: f64) -> BoxRay {
-        self.padded_box_ray.over(span(self.scaled(from), self.scaled(to)))
+        self.padded_box_ray.over(span(-self.latest_scaled(-from), self.latest_scaled(to)))
+    }
+
+    /// An upper bound on the scaled `t` that become `t` when the scaling is undone: there they may underflow.
+    pub(super) fn latest_scaled(&self, t: f64) -> f64 {
+        self.scaled(t.next_up())
     }
 
     /// Scales a `t`.

@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use super::index::MeshIndex;
-use super::kernel::{KernelMemory, MeshFrame, RayBlock, Want};
+use super::kernel::{BlockQuery, KernelMemory, MeshFrame, RayBlock};
 use super::mesh_line::{MeshLine, PowerOfTwoScale};
 use super::tally::FaceContacts;
 use super::triangles::Triangles;
@@ -166,7 +166,7 @@ impl MeshSolid {
                     });
                     before = *counters;
                 }
-                mesh_line.scaled(limit)
+                mesh_line.latest_scaled(limit)
             },
         );
     }
@@ -228,9 +228,9 @@ impl MeshSolid {
     }
 
     /// Casts a block of rays. The result has the bits of the plain path.
-    pub(crate) fn cast_block(&self, block: &RayBlock, want: Want, memory: &mut KernelMemory) {
+    pub(crate) fn cast_block(&self, block: &RayBlock, query: BlockQuery, memory: &mut KernelMemory) {
         match self.index.as_wide() {
-            Some(index) => index.cast(&self.frame(), block, want, memory),
+            Some(index) => index.cast(&self.frame(), block, query, memory),
             None => memory.leave_all(block.lines.rows.len()),
         }
     }
