@@ -12,7 +12,7 @@ use shotline::compile::{DynamicWorld, Options, SceneError, World, compile};
 use shotline::counters::COUNTERS;
 use shotline::math::Affine;
 use shotline::query::batch::{
-    self, BatchError, By, ClosestRows, Columns, CrossingRows, ObjectRows, Points, Run, SegmentRows,
+    self, BatchError, By, ClosestRows, CrossingRows, Fields, ObjectRows, Points, Run, SegmentRows,
 };
 use shotline::query::{Kinds, Overlaps, QueryError, Scope};
 use shotline::ray::Span;
@@ -50,10 +50,10 @@ struct RayQuery<'py> {
 }
 
 impl RayQuery<'_> {
-    /// The columns that are needed. `t` and the splits are no [`Columns`]: they are always there.
-    fn columns(&self) -> Columns {
-        let Some(fields) = &self.fields else { return Columns::ALL };
-        fields.iter().filter_map(|name| Columns::named(name)).fold(Columns::NONE, |all, column| all | column)
+    /// The columns that are needed. `t` and the splits are not among [`Fields`]: they are always there.
+    fn fields(&self) -> Fields {
+        let Some(fields) = &self.fields else { return Fields::ALL };
+        fields.iter().filter_map(|name| Fields::named(name)).fold(Fields::NONE, |all, column| all | column)
     }
 
     /// Runs a query over all rays.
@@ -67,11 +67,9 @@ impl RayQuery<'_> {
         let kinds = if self.surfaces_only { Kinds::Surfaces } else { Kinds::All };
         let scope = Scope { span, kinds };
         let rays = RayRows::new(*count, origins, directions.as_ref())?;
-        let columns = self.columns();
-        batch_work(py, *count, *threads, progress.as_ref(), |run| {
-            query(&rays, scope, Run { columns, ..run })
-        })?
-        .map_err(batch_error)
+        let fields = self.fields();
+        batch_work(py, *count, *threads, progress.as_ref(), |run| query(&rays, scope, Run { fields, ..run }))?
+            .map_err(batch_error)
     }
 }
 
@@ -324,18 +322,18 @@ impl Scene {
     }
 
     fn closest<'py>(&self, py: Python<'py>, rays: RayQuery<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let columns = rays.columns();
+        let fields = rays.fields();
         let rows = rays.run(py, |rays, scope, run| batch::closest(&self.world, rays, scope, run))?;
         let ClosestRows { t, normal, object, surface, primitive, path, entering, t_err } = rows;
         (
             t.into_pyarray(py),
-            columns.contains(Columns::NORMAL).then(|| vectors(py, normal)).transpose()?,
-            columns.contains(Columns::OBJECT).then(|| object.into_pyarray(py)),
-            columns.contains(Columns::SURFACE).then(|| surface.into_pyarray(py)),
-            columns.contains(Columns::PRIMITIVE).then(|| primitive.into_pyarray(py)),
-            columns.contains(Columns::PATH).then(|| path.into_pyarray(py)),
-            columns.contains(Columns::ENTERING).then(|| entering.into_pyarray(py)),
-            columns.contains(Columns::T_ERR).then(|| t_err.into_pyarray(py)),
+            fields.contains(Fields::NORMAL).then(|| vectors(py, normal)).transpose()?,
+            fields.contains(Fields::OBJECT).then(|| object.into_pyarray(py)),
+            fields.contains(Fields::SURFACE).then(|| surface.into_pyarray(py)),
+            fields.contains(Fields::PRIMITIVE).then(|| primitive.into_pyarray(py)),
+            fields.contains(Fields::PATH).then(|| path.into_pyarray(py)),
+            fields.contains(Fields::ENTERING).then(|| entering.into_pyarray(py)),
+            fields.contains(Fields::T_ERR).then(|| t_err.into_pyarray(py)),
         )
             .into_pyobject(py)
     }
@@ -351,21 +349,21 @@ impl Scene {
     }
 
     fn crossings<'py>(&self, py: Python<'py>, rays: RayQuery<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let columns = rays.columns();
+        let fields = rays.fields();
         let rows = rays.run(py, |rays, scope, run| batch::crossings(&self.world, rays, scope, run))?;
         let CrossingRows { ray_splits, t, normal, entering, object, surface, primitive, path, kind, t_err } =
             rows;
         (
             ray_splits.into_pyarray(py),
             t.into_pyarray(py),
-            columns.contains(Columns::NORMAL).then(|| vectors(py, normal)).transpose()?,
-            columns.contains(Columns::ENTERING).then(|| entering.into_pyarray(py)),
-            columns.contains(Columns::OBJECT).then(|| object.into_pyarray(py)),
-            columns.contains(Columns::SURFACE).then(|| surface.into_pyarray(py)),
-            columns.contains(Columns::PRIMITIVE).then(|| primitive.into_pyarray(py)),
-            columns.contains(Columns::PATH).then(|| path.into_pyarray(py)),
-            columns.contains(Columns::KIND).then(|| kind.into_pyarray(py)),
-            columns.contains(Columns::T_ERR).then(|| t_err.into_pyarray(py)),
+            fields.contains(Fields::NORMAL).then(|| vectors(py, normal)).transpose()?,
+            fields.contains(Fields::ENTERING).then(|| entering.into_pyarray(py)),
+            fields.contains(Fields::OBJECT).then(|| object.into_pyarray(py)),
+            fields.contains(Fields::SURFACE).then(|| surface.into_pyarray(py)),
+            fields.contains(Fields::PRIMITIVE).then(|| primitive.into_pyarray(py)),
+            fields.contains(Fields::PATH).then(|| path.into_pyarray(py)),
+            fields.contains(Fields::KIND).then(|| kind.into_pyarray(py)),
+            fields.contains(Fields::T_ERR).then(|| t_err.into_pyarray(py)),
         )
             .into_pyobject(py)
     }

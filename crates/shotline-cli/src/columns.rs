@@ -32,14 +32,14 @@ pub struct Columns {
 }
 
 /// The arrays that were asked for, and those that are always there.
-fn only(wanted: batch::Columns, mut arrays: Vec<(&'static str, Values)>) -> Vec<(&'static str, Values)> {
-    arrays.retain(|(name, _)| batch::Columns::named(name).is_none_or(|column| wanted.contains(column)));
+fn only(wanted: batch::Fields, mut arrays: Vec<(&'static str, Values)>) -> Vec<(&'static str, Values)> {
+    arrays.retain(|(name, _)| batch::Fields::named(name).is_none_or(|column| wanted.contains(column)));
     arrays
 }
 
 impl Columns {
     /// One row per ray.
-    pub fn closest(rows: ClosestRows, rays: &Rays, wanted: batch::Columns) -> Columns {
+    pub fn closest(rows: ClosestRows, rays: &Rays, wanted: batch::Fields) -> Columns {
         let arrays = vec![
             ("t", Values::F64(rays.by_row(rows.t, f64::INFINITY))),
             ("t_err", Values::F64(rays.by_row(rows.t_err, f64::NAN))),
@@ -64,7 +64,7 @@ impl Columns {
     }
 
     /// One row per crossing.
-    pub fn crossings(rows: CrossingRows, rays: &Rays, wanted: batch::Columns) -> Columns {
+    pub fn crossings(rows: CrossingRows, rays: &Rays, wanted: batch::Fields) -> Columns {
         let arrays = vec![
             ("ray_splits", Values::I64(rays.splits_by_row(rows.ray_splits))),
             ("t", Values::F64(rows.t)),

@@ -122,7 +122,7 @@ fn only_the_fields_that_are_named() {
     };
     refused(
         &["--query", "closest", "--fields", "t,kind"],
-        &["no field 'kind'", "help: the fields are t, t_err"],
+        &["no field 'kind'", "help: the fields are t, normal"],
     );
     refused(
         &["--query", "count", "--fields", "t"],

@@ -5,6 +5,8 @@
 //! and `SHOTLINE_SOAK_SEED` selects another sequence. The rays are independent of the number of threads, and a
 //! longer run begins with the same rays.
 
+#[path = "mesh_blocks/mod.rs"]
+mod blocks;
 #[path = "soak/exact.rs"]
 mod exact;
 #[path = "soak/mesh.rs"]
@@ -106,6 +108,33 @@ fn tori() {
 fn mesh_edges_and_vertices() {
     let meshes = mesh::Meshes::new();
     soak("mesh edges and vertices", 30_000, |random, rays, tally| meshes.run(random, rays, tally));
+}
+
+/// Blocks of rays that the kernel casts at meshes, compared with the plain path.
+#[test]
+fn blocks_of_rays_at_meshes() {
+    const RAYS_AT_A_TIME: usize = 1_000;
+    soak("blocks of rays at meshes", 10_000, |random, rays, tally| {
+        let mut left = rays;
+        while left > 0 {
+            // A case casts three times. A scene that is refused counts as one ray.
+            let cast = match blocks::cases::any(random.bits(), &blocks::meshes::FAMILIES, RAYS_AT_A_TIME) {
+                Ok(was_cast) => {
+                    if was_cast {
+                        3 * RAYS_AT_A_TIME as u64
+                    } else {
+                        1
+                    }
+                }
+                Err(what) => {
+                    tally.fail(what);
+                    RAYS_AT_A_TIME as u64
+                }
+            };
+            tally.rays += cast;
+            left = left.saturating_sub(cast);
+        }
+    });
 }
 
 #[test]

@@ -12,7 +12,7 @@ use shotline::query::{Overlaps, QueryError, Scope};
 use shotline::ray::{Ray, Span};
 
 use crate::failure::Failure;
-use crate::fields::Fields;
+use crate::fields::FieldsFlag;
 use crate::flags::{Build, Model, SurfacesOnly, Threads};
 use crate::number::{bytes, counted, grouped};
 use crate::progress::{self, Quiet};
@@ -23,7 +23,7 @@ use crate::{input, interrupt, output};
 ///
 /// Casts the same rays several times and reports the median, the best and the spread: the difference of the
 /// slowest and the fastest, relative to the median. Smaller differences are not significant. A first cast, which is
-/// not counted, warms the caches. Results are collected in memory as `cast` does, and not written. `segments` and
+/// not counted, warms the caches. Results are collected in memory and not written; each cast of `closest` uses the memory of the last. `segments` and
 /// `thickness` resolve overlaps by priority.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
@@ -39,7 +39,7 @@ pub struct Command {
     #[command(flatten)]
     surfaces_only: SurfacesOnly,
     #[command(flatten)]
-    fields: Fields,
+    fields: FieldsFlag,
     /// How many times the rays are cast
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1_000_000), allow_negative_numbers = true)]
     repeats: u32,
@@ -111,7 +111,7 @@ impl Command {
             threads: self.threads.threads,
             progress: Some(&progress),
             cancel: Some(cancel),
-            columns: self.fields.columns(self.query)?,
+            fields: self.fields.of(self.query)?,
             ..Run::default()
         };
         let mut rows = ClosestRows::default();

@@ -13,7 +13,7 @@ use shotline::scene::Scene;
 
 use crate::columns::Columns;
 use crate::failure::Failure;
-use crate::fields::Fields;
+use crate::fields::FieldsFlag;
 use crate::flags::{Build, Model, SpanOfT, SurfacesOnly, Threads, parse_size, parse_whole_number};
 use crate::number::counted;
 use crate::progress::{self, Quiet};
@@ -83,7 +83,7 @@ pub struct Command {
     #[command(flatten)]
     surfaces_only: SurfacesOnly,
     #[command(flatten)]
-    fields: Fields,
+    fields: FieldsFlag,
     /// End with an error if the result has more rows than this; a million rows take about 65 MB
     #[arg(
         long,
@@ -190,7 +190,7 @@ impl Command {
             progress: Some(&progress),
             cancel: Some(cancel),
             repaired: Some(repaired),
-            columns: self.fields.columns(self.query)?,
+            fields: self.fields.of(self.query)?,
             most_rows: self.max_crossings,
             ..Run::default()
         };
@@ -198,13 +198,13 @@ impl Command {
         let policy = self.overlaps.unwrap_or(OverlapPolicy::Error).into();
         let result = match self.query {
             Query::Closest => batch::closest(world, valid, scope, run)
-                .map(|rows| (Columns::closest(rows, rays, run.columns), 0)),
+                .map(|rows| (Columns::closest(rows, rays, run.fields), 0)),
             Query::Any => batch::any(world, valid, scope, run).map(|rows| (Columns::any(rows, rays), 0)),
             Query::Count => {
                 batch::count(world, valid, scope, run).map(|rows| (Columns::count(rows, rays), 0))
             }
             Query::Crossings => batch::crossings(world, valid, scope, run)
-                .map(|rows| (Columns::crossings(rows, rays, run.columns), 0)),
+                .map(|rows| (Columns::crossings(rows, rays, run.fields), 0)),
             Query::Segments => batch::segments(world, valid, scope.span, policy, run).map(|rows| {
                 let overlaps = rows.overlaps;
                 (Columns::segments(rows, rays), overlaps)

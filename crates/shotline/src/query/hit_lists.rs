@@ -64,7 +64,8 @@ impl HitLists {
         self.ends[ray] as usize - self.start(ray)
     }
 
-    /// Makes the list of a ray, whose line in the frame of the mesh `line` returns. Returns `false` if the plain path has to make it.
+    /// Makes the list of a ray, whose line in the frame of the mesh `line` returns. Returns `false` if the plain path
+    /// has to make it.
     pub fn make<'r>(
         &mut self,
         placed: &PlacedMesh,

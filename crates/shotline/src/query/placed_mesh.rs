@@ -9,7 +9,7 @@ use crate::csg::HitKind;
 use crate::math::{Affine, Vec3};
 use crate::ray::Line;
 use crate::solid::Solid;
-use crate::solid::mesh::kernel::{KernelMemory, Lines, RayBlock, Want};
+use crate::solid::mesh::kernel::{BlockQuery, KernelMemory, Lines, RayBlock};
 use crate::solid::mesh::{MeshHit, MeshSolid};
 
 /// A mesh that is a body of its own, at the root of the scene.
@@ -38,7 +38,7 @@ impl PlacedMesh<'_> {
         &self,
         rays: &[[f64; 6]],
         scope: Scope,
-        (want, wants_normals): (Want, bool),
+        (query, wants_normals): (BlockQuery, bool),
         cancel: Option<&AtomicBool>,
         FrameRows { rows, errors }: &mut FrameRows,
         kernel: &mut KernelMemory,
@@ -56,7 +56,7 @@ impl PlacedMesh<'_> {
             Lines { rows, errors: Some(errors) }
         };
         let block = RayBlock { rays, frames: self.frames, wants_normals, lines, span: scope.span, cancel };
-        self.mesh.cast_block(&block, want, kernel);
+        self.mesh.cast_block(&block, query, kernel);
     }
 
     /// The line of a ray in the frame of the mesh, without its error; `frame_rows` is from the cast.

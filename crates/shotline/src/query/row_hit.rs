@@ -1,10 +1,10 @@
-//! A crossing, as far as the columns of a batch show it.
+//! The numbers of a crossing that a batch has columns for.
 
 use super::Hit;
 use crate::csg::HitKind;
 use crate::math::Vec3;
 
-/// A crossing, as far as the columns show it.
+/// The numbers of a crossing that a batch has columns for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct RowHit {
     pub t: f64,

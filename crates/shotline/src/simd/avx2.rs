@@ -410,7 +410,7 @@ mod tests {
             a.or_infinity(mask::<S>(of.lanes)),
         ];
         for result in results {
-            // There is no store: each lane is told by what it is at most.
+            // There is no store of float32: comparisons with 0 to 7 find the value of each lane.
             out.push(u64::from(result.is_at_most(result).bits()));
             for bound in of.singles.iter().flatten().chain(&of.depths) {
                 out.push(u64::from(result.is_at_most(S::F32::splat(*bound)).bits()));

@@ -9,12 +9,14 @@ use shotline::solid::mesh::TriangleMesh;
 use shotline::testkit::random::Random;
 
 use super::compare::{compare, some_hits};
-use super::meshes::{Coordinates, FAMILIES, Family};
+use super::meshes::{Coordinates, Family};
 use super::rays::{Targets, shuffle, span};
 
 /// A world, with its triangles in world coordinates.
 pub struct Placed {
     pub world: World,
+    /// The same without accelerators.
+    pub brute: World,
     pub targets: Targets,
     pub what: String,
 }
@@ -62,8 +64,11 @@ pub fn place(meshes: &[(Arc<TriangleMesh>, Affine)], what: String) -> Option<Pla
         let shape = if transform.is_identity() { shape } else { shape.transform(*transform) };
         objects.push(Object::new(format!("mesh {i}"), shape));
     }
-    let world = Scene::of(objects).compile().ok()?;
-    (!triangles.is_empty()).then(|| Placed { world, targets: Targets::of(triangles), what })
+    let mut scene = Scene::of(objects);
+    let world = scene.compile().ok()?;
+    scene.accel = Some("brute");
+    let brute = scene.compile().ok()?;
+    (!triangles.is_empty()).then(|| Placed { world, brute, targets: Targets::of(triangles), what })
 }
 
 /// A world of one mesh of a family, placed `count` times; some of the placements coincide.
@@ -92,7 +97,7 @@ pub fn world_of(
 
 /// Casts `n` rays at a world. The description of the first difference is an error.
 pub fn cast(placed: &Placed, n: usize, threads: usize, random: &mut Random) -> Result<(), String> {
-    let Placed { world, targets, what } = placed;
+    let Placed { world, targets, what, .. } = placed;
     let is_coherent = random.below(4) == 0;
     let mut rays = if is_coherent { targets.coherent(random, n) } else { targets.rays(random, n) };
     if random.below(4) == 0 {
@@ -101,7 +106,7 @@ pub fn cast(placed: &Placed, n: usize, threads: usize, random: &mut Random) -> R
     let kinds = [Kinds::All, Kinds::Surfaces][random.below(2)];
     let hits = some_hits(world, &rays, Span::FORWARD.into());
     let scope = Scope { span: span(random, &hits), kinds };
-    compare(world, &rays, scope, threads)
+    compare(placed, &rays, scope, threads)
         .map_err(|difference| format!("{what}, {n} rays, {scope:?}, {threads} threads: {difference}"))
 }
 
@@ -116,9 +121,4 @@ pub fn any(seed: u64, families: &[Family], n: usize) -> Result<bool, String> {
         cast(&placed, n, 1, &mut random).map_err(|what| format!("seed {seed}: {what}"))?;
     }
     Ok(true)
-}
-
-/// The families of at most some hundred triangles.
-pub fn small_families() -> &'static [Family] {
-    &FAMILIES[..17]
 }

@@ -5,12 +5,14 @@ use std::sync::Mutex;
 
 use shotline::compile::World;
 use shotline::query::Scope;
-use shotline::query::batch::{self, ClosestRows, Columns, CrossingRows, Run};
+use shotline::query::batch::{self, ClosestRows, CrossingRows, Fields, Run};
 use shotline::ray::Ray;
 
+use super::cases::Placed;
+
 /// How to cast: by the kernel or, as counters are requested, by the plain path.
-fn kernel(threads: usize, columns: Columns) -> Run<'static> {
-    Run { threads, columns, ..Run::default() }
+fn kernel(threads: usize, fields: Fields) -> Run<'static> {
+    Run { threads, fields, ..Run::default() }
 }
 
 /// The first row in which two columns differ.
@@ -28,28 +30,37 @@ fn column<T: Copy + Debug, K: PartialEq>(
     }
 }
 
+/// Compares columns of two results, the numbers among them by their bits.
+macro_rules! same_columns {
+    ($found:expr, $expected:expr; $($name:ident $bits:expr),* $(,)?) => {{
+        $(column(stringify!($name), [&$found.$name, &$expected.$name], $bits)?;)*
+        Ok(())
+    }};
+}
+
+/// Compares the columns that both results have.
+macro_rules! same_hits {
+    ($found:expr, $expected:expr; $($name:ident $bits:expr),*) => {
+        same_columns!($found, $expected;
+            $($name $bits,)*
+            t f64::to_bits,
+            t_err f64::to_bits,
+            primitive |x| x,
+            object |x| x,
+            surface |x| x,
+            path |x| x,
+            entering |x| x,
+            normal |n: [f64; 3]| n.map(f64::to_bits),
+        )
+    };
+}
+
 fn closest_rows(found: &ClosestRows, expected: &ClosestRows) -> Result<(), String> {
-    column("t", [&found.t, &expected.t], f64::to_bits)?;
-    column("t_err", [&found.t_err, &expected.t_err], f64::to_bits)?;
-    column("primitive", [&found.primitive, &expected.primitive], |x| x)?;
-    column("object", [&found.object, &expected.object], |x| x)?;
-    column("surface", [&found.surface, &expected.surface], |x| x)?;
-    column("path", [&found.path, &expected.path], |x| x)?;
-    column("entering", [&found.entering, &expected.entering], |x| x)?;
-    column("normal", [&found.normal, &expected.normal], |n| n.map(f64::to_bits))
+    same_hits!(found, expected; )
 }
 
 fn crossing_rows(found: &CrossingRows, expected: &CrossingRows) -> Result<(), String> {
-    column("ray_splits", [&found.ray_splits, &expected.ray_splits], |x| x)?;
-    column("t", [&found.t, &expected.t], f64::to_bits)?;
-    column("t_err", [&found.t_err, &expected.t_err], f64::to_bits)?;
-    column("primitive", [&found.primitive, &expected.primitive], |x| x)?;
-    column("object", [&found.object, &expected.object], |x| x)?;
-    column("surface", [&found.surface, &expected.surface], |x| x)?;
-    column("path", [&found.path, &expected.path], |x| x)?;
-    column("entering", [&found.entering, &expected.entering], |x| x)?;
-    column("kind", [&found.kind, &expected.kind], |x| x)?;
-    column("normal", [&found.normal, &expected.normal], |n| n.map(f64::to_bits))
+    same_hits!(found, expected; ray_splits |x| x, kind |x| x)
 }
 
 fn both<T, E: PartialEq + Debug>(
@@ -65,31 +76,46 @@ fn both<T, E: PartialEq + Debug>(
     }
 }
 
-/// Compares all queries that the kernel casts. Returns the first difference.
-pub fn compare(world: &World, rays: &[Ray], scope: Scope, threads: usize) -> Result<(), String> {
+/// Compares all queries that the kernel casts with those of the plain path: through the same hierarchy, and by brute
+/// force, which shares no structure with the kernel. Returns the first difference.
+pub fn compare(placed: &Placed, rays: &[Ray], scope: Scope, threads: usize) -> Result<(), String> {
+    let by_brute_force = rays.len() * placed.targets.triangles.len() < 200_000;
+    compare_with(&placed.world, &placed.world, rays, scope, threads)?;
+    if by_brute_force {
+        compare_with(&placed.world, &placed.brute, rays, scope, threads)
+            .map_err(|what| format!("by brute force: {what}"))?;
+    }
+    Ok(())
+}
+
+fn compare_with(
+    world: &World,
+    reference: &World,
+    rays: &[Ray],
+    scope: Scope,
+    threads: usize,
+) -> Result<(), String> {
     let counters = Mutex::default();
     let plain = Run { threads, counters: Some(&counters), ..Run::default() };
-    let run = kernel(threads, Columns::ALL);
-    let expected = batch::closest(world, rays, scope, plain);
+    let run = kernel(threads, Fields::ALL);
+    let expected = batch::closest(reference, rays, scope, plain);
     both("closest", batch::closest(world, rays, scope, run), expected.clone(), closest_rows)?;
     // Normals are computed only where they are requested.
-    let few = Columns::T_ERR | Columns::PRIMITIVE | Columns::ENTERING;
+    let few = Fields::T_ERR | Fields::PRIMITIVE | Fields::ENTERING;
     both(
         "closest without normals",
         batch::closest(world, rays, scope, kernel(threads, few)),
         expected,
-        |a, b| {
-            column("t", [&a.t, &b.t], f64::to_bits)?;
-            column("t_err", [&a.t_err, &b.t_err], f64::to_bits)?;
-            column("primitive", [&a.primitive, &b.primitive], |x| x)?;
-            column("entering", [&a.entering, &b.entering], |x| x)
-        },
+        |a, b| same_columns!(a, b; t f64::to_bits, t_err f64::to_bits, primitive |x| x, entering |x| x),
     )?;
-    let [found, expected] = [run, plain].map(|run| batch::any(world, rays, scope, run));
+    let [found, expected] =
+        [(world, run), (reference, plain)].map(|(world, run)| batch::any(world, rays, scope, run));
     both("any", found, expected, |a, b| column("any", [a, b], |x| x))?;
-    let [found, expected] = [run, plain].map(|run| batch::count(world, rays, scope, run));
+    let [found, expected] =
+        [(world, run), (reference, plain)].map(|(world, run)| batch::count(world, rays, scope, run));
     both("count", found, expected, |a, b| column("count", [a, b], |x| x))?;
-    let [found, expected] = [run, plain].map(|run| batch::crossings(world, rays, scope, run));
+    let [found, expected] =
+        [(world, run), (reference, plain)].map(|(world, run)| batch::crossings(world, rays, scope, run));
     both("crossings", found, expected, crossing_rows)
 }
 

@@ -4,14 +4,14 @@
 //! Rays and points are requested by index ([`Rays`], [`Points`]), so they need not be copied. All are validated
 //! before any work starts. The memory needed is that of the result and some tens of MB.
 
-mod columns;
+mod fields;
 mod rays;
 mod rows;
 mod run;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-pub use columns::Columns;
+pub use fields::Fields;
 pub use rays::{Points, Rays, RowsOfSix};
 use rows::blank;
 pub use rows::{By, ClosestRows, CrossingRows, ObjectRows, SegmentRows, Thickness};
@@ -103,12 +103,12 @@ pub fn closest_into(
     out: &mut ClosestRows,
 ) -> Result<(), BatchError> {
     let scope = scope.into();
-    out.resize(rays.len(), run.columns)?;
+    out.resize(rays.len(), run.fields)?;
     let batch = Batch::new(world, RayRows(rays), run);
     if let Some(meshes) = batch.meshes() {
         batch.fill_blocks(out.chunks(BLOCK_CHUNK), |worker, rays, chunk| {
             chunk.clear();
-            let wants_normals = run.columns.contains(Columns::NORMAL);
+            let wants_normals = run.fields.contains(Fields::NORMAL);
             let mut caster = worker.block_caster(&meshes, run.cancel);
             caster.closest(rays, scope, wants_normals, |i, hit| chunk.set(i, hit))
         })?;
@@ -166,10 +166,7 @@ pub fn count(
     let batch = Batch::new(world, RayRows(rays), run);
     if let Some(meshes) = batch.meshes() {
         batch.fill_blocks(out.chunks_mut(BLOCK_CHUNK), |worker, rays, chunk| {
-            worker.block_caster(&meshes, run.cancel).crossings(rays, scope, false, |i, hits| {
-                chunk[i] = hits.len() as i64;
-                Ok(())
-            })
+            worker.block_caster(&meshes, run.cancel).count(rays, scope, |i, count| chunk[i] = count as i64)
         })?;
         return Ok(out);
     }
@@ -195,10 +192,10 @@ pub fn crossings(
     if let Some(meshes) = batch.meshes() {
         return batch.gather_blocks(|worker, rays, rows: &mut CrossingRows| {
             let mut made = 0;
-            let wants_normals = run.columns.contains(Columns::NORMAL);
+            let wants_normals = run.fields.contains(Fields::NORMAL);
             worker.block_caster(&meshes, run.cancel).crossings(rays, scope, wants_normals, |_, hits| {
                 made += hits.len();
-                Ok(rows.push_ray(hits, run.columns)?)
+                Ok(rows.push_ray(hits, run.fields)?)
             })?;
             Ok(made)
         });
@@ -208,7 +205,7 @@ pub fn crossings(
         empty(&mut worker.row_hits);
         worker.caster.crossings(ray, scope, &mut worker.hits)?;
         worker.row_hits.extend(worker.hits.iter().map(RowHit::from));
-        rows.push_ray(&worker.row_hits, run.columns)?;
+        rows.push_ray(&worker.row_hits, run.fields)?;
         Ok(worker.hits.len())
     })
 }

@@ -2,12 +2,12 @@
 
 use std::collections::TryReserveError;
 
-use super::{BatchError, Columns};
+use super::{BatchError, Fields};
 use crate::compile::World;
 use crate::query::row_hit::RowHit;
 use crate::query::{QueryError, Segment};
 
-/// Closest crossings as columns, one row per ray. Columns that were not requested are empty, see [`Run::columns`](super::Run).
+/// Closest crossings as columns, one row per ray. Columns that were not requested are empty, see [`Run::fields`](super::Run).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ClosestRows {
     /// Infinite for a miss.
@@ -124,7 +124,7 @@ pub struct ObjectRows {
     pub object: Vec<i32>,
 }
 
-/// Columns with any number of result rows per input row.
+/// Fields with any number of result rows per input row.
 pub(super) trait Ragged: Send {
     /// Creates columns without rows.
     fn empty() -> Self;
@@ -257,15 +257,15 @@ fn chunks_of<'a, T>(column: &'a mut [T], size: usize) -> impl FnMut() -> Option<
 
 impl ClosestRows {
     /// Makes room for `rows` rows, to be overwritten.
-    pub(super) fn resize(&mut self, rows: usize, columns: Columns) -> Result<(), TryReserveError> {
+    pub(super) fn resize(&mut self, rows: usize, fields: Fields) -> Result<(), TryReserveError> {
         resize(&mut self.t, 0.0, rows, true)?;
-        resize(&mut self.normal, [0.0; 3], rows, columns.contains(Columns::NORMAL))?;
-        resize(&mut self.object, 0, rows, columns.contains(Columns::OBJECT))?;
-        resize(&mut self.surface, 0, rows, columns.contains(Columns::SURFACE))?;
-        resize(&mut self.primitive, 0, rows, columns.contains(Columns::PRIMITIVE))?;
-        resize(&mut self.path, 0, rows, columns.contains(Columns::PATH))?;
-        resize(&mut self.entering, false, rows, columns.contains(Columns::ENTERING))?;
-        resize(&mut self.t_err, 0.0, rows, columns.contains(Columns::T_ERR))
+        resize(&mut self.normal, [0.0; 3], rows, fields.contains(Fields::NORMAL))?;
+        resize(&mut self.object, 0, rows, fields.contains(Fields::OBJECT))?;
+        resize(&mut self.surface, 0, rows, fields.contains(Fields::SURFACE))?;
+        resize(&mut self.primitive, 0, rows, fields.contains(Fields::PRIMITIVE))?;
+        resize(&mut self.path, 0, rows, fields.contains(Fields::PATH))?;
+        resize(&mut self.entering, false, rows, fields.contains(Fields::ENTERING))?;
+        resize(&mut self.t_err, 0.0, rows, fields.contains(Fields::T_ERR))
     }
 
     /// Splits the rows into chunks of `size` rows; the last may be smaller.
@@ -307,7 +307,7 @@ impl ClosestRows {
 
 impl CrossingRows {
     /// Appends the crossings of the next ray.
-    pub(super) fn push_ray(&mut self, hits: &[RowHit], columns: Columns) -> Result<(), TryReserveError> {
+    pub(super) fn push_ray(&mut self, hits: &[RowHit], fields: Fields) -> Result<(), TryReserveError> {
         fn add<T>(
             column: &mut Vec<T>,
             hits: &[RowHit],
@@ -317,16 +317,16 @@ impl CrossingRows {
             if is_wanted { extend(column, hits.iter().map(value)) } else { Ok(()) }
         }
         add(&mut self.t, hits, true, |hit| hit.t)?;
-        add(&mut self.normal, hits, columns.contains(Columns::NORMAL), |hit| hit.normal.to_array())?;
-        add(&mut self.entering, hits, columns.contains(Columns::ENTERING), |hit| hit.entering)?;
-        add(&mut self.object, hits, columns.contains(Columns::OBJECT), |hit| hit.object as i32)?;
-        add(&mut self.surface, hits, columns.contains(Columns::SURFACE), |hit| or_minus_one(hit.surface))?;
-        add(&mut self.primitive, hits, columns.contains(Columns::PRIMITIVE), |hit| {
+        add(&mut self.normal, hits, fields.contains(Fields::NORMAL), |hit| hit.normal.to_array())?;
+        add(&mut self.entering, hits, fields.contains(Fields::ENTERING), |hit| hit.entering)?;
+        add(&mut self.object, hits, fields.contains(Fields::OBJECT), |hit| hit.object as i32)?;
+        add(&mut self.surface, hits, fields.contains(Fields::SURFACE), |hit| or_minus_one(hit.surface))?;
+        add(&mut self.primitive, hits, fields.contains(Fields::PRIMITIVE), |hit| {
             or_minus_one(hit.primitive)
         })?;
-        add(&mut self.path, hits, columns.contains(Columns::PATH), |hit| hit.path as i64)?;
-        add(&mut self.kind, hits, columns.contains(Columns::KIND), |hit| hit.kind as i8)?;
-        add(&mut self.t_err, hits, columns.contains(Columns::T_ERR), |hit| hit.t_err)?;
+        add(&mut self.path, hits, fields.contains(Fields::PATH), |hit| hit.path as i64)?;
+        add(&mut self.kind, hits, fields.contains(Fields::KIND), |hit| hit.kind as i8)?;
+        add(&mut self.t_err, hits, fields.contains(Fields::T_ERR), |hit| hit.t_err)?;
         push_split(&mut self.ray_splits, self.t.len())
     }
 }

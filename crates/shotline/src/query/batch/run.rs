@@ -13,11 +13,11 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::rays::Rows;
 use super::rows::Ragged;
-use super::{BatchError, Columns};
+use super::{BatchError, Fields};
 use crate::budget::Watch;
 use crate::compile::World;
 use crate::counters::Counters;
-use crate::query::mesh_blocks::{BlockCaster, BlockError, BlockMemory, MeshWorld};
+use crate::query::mesh_blocks::{BlockCaster, BlockError, BlockMemory, MeshWorld, RayError};
 use crate::query::row_hit::RowHit;
 use crate::query::{Caster, Hit, Limits, QueryError, Segment};
 
@@ -40,7 +40,7 @@ pub struct Run<'a> {
     /// Receives the number of lists of crossings that were broken by rounding and had to be repaired.
     pub repaired: Option<&'a AtomicU64>,
     /// The columns of the result that are needed; the others stay empty and cost nothing.
-    pub columns: Columns,
+    pub fields: Fields,
     /// Maximum number of result rows, of crossings or segments. More are an error, which is returned before
     /// they fill the memory.
     pub most_rows: u64,
@@ -55,7 +55,7 @@ impl Default for Run<'_> {
             cancel: None,
             counters: None,
             repaired: None,
-            columns: Columns::ALL,
+            fields: Fields::ALL,
             most_rows: 1_000_000_000,
         }
     }
@@ -80,7 +80,7 @@ pub(super) const CHUNK: usize = 256;
 pub(super) const BLOCK_CHUNK: usize = 2048;
 
 /// Rows between checks of the cancel flag, which long rays also check themselves.
-const BLOCK: usize = 64;
+const POLL_INTERVAL: usize = 64;
 
 /// Rows per work item of the validation before the work starts.
 const CHECK_CHUNK: usize = 1 << 14;
@@ -92,7 +92,7 @@ pub const SEQUENTIAL_MAX: usize = 4096;
 const COUNT_INTERVAL: u64 = 4096;
 
 /// Result rows, about 16 MB, that workers collect in their own buffers before these are appended to the result.
-const WAVE: u64 = if cfg!(test) { 2_000 } else { 1 << 18 };
+const ROUND: u64 = if cfg!(test) { 2_000 } else { 1 << 18 };
 
 /// The memory of one worker.
 pub(super) struct Worker<'w> {
@@ -136,7 +136,7 @@ pub(super) struct Batch<'a, A> {
     world: &'a World,
     rows: A,
     run: Run<'a>,
-    /// Workers that are reused by the next wave.
+    /// Workers that are reused by the next round.
     idle: Mutex<Vec<Worker<'a>>>,
     counted: AtomicU64,
     /// The first row known to have failed, `usize::MAX` if none, and its error.
@@ -191,7 +191,7 @@ impl<'a, A: Rows> Batch<'a, A> {
         self.on_threads(|workers| {
             let chunks = self.chunks(BLOCK_CHUNK).zip(chunks);
             self.dispatch(workers, chunks, |worker, (rows, mut chunk)| {
-                self.run_whole(worker, rows, |worker, rays| query(worker, rays, &mut chunk).map(|()| 0));
+                self.run_block(worker, rows, |worker, rays| query(worker, rays, &mut chunk).map(|()| 0));
             });
             self.outcome_of_blocks(workers)
         })
@@ -203,13 +203,13 @@ impl<'a, A: Rows> Batch<'a, A> {
         query: impl Fn(&mut Worker<'a>, &[[f64; 6]], &mut T) -> Result<usize, BlockError> + Sync,
     ) -> Result<T, BatchError> {
         self.gather_chunks(BLOCK_CHUNK, Validation::InBlocks, |worker, rows, all| {
-            self.run_whole(worker, rows, |worker, rays| query(worker, rays, all));
+            self.run_block(worker, rows, |worker, rays| query(worker, rays, all));
         })
     }
 
     /// Computes any number of result rows for each row; `query` appends them and returns their number. Workers
-    /// collect the result rows of a chunk in their own buffers, one wave of chunks at a time. Meanwhile the
-    /// buffers of the previous wave are appended to the result.
+    /// collect the result rows of a chunk in their own buffers, one round of chunks at a time. Meanwhile the
+    /// buffers of the previous round are appended to the result.
     pub fn gather<T: Ragged>(
         &self,
         query: impl Fn(&mut Worker<'a>, &A::Row, &mut T) -> Result<usize, QueryError> + Sync,
@@ -243,9 +243,9 @@ impl<'a, A: Rows> Batch<'a, A> {
             let mut chunks = self.chunks(size);
             let mut done = Vec::new();
             loop {
-                let wave = || self.wave(workers, &mut chunks, &run);
+                let round = || self.compute_round(workers, &mut chunks, &run);
                 let append = || done.drain(..).try_for_each(|(_, chunk)| all.append(chunk));
-                let (next, appended) = rayon::join(wave, append);
+                let (next, appended) = rayon::join(round, append);
                 outcome()?;
                 appended?;
                 if next.is_empty() {
@@ -256,15 +256,15 @@ impl<'a, A: Rows> Batch<'a, A> {
         })
     }
 
-    /// Computes the next wave of chunks and returns their results in order.
-    fn wave<T: Ragged>(
+    /// Computes the next round of chunks and returns their results in order.
+    fn compute_round<T: Ragged>(
         &self,
         workers: usize,
         chunks: &mut (impl Iterator<Item = Range<usize>> + Send),
         run: &(impl Fn(&mut Worker<'a>, Range<usize>, &mut T) + Sync),
     ) -> Vec<(usize, T)> {
         let (size, done) = (AtomicU64::new(0), Mutex::new(Vec::new()));
-        let next = || if size.load(Ordering::Relaxed) < WAVE { chunks.next() } else { None };
+        let next = || if size.load(Ordering::Relaxed) < ROUND { chunks.next() } else { None };
         self.dispatch(workers, iter::from_fn(next), |worker, rows| {
             let (first, count, mut chunk) = (rows.start, rows.len(), T::empty());
             run(worker, rows, &mut chunk);
@@ -373,16 +373,16 @@ impl<'a, A: Rows> Batch<'a, A> {
     ) {
         let mut first = rows.start;
         while first < rows.end && first < self.failed.load(Ordering::Relaxed) {
-            let block = first..rows.end.min(first + BLOCK);
-            first = block.end;
-            if let Err((row, error)) = self.run_block(worker, block, &mut query) {
+            let some = first..rows.end.min(first + POLL_INTERVAL);
+            first = some.end;
+            if let Err((row, error)) = self.try_rows(worker, some, &mut query) {
                 return self.fail(row, error);
             }
         }
     }
 
     /// Runs rays as one block, unless a row before it has failed.
-    fn run_whole(
+    fn run_block(
         &self,
         worker: &mut Worker<'a>,
         rows: Range<usize>,
@@ -390,13 +390,13 @@ impl<'a, A: Rows> Batch<'a, A> {
     ) {
         let first = rows.start;
         if first < self.failed.load(Ordering::Relaxed)
-            && let Err((row, error)) = self.try_whole(worker, rows, query)
+            && let Err((row, error)) = self.try_block(worker, rows, query)
         {
             self.fail(row, error);
         }
     }
 
-    fn try_whole(
+    fn try_block(
         &self,
         worker: &mut Worker<'a>,
         rows: Range<usize>,
@@ -407,7 +407,14 @@ impl<'a, A: Rows> Batch<'a, A> {
         let mut memory = std::mem::take(&mut worker.rays);
         let made = self.rows.rays(rows, &mut memory).map(|rays| query(worker, rays));
         worker.rays = memory;
-        let made = made?.map_err(|(row, error)| (first + row, row_error(first + row, error)))?;
+        let made = made?.map_err(|BlockError { row, error }| {
+            let row = first + row;
+            let error = match error {
+                RayError::Query(error) => row_error(row, error),
+                RayError::Ray(error) => BatchError::Ray { row, error },
+            };
+            (row, error)
+        })?;
         self.count(made as u64).map_err(|error| (first, error))?;
         if let Some(progress) = self.run.progress {
             progress(count as u64);
@@ -415,7 +422,7 @@ impl<'a, A: Rows> Batch<'a, A> {
         Ok(())
     }
 
-    fn run_block(
+    fn try_rows(
         &self,
         worker: &mut Worker<'a>,
         rows: Range<usize>,

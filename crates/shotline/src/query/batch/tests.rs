@@ -151,7 +151,7 @@ fn plain_answers(world: &World, rays: &[Ray]) -> String {
     format!("{first:?}\n{any:?}\n{count:?}\n{all:?}\n{inside:?}\n{through:?}")
 }
 
-/// For any number of threads, and at the limits of blocks, chunks and waves.
+/// For any number of threads, and at the limits of intervals, chunks and rounds.
 #[test]
 fn batches_are_what_the_caster_answers() {
     let mut random = Random::new(31);
@@ -168,9 +168,9 @@ fn batches_are_what_the_caster_answers() {
     }
 }
 
-/// Rays have so many crossings that the rows of a few chunks fill a wave.
+/// Rays have so many crossings that the rows of a few chunks fill a round.
 #[test]
-fn many_waves_are_one_answer() {
+fn many_rounds_are_one_answer() {
     let world = row_of_balls(30);
     let ray = |i: usize| {
         let y = if i % 7 < 2 { 3.0 } else { i as f64 * 1e-5 };

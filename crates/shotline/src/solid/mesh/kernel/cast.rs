@@ -5,7 +5,7 @@ use super::context::Kernel;
 use super::found::{All, Any, Closest, Found, Mode};
 use super::frame::MeshFrame;
 use super::index::{Blocks, WideIndex};
-use super::lines::{RayBlock, Want};
+use super::lines::{BlockQuery, RayBlock};
 use super::prepare::Preparation;
 use super::stream::{self, StreamMemory};
 use super::wave::{self, Slots};
@@ -24,18 +24,18 @@ pub(crate) struct KernelMemory {
 }
 
 impl KernelMemory {
-    /// The hits, each with the row of its ray. For [`Want::Any`] there are none.
+    /// The hits, each with the row of its ray. For [`BlockQuery::Any`] there are none.
     pub fn hits(&self) -> &[MeshHit] {
         &self.hits
     }
 
-    /// For [`Want::Any`], the rows of the rays that hit something.
+    /// For [`BlockQuery::Any`], the rows of the rays that hit something.
     pub fn rows_hit(&self) -> impl Iterator<Item = usize> {
-        self.found.targets.iter().map(|target| target.row as usize)
+        self.found.lane_hits.iter().map(|lane_hit| lane_hit.row as usize)
     }
 
-    /// For [`Want::First`], the rows of the rays that may begin inside. The caller has to cast them for
-    /// [`Want::Within`].
+    /// For [`BlockQuery::First`], the rows of the rays that may begin inside. The caller has to cast them for
+    /// [`BlockQuery::Within`].
     pub fn inside_rows(&self) -> &[u32] {
         &self.found.inside
     }
@@ -49,7 +49,7 @@ impl KernelMemory {
     fn clear(&mut self) {
         self.hits.clear();
         self.found.plain.clear();
-        self.found.targets.clear();
+        self.found.lane_hits.clear();
         self.found.inside.clear();
     }
 
@@ -69,11 +69,11 @@ impl WideIndex {
     }
 
     /// Casts a block of rays. The result has the bits of the plain path.
-    pub fn cast(&self, frame: &MeshFrame, block: &RayBlock, want: Want, memory: &mut KernelMemory) {
+    pub fn cast(&self, frame: &MeshFrame, block: &RayBlock, query: BlockQuery, memory: &mut KernelMemory) {
         memory.clear();
         match &self.blocks {
-            Blocks::Single(blocks) => self.cast_at(blocks, frame, block, want, memory),
-            Blocks::Double(blocks) => self.cast_at(blocks, frame, block, want, memory),
+            Blocks::Single(blocks) => self.cast_at(blocks, frame, block, query, memory),
+            Blocks::Double(blocks) => self.cast_at(blocks, frame, block, query, memory),
         }
     }
 
@@ -82,16 +82,16 @@ impl WideIndex {
         blocks: &[Block<C>],
         frame: &MeshFrame,
         block: &RayBlock,
-        want: Want,
+        query: BlockQuery,
         memory: &mut KernelMemory,
     ) {
-        let preparation = Preparation::of(frame, self.tree.frame, want);
+        let preparation = Preparation::of(frame, self.tree.frame, query);
         let kernel = Kernel { frame, tree: &self.tree, blocks, preparation, block };
-        match want {
-            Want::Nearest => kernel.cast::<Closest>(memory),
-            Want::Any => kernel.cast::<Any>(memory),
-            Want::All | Want::Within => kernel.cast::<All>(memory),
-            Want::First => {
+        match query {
+            BlockQuery::Nearest => kernel.cast::<Closest>(memory),
+            BlockQuery::Any => kernel.cast::<Any>(memory),
+            BlockQuery::All | BlockQuery::Within => kernel.cast::<All>(memory),
+            BlockQuery::First => {
                 kernel.cast::<Closest>(memory);
                 kernel.keep_certain_entries(memory);
             }
@@ -140,9 +140,9 @@ impl<C: Coordinate> Kernel<'_, C> {
             if found.is_full() {
                 found.plain.extend(chunk.map(|row| row as u32));
             } else {
-                self.finish::<S>(&found.targets, hits);
+                self.finish::<S>(&found.lane_hits, hits);
             }
-            found.targets.clear();
+            found.lane_hits.clear();
         }
     }
 
@@ -214,8 +214,8 @@ mod tests {
                 }),
             }
             if !M::ANY {
-                self.finish::<Portable>(&memory.found.targets, &mut memory.hits);
-                memory.found.targets.clear();
+                self.finish::<Portable>(&memory.found.lane_hits, &mut memory.hits);
+                memory.found.lane_hits.clear();
             }
         }
     }
@@ -224,16 +224,16 @@ mod tests {
         index: &WideIndex,
         blocks: &[Block<C>],
         (frame, block): (&MeshFrame, &RayBlock),
-        want: Want,
+        query: BlockQuery,
         way: Way,
     ) -> Outcome {
-        let preparation = Preparation::of(frame, index.tree.frame, want);
+        let preparation = Preparation::of(frame, index.tree.frame, query);
         let kernel = Kernel { frame, tree: &index.tree, blocks, preparation, block };
         let mut memory = KernelMemory::default();
-        match want {
-            Want::Nearest | Want::First => kernel.cast_in::<Closest>(way, &mut memory),
-            Want::Any => kernel.cast_in::<Any>(way, &mut memory),
-            Want::All | Want::Within => kernel.cast_in::<All>(way, &mut memory),
+        match query {
+            BlockQuery::Nearest | BlockQuery::First => kernel.cast_in::<Closest>(way, &mut memory),
+            BlockQuery::Any => kernel.cast_in::<Any>(way, &mut memory),
+            BlockQuery::All | BlockQuery::Within => kernel.cast_in::<All>(way, &mut memory),
         }
         outcome(&memory)
     }
@@ -253,7 +253,7 @@ mod tests {
     }
 
     /// A mesh, rays at it, and how they are cast.
-    fn compare_ways(random: &mut Random, rays: &[Ray], solid: &MeshSolid, want: Want) {
+    fn compare_ways(random: &mut Random, rays: &[Ray], solid: &MeshSolid, query: BlockQuery) {
         let index = solid.index.as_wide().expect("the default index");
         let frame = MeshFrame {
             size: solid.size,
@@ -276,18 +276,18 @@ mod tests {
             cancel: None,
         };
         let cast = |way: Way| match &index.blocks {
-            Blocks::Single(blocks) => cast_at(index, blocks, (&frame, &block), want, way),
-            Blocks::Double(blocks) => cast_at(index, blocks, (&frame, &block), want, way),
+            Blocks::Single(blocks) => cast_at(index, blocks, (&frame, &block), query, way),
+            Blocks::Double(blocks) => cast_at(index, blocks, (&frame, &block), query, way),
         };
         let chosen = cast(Way::Chosen);
-        assert_eq!(chosen, cast(Way::Portable), "{want:?} {span:?}");
+        assert_eq!(chosen, cast(Way::Portable), "{query:?} {span:?}");
         for way in [Way::Wave, Way::Streams] {
             let other = cast(way);
             let plain = [&chosen.2[..], &other.2].concat();
             assert_eq!(
                 comparable(other, &plain),
                 comparable(chosen.clone(), &plain),
-                "{way:?} {want:?} {span:?}"
+                "{way:?} {query:?} {span:?}"
             );
         }
     }
@@ -306,8 +306,10 @@ mod tests {
             }
             let rays = rays_at(&mut random, &mesh, &thin, 150);
             let Ok(solid) = MeshSolid::new(Arc::new(mesh), "bvh") else { continue };
-            for want in [Want::Nearest, Want::Any, Want::All, Want::First, Want::Within] {
-                compare_ways(&mut random, &rays, &solid, want);
+            for query in
+                [BlockQuery::Nearest, BlockQuery::Any, BlockQuery::All, BlockQuery::First, BlockQuery::Within]
+            {
+                compare_ways(&mut random, &rays, &solid, query);
             }
         }
     }

@@ -3,7 +3,7 @@
 
 use super::block::Coordinate;
 use super::context::Kernel;
-use super::found::Target;
+use super::found::LaneHit;
 use super::ray::SMALLEST;
 use crate::crossing::Crossing;
 use crate::math::{Affine, Dd, HALF_ULP, Real, UNIT_RANGE, Vec3, power_of_two};
@@ -41,14 +41,14 @@ struct Normals {
 }
 
 impl<C: Coordinate> Kernel<'_, C> {
-    /// Appends the hits of targets, in their order.
+    /// Appends the hits of lane_hits, in their order.
     #[inline(always)]
-    pub(super) fn finish<S: Simd>(&self, targets: &[Target], hits: &mut Vec<MeshHit>) {
+    pub(super) fn finish<S: Simd>(&self, lane_hits: &[LaneHit], hits: &mut Vec<MeshHit>) {
         if self.lines().errors.is_some() {
-            hits.extend(targets.iter().filter_map(|target| self.finish_plainly(target)));
+            hits.extend(lane_hits.iter().filter_map(|lane_hit| self.finish_plainly(lane_hit)));
             return;
         }
-        for some in targets.chunks(LANES) {
+        for some in lane_hits.chunks(LANES) {
             let gathered = self.gather(some);
             let computed = compute::<S>(&gathered);
             let normals = if self.block.wants_normals {
@@ -56,11 +56,11 @@ impl<C: Coordinate> Kernel<'_, C> {
             } else {
                 Normals { normal: [[f64::NAN; LANES]; 3], is_certain: !0, is_against: 0 }
             };
-            for (lane, target) in some.iter().enumerate() {
+            for (lane, lane_hit) in some.iter().enumerate() {
                 if computed.is_certain & normals.is_certain & 1 << lane != 0 {
-                    hits.push(self.hit(target, lane, &computed, &normals));
+                    hits.push(self.hit(lane_hit, lane, &computed, &normals));
                 } else {
-                    hits.extend(self.finish_plainly(target));
+                    hits.extend(self.finish_plainly(lane_hit));
                 }
             }
         }
@@ -68,22 +68,22 @@ impl<C: Coordinate> Kernel<'_, C> {
 
     #[cold]
     #[inline(never)]
-    fn finish_plainly(&self, target: &Target) -> Option<MeshHit> {
-        let (crossing, _) = self.plain_hit(target.row as usize, target.leaf, target.lane as usize)?;
-        let triangle = self.blocks[target.leaf as usize].triangle(target.lane as usize);
+    fn finish_plainly(&self, lane_hit: &LaneHit) -> Option<MeshHit> {
+        let (crossing, _) = self.plain_hit(lane_hit.row as usize, lane_hit.leaf, lane_hit.lane as usize)?;
+        let triangle = self.blocks[lane_hit.leaf as usize].triangle(lane_hit.lane as usize);
         let normal = self.block.world_normal(self.frame.oriented(plane::normal(triangle.corners)));
-        let is_against = normal.dot(self.block.ray(target.row as usize).1) < 0.0;
-        Some(MeshHit { row: target.row, crossing, normal, is_against })
+        let is_against = normal.dot(self.block.ray(lane_hit.row as usize).1) < 0.0;
+        Some(MeshHit { row: lane_hit.row, crossing, normal, is_against })
     }
 
     #[inline(always)]
-    fn hit(&self, target: &Target, lane: usize, computed: &Computed, normals: &Normals) -> MeshHit {
-        let face = self.blocks[target.leaf as usize].faces[target.lane as usize];
+    fn hit(&self, lane_hit: &LaneHit, lane: usize, computed: &Computed, normals: &Normals) -> MeshHit {
+        let face = self.blocks[lane_hit.leaf as usize].faces[lane_hit.lane as usize];
         // The line enters where it runs against the normal.
         let entering = computed.descent[lane] < 0.0;
         let crossing = Crossing::new(computed.t[lane], computed.t_err[lane], entering, 0);
         MeshHit {
-            row: target.row,
+            row: lane_hit.row,
             crossing: Crossing { primitive: face, ..crossing },
             normal: Vec3::new(normals.normal[0][lane], normals.normal[1][lane], normals.normal[2][lane]),
             is_against: normals.is_against >> lane & 1 == 1,
@@ -92,7 +92,7 @@ impl<C: Coordinate> Kernel<'_, C> {
 
     /// The operations of [`plane::normal`] and [`super::lines::RayBlock::world_normal`].
     #[inline(always)]
-    fn normals<S: Simd>(&self, of: &Gathered, targets: &[Target]) -> Normals {
+    fn normals<S: Simd>(&self, of: &Gathered, lane_hits: &[LaneHit]) -> Normals {
         let splat = <S::F64 as Real>::splat;
         let [a, b, c] = [load::<S>(&of.corners[0]), load::<S>(&of.corners[1]), load::<S>(&of.corners[2])];
         let (u, v) = ([b[0] - a[0], b[1] - a[1], b[2] - a[2]], [c[0] - a[0], c[1] - a[1], c[2] - a[2]]);
@@ -110,7 +110,7 @@ impl<C: Coordinate> Kernel<'_, C> {
         let normal = [normal[0] * reciprocal, normal[1] * reciprocal, normal[2] * reciprocal];
         let mut direction = [[0.0; LANES]; 3];
         for lane in 0..LANES {
-            let (_, d) = self.block.ray(targets[lane.min(targets.len() - 1)].row as usize);
+            let (_, d) = self.block.ray(lane_hits[lane.min(lane_hits.len() - 1)].row as usize);
             (direction[0][lane], direction[1][lane], direction[2][lane]) = (d.x, d.y, d.z);
         }
         let d = load::<S>(&direction);
@@ -123,7 +123,7 @@ impl<C: Coordinate> Kernel<'_, C> {
     }
 
     #[inline(always)]
-    fn gather(&self, targets: &[Target]) -> Gathered {
+    fn gather(&self, lane_hits: &[LaneHit]) -> Gathered {
         let mut out = Gathered {
             corners: [[[0.0; LANES]; 3]; 3],
             origin: [[0.0; LANES]; 3],
@@ -132,7 +132,7 @@ impl<C: Coordinate> Kernel<'_, C> {
         };
         let size = self.frame.size.exponent();
         for lane in 0..LANES {
-            let Target { row, leaf, lane: of_leaf } = targets[lane.min(targets.len() - 1)];
+            let LaneHit { row, leaf, lane: of_leaf } = lane_hits[lane.min(lane_hits.len() - 1)];
             let block = &self.blocks[leaf as usize];
             let (o, d) = self.lines().nominal(row as usize);
             let exponent = exponent_within_range(d.abs().max_element());

@@ -1,10 +1,10 @@
 //! What the kernel finds, and how it searches.
 
-use super::ray::Prepared;
+use super::ray::{KernelRay, MISS, Prepared};
 
 /// A hit that was found: the row of the ray, and the leaf and the lane of the triangle.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Target {
+pub(super) struct LaneHit {
     pub row: u32,
     pub leaf: u32,
     pub lane: u32,
@@ -15,18 +15,18 @@ pub(super) struct Target {
 pub(super) struct Found {
     /// Rays that take the plain path, by row.
     pub plain: Vec<u32>,
-    pub targets: Vec<Target>,
+    pub lane_hits: Vec<LaneHit>,
     /// Rays that may begin inside the solid, by row.
     pub inside: Vec<u32>,
 }
 
 /// If the rays of a chunk have more hits than this, they take the plain path, which needs memory for one at a time.
-const MAX_TARGETS: usize = 1 << 20;
+const MAX_LANE_HITS: usize = if cfg!(test) { 20_000 } else { 1 << 20 };
 
 impl Found {
     /// Whether there are too many hits to go on.
     pub fn is_full(&self) -> bool {
-        self.targets.len() > MAX_TARGETS
+        self.lane_hits.len() > MAX_LANE_HITS
     }
 
     /// Takes the row of a ray that is not cast now. Returns whether it is to be cast.
@@ -39,6 +39,16 @@ impl Found {
             Prepared::Plain => self.plain.push(row as u32),
         }
         false
+    }
+
+    /// Takes the result of a ray that has no more to do.
+    #[inline(always)]
+    pub fn finish(&mut self, ray: &KernelRay) {
+        if ray.may_coincide {
+            self.plain.push(ray.row);
+        } else if ray.leaf != MISS {
+            self.lane_hits.push(LaneHit { row: ray.row, leaf: ray.leaf, lane: ray.lane });
+        }
     }
 }
 

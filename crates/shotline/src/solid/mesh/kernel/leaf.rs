@@ -6,7 +6,7 @@
 
 use super::block::{Block, Coordinate};
 use super::context::Kernel;
-use super::found::Target;
+use super::found::LaneHit;
 use super::ray::{KernelRay, MISS, SMALLEST, beyond};
 use crate::accel::wide::LEAF_SIZE;
 use crate::crossing::Crossing;
@@ -102,7 +102,7 @@ impl<C: Coordinate> Kernel<'_, C> {
             }
             if low >= ray.from && high <= ray.to && high + ray.margin < ray.best[0] {
                 ray.best = [low, high];
-                (ray.leaf, ray.lane, ray.is_crowded) = (leaf, lane as u32, false);
+                (ray.leaf, ray.lane, ray.may_coincide) = (leaf, lane as u32, false);
                 ray.shorten();
             } else {
                 self.offer_exactly(ray, leaf, lane);
@@ -118,16 +118,16 @@ impl<C: Coordinate> Kernel<'_, C> {
     #[inline(never)]
     fn offer_exactly(&self, ray: &mut KernelRay, leaf: u32, lane: usize) {
         let Some((hit, t)) = self.hit_in_span(ray, leaf, lane) else { return };
-        if ray.leaf != MISS {
-            let Some((best, best_t)) = self.hit_in_span(ray, ray.leaf, ray.lane as usize) else { return };
+        let best = if ray.leaf == MISS { None } else { self.hit_in_span(ray, ray.leaf, ray.lane as usize) };
+        if let Some((best, best_t)) = best {
             ray.best = [best_t; 2];
             let is_near = (t - best_t).abs() <= ray.margin;
             if order(&best, &hit).is_lt() {
-                ray.is_crowded |= is_near;
+                ray.may_coincide |= is_near;
                 ray.shorten();
                 return;
             }
-            ray.is_crowded = is_near;
+            ray.may_coincide = is_near;
         }
         ray.best = [t; 2];
         (ray.leaf, ray.lane) = (leaf, lane as u32);
@@ -150,11 +150,11 @@ impl<C: Coordinate> Kernel<'_, C> {
         open != 0 && lanes(open).any(|lane| self.hit_in_span(ray, leaf, lane).is_some())
     }
 
-    /// Passes all hits of a leaf in the span to `hit`.
+    /// Appends all hits of a leaf in the span.
     #[inline(always)]
-    pub(super) fn all_in_leaf<S: Simd>(&self, ray: &KernelRay, leaf: u32, hits: &mut Vec<Target>) {
+    pub(super) fn all_in_leaf<S: Simd>(&self, ray: &KernelRay, leaf: u32, hits: &mut Vec<LaneHit>) {
         let Some(tested) = test::<S, C>(&self.blocks[leaf as usize], ray) else { return };
-        let mut take = |lane: usize| hits.push(Target { row: ray.row, leaf, lane: lane as u32 });
+        let mut take = |lane: usize| hits.push(LaneHit { row: ray.row, leaf, lane: lane as u32 });
         let mut open = tested.doubtful;
         for lane in lanes(tested.certain) {
             if tested.low[lane] >= ray.from && tested.high[lane] <= ray.to {

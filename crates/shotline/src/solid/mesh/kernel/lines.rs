@@ -48,7 +48,7 @@ pub(crate) struct RayBlock<'a> {
 
 /// What a block is cast for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Want {
+pub(crate) enum BlockQuery {
     /// The first hit of the surface.
     Nearest,
     /// Whether there is a hit of the surface: one hit without a place.

@@ -27,4 +27,4 @@ pub(crate) use cast::KernelMemory;
 
 pub(super) use frame::MeshFrame;
 pub(super) use index::WideIndex;
-pub(crate) use lines::{Lines, RayBlock, Want};
+pub(crate) use lines::{BlockQuery, Lines, RayBlock};

@@ -1,7 +1,7 @@
 //! Prepares rays, four at a time.
 
 use super::frame::MeshFrame;
-use super::lines::{RayBlock, Want};
+use super::lines::{BlockQuery, RayBlock};
 use super::ray::{KernelRay, MISS, Prepared, SMALLEST, beyond};
 use crate::accel::wide::{Frame, PAD};
 use crate::crossing::GROUPING;
@@ -34,7 +34,7 @@ pub(super) struct Preparation {
     /// A bound on a sheared coordinate of any vertex of a leaf that the ray meets, without the part that depends on the
     /// ray.
     width: f64,
-    want: Want,
+    query: BlockQuery,
 }
 
 /// Three components of four vectors.
@@ -79,8 +79,33 @@ impl<S: Simd> Roles<S> {
     }
 }
 
+/// Four lines in the box of the mesh.
+struct InBox<S: Simd> {
+    roles: Roles<S>,
+    /// The largest component of each direction.
+    longest: S::F64,
+    /// The origins, relative to the centre of the mesh.
+    from_centre: Vectors<S>,
+    /// The reciprocals of the directions.
+    inverse: Vectors<S>,
+    enter: S::F64,
+    exit: S::F64,
+    is_extreme: u8,
+}
+
+/// The intervals of `t` in which hits of four lines count.
+struct Window<S: Simd> {
+    from: S::F64,
+    to: S::F64,
+    /// Hits whose `t` differ by more are separate events.
+    margin: S::F64,
+    may_be_inside: u8,
+    /// The lines on which an event may have any width.
+    is_unbounded: u8,
+}
+
 impl Preparation {
-    pub fn of(mesh: &MeshFrame, frame: Frame, want: Want) -> Preparation {
+    pub fn of(mesh: &MeshFrame, frame: Frame, query: BlockQuery) -> Preparation {
         let (bounds, pad) = (mesh.scaled_bounds, Vec3::splat(2.0 * PAD * frame.size));
         Preparation {
             frame,
@@ -88,7 +113,7 @@ impl Preparation {
             high: bounds.max - frame.centre + pad,
             // Rays meet boxes that are padded and tested in float32: that adds far less than a hundredth.
             width: 2.02 * bounds.size().max_element(),
-            want,
+            query,
         }
     }
 
@@ -102,20 +127,45 @@ impl Preparation {
         rays: &mut [KernelRay],
         slots: [usize; AT_A_TIME],
     ) -> [Prepared; AT_A_TIME] {
+        let lines = scaled::<S>(mesh, block, rows);
+        let in_box = self.in_box(&lines);
+        let reach = self.reach::<S>(mesh, &lines.o);
+        let window = self.window(mesh, block, rows, &lines, &in_box, reach);
+        let is_plain = lines.is_extreme | in_box.is_extreme | window.is_unbounded;
+        let (entry, exit) = (in_box.enter.greater(window.from), in_box.exit.lesser(window.to));
+        let is_met = entry.is_at_most(exit);
+        if (is_met | is_plain) & 0xf == 0 {
+            return [Prepared::Misses; AT_A_TIME];
+        }
+        self.write_boxes(&lines, &in_box, [entry, exit], rays, slots);
+        self.write_triangles(&lines, &in_box, &window, reach, rays, slots);
+        let prepared = |lane: usize| {
+            rays[slots[lane]].row = rows[lane] as u32;
+            if is_plain >> lane & 1 == 1 {
+                Prepared::Plain
+            } else if is_met >> lane & 1 == 0 {
+                Prepared::Misses
+            } else if window.may_be_inside >> lane & 1 == 1 {
+                Prepared::Inside
+            } else {
+                Prepared::Ready
+            }
+        };
+        [0, 1, 2, 3].map(prepared)
+    }
+
+    /// Where lines are within the mesh's box.
+    #[inline(always)]
+    fn in_box<S: Simd>(&self, lines: &Scaled<S>) -> InBox<S> {
         let splat = <S::F64 as Real>::splat;
-        let Scaled { o, d, from, to, is_extreme } = scaled::<S>(mesh, block, rows);
+        let Scaled { o, d, .. } = lines;
         let size = [d[0].abs(), d[1].abs(), d[2].abs()];
         let roles = Roles::<S>::of(&size);
-        let sorted_d = roles.sorted(&d);
-        let longest = sorted_d[2].abs();
+        let longest = roles.pick(size[0], size[1], size[2]);
         let centre = self.frame.centre;
         let from_centre = [o[0] - splat(centre.x), o[1] - splat(centre.y), o[2] - splat(centre.z)];
         let far = from_centre[0].abs().greater(from_centre[1].abs()).greater(from_centre[2].abs());
-        let is_extreme = is_extreme
-            | !far.is_at_most(splat(FARTHEST * self.frame.size))
-            | !splat(0.25).is_at_most(longest);
-
-        // Into the box of the mesh. Components that are almost zero count as small ones: then no product is NaN.
+        // Components that are almost zero count as small ones: then no product is NaN.
         let least = longest * splat(STEEPEST);
         let inverse = |i: usize| {
             let inverse = splat(1.0) / size[i].greater(least);
@@ -126,90 +176,126 @@ impl Preparation {
         let (low, high) = (self.low, self.high);
         let a = [plane(low.x, 0), plane(low.y, 1), plane(low.z, 2)];
         let b = [plane(high.x, 0), plane(high.y, 1), plane(high.z, 2)];
-        let enter = a[0].lesser(b[0]).greater(a[1].lesser(b[1])).greater(a[2].lesser(b[2]));
-        let exit = a[0].greater(b[0]).lesser(a[1].greater(b[1])).lesser(a[2].greater(b[2]));
+        InBox {
+            roles,
+            longest,
+            from_centre,
+            inverse,
+            enter: a[0].lesser(b[0]).greater(a[1].lesser(b[1])).greater(a[2].lesser(b[2])),
+            exit: a[0].greater(b[0]).lesser(a[1].greater(b[1])).lesser(a[2].greater(b[2])),
+            is_extreme: !far.is_at_most(splat(FARTHEST * self.frame.size)) | !splat(0.25).is_at_most(longest),
+        }
+    }
 
-        let reach = self.reach::<S>(mesh, &o);
-        let (mut from, mut to, mut margin, mut is_open, mut is_lost) = (from, to, splat(SMALLEST), 0, 0);
-        if matches!(self.want, Want::First | Want::Within) {
-            let widths = if block.lines.errors.is_some() {
-                widths_of_lines::<S>(mesh, block, rows, exit.store())
-            } else {
-                // As `MeshLine::event_width` for an exact line.
-                let width = |t: S::F64| {
-                    let worst = splat(1.001 * HALF_ULP) * t.abs() + splat(1.02 * ENOUGH) * (reach + t.abs());
-                    splat(2.0 * GROUPING) * worst
-                };
-                [width(from), width(to), width(exit.greater(from.abs()))]
+    /// The interval of `t` in which hits count: the span and, for a solid, the hits beyond its ends that may belong to
+    /// events in it.
+    #[inline(always)]
+    fn window<S: Simd>(
+        &self,
+        mesh: &MeshFrame,
+        block: &RayBlock,
+        rows: [usize; AT_A_TIME],
+        lines: &Scaled<S>,
+        in_box: &InBox<S>,
+        reach: S::F64,
+    ) -> Window<S> {
+        let splat = <S::F64 as Real>::splat;
+        let &Scaled { from, to, .. } = lines;
+        if !matches!(self.query, BlockQuery::First | BlockQuery::Within) {
+            return Window { from, to, margin: splat(SMALLEST), may_be_inside: 0, is_unbounded: 0 };
+        }
+        let exit = in_box.exit;
+        let [of_from, of_to, of_latest] = if block.lines.errors.is_some() {
+            widths_of_lines::<S>(mesh, block, rows, exit.store())
+        } else {
+            // As `MeshLine::event_width` for an exact line.
+            let width = |t: S::F64| {
+                let worst = splat(1.001 * HALF_ULP) * t.abs() + splat(1.02 * ENOUGH) * (reach + t.abs());
+                splat(2.0 * GROUPING) * worst
             };
-            is_lost = !widths[2].is_less(splat(f64::INFINITY));
-            // The width grows with `t`, and no hit is beyond the box. The ends of the intervals that are compared are
-            // rounded too, by half an ulp each.
-            margin = margin + widths[2] + splat(4.0 * HALF_ULP) * exit.greater(from.abs());
-            from = from - widths[0];
-            is_open = if self.want == Want::First { enter.is_at_most(from) } else { 0 };
-            let is_limited = self.want == Want::First && block.span.t_max() < f64::INFINITY;
+            [width(from), width(to), width(exit.greater(from.abs()))]
+        };
+        // The width grows with `t`, and no hit is beyond the box. The ends of the intervals that are compared are
+        // rounded too, by half an ulp each.
+        let rounding = splat(4.0 * HALF_ULP) * exit.greater(from.abs());
+        let is_first = self.query == BlockQuery::First;
+        let is_limited = is_first && block.span.t_max() < f64::INFINITY;
+        let from = from - of_from;
+        Window {
+            from,
             // For `Within` all hits ahead: their sum is the winding number at the start.
-            to = if is_limited { to + widths[1] } else { splat(f64::INFINITY) };
+            to: if is_limited { to + of_to } else { splat(f64::INFINITY) },
+            margin: splat(SMALLEST) + of_latest + rounding,
+            may_be_inside: if is_first { in_box.enter.is_at_most(from) } else { 0 },
+            is_unbounded: !of_latest.is_less(splat(f64::INFINITY)),
         }
-        let is_plain = is_extreme | is_lost;
-        let (entry, exit) = (enter.greater(from), exit.lesser(to));
-        let is_met = entry.is_at_most(exit);
-        let is_ready = is_met & !is_open;
-        if (is_met | is_plain) & 0xf == 0 {
-            return [Prepared::Misses; AT_A_TIME];
-        }
+    }
 
-        let doubt = self.doubts::<S>(reach);
-        let per_size = splat(1.0 / self.frame.size);
-        let start = |i: usize| (from_centre[i] + d[i] * entry) * per_size;
-        let per_t = longest * per_size;
-        let start = [start(0).store(), start(1).store(), start(2).store()];
-        let reciprocal =
-            [(inverse[0] * longest).store(), (inverse[1] * longest).store(), (inverse[2] * longest).store()];
+    /// Writes what the tests of boxes need, and the interval of `t` within the mesh's box.
+    #[inline(always)]
+    fn write_boxes<S: Simd>(
+        &self,
+        lines: &Scaled<S>,
+        in_box: &InBox<S>,
+        [entry, exit]: [S::F64; 2],
+        rays: &mut [KernelRay],
+        slots: [usize; AT_A_TIME],
+    ) {
+        let (d, InBox { from_centre, inverse, longest, .. }) = (&lines.d, in_box);
+        let per_size = <S::F64 as Real>::splat(1.0 / self.frame.size);
+        let start = |i: usize| ((from_centre[i] + d[i] * entry) * per_size).store();
+        let start = [start(0), start(1), start(2)];
+        let reciprocal = |i: usize| (inverse[i] * *longest).store();
+        let reciprocal = [reciprocal(0), reciprocal(1), reciprocal(2)];
+        let per_t = *longest * per_size;
         let depth = ((exit - entry) * per_t).store();
-        let o = roles.sorted(&o);
-        let origin = [o[0].store(), o[1].store(), o[2].store()];
-        let inverse_along = splat(1.0) / sorted_d[2];
-        let slope = [(sorted_d[0] / sorted_d[2]).store(), (sorted_d[1] / sorted_d[2]).store()];
-        let inverse = inverse_along.store();
-        let (z_shorter, y_shorter) = (roles.z_is_shorter.store(), roles.y_is_shorter.store());
-        let doubts = [doubt[0].store(), doubt[1].store()];
         let (entry, per_t) = (entry.store(), per_t.store());
-        let (from, to, margin) = (from.store(), to.store(), margin.store());
         for lane in 0..AT_A_TIME {
             let ray = &mut rays[slots[lane]];
-            for k in 0..3 {
-                let r = reciprocal[k][lane] as f32;
-                ray.reciprocal[k] = r;
-                ray.offset[k] = start[k][lane] as f32 * r;
-                ray.near[k] = u32::from(r < 0.0);
-                ray.origin[k] = origin[k][lane];
+            for axis in 0..3 {
+                let r = reciprocal[axis][lane] as f32;
+                ray.reciprocal[axis] = r;
+                ray.offset[axis] = start[axis][lane] as f32 * r;
+                ray.near[axis] = u32::from(r < 0.0);
             }
-            let is_z = z_shorter[lane] >= 0.0;
-            let along = if is_z { 2 } else { u32::from(y_shorter[lane] >= 0.0) };
+            ray.limit = beyond(depth[lane]);
+            (ray.entry, ray.per_t) = (entry[lane], per_t[lane]);
+        }
+    }
+
+    /// Writes what the tests of triangles need. There is no hit yet.
+    #[inline(always)]
+    fn write_triangles<S: Simd>(
+        &self,
+        lines: &Scaled<S>,
+        in_box: &InBox<S>,
+        window: &Window<S>,
+        reach: S::F64,
+        rays: &mut [KernelRay],
+        slots: [usize; AT_A_TIME],
+    ) {
+        let roles = &in_box.roles;
+        let (o, d) = (roles.sorted(&lines.o), roles.sorted(&lines.d));
+        let origin = [o[0].store(), o[1].store(), o[2].store()];
+        let slope = [(d[0] / d[2]).store(), (d[1] / d[2]).store()];
+        let inverse = (<S::F64 as Real>::splat(1.0) / d[2]).store();
+        let (z_is_shorter, y_is_shorter) = (roles.z_is_shorter.store(), roles.y_is_shorter.store());
+        let [doubt, depth_doubt] = self.doubts::<S>(reach);
+        let (doubt, depth_doubt) = (doubt.store(), depth_doubt.store());
+        let (from, to, margin) = (window.from.store(), window.to.store(), window.margin.store());
+        for lane in 0..AT_A_TIME {
+            let ray = &mut rays[slots[lane]];
+            let is_z = z_is_shorter[lane] >= 0.0;
+            let along = if is_z { 2 } else { u32::from(y_is_shorter[lane] >= 0.0) };
             ray.axes = [(along + 1) % 3, (along + 2) % 3, along];
+            ray.origin = [origin[0][lane], origin[1][lane], origin[2][lane]];
             ray.slope = [slope[0][lane], slope[1][lane]];
             ray.inverse = inverse[lane];
-            ray.limit = beyond(depth[lane]);
-            ray.row = rows[lane] as u32;
-            (ray.leaf, ray.lane, ray.is_crowded) = (MISS, 0, false);
-            (ray.doubt, ray.depth_doubt) = (doubts[0][lane], doubts[1][lane]);
-            (ray.entry, ray.per_t) = (entry[lane], per_t[lane]);
+            (ray.doubt, ray.depth_doubt) = (doubt[lane], depth_doubt[lane]);
             (ray.from, ray.to, ray.margin) = (from[lane], to[lane], margin[lane]);
+            (ray.leaf, ray.lane, ray.may_coincide) = (MISS, 0, false);
             ray.best = [f64::INFINITY; 2];
         }
-        [0, 1, 2, 3].map(|lane| {
-            if is_plain >> lane & 1 == 1 {
-                Prepared::Plain
-            } else if is_ready >> lane & 1 == 1 {
-                Prepared::Ready
-            } else if is_met >> lane & 1 == 1 {
-                Prepared::Inside
-            } else {
-                Prepared::Misses
-            }
-        })
     }
 
     /// As `sheared_ray::reach`.

@@ -19,8 +19,8 @@ pub(super) struct KernelRay {
     /// The best hit so far: its leaf and lane.
     pub leaf: u32,
     pub lane: u32,
-    /// Whether another hit is so near the best one that both may be one event.
-    pub is_crowded: bool,
+    /// Whether another hit is so near the best one that both may be coincident.
+    pub may_coincide: bool,
     /// For triangles: the axis in which the direction is largest, after the two others in cyclic order.
     pub axes: [u32; 3],
     /// The origin along these axes.

@@ -5,10 +5,10 @@
 
 use super::block::Coordinate;
 use super::context::Kernel;
-use super::found::{Found, Mode, Target};
+use super::found::{Found, Mode};
 use super::node::{push_eight, test_node};
 use super::prepare::AT_A_TIME;
-use super::ray::{KernelRay, MISS};
+use super::ray::KernelRay;
 use crate::accel::wide::{LEAF, WIDTH};
 use crate::simd::{F32x8, Simd};
 
@@ -138,15 +138,27 @@ fn step<S: Simd, C: Coordinate, M: Mode>(
     } else {
         push_eight::<S>(S::compress(children, mask), stack, height);
     }
-    let height = height + mask.count_ones() as usize - 1;
-    let child = stack[height];
-    slots.heights[slot] = height as u32;
+    pop::<S, C>(kernel, slots, slot, room, height + mask.count_ones() as usize)
+}
+
+/// Pops the top of a stack of the given height, which is what the ray stands before from now on. Asks for it, since it
+/// is needed in the next pass.
+#[inline(always)]
+fn pop<S: Simd, C: Coordinate>(
+    kernel: &Kernel<C>,
+    slots: &mut Slots,
+    slot: usize,
+    room: usize,
+    height: usize,
+) -> u32 {
+    let child = slots.children[slot * room + height - 1];
+    slots.heights[slot] = height as u32 - 1;
     slots.current[slot] = child;
     prefetch::<S, C>(kernel, child);
     child
 }
 
-/// Asks for a node or a leaf that is needed in the next pass.
+/// Prefetches a node or a leaf.
 #[inline(always)]
 fn prefetch<S: Simd, C: Coordinate>(kernel: &Kernel<C>, child: u32) {
     let index = (child & !LEAF) as usize;
@@ -189,14 +201,9 @@ fn visit_leaf<S: Simd, C: Coordinate, M: Mode>(
             return None;
         }
     } else {
-        kernel.all_in_leaf::<S>(ray, leaf, &mut found.targets);
+        kernel.all_in_leaf::<S>(ray, leaf, &mut found.lane_hits);
     }
-    height -= 1;
-    let child = slots.children[slot * room + height];
-    slots.heights[slot] = height as u32;
-    slots.current[slot] = child;
-    prefetch::<S, C>(kernel, child);
-    Some(child)
+    Some(pop::<S, C>(kernel, slots, slot, room, height))
 }
 
 /// Removes the pending children that begin beyond a limit, and keeps the order of the others. The end of the stack
@@ -217,16 +224,4 @@ fn drop_beyond<S: Simd>(children: &mut [u32], keys: &mut [u32], height: usize, l
         to += kept.count_ones() as usize;
     }
     to
-}
-
-impl Found {
-    /// Takes the result of a ray that has no more to do.
-    #[inline(always)]
-    pub(super) fn finish(&mut self, ray: &KernelRay) {
-        if ray.is_crowded {
-            self.plain.push(ray.row);
-        } else if ray.leaf != MISS {
-            self.targets.push(Target { row: ray.row, leaf: ray.leaf, lane: ray.lane });
-        }
-    }
 }
