@@ -15,7 +15,7 @@ use shotline::solid::mesh::TriangleMesh;
 use shotline::testkit::meshes::cuboid;
 use shotline::testkit::random::Random;
 
-use blocks::cases::{Transform, any, cast, place, world_of};
+use blocks::cases::{Transform, any, any_world, cast, place, world_of};
 use blocks::compare::compare;
 use blocks::meshes::{self, Coordinates, FAMILIES, Family};
 
@@ -40,6 +40,19 @@ fn random_cases_of_small_meshes() {
 #[test]
 fn random_cases_of_large_meshes() {
     run(10_000..10_008, &FAMILIES[SMALL..], 120);
+}
+
+#[test]
+fn random_worlds() {
+    let run = |seeds: std::ops::Range<u64>, families: &[Family]| {
+        let all = seeds.end - seeds.start;
+        let cast: u64 = seeds
+            .map(|seed| u64::from(any_world(seed, families, 130).unwrap_or_else(|what| panic!("{what}"))))
+            .sum();
+        assert!(2 * cast > all, "{cast} of {all}");
+    };
+    run(0..80, &[Family::Cube, Family::Tetrahedron, Family::Ball, Family::Plate, Family::Nested]);
+    run(100..160, &FAMILIES[..13]);
 }
 
 #[test]

@@ -118,14 +118,14 @@ fn blocks_of_rays_at_meshes() {
         let mut left = rays;
         while left > 0 {
             // A case casts three times. A scene that is refused counts as one ray.
-            let cast = match blocks::cases::any(random.bits(), &blocks::meshes::FAMILIES, RAYS_AT_A_TIME) {
-                Ok(was_cast) => {
-                    if was_cast {
-                        3 * RAYS_AT_A_TIME as u64
-                    } else {
-                        1
-                    }
-                }
+            let families = &blocks::meshes::FAMILIES;
+            let case = match random.below(3) {
+                0 => blocks::cases::any_world(random.bits(), families, RAYS_AT_A_TIME),
+                _ => blocks::cases::any(random.bits(), families, RAYS_AT_A_TIME),
+            };
+            let cast = match case {
+                Ok(true) => 3 * RAYS_AT_A_TIME as u64,
+                Ok(false) => 1,
                 Err(what) => {
                     tally.fail(what);
                     RAYS_AT_A_TIME as u64

@@ -265,6 +265,7 @@ impl<'s> Builder<'s> {
         };
         world.stats.memory_bytes = world.memory();
         world.surface = world.find_surface();
+        world.casts_blocks = world.bodies.iter().any(|body| body.block_meshes().next().is_some());
         world
     }
 }
@@ -280,6 +281,7 @@ impl World {
             material_names: scene.materials.iter().map(|(name, _)| name.clone()).collect(),
             names: Arc::default(),
             surface: None,
+            casts_blocks: false,
             stats: Stats::default(),
         }
     }

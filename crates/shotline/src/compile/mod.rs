@@ -24,7 +24,7 @@ pub use error::{InvalidScene, SceneError};
 pub use overlap_candidates::{OverlapCandidate, OverlapCandidates};
 pub use world::{Stats, World};
 
-pub(crate) use world::{Body, Leaf, Level, Placement, SolidBody, Target};
+pub(crate) use world::{Body, Leaf, Level, Placement, SolidBody, SurfaceBody, Target};
 
 use accel_choice::AccelChoice;
 use built_leaves::BuiltLeaves;

@@ -40,6 +40,8 @@ pub struct World {
     pub(super) names: Arc<PathNames>,
     /// The number of an object with a body that is not a solid, and the number of that body.
     pub(super) surface: Option<(u32, u32)>,
+    /// Whether there is a mesh at which blocks of rays can be cast.
+    pub(super) casts_blocks: bool,
     pub(super) stats: Stats,
 }
 
@@ -275,6 +277,11 @@ impl World {
         None
     }
 
+    /// Whether there is a mesh at which blocks of rays can be cast.
+    pub(crate) fn casts_blocks(&self) -> bool {
+        self.casts_blocks
+    }
+
     /// All levels. A level comes after the levels that it places; the root is the last.
     pub(crate) fn levels(&self) -> &[Arc<Level>] {
         &self.levels
@@ -344,7 +351,37 @@ impl SolidBody {
     }
 }
 
+/// A mesh of a body, at which blocks of rays can be cast.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BodyMesh<'w> {
+    pub mesh: &'w MeshSolid,
+    pub leaf: u32,
+    pub local_from_body: &'w Affine,
+    /// Where the mesh can affect the result, in the frame of the body.
+    pub bounds: &'w Aabb,
+}
+
 impl Body {
+    /// The meshes at which blocks of rays can be cast. Those of combinations of many leaves are left out: which of them a
+    /// ray needs is not known before.
+    pub(crate) fn block_meshes(&self) -> impl Iterator<Item = BodyMesh<'_>> {
+        let (surface, leaves) = match self {
+            Body::Surface(body) => (Some(body), &[][..]),
+            Body::Solid(body) => (None, if body.accel.is_none() { &body.leaves[..] } else { &[] }),
+        };
+        let of_surface = surface.map(|SurfaceBody { mesh, local_from_body, bounds, .. }| BodyMesh {
+            mesh,
+            leaf: 0,
+            local_from_body,
+            bounds,
+        });
+        let of_leaves =
+            (0..).zip(leaves).filter_map(|(leaf, Leaf { solid, local_from_body, bounds, .. })| {
+                Some(BodyMesh { mesh: solid.as_mesh()?, leaf, local_from_body, bounds })
+            });
+        of_surface.into_iter().chain(of_leaves).filter(|body_mesh| body_mesh.mesh.casts_blocks())
+    }
+
     pub(super) fn first_surface(&self) -> u32 {
         match self {
             Body::Solid(b) => b.first_surface,

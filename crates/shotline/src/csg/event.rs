@@ -70,6 +70,11 @@ pub struct Boundary {
 }
 
 impl Boundary {
+    /// A boundary at a crossing of the only leaf of a body.
+    pub fn of_leaf(crossing: Crossing) -> Boundary {
+        Boundary { kind: HitKind::Surface, entering: crossing.entering, leaf: 0, crossing }
+    }
+
     /// A boundary where the span begins or ends inside.
     pub(super) fn of_span_end(kind: HitKind, t: f64) -> Boundary {
         let entering = kind == HitKind::Start;

@@ -1,12 +1,15 @@
 //! The hits of a block of rays at one mesh, as a list of crossings for each ray.
 
-use super::placed_mesh::PlacedMesh;
+use std::ops::Range;
+
+use super::placed_mesh::{PlacedMesh, box_holds_start};
 use super::row_hit::RowHit;
 use super::{Kinds, Scope};
 use crate::crossing::{Crossing, is_alternating};
 use crate::csg::{HitKind, SingleLeaf};
+use crate::ray::Span;
 use crate::solid::mesh::kernel::KernelMemory;
-use crate::solid::mesh::{MeshHit, hits_to_crossings};
+use crate::solid::mesh::{MeshHit, MeshSolid, hits_to_crossings};
 
 /// The hits of each ray, one after the other.
 #[derive(Debug, Default)]
@@ -55,43 +58,60 @@ impl HitLists {
         }
     }
 
-    fn start(&self, ray: usize) -> usize {
-        if ray == 0 { 0 } else { self.ends[ray - 1] as usize }
+    fn range(&self, ray: usize) -> Range<usize> {
+        let start = if ray == 0 { 0 } else { self.ends[ray - 1] as usize };
+        start..self.ends[ray] as usize
     }
 
     /// The number of hits of a ray.
     pub fn count(&self, ray: usize) -> usize {
-        self.ends[ray] as usize - self.start(ray)
+        self.range(ray).len()
     }
 
-    /// Makes the list of a ray, whose line in the frame of the mesh `line` returns. Returns `false` if the plain path
-    /// has to make it.
-    pub fn make<'r>(
+    /// The hits of a ray; `None` if the plain path has to find them.
+    pub fn hits(&self, ray: usize) -> Option<&[MeshHit]> {
+        (!self.is_plain[ray]).then(|| &self.hits[self.range(ray)])
+    }
+
+    /// The crossings of a ray with a closed mesh, in whose frame `line` is; `None` if the plain path
+    /// has to find them.
+    pub fn crossings(
         &mut self,
-        placed: &PlacedMesh,
-        scope: Scope,
+        mesh: &MeshSolid,
+        span: Span,
         ray: usize,
-        line: impl FnOnce() -> &'r [f64; 6],
-    ) -> bool {
+        line: &[f64; 6],
+    ) -> Option<&[Crossing]> {
+        if self.is_plain[ray] {
+            return None;
+        }
+        let range = self.range(ray);
+        let HitLists { hits, crossings, sources, .. } = self;
+        crossings.clear();
+        sources.clear();
+        hits_to_crossings(&hits[range], crossings, sources);
+        let begins_inside = crossings.first().is_some_and(|first| first.t == f64::NEG_INFINITY);
+        let is_certain = !begins_inside || box_holds_start(mesh, line, span.t_min());
+        (is_certain && is_alternating(crossings)).then_some(&crossings[..])
+    }
+
+    /// Makes the list of a ray; `line` is its line in the frame of the mesh. Returns `false` if the plain path
+    /// has to make it.
+    pub fn make(&mut self, placed: &PlacedMesh, scope: Scope, ray: usize, line: &[f64; 6]) -> bool {
         if self.is_plain[ray] {
             return false;
         }
-        let range = self.start(ray)..self.ends[ray] as usize;
-        let HitLists { hits, crossings, sources, found, .. } = self;
-        let hits = &hits[range];
-        found.clear();
+        self.found.clear();
         if !placed.is_solid {
-            found.extend(hits.iter().map(|hit| placed.row_hit(hit, &hit.crossing)));
+            let hits = &self.hits[self.range(ray)];
+            self.found.extend(hits.iter().map(|hit| placed.row_hit(hit, &hit.crossing)));
             return true;
         }
-        crossings.clear();
-        sources.clear();
-        hits_to_crossings(hits, crossings, sources);
-        let begins_inside = crossings.first().is_some_and(|first| first.t == f64::NEG_INFINITY);
-        if begins_inside && !placed.box_holds_start(line(), scope.span.t_min()) || !is_alternating(crossings)
-        {
+        if self.crossings(placed.mesh, scope.span, ray, line).is_none() {
             return false;
         }
+        let hits = &self.hits[self.range(ray)];
+        let HitLists { crossings, sources, found, .. } = self;
         let Some(mut single) = SingleLeaf::begin(crossings, scope.span) else { return false };
         while let Some(boundary) = single.next(crossings) {
             let crossing = boundary.crossing;

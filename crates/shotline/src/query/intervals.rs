@@ -26,10 +26,10 @@ impl Caster<'_> {
     ) -> Result<u64, QueryError> {
         let start = out.len();
         let met = self.intervals(ray, span).and_then(|()| {
-            let budget = &mut self.scratch.budget;
-            let met =
-                resolve(self.world, ray, &self.intervals, overlaps, &mut self.segment_scratch, budget, out)?;
-            self.outcome().map(|()| met)
+            let intervals = std::mem::take(&mut self.intervals);
+            let met = self.resolve_within_budget(ray, &intervals, overlaps, out);
+            self.intervals = intervals;
+            met
         });
         if met.is_err() {
             out.truncate(start);
@@ -37,6 +37,30 @@ impl Caster<'_> {
         self.intervals.clear();
         self.intervals.shrink_to(RETAINED_INTERVALS);
         met
+    }
+
+    /// As [`Caster::segments`], of a ray whose intervals are known.
+    pub(super) fn resolve(
+        &mut self,
+        ray: &Ray,
+        intervals: &[Interval],
+        overlaps: Overlaps,
+        out: &mut Vec<Segment>,
+    ) -> Result<u64, QueryError> {
+        self.scratch.budget.begin(self.limits.steps);
+        self.resolve_within_budget(ray, intervals, overlaps, out)
+    }
+
+    fn resolve_within_budget(
+        &mut self,
+        ray: &Ray,
+        intervals: &[Interval],
+        overlaps: Overlaps,
+        out: &mut Vec<Segment>,
+    ) -> Result<u64, QueryError> {
+        let budget = &mut self.scratch.budget;
+        let met = resolve(self.world, ray, intervals, overlaps, &mut self.segment_scratch, budget, out)?;
+        self.outcome().map(|()| met)
     }
 
     /// Appends the overlaps of objects of equal priority, ascending. [`Caster::segments`] may refuse at the

@@ -2,9 +2,13 @@
 
 mod all;
 pub mod batch;
+mod block_caster;
+mod block_fold;
+mod block_queries;
 mod caster;
 mod coherence_hint;
 mod contains;
+mod few_meshes;
 mod fold;
 mod fold_query;
 mod heap;
@@ -12,10 +16,11 @@ mod hit;
 mod hit_lists;
 mod intervals;
 mod membership;
-mod mesh_blocks;
+mod mesh_requests;
 mod nearest;
 mod placed_mesh;
 mod repair;
+mod row_block;
 mod row_hit;
 mod scope;
 mod segments;

@@ -1,8 +1,7 @@
 //! A mesh that is placed at the root of a scene, and the rays of a block in its frame.
 
-use std::sync::atomic::AtomicBool;
-
 use super::Scope;
+use super::row_block::RowBlock;
 use super::row_hit::RowHit;
 use crate::crossing::Crossing;
 use crate::csg::HitKind;
@@ -33,16 +32,16 @@ pub(super) struct FrameRows {
 }
 
 impl PlacedMesh<'_> {
-    /// Casts a block at the mesh.
+    /// Casts a block at the mesh. Hits of each ray behind its end are not needed.
     pub fn cast(
         &self,
-        rays: &[[f64; 6]],
-        scope: Scope,
-        (query, wants_normals): (BlockQuery, bool),
-        cancel: Option<&AtomicBool>,
+        block: &RowBlock,
+        query: BlockQuery,
+        ends: Option<&[f64]>,
         FrameRows { rows, errors }: &mut FrameRows,
         kernel: &mut KernelMemory,
     ) {
+        let &RowBlock { rays, scope: Scope { span, .. }, wants_normals, cancel } = block;
         let lines = if self.is_exact() {
             Lines { rows: rays, errors: None }
         } else {
@@ -55,7 +54,7 @@ impl PlacedMesh<'_> {
             }
             Lines { rows, errors: Some(errors) }
         };
-        let block = RayBlock { rays, frames: self.frames, wants_normals, lines, span: scope.span, cancel };
+        let block = RayBlock { rays, frames: self.frames, wants_normals, lines, span, ends, cancel };
         self.mesh.cast_block(&block, query, kernel);
     }
 
@@ -66,16 +65,6 @@ impl PlacedMesh<'_> {
 
     fn is_exact(&self) -> bool {
         self.frames.iter().all(|frame| frame.is_identity())
-    }
-
-    /// Whether a line, in the frame of the mesh, is within its box at `t_min`, by more than any rounding. Elsewhere the
-    /// plain path may take the ray to begin outside, even if its hits do not balance because their tests underflow.
-    pub fn box_holds_start(&self, line: &[f64; 6], t_min: f64) -> bool {
-        let (line, bounds) = (line_of(line), self.mesh.bounds());
-        let way = line.d * t_min;
-        let largest = line.o.abs().max(way.abs()).max(bounds.min.abs()).max(bounds.max.abs()).max_element();
-        let (start, margin) = (line.o + way, 1e-12 * largest);
-        ((start - bounds.min).min(bounds.max - start)).min_element() > margin
     }
 
     /// A hit that is a crossing; the crossing enters or exits as for the solid.
@@ -109,6 +98,16 @@ impl PlacedMesh<'_> {
             kind,
         }
     }
+}
+
+/// Whether a line, in the frame of a mesh, is within its box at `t_min`, by more than any rounding. Elsewhere the plain
+/// path may take the ray to begin outside, even if its hits do not balance because their tests underflow.
+pub(super) fn box_holds_start(mesh: &MeshSolid, line: &[f64; 6], t_min: f64) -> bool {
+    let (line, bounds) = (line_of(line), mesh.bounds());
+    let way = line.d * t_min;
+    let largest = line.o.abs().max(way.abs()).max(bounds.min.abs()).max(bounds.max.abs()).max_element();
+    let (start, margin) = (line.o + way, 1e-12 * largest);
+    ((start - bounds.min).min(bounds.max - start)).min_element() > margin
 }
 
 fn line_of(ray: &[f64; 6]) -> Line {

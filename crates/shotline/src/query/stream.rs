@@ -4,6 +4,8 @@
 //! boundary is returned while a pending box could still begin at or before it. So the cost of a ray grows with what
 //! it hits, and a query that only needs the first boundary stops there.
 
+use std::ops::Range;
+
 use super::heap::{Heap, Rank};
 use super::repair::repair;
 use crate::aabb::BoxRay;
@@ -29,6 +31,21 @@ pub(super) enum Entry {
     Event(u32),
 }
 
+/// Crossings of leaves of the next body to be streamed, which were computed before: of any ray that waits for it.
+#[derive(Debug, Default)]
+pub(super) struct OperandLists {
+    pub crossings: Vec<Crossing>,
+    /// The leaves with lists, each with the range of its list.
+    pub leaves: Vec<(u32, Range<usize>)>,
+}
+
+impl OperandLists {
+    fn list(&self, leaf: u32) -> Option<&[Crossing]> {
+        let (_, range) = self.leaves.iter().find(|(of, _)| *of == leaf)?;
+        Some(&self.crossings[range.clone()])
+    }
+}
+
 /// The memory of one stream; reused from body to body and ray to ray.
 #[derive(Debug, Default)]
 pub(super) struct StreamScratch {
@@ -38,6 +55,8 @@ pub(super) struct StreamScratch {
     pub(super) children: Vec<QueueEntry>,
     crossings: Vec<Crossing>,
     contacts: Vec<Contact>,
+    /// The crossings of leaves that were computed before.
+    pub(super) operands: OperandLists,
     /// Tags of leaves. The tags of triangles are in the scratch memory of the solids.
     tags: Tags,
 }
@@ -222,7 +241,10 @@ impl<'a, 'c> Stream<'a, 'c> {
         let t = (self.body.leaves.len() > 1).then_some(enter);
         self.below.log.add(1, t, || Act::Test { item: name() });
         let wanted = if self.body.leaves.len() == 1 { self.wanted } else { Wanted::All };
-        solid.crossings_within(line, self.span, wanted, &mut scratch.crossings, self.below);
+        match scratch.operands.list(leaf) {
+            Some(list) => scratch.crossings.extend_from_slice(list),
+            None => solid.crossings_within(line, self.span, wanted, &mut scratch.crossings, self.below),
+        }
         self.below.counters.repaired += u64::from(repair(&**solid, line, &mut scratch.crossings));
         self.below.log.add(1, None, || Act::Found { crossings: scratch.crossings.clone() });
         let is_lone = self.body.leaves.len() == 1;

@@ -11,6 +11,7 @@ use shotline::testkit::random::Random;
 use super::compare::{compare, some_hits};
 use super::meshes::{Coordinates, Family};
 use super::rays::{Targets, shuffle, span};
+use super::worlds::random_world;
 
 /// A world, with its triangles in world coordinates.
 pub struct Placed {
@@ -64,11 +65,16 @@ pub fn place(meshes: &[(Arc<TriangleMesh>, Affine)], what: String) -> Option<Pla
         let shape = if transform.is_identity() { shape } else { shape.transform(*transform) };
         objects.push(Object::new(format!("mesh {i}"), shape));
     }
+    let (world, brute) = compile_both(objects)?;
+    (!triangles.is_empty()).then(|| Placed { world, brute, targets: Targets::of(triangles), what })
+}
+
+/// A world of objects, and the same without accelerators. `None` if it is refused.
+pub fn compile_both(objects: Vec<Object>) -> Option<(World, World)> {
     let mut scene = Scene::of(objects);
     let world = scene.compile().ok()?;
     scene.accel = Some("brute");
-    let brute = scene.compile().ok()?;
-    (!triangles.is_empty()).then(|| Placed { world, brute, targets: Targets::of(triangles), what })
+    Some((world, scene.compile().ok()?))
 }
 
 /// A world of one mesh of a family, placed `count` times; some of the placements coincide.
@@ -108,6 +114,16 @@ pub fn cast(placed: &Placed, n: usize, threads: usize, random: &mut Random) -> R
     let scope = Scope { span: span(random, &hits), kinds };
     compare(placed, &rays, scope, threads)
         .map_err(|difference| format!("{what}, {n} rays, {scope:?}, {threads} threads: {difference}"))
+}
+
+/// A random case of a world of any kind. `Ok(false)` if its scene is refused.
+pub fn any_world(seed: u64, families: &[Family], n: usize) -> Result<bool, String> {
+    let mut random = Random::new(seed);
+    let Some(placed) = random_world(families, &mut random) else { return Ok(false) };
+    for threads in [1, 1, 2] {
+        cast(&placed, n, threads, &mut random).map_err(|what| format!("seed {seed}: {what}"))?;
+    }
+    Ok(true)
 }
 
 /// A random case. `Ok(false)` if its scene is refused.

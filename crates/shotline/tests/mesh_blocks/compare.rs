@@ -4,8 +4,8 @@ use std::fmt::Debug;
 use std::sync::Mutex;
 
 use shotline::compile::World;
-use shotline::query::Scope;
-use shotline::query::batch::{self, ClosestRows, CrossingRows, Fields, Run};
+use shotline::query::batch::{self, By, ClosestRows, CrossingRows, Fields, Run, SegmentRows};
+use shotline::query::{Overlaps, Scope};
 use shotline::ray::Ray;
 
 use super::cases::Placed;
@@ -34,7 +34,7 @@ fn column<T: Copy + Debug, K: PartialEq>(
 macro_rules! same_columns {
     ($found:expr, $expected:expr; $($name:ident $bits:expr),* $(,)?) => {{
         $(column(stringify!($name), [&$found.$name, &$expected.$name], $bits)?;)*
-        Ok(())
+        Ok::<(), String>(())
     }};
 }
 
@@ -61,6 +61,19 @@ fn closest_rows(found: &ClosestRows, expected: &ClosestRows) -> Result<(), Strin
 
 fn crossing_rows(found: &CrossingRows, expected: &CrossingRows) -> Result<(), String> {
     same_hits!(found, expected; ray_splits |x| x, kind |x| x)
+}
+
+fn segment_rows(found: &SegmentRows, expected: &SegmentRows) -> Result<(), String> {
+    same_columns!(found, expected;
+        ray_splits |x| x,
+        t_in f64::to_bits,
+        t_out f64::to_bits,
+        length f64::to_bits,
+        material |x| x,
+        object |x| x,
+        path |x| x,
+    )?;
+    column("overlaps", [&[found.overlaps], &[expected.overlaps]], |x| x)
 }
 
 fn both<T, E: PartialEq + Debug>(
@@ -116,7 +129,17 @@ fn compare_with(
     both("count", found, expected, |a, b| column("count", [a, b], |x| x))?;
     let [found, expected] =
         [(world, run), (reference, plain)].map(|(world, run)| batch::crossings(world, rays, scope, run));
-    both("crossings", found, expected, crossing_rows)
+    both("crossings", found, expected, crossing_rows)?;
+    let overlaps = [Overlaps::Error, Overlaps::Priority, Overlaps::All][rays.len() % 3];
+    let [found, expected] = [(world, run), (reference, plain)]
+        .map(|(world, run)| batch::segments(world, rays, scope.span, overlaps, run));
+    both("segments", found, expected, segment_rows)?;
+    let [found, expected] = [(world, run), (reference, plain)]
+        .map(|(world, run)| batch::thickness(world, rays, scope.span, By::Object, overlaps, run));
+    both("thickness", found, expected, |a, b| {
+        same_columns!(a, b; lengths f64::to_bits)?;
+        column("overlaps", [&[a.overlaps], &[b.overlaps]], |x| x)
+    })
 }
 
 /// A few of the `t` at which rays hit a world, by the plain path.

@@ -4,3 +4,4 @@ pub mod cases;
 pub mod compare;
 pub mod meshes;
 pub mod rays;
+pub mod worlds;

@@ -18,9 +18,10 @@ pub use rows::{By, ClosestRows, CrossingRows, ObjectRows, SegmentRows, Thickness
 pub use run::{Run, SEQUENTIAL_MAX};
 
 use super::caster::all_solid;
-use super::{Overlaps, QueryError, Scope};
+use super::{Overlaps, QueryError, Scope, Segment};
 use crate::compile::World;
 use crate::counters::COUNTERS;
+use crate::query::row_block::RowBlock;
 use crate::query::row_hit::RowHit;
 use crate::ray::{InvalidRay, Span};
 use rays::{PointRows, RayRows};
@@ -76,6 +77,12 @@ pub fn check(rays: &(impl Rays + ?Sized)) -> Result<(), BatchError> {
     rays.check(0..rays.len()).map_err(|(row, error)| BatchError::Ray { row, error })
 }
 
+/// A block of rays for a query.
+fn block<'r>(run: &Run<'r>, rays: &'r [[f64; 6]], scope: impl Into<Scope>) -> RowBlock<'r> {
+    let wants_normals = run.fields.contains(Fields::NORMAL);
+    RowBlock { rays, scope: scope.into(), wants_normals, cancel: run.cancel }
+}
+
 /// The closest crossing of each ray.
 ///
 /// # Errors
@@ -105,12 +112,11 @@ pub fn closest_into(
     let scope = scope.into();
     out.resize(rays.len(), run.fields)?;
     let batch = Batch::new(world, RayRows(rays), run);
-    if let Some(meshes) = batch.meshes() {
+    if let Some(plan) = batch.block_plan() {
         batch.fill_blocks(out.chunks(BLOCK_CHUNK), |worker, rays, chunk| {
             chunk.clear();
-            let wants_normals = run.fields.contains(Fields::NORMAL);
-            let mut caster = worker.block_caster(&meshes, run.cancel);
-            caster.closest(rays, scope, wants_normals, |i, hit| chunk.set(i, hit))
+            let (mut blocks, memory) = worker.blocks(&plan);
+            blocks.closest(&block(&run, rays, scope), memory, |i, hit| chunk.set(i, hit))
         })?;
         return Ok(());
     }
@@ -138,9 +144,10 @@ pub fn any(
     let scope = scope.into();
     let mut out = blank(false, rays.len())?;
     let batch = Batch::new(world, RayRows(rays), run);
-    if let Some(meshes) = batch.meshes() {
+    if let Some(plan) = batch.block_plan() {
         batch.fill_blocks(out.chunks_mut(BLOCK_CHUNK), |worker, rays, chunk| {
-            worker.block_caster(&meshes, run.cancel).any(rays, scope, |i| chunk[i] = true)
+            let (mut blocks, memory) = worker.blocks(&plan);
+            blocks.any(&block(&run, rays, scope), memory, |i| chunk[i] = true)
         })?;
         return Ok(out);
     }
@@ -164,9 +171,10 @@ pub fn count(
     let scope = scope.into();
     let mut out = blank(0, rays.len())?;
     let batch = Batch::new(world, RayRows(rays), run);
-    if let Some(meshes) = batch.meshes() {
+    if let Some(plan) = batch.block_plan() {
         batch.fill_blocks(out.chunks_mut(BLOCK_CHUNK), |worker, rays, chunk| {
-            worker.block_caster(&meshes, run.cancel).count(rays, scope, |i, count| chunk[i] = count as i64)
+            let (mut blocks, memory) = worker.blocks(&plan);
+            blocks.count(&block(&run, rays, scope), memory, |i, count| chunk[i] = count as i64)
         })?;
         return Ok(out);
     }
@@ -189,11 +197,11 @@ pub fn crossings(
 ) -> Result<CrossingRows, BatchError> {
     let scope = scope.into();
     let batch = Batch::new(world, RayRows(rays), run);
-    if let Some(meshes) = batch.meshes() {
+    if let Some(plan) = batch.block_plan() {
         return batch.gather_blocks(|worker, rays, rows: &mut CrossingRows| {
             let mut made = 0;
-            let wants_normals = run.fields.contains(Fields::NORMAL);
-            worker.block_caster(&meshes, run.cancel).crossings(rays, scope, wants_normals, |_, hits| {
+            let (mut blocks, memory) = worker.blocks(&plan);
+            blocks.crossings(&block(&run, rays, scope), memory, |hits| {
                 made += hits.len();
                 Ok(rows.push_ray(hits, run.fields)?)
             })?;
@@ -223,7 +231,20 @@ pub fn segments(
     run: Run,
 ) -> Result<SegmentRows, BatchError> {
     all_solid(world).map_err(BatchError::World)?;
-    Batch::new(world, RayRows(rays), run).gather(|worker, ray, rows: &mut SegmentRows| {
+    let batch = Batch::new(world, RayRows(rays), run);
+    if let Some(plan) = batch.block_plan() {
+        return batch.gather_blocks(|worker, rays, rows: &mut SegmentRows| {
+            let mut made = 0;
+            let (mut blocks, memory) = worker.blocks(&plan);
+            blocks.segments(&block(&run, rays, span), overlaps, memory, |_, segments, overlaps| {
+                made += segments.len();
+                rows.overlaps += overlaps;
+                Ok(rows.push_ray(segments)?)
+            })?;
+            Ok(made)
+        });
+    }
+    batch.gather(|worker, ray, rows: &mut SegmentRows| {
         empty(&mut worker.segments);
         rows.overlaps += worker.caster.segments(ray, span, overlaps, &mut worker.segments)?;
         rows.push_ray(&worker.segments)?;
@@ -251,20 +272,35 @@ pub fn thickness(
     let met = AtomicU64::new(0);
     let mut rest = &mut lengths[..];
     // Not `chunks_mut`, which panics for size 0: without objects every chunk is empty.
+    let batch = Batch::new(world, RayRows(rays), run);
+    let plan = batch.block_plan();
+    let chunk_rows = if plan.is_some() { BLOCK_CHUNK } else { CHUNK };
     let chunks = std::iter::from_fn(move || {
-        let size = rest.len().min(CHUNK * columns);
+        let size = rest.len().min(chunk_rows * columns);
         rest.split_off_mut(..size)
     });
-    Batch::new(world, RayRows(rays), run).fill(chunks, |worker, ray, chunk, i| {
-        empty(&mut worker.segments);
-        let new = worker.caster.segments(ray, span, overlaps, &mut worker.segments)?;
-        met.fetch_add(new, Ordering::Relaxed);
+    let add = |chunk: &mut [f64], i: usize, segments: &[Segment], overlaps: u64| {
+        met.fetch_add(overlaps, Ordering::Relaxed);
         let lengths = &mut chunk[i * columns..][..columns];
-        for segment in &worker.segments {
+        for segment in segments {
             lengths[by.column(segment, columns)] += segment.length;
         }
-        Ok(())
-    })?;
+    };
+    match plan {
+        Some(plan) => batch.fill_blocks(chunks, |worker, rays, chunk| {
+            let (mut blocks, memory) = worker.blocks(&plan);
+            blocks.segments(&block(&run, rays, span), overlaps, memory, |i, segments, overlaps| {
+                add(chunk, i, segments, overlaps);
+                Ok(())
+            })
+        })?,
+        None => batch.fill(chunks, |worker, ray, chunk, i| {
+            empty(&mut worker.segments);
+            let overlaps = worker.caster.segments(ray, span, overlaps, &mut worker.segments)?;
+            add(chunk, i, &worker.segments, overlaps);
+            Ok(())
+        })?,
+    }
     Ok(Thickness { lengths, columns, overlaps: met.into_inner() })
 }
 

@@ -17,9 +17,9 @@ use super::{BatchError, Fields};
 use crate::budget::Watch;
 use crate::compile::World;
 use crate::counters::Counters;
-use crate::query::mesh_blocks::{BlockCaster, BlockError, BlockMemory, MeshWorld, RayError};
+use crate::query::block_caster::{BlockCaster, BlockError, BlockMemory, BlockPlan, RayError};
 use crate::query::row_hit::RowHit;
-use crate::query::{Caster, Hit, Limits, QueryError, Segment};
+use crate::query::{Caster, Hit, QueryError, Segment};
 
 /// How to run a batch.
 #[derive(Clone, Copy)]
@@ -103,16 +103,16 @@ pub(super) struct Worker<'w> {
     pub objects: Vec<u32>,
     /// The rays of a block, and the memory of casting it.
     rays: Vec<[f64; 6]>,
-    blocks: BlockMemory,
+    blocks: BlockMemory<'w>,
 }
 
 impl<'w> Worker<'w> {
-    pub fn block_caster<'c>(
+    /// What casts blocks, and its memory.
+    pub fn blocks<'c>(
         &'c mut self,
-        meshes: &'c MeshWorld<'w>,
-        cancel: Option<&'c AtomicBool>,
-    ) -> BlockCaster<'c, 'w> {
-        BlockCaster { meshes, caster: &mut self.caster, memory: &mut self.blocks, cancel }
+        plan: &'c BlockPlan<'w>,
+    ) -> (BlockCaster<'c, 'w>, &'c mut BlockMemory<'w>) {
+        (BlockCaster { plan, caster: &mut self.caster }, &mut self.blocks)
     }
 }
 
@@ -176,10 +176,10 @@ impl<'a, A: Rows> Batch<'a, A> {
         })
     }
 
-    /// The meshes of a world that blocks of rays can be cast at. `None` also where counters are requested, which only
-    /// rays that are cast one by one have.
-    pub fn meshes(&self) -> Option<MeshWorld<'a>> {
-        if self.run.counters.is_some() { None } else { MeshWorld::of(self.world, Limits::default()) }
+    /// How blocks of rays are cast. `None` where rays are cast one by one: also where counters are requested, which blocks
+    /// do not have.
+    pub fn block_plan(&self) -> Option<BlockPlan<'a>> {
+        if self.run.counters.is_some() { None } else { BlockPlan::of(self.world) }
     }
 
     /// As [`Batch::fill`], by chunks of [`BLOCK_CHUNK`] rows.

@@ -156,6 +156,11 @@ impl MeshLine {
         MeshLine::of_scaled(Line { o, o_err, ..self.line }, self.exponent, bounds)
     }
 
+    /// The largest distance, after scaling, from a plane at which the line counts as running in it.
+    pub(super) fn near(&self) -> f64 {
+        self.near
+    }
+
     /// The line between two `t` for tests against the boxes of scaled triangles.
     pub(super) fn boxes(&self, from: f64, to: f64) -> BoxRay {
         self.padded_box_ray.over(span(-self.latest_scaled(-from), self.latest_scaled(to)))

@@ -222,9 +222,9 @@ impl MeshSolid {
         }
     }
 
-    /// Whether blocks of rays can be cast at the mesh, by rays that take at most so many steps.
-    pub(crate) fn casts_blocks(&self, steps: u64) -> bool {
-        self.index.as_wide().is_some_and(|index| index.is_smaller_than(steps))
+    /// Whether blocks of rays can be cast at the mesh. Their visits of nodes are not counted as steps.
+    pub(crate) fn casts_blocks(&self) -> bool {
+        self.index.as_wide().is_some()
     }
 
     /// Casts a block of rays. The result has the bits of the plain path.

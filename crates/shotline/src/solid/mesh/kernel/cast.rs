@@ -63,11 +63,6 @@ impl KernelMemory {
 const CHUNK: usize = 2048;
 
 impl WideIndex {
-    /// Whether every ray visits fewer nodes and leaves than this.
-    pub fn is_smaller_than(&self, steps: u64) -> bool {
-        ((self.tree.nodes.len() + self.block_count()) as u64) < steps
-    }
-
     /// Casts a block of rays. The result has the bits of the plain path.
     pub fn cast(&self, frame: &MeshFrame, block: &RayBlock, query: BlockQuery, memory: &mut KernelMemory) {
         memory.clear();
@@ -90,7 +85,7 @@ impl WideIndex {
         match query {
             BlockQuery::Nearest => kernel.cast::<Closest>(memory),
             BlockQuery::Any => kernel.cast::<Any>(memory),
-            BlockQuery::All | BlockQuery::Within => kernel.cast::<All>(memory),
+            BlockQuery::All | BlockQuery::Within | BlockQuery::Operand => kernel.cast::<All>(memory),
             BlockQuery::First => {
                 kernel.cast::<Closest>(memory);
                 kernel.keep_certain_entries(memory);
@@ -127,7 +122,7 @@ impl<C: Coordinate> Kernel<'_, C> {
         let rows = self.lines().rows.len();
         for start in (0..rows).step_by(CHUNK) {
             let chunk = start..rows.min(start + CHUNK);
-            if self.is_coherent::<S>(chunk.clone()) {
+            if chunk.len() >= stream::SIZE && self.is_coherent::<S>(chunk.clone()) {
                 for start in chunk.clone().step_by(stream::SIZE) {
                     stream::cast::<S, C, M>(self, start..chunk.end.min(start + stream::SIZE), stream, found);
                 }
@@ -149,11 +144,12 @@ impl<C: Coordinate> Kernel<'_, C> {
     /// Makes the first hits the first boundaries of the solid. A ray that begins outside enters there, whatever the
     /// direction of the triangle. Hits near the ends of the span are left to the plain path.
     fn keep_certain_entries(&self, KernelMemory { hits, found, .. }: &mut KernelMemory) {
-        let span = self.block.span;
+        let t_min = self.block.span.t_min();
         hits.retain_mut(|hit| {
             hit.crossing.entering = true;
-            let is_within = hit.crossing.low() > span.t_min()
-                && (span.t_max() == f64::INFINITY || hit.crossing.high() < span.t_max());
+            let t_max = self.block.end(hit.row as usize);
+            let is_within =
+                hit.crossing.low() > t_min && (t_max == f64::INFINITY || hit.crossing.high() < t_max);
             if !is_within {
                 found.plain.push(hit.row);
             }
@@ -233,7 +229,9 @@ mod tests {
         match query {
             BlockQuery::Nearest | BlockQuery::First => kernel.cast_in::<Closest>(way, &mut memory),
             BlockQuery::Any => kernel.cast_in::<Any>(way, &mut memory),
-            BlockQuery::All | BlockQuery::Within => kernel.cast_in::<All>(way, &mut memory),
+            BlockQuery::All | BlockQuery::Within | BlockQuery::Operand => {
+                kernel.cast_in::<All>(way, &mut memory)
+            }
         }
         outcome(&memory)
     }
@@ -273,6 +271,7 @@ mod tests {
             wants_normals: random.below(2) == 0,
             lines: Lines { rows: &rows, errors: (affine == turn).then_some(&errors) },
             span,
+            ends: None,
             cancel: None,
         };
         let cast = |way: Way| match &index.blocks {

@@ -36,10 +36,17 @@ impl<C: Coordinate> Kernel<'_, C> {
         self.preparation.prepare::<S>(self.frame, self.block, rows, rays, slots)
     }
 
-    /// The hit of a triangle by the plain path, and the `t` of it after scaling.
-    pub fn plain_hit(&self, row: usize, leaf: u32, lane: usize) -> Option<(Crossing, f64)> {
+    /// The hit of a triangle by the plain path, and the `t` of it after scaling. Calls `in_plane` if the line runs in the
+    /// triangle's plane.
+    pub fn plain_hit(
+        &self,
+        row: usize,
+        leaf: u32,
+        lane: usize,
+        in_plane: impl FnOnce(),
+    ) -> Option<(Crossing, f64)> {
         let line = MeshLine::new(&self.lines().line(row), &self.frame.size, &self.frame.scaled_bounds)?;
-        let hit = line.hit(&self.blocks[leaf as usize].triangle(lane), || ())?;
+        let hit = line.hit(&self.blocks[leaf as usize].triangle(lane), in_plane)?;
         Some((hit, line.scaled(hit.t)))
     }
 }

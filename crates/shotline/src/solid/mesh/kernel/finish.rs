@@ -69,7 +69,11 @@ impl<C: Coordinate> Kernel<'_, C> {
     #[cold]
     #[inline(never)]
     fn finish_plainly(&self, lane_hit: &LaneHit) -> Option<MeshHit> {
-        let (crossing, _) = self.plain_hit(lane_hit.row as usize, lane_hit.leaf, lane_hit.lane as usize)?;
+        let (crossing, _) =
+            self.plain_hit(lane_hit.row as usize, lane_hit.leaf, lane_hit.lane as usize, || ())?;
+        if !self.block.wants_normals {
+            return Some(MeshHit { row: lane_hit.row, crossing, normal: Vec3::NAN, is_against: false });
+        }
         let triangle = self.blocks[lane_hit.leaf as usize].triangle(lane_hit.lane as usize);
         let normal = self.block.world_normal(self.frame.oriented(plane::normal(triangle.corners)));
         let is_against = normal.dot(self.block.ray(lane_hit.row as usize).1) < 0.0;

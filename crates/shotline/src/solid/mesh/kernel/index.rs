@@ -35,13 +35,6 @@ impl WideIndex {
         WideIndex { tree, blocks }
     }
 
-    pub(super) fn block_count(&self) -> usize {
-        match &self.blocks {
-            Blocks::Single(blocks) => blocks.len(),
-            Blocks::Double(blocks) => blocks.len(),
-        }
-    }
-
     /// The triangles of a leaf, then anything, and their number.
     pub fn triangles(&self, leaf: u32) -> ([Triangle; LEAF_SIZE], usize) {
         match &self.blocks {

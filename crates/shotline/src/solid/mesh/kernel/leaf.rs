@@ -6,7 +6,7 @@
 
 use super::block::{Block, Coordinate};
 use super::context::Kernel;
-use super::found::LaneHit;
+use super::found::{Found, LaneHit};
 use super::ray::{KernelRay, MISS, SMALLEST, beyond};
 use crate::accel::wide::LEAF_SIZE;
 use crate::crossing::Crossing;
@@ -152,8 +152,9 @@ impl<C: Coordinate> Kernel<'_, C> {
 
     /// Appends all hits of a leaf in the span.
     #[inline(always)]
-    pub(super) fn all_in_leaf<S: Simd>(&self, ray: &KernelRay, leaf: u32, hits: &mut Vec<LaneHit>) {
+    pub(super) fn all_in_leaf<S: Simd>(&self, ray: &KernelRay, leaf: u32, found: &mut Found) {
         let Some(tested) = test::<S, C>(&self.blocks[leaf as usize], ray) else { return };
+        let hits = &mut found.lane_hits;
         let mut take = |lane: usize| hits.push(LaneHit { row: ray.row, leaf, lane: lane as u32 });
         let mut open = tested.doubtful;
         for lane in lanes(tested.certain) {
@@ -165,14 +166,28 @@ impl<C: Coordinate> Kernel<'_, C> {
         }
         if open != 0 {
             lanes(open).filter(|&lane| self.hit_in_span(ray, leaf, lane).is_some()).for_each(take);
+            if self.preparation.is_for_operands()
+                && lanes(tested.doubtful).any(|lane| self.is_in_plane(ray, leaf, lane))
+            {
+                found.plain.push(ray.row);
+            }
         }
+    }
+
+    /// Whether a ray runs in the plane of a triangle.
+    #[cold]
+    #[inline(never)]
+    fn is_in_plane(&self, ray: &KernelRay, leaf: u32, lane: usize) -> bool {
+        let mut is_in_plane = false;
+        self.plain_hit(ray.row as usize, leaf, lane, || is_in_plane = true);
+        is_in_plane
     }
 
     /// The hit of one triangle by the plain path, and its scaled `t`, if it is in the span.
     #[cold]
     #[inline(never)]
     fn hit_in_span(&self, ray: &KernelRay, leaf: u32, lane: usize) -> Option<(Crossing, f64)> {
-        let hit = self.plain_hit(ray.row as usize, leaf, lane)?;
+        let hit = self.plain_hit(ray.row as usize, leaf, lane, || ())?;
         (ray.from <= hit.1 && hit.1 <= ray.to).then_some(hit)
     }
 }

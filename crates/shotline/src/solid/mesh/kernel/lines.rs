@@ -42,6 +42,8 @@ pub(crate) struct RayBlock<'a> {
     pub wants_normals: bool,
     pub lines: Lines<'a>,
     pub span: Span,
+    /// The `t` behind which hits of each ray are not needed, at most the end of the span. Not for queries of all hits.
+    pub ends: Option<&'a [f64]>,
     /// Set by any thread to stop early; then the result means nothing.
     pub cancel: Option<&'a AtomicBool>,
 }
@@ -59,6 +61,9 @@ pub(crate) enum BlockQuery {
     First,
     /// The hits that [`crate::solid::Solid::crossings_within`] turns into crossings, in any order.
     Within,
+    /// As `Within`, for an operand of a combination: rays that run in the plane of a triangle take the plain path, which
+    /// finds how they touch it.
+    Operand,
 }
 
 impl RayBlock<'_> {
@@ -66,6 +71,12 @@ impl RayBlock<'_> {
     #[inline(always)]
     pub fn ray(&self, row: usize) -> (Vec3, Vec3) {
         halves(&self.rays[row])
+    }
+
+    /// The end of the span of a ray.
+    #[inline(always)]
+    pub fn end(&self, row: usize) -> f64 {
+        self.ends.map_or(self.span.t_max(), |ends| ends[row])
     }
 
     /// A normal in world coordinates, of length 1: `(T^-1)^T n` in both steps.

@@ -21,6 +21,10 @@ const STEEPEST: f64 = 1e-18;
 /// Rays whose `t` is scaled by more than two to this power take the plain path: it may overflow or underflow.
 const MAX_EXPONENT: i32 = 900;
 
+/// Lines that may run in planes farther away than this many sizes take the plain path. Less than the padding of the
+/// boxes leaves, so that the triangles in these planes are visited.
+const NEAREST: f64 = 1.0 / (1 << 30) as f64;
+
 /// The number of rays that are prepared at a time.
 pub(super) const AT_A_TIME: usize = 4;
 
@@ -99,6 +103,8 @@ struct Window<S: Simd> {
     to: S::F64,
     /// Hits whose `t` differ by more are separate events.
     margin: S::F64,
+    /// How near the planes of triangles are in which a line may run.
+    near: S::F64,
     may_be_inside: u8,
     /// The lines on which an event may have any width.
     is_unbounded: u8,
@@ -115,6 +121,11 @@ impl Preparation {
             width: 2.02 * bounds.size().max_element(),
             query,
         }
+    }
+
+    /// Whether the rays are cast at an operand of a combination.
+    pub fn is_for_operands(&self) -> bool {
+        self.query == BlockQuery::Operand
     }
 
     /// Prepares the rays of four rows in four slots.
@@ -201,11 +212,12 @@ impl Preparation {
     ) -> Window<S> {
         let splat = <S::F64 as Real>::splat;
         let &Scaled { from, to, .. } = lines;
-        if !matches!(self.query, BlockQuery::First | BlockQuery::Within) {
-            return Window { from, to, margin: splat(SMALLEST), may_be_inside: 0, is_unbounded: 0 };
+        if !matches!(self.query, BlockQuery::First | BlockQuery::Within | BlockQuery::Operand) {
+            let (margin, near) = (splat(SMALLEST), splat(0.0));
+            return Window { from, to, margin, near, may_be_inside: 0, is_unbounded: 0 };
         }
         let exit = in_box.exit;
-        let [of_from, of_to, of_latest] = if block.lines.errors.is_some() {
+        let [of_from, of_to, of_latest, near] = if block.lines.errors.is_some() {
             widths_of_lines::<S>(mesh, block, rows, exit.store())
         } else {
             // As `MeshLine::event_width` for an exact line.
@@ -213,21 +225,23 @@ impl Preparation {
                 let worst = splat(1.001 * HALF_ULP) * t.abs() + splat(1.02 * ENOUGH) * (reach + t.abs());
                 splat(2.0 * GROUPING) * worst
             };
-            [width(from), width(to), width(exit.greater(from.abs()))]
+            [width(from), width(to), width(exit.greater(from.abs())), splat(0.0)]
         };
         // The width grows with `t`, and no hit is beyond the box. The ends of the intervals that are compared are
         // rounded too, by half an ulp each.
         let rounding = splat(4.0 * HALF_ULP) * exit.greater(from.abs());
         let is_first = self.query == BlockQuery::First;
-        let is_limited = is_first && block.span.t_max() < f64::INFINITY;
+        let is_limited = is_first && (block.ends.is_some() || block.span.t_max() < f64::INFINITY);
         let from = from - of_from;
         Window {
             from,
             // For `Within` all hits ahead: their sum is the winding number at the start.
             to: if is_limited { to + of_to } else { splat(f64::INFINITY) },
             margin: splat(SMALLEST) + of_latest + rounding,
+            near,
             may_be_inside: if is_first { in_box.enter.is_at_most(from) } else { 0 },
-            is_unbounded: !of_latest.is_less(splat(f64::INFINITY)),
+            is_unbounded: !of_latest.is_less(splat(f64::INFINITY))
+                | !near.is_less(splat(NEAREST * self.frame.size)),
         }
     }
 
@@ -280,7 +294,7 @@ impl Preparation {
         let slope = [(d[0] / d[2]).store(), (d[1] / d[2]).store()];
         let inverse = (<S::F64 as Real>::splat(1.0) / d[2]).store();
         let (z_is_shorter, y_is_shorter) = (roles.z_is_shorter.store(), roles.y_is_shorter.store());
-        let [doubt, depth_doubt] = self.doubts::<S>(reach);
+        let [doubt, depth_doubt] = self.doubts::<S>(reach, window.near);
         let (doubt, depth_doubt) = (doubt.store(), depth_doubt.store());
         let (from, to, margin) = (window.from.store(), window.to.store(), window.margin.store());
         for lane in 0..AT_A_TIME {
@@ -309,14 +323,14 @@ impl Preparation {
 
     /// Bounds on the rounding of edge functions, and of depths.
     #[inline(always)]
-    fn doubts<S: Simd>(&self, reach: S::F64) -> [S::F64; 2] {
+    fn doubts<S: Simd>(&self, reach: S::F64, near: S::F64) -> [S::F64; 2] {
         let splat = <S::F64 as Real>::splat;
-        // As in `ShearedRay::new`, without the triangles whose planes are near.
+        // As in `ShearedRay::new`. Only operands need the triangles whose planes are near.
         let e = splat(6.5 * HALF_ULP) * reach;
-        let width = splat(self.width) + splat(64.0 * HALF_ULP) * reach;
+        let width = splat(self.width) + splat(64.0 * HALF_ULP) * reach + splat(2.0) * near;
         let square = (width + e) * (width + e);
         let rounding = splat(4.0) * width * e + splat(2.0) * e * e + splat(8.0 * HALF_ULP) * square;
-        let doubt = splat(1.01) * rounding + splat(f64::MIN_POSITIVE);
+        let doubt = splat(1.01) * (rounding + splat(2.0) * width * near) + splat(f64::MIN_POSITIVE);
         // The sums have three terms. Each edge function is off by `doubt` and at most `2 (width + e)^2`, each depth is
         // off by half an ulp and at most `reach`; products and sums round by another nine half-ulps.
         let sums = splat(3.0) * doubt + splat(40.0 * HALF_ULP) * square;
@@ -325,24 +339,26 @@ impl Preparation {
 }
 
 /// [`MeshLine::event_width`] of lines that are not exact: at both ends of the span, and where they leave the mesh's
-/// box. Infinite where a line meets nothing by itself.
+/// box; and [`MeshLine::near`]. Infinite where a line meets nothing by itself.
 #[inline(never)]
 fn widths_of_lines<S: Simd>(
     mesh: &MeshFrame,
     block: &RayBlock,
     rows: [usize; AT_A_TIME],
     exits: [f64; AT_A_TIME],
-) -> [S::F64; 3] {
-    let mut widths = [[f64::INFINITY; AT_A_TIME]; 3];
+) -> [S::F64; 4] {
+    let mut widths = [[f64::INFINITY; AT_A_TIME]; 4];
     for lane in 0..AT_A_TIME {
         let line = block.lines.line(rows[lane]);
         let Some(line) = MeshLine::new(&line, &mesh.size, &mesh.scaled_bounds) else { continue };
-        let (t_min, t_max) = (block.span.t_min(), block.span.t_max());
+        let (t_min, t_max) = (block.span.t_min(), block.end(rows[lane]));
         widths[0][lane] = line.scaled(line.event_width(t_min));
         widths[1][lane] = line.scaled(line.event_width(t_max));
         widths[2][lane] = line.scaled(line.event_width(line.unscaled(exits[lane]).max(t_min.abs())));
+        widths[3][lane] = line.near();
     }
-    [S::F64::load(&widths[0]), S::F64::load(&widths[1]), S::F64::load(&widths[2])]
+    let load = |of: &[f64; AT_A_TIME]| S::F64::load(of);
+    [load(&widths[0]), load(&widths[1]), load(&widths[2]), load(&widths[3])]
 }
 
 /// The lanes with a component other than zero that is so small after scaling that it, its products or its reciprocal may
@@ -374,8 +390,9 @@ fn scaled<S: Simd>(mesh: &MeshFrame, block: &RayBlock, rows: [usize; AT_A_TIME])
     }
     let (of_o, of_d) = (<S::F64 as Real>::splat(power_of_two(-of_size)), S::F64::load(&scales));
     let of_t = S::F64::load(&of_t);
-    let (t_min, t_max) =
-        (<S::F64 as Real>::splat(block.span.t_min()), <S::F64 as Real>::splat(block.span.t_max()));
+    let t_min = <S::F64 as Real>::splat(block.span.t_min());
+    let ends = [block.end(rows[0]), block.end(rows[1]), block.end(rows[2]), block.end(rows[3])];
+    let t_max = S::F64::load(&ends);
     let (from, to) = (t_min * of_t, t_max * of_t);
     let (unscaled_from, unscaled_to) = (from / of_t, to / of_t);
     let is_exact = unscaled_from.is_at_most(t_min)

@@ -1,0 +1,303 @@
+//! The queries of blocks of rays in worlds of any kind, by the fold of blocks. Rays that are refused are marked for the
+//! plain path.
+
+use super::block_fold::{BlockFold, BlockVisitor, FoldMemory, IN_FLIGHT, InFlight};
+use super::caster::Caster;
+use super::fold_query::{FoldControl, FoldQuery};
+use super::hit::{normal, row_hit};
+use super::row_block::RowBlock;
+use super::row_hit::RowHit;
+use super::segments::Interval;
+use super::traversal::{BodyEntry, Traversal};
+use crate::compile::World;
+use crate::csg::Boundary;
+use crate::math::Vec3;
+use crate::solid::Wanted;
+
+/// If the rays of a block have more boundaries than this, those that are still in flight take the plain path, which
+/// needs memory for one at a time.
+const MAX_BOUNDARIES: usize = if cfg!(test) { 20_000 } else { 1 << 20 };
+
+/// The memory of the queries; reused from block to block.
+#[derive(Debug, Default)]
+pub(super) struct QueryMemory<'w> {
+    fold: FoldMemory<'w>,
+    nearest: Vec<Option<(BodyEntry, Boundary)>>,
+    counts: Vec<u64>,
+    /// By row: the crossings, or the intervals, in the order of the traversal.
+    pub crossings: Vec<(u32, RowHit)>,
+    pub intervals: Vec<(u32, Interval)>,
+}
+
+/// A boundary as a hit, with its normal if that is needed.
+fn hit_of(
+    world: &World,
+    traversal: &Traversal,
+    block: &RowBlock,
+    row: usize,
+    (body_entry, boundary): (&BodyEntry, &Boundary),
+) -> RowHit {
+    let mut hit = row_hit(world, body_entry, boundary);
+    if block.wants_normals {
+        let [.., x, y, z] = block.rays[row];
+        hit.normal = normal(world, traversal, Vec3::new(x, y, z), body_entry, boundary);
+    }
+    hit
+}
+
+impl<'w> Caster<'w> {
+    fn fold_block<V: BlockVisitor<'w>>(
+        &mut self,
+        block: &RowBlock,
+        wanted: Wanted,
+        memory: &mut FoldMemory<'w>,
+        visitor: &mut V,
+    ) {
+        let query = FoldQuery { scope: block.scope, wanted, hint: &[] };
+        BlockFold { caster: self, block, query }.run(memory, visitor);
+    }
+
+    /// Passes the closest crossing of each ray that has one to `set`.
+    pub(super) fn fold_closest(
+        &mut self,
+        block: &RowBlock,
+        memory: &mut QueryMemory<'w>,
+        is_plain: &mut [bool],
+        set: impl FnMut(usize, &RowHit),
+    ) {
+        let QueryMemory { fold, nearest, .. } = memory;
+        nearest.clear();
+        nearest.resize(IN_FLIGHT, None);
+        let mut visitor = Closest { world: self.world, block, nearest, is_plain, set };
+        self.fold_block(block, Wanted::First, fold, &mut visitor);
+    }
+
+    /// Passes the rows of the rays that have a crossing to `set`.
+    pub(super) fn fold_any(
+        &mut self,
+        block: &RowBlock,
+        memory: &mut QueryMemory<'w>,
+        is_plain: &mut [bool],
+        set: impl FnMut(usize),
+    ) {
+        self.fold_block(block, Wanted::First, &mut memory.fold, &mut Any { is_plain, set });
+    }
+
+    /// Passes the number of crossings of each ray to `set`.
+    pub(super) fn fold_count(
+        &mut self,
+        block: &RowBlock,
+        memory: &mut QueryMemory<'w>,
+        is_plain: &mut [bool],
+        set: impl FnMut(usize, u64),
+    ) {
+        let QueryMemory { fold, counts, .. } = memory;
+        counts.clear();
+        counts.resize(IN_FLIGHT, 0);
+        self.fold_block(block, Wanted::All, fold, &mut Count { counts, is_plain, set });
+    }
+
+    /// Collects the crossings of all rays, each ray's sorted as [`super::Caster::crossings`] sorts them.
+    pub(super) fn fold_crossings(
+        &mut self,
+        block: &RowBlock,
+        memory: &mut QueryMemory<'w>,
+        is_plain: &mut [bool],
+    ) {
+        let QueryMemory { fold, counts, crossings, .. } = memory;
+        counts.clear();
+        counts.resize(IN_FLIGHT, 0);
+        crossings.clear();
+        let most = self.limits.crossings as u64;
+        let world = self.world;
+        let mut visitor = Crossings { world, block, most, counts, crossings, is_plain };
+        self.fold_block(block, Wanted::All, fold, &mut visitor);
+        // Stable: boundaries of one body keep their order.
+        crossings.sort_by(|(row, a), (other, b)| {
+            row.cmp(other).then(a.t.total_cmp(&b.t)).then(a.path.cmp(&b.path))
+        });
+    }
+
+    /// Collects the intervals of all rays inside bodies, each ray's in the order of its traversal.
+    pub(super) fn fold_intervals(
+        &mut self,
+        block: &RowBlock,
+        memory: &mut QueryMemory<'w>,
+        is_plain: &mut [bool],
+    ) {
+        let QueryMemory { fold, counts, intervals, .. } = memory;
+        counts.clear();
+        counts.resize(IN_FLIGHT, 0);
+        intervals.clear();
+        let most = self.limits.crossings as u64;
+        let mut visitor = Intervals { most, counts, intervals, open: None, is_plain };
+        self.fold_block(block, Wanted::All, fold, &mut visitor);
+        intervals.sort_by_key(|(row, _)| *row);
+    }
+}
+
+struct Closest<'v, S> {
+    world: &'v World,
+    block: &'v RowBlock<'v>,
+    nearest: &'v mut [Option<(BodyEntry, Boundary)>],
+    is_plain: &'v mut [bool],
+    set: S,
+}
+
+impl<'w, S: FnMut(usize, &RowHit)> BlockVisitor<'w> for Closest<'_, S> {
+    fn boundary(
+        &mut self,
+        ray: InFlight,
+        traversal: &mut Traversal<'w>,
+        body_entry: &BodyEntry,
+        boundary: Boundary,
+    ) -> FoldControl {
+        let nearest = &mut self.nearest[ray.slot];
+        let (t, path) = (boundary.crossing.t, body_entry.path);
+        if nearest.is_none_or(|(of, b)| t < b.crossing.t || (t == b.crossing.t && path < of.path)) {
+            traversal.hold(body_entry);
+            if let Some((before, _)) = nearest.replace((*body_entry, boundary)) {
+                traversal.release_body(&before);
+            }
+        }
+        FoldControl::Limit(t)
+    }
+
+    fn end(&mut self, ray: InFlight, traversal: &Traversal<'w>) {
+        if let Some((body_entry, boundary)) = self.nearest[ray.slot].take() {
+            let hit = hit_of(self.world, traversal, self.block, ray.row, (&body_entry, &boundary));
+            (self.set)(ray.row, &hit);
+        }
+    }
+
+    fn refuse(&mut self, ray: InFlight) {
+        self.nearest[ray.slot] = None;
+        self.is_plain[ray.row] = true;
+    }
+}
+
+struct Any<'v, S> {
+    is_plain: &'v mut [bool],
+    set: S,
+}
+
+impl<'w, S: FnMut(usize)> BlockVisitor<'w> for Any<'_, S> {
+    const IS_ANY: bool = true;
+
+    fn boundary(&mut self, ray: InFlight, _: &mut Traversal<'w>, _: &BodyEntry, _: Boundary) -> FoldControl {
+        self.any(ray);
+        FoldControl::Stop
+    }
+
+    fn any(&mut self, ray: InFlight) {
+        (self.set)(ray.row);
+    }
+
+    fn refuse(&mut self, ray: InFlight) {
+        self.is_plain[ray.row] = true;
+    }
+}
+
+struct Count<'v, S> {
+    counts: &'v mut [u64],
+    is_plain: &'v mut [bool],
+    set: S,
+}
+
+impl<'w, S: FnMut(usize, u64)> BlockVisitor<'w> for Count<'_, S> {
+    fn boundary(&mut self, ray: InFlight, _: &mut Traversal<'w>, _: &BodyEntry, _: Boundary) -> FoldControl {
+        self.counts[ray.slot] += 1;
+        FoldControl::Limit(f64::INFINITY)
+    }
+
+    fn end(&mut self, ray: InFlight, _: &Traversal<'w>) {
+        (self.set)(ray.row, std::mem::take(&mut self.counts[ray.slot]));
+    }
+
+    fn refuse(&mut self, ray: InFlight) {
+        self.counts[ray.slot] = 0;
+        self.is_plain[ray.row] = true;
+    }
+}
+
+struct Crossings<'v> {
+    world: &'v World,
+    block: &'v RowBlock<'v>,
+    most: u64,
+    counts: &'v mut [u64],
+    crossings: &'v mut Vec<(u32, RowHit)>,
+    is_plain: &'v mut [bool],
+}
+
+impl<'w> BlockVisitor<'w> for Crossings<'_> {
+    fn boundary(
+        &mut self,
+        ray: InFlight,
+        traversal: &mut Traversal<'w>,
+        body_entry: &BodyEntry,
+        boundary: Boundary,
+    ) -> FoldControl {
+        let count = &mut self.counts[ray.slot];
+        if *count >= self.most || self.crossings.len() >= MAX_BOUNDARIES {
+            self.is_plain[ray.row] = true;
+            return FoldControl::Stop;
+        }
+        *count += 1;
+        let hit = hit_of(self.world, traversal, self.block, ray.row, (body_entry, &boundary));
+        self.crossings.push((ray.row as u32, hit));
+        FoldControl::Limit(f64::INFINITY)
+    }
+
+    fn end(&mut self, ray: InFlight, _: &Traversal<'w>) {
+        self.counts[ray.slot] = 0;
+    }
+
+    fn refuse(&mut self, ray: InFlight) {
+        self.counts[ray.slot] = 0;
+        self.is_plain[ray.row] = true;
+    }
+}
+
+struct Intervals<'v> {
+    most: u64,
+    counts: &'v mut [u64],
+    intervals: &'v mut Vec<(u32, Interval)>,
+    /// The interval whose end comes next.
+    open: Option<Interval>,
+    is_plain: &'v mut [bool],
+}
+
+impl<'w> BlockVisitor<'w> for Intervals<'_> {
+    fn boundary(
+        &mut self,
+        ray: InFlight,
+        _: &mut Traversal<'w>,
+        body_entry: &BodyEntry,
+        boundary: Boundary,
+    ) -> FoldControl {
+        let end = boundary.crossing;
+        // The boundaries of one body arrive one after the other, in pairs of an entry and an exit.
+        let Some(started) = self.open.take() else {
+            let BodyEntry { object, path, .. } = *body_entry;
+            self.open = Some(Interval { start: end, end, object, path });
+            return FoldControl::Limit(f64::INFINITY);
+        };
+        let count = &mut self.counts[ray.slot];
+        if 2 * *count >= self.most || self.intervals.len() >= MAX_BOUNDARIES {
+            self.is_plain[ray.row] = true;
+            return FoldControl::Stop;
+        }
+        *count += 1;
+        self.intervals.push((ray.row as u32, Interval { end, ..started }));
+        FoldControl::Limit(f64::INFINITY)
+    }
+
+    fn end(&mut self, ray: InFlight, _: &Traversal<'w>) {
+        self.counts[ray.slot] = 0;
+    }
+
+    fn refuse(&mut self, ray: InFlight) {
+        (self.counts[ray.slot], self.open) = (0, None);
+        self.is_plain[ray.row] = true;
+    }
+}
