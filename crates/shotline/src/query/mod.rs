@@ -110,6 +110,8 @@ pub enum Overlaps {
 /// What one ray may cost. Realistic models stay far below the defaults; a ray that reaches them takes a few seconds
 /// and less than 1 GB.
 ///
+/// Blocks of rays, which [`batch`] casts at meshes, do not count the boxes and triangles of a mesh as steps.
+///
 /// The depth of a combination is not counted as steps. Each crossing of an operand nested `n` deep on the right, as in
 /// `a - (b - (c - ...))`, may take time in proportion to `n`; chains as `a - b - c` have no depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
