@@ -8,6 +8,7 @@ mod fields;
 mod rays;
 mod rows;
 mod run;
+mod worker;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -25,7 +26,8 @@ use crate::query::row_block::RowBlock;
 use crate::query::row_hit::RowHit;
 use crate::ray::{InvalidRay, Span};
 use rays::{PointRows, RayRows};
-use run::{BLOCK_CHUNK, Batch, CHUNK, empty};
+use run::{Batch, CHUNK};
+use worker::empty;
 
 /// Why a batch has no result.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -113,7 +115,7 @@ pub fn closest_into(
     out.resize(rays.len(), run.fields)?;
     let batch = Batch::new(world, RayRows(rays), run);
     if let Some(plan) = batch.block_plan() {
-        batch.fill_blocks(out.chunks(BLOCK_CHUNK), |worker, rays, chunk| {
+        batch.fill_blocks(out.chunks(batch.block_chunk()), |worker, rays, chunk| {
             chunk.clear();
             let (mut blocks, memory) = worker.blocks(&plan);
             blocks.closest(&block(&run, rays, scope), memory, |i, hit| chunk.set(i, hit))
@@ -145,7 +147,7 @@ pub fn any(
     let mut out = blank(false, rays.len())?;
     let batch = Batch::new(world, RayRows(rays), run);
     if let Some(plan) = batch.block_plan() {
-        batch.fill_blocks(out.chunks_mut(BLOCK_CHUNK), |worker, rays, chunk| {
+        batch.fill_blocks(out.chunks_mut(batch.block_chunk()), |worker, rays, chunk| {
             let (mut blocks, memory) = worker.blocks(&plan);
             blocks.any(&block(&run, rays, scope), memory, |i| chunk[i] = true)
         })?;
@@ -172,7 +174,7 @@ pub fn count(
     let mut out = blank(0, rays.len())?;
     let batch = Batch::new(world, RayRows(rays), run);
     if let Some(plan) = batch.block_plan() {
-        batch.fill_blocks(out.chunks_mut(BLOCK_CHUNK), |worker, rays, chunk| {
+        batch.fill_blocks(out.chunks_mut(batch.block_chunk()), |worker, rays, chunk| {
             let (mut blocks, memory) = worker.blocks(&plan);
             blocks.count(&block(&run, rays, scope), memory, |i, count| chunk[i] = count as i64)
         })?;
@@ -274,7 +276,7 @@ pub fn thickness(
     // Not `chunks_mut`, which panics for size 0: without objects every chunk is empty.
     let batch = Batch::new(world, RayRows(rays), run);
     let plan = batch.block_plan();
-    let chunk_rows = if plan.is_some() { BLOCK_CHUNK } else { CHUNK };
+    let chunk_rows = if plan.is_some() { batch.block_chunk() } else { CHUNK };
     let chunks = std::iter::from_fn(move || {
         let size = rest.len().min(chunk_rows * columns);
         rest.split_off_mut(..size)

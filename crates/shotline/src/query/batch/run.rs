@@ -13,13 +13,13 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::rays::Rows;
 use super::rows::Ragged;
+use super::worker::Worker;
 use super::{BatchError, Fields};
 use crate::budget::Watch;
 use crate::compile::World;
 use crate::counters::Counters;
-use crate::query::block_caster::{BlockCaster, BlockError, BlockMemory, BlockPlan, RayError};
-use crate::query::row_hit::RowHit;
-use crate::query::{Caster, Hit, QueryError, Segment};
+use crate::query::QueryError;
+use crate::query::block_caster::{BlockError, BlockPlan, RayError};
 
 /// How to run a batch.
 #[derive(Clone, Copy)]
@@ -76,8 +76,8 @@ impl<'a> Run<'a> {
 /// Rows per work item: small enough to balance expensive rays across threads.
 pub(super) const CHUNK: usize = 256;
 
-/// Rows per work item where blocks of rays are cast at meshes.
-pub(super) const BLOCK_CHUNK: usize = 2048;
+/// Rows per work item where blocks of rays are cast at meshes, if there are enough for all threads.
+const BLOCK_CHUNK: usize = 2048;
 
 /// Rows between checks of the cancel flag, which long rays also check themselves.
 const POLL_INTERVAL: usize = 64;
@@ -93,34 +93,6 @@ const COUNT_INTERVAL: u64 = 4096;
 
 /// Result rows, about 16 MB, that workers collect in their own buffers before these are appended to the result.
 const ROUND: u64 = if cfg!(test) { 2_000 } else { 1 << 18 };
-
-/// The memory of one worker.
-pub(super) struct Worker<'w> {
-    pub caster: Caster<'w>,
-    pub hits: Vec<Hit>,
-    pub row_hits: Vec<RowHit>,
-    pub segments: Vec<Segment>,
-    pub objects: Vec<u32>,
-    /// The rays of a block, and the memory of casting it.
-    rays: Vec<[f64; 6]>,
-    blocks: BlockMemory<'w>,
-}
-
-impl<'w> Worker<'w> {
-    /// What casts blocks, and its memory.
-    pub fn blocks<'c>(
-        &'c mut self,
-        plan: &'c BlockPlan<'w>,
-    ) -> (BlockCaster<'c, 'w>, &'c mut BlockMemory<'w>) {
-        (BlockCaster { plan, caster: &mut self.caster }, &mut self.blocks)
-    }
-}
-
-/// Clears a buffer that a worker reuses from row to row, and frees memory that only a rare row needs.
-pub(super) fn empty<T>(kept: &mut Vec<T>) {
-    kept.clear();
-    kept.shrink_to(4096);
-}
 
 /// When rows are validated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -182,14 +154,25 @@ impl<'a, A: Rows> Batch<'a, A> {
         if self.run.counters.is_some() { None } else { BlockPlan::of(self.world) }
     }
 
-    /// As [`Batch::fill`], by chunks of [`BLOCK_CHUNK`] rows.
+    /// Rows per work item of blocks: fewer if there would be too few items to balance the threads.
+    pub fn block_chunk(&self) -> usize {
+        let threads = match (self.run.threads, self.run.pool) {
+            (1, _) => return BLOCK_CHUNK,
+            (_, Some(pool)) => pool.current_num_threads(),
+            (0, None) => std::thread::available_parallelism().map_or(1, usize::from),
+            (threads, None) => threads,
+        };
+        (self.rows.len() / (4 * threads)).clamp(CHUNK, BLOCK_CHUNK)
+    }
+
+    /// As [`Batch::fill`], by chunks of [`Batch::block_chunk`] rows.
     pub fn fill_blocks<P: Send>(
         &self,
         chunks: impl Iterator<Item = P> + Send,
         query: impl Fn(&mut Worker<'a>, &[[f64; 6]], &mut P) -> Result<(), BlockError> + Sync,
     ) -> Result<(), BatchError> {
         self.on_threads(|workers| {
-            let chunks = self.chunks(BLOCK_CHUNK).zip(chunks);
+            let chunks = self.chunks(self.block_chunk()).zip(chunks);
             self.dispatch(workers, chunks, |worker, (rows, mut chunk)| {
                 self.run_block(worker, rows, |worker, rays| query(worker, rays, &mut chunk).map(|()| 0));
             });
@@ -197,12 +180,12 @@ impl<'a, A: Rows> Batch<'a, A> {
         })
     }
 
-    /// As [`Batch::gather`], by chunks of [`BLOCK_CHUNK`] rows.
+    /// As [`Batch::gather`], by chunks of [`Batch::block_chunk`] rows.
     pub fn gather_blocks<T: Ragged>(
         &self,
         query: impl Fn(&mut Worker<'a>, &[[f64; 6]], &mut T) -> Result<usize, BlockError> + Sync,
     ) -> Result<T, BatchError> {
-        self.gather_chunks(BLOCK_CHUNK, Validation::InBlocks, |worker, rows, all| {
+        self.gather_chunks(self.block_chunk(), Validation::InBlocks, |worker, rows, all| {
             self.run_block(worker, rows, |worker, rays| query(worker, rays, all));
         })
     }
@@ -319,19 +302,7 @@ impl<'a, A: Rows> Batch<'a, A> {
 
     fn worker(&self) -> Worker<'a> {
         let idle = self.idle.lock().ok().and_then(|mut idle| idle.pop());
-        idle.unwrap_or_else(|| {
-            let mut caster = Caster::new(self.world);
-            caster.watch(self.run.watch());
-            Worker {
-                caster,
-                hits: vec![],
-                row_hits: vec![],
-                segments: vec![],
-                objects: vec![],
-                rays: vec![],
-                blocks: BlockMemory::default(),
-            }
-        })
+        idle.unwrap_or_else(|| Worker::new(self.world, self.run.watch()))
     }
 
     fn recycle(&self, mut worker: Worker<'a>) {
