@@ -74,6 +74,11 @@ impl Vertices {
         self.points.len()
     }
 
+    /// Makes room for so many more vertices.
+    pub(crate) fn reserve(&mut self, count: usize) {
+        self.points.reserve(count);
+    }
+
     /// Adds a vertex. Its coordinates need not be finite unless a face uses it.
     pub(crate) fn push(&mut self, point: Vec3, at: impl FnOnce() -> RawLocation) {
         if !point.is_finite()
@@ -149,6 +154,12 @@ impl Polygons {
             faces: 0,
             notes,
         }
+    }
+
+    /// Makes room for so many more triangles.
+    pub(crate) fn reserve(&mut self, count: usize) {
+        self.triangles.reserve(count);
+        self.numbers.reserve(count);
     }
 
     /// Adds a face. Faces of fewer than three different corners are dropped and noted.

@@ -135,6 +135,8 @@ impl<'f> Tables<'f> {
             *column = found.ok_or_else(|| RawDiagnostic::file(format!("has vertices without '{name}'")))?;
         }
         self.leave_out(element, &columns);
+        // The count is known to be in proportion to the bytes of the file.
+        self.vertices.reserve(element.count);
         let mut numbers = Vec::new();
         for _ in 0..element.count {
             let mut xyz = [0.0; 3];
@@ -176,6 +178,7 @@ impl<'f> Tables<'f> {
             .position(|p| p.name == POLYGON && matches!(p.shape, Shape::One(item) if item.is_integer()));
         let read: Vec<usize> = [corners].into_iter().chain(number).collect();
         self.leave_out(element, &read);
+        self.polygons.reserve(element.count);
         let (mut numbers, mut polygon) = (Vec::new(), Vec::new());
         for i in 0..element.count {
             rows.begin()?;

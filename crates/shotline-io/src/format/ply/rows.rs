@@ -243,6 +243,7 @@ impl<'b> BinaryRows<'b> {
     }
 }
 
+#[inline(always)]
 fn decode(bytes: &[u8], ty: Scalar, encoding: Encoding) -> f64 {
     fn array<const N: usize>(bytes: &[u8], encoding: Encoding) -> [u8; N] {
         let mut out = [0; N];
@@ -281,9 +282,8 @@ impl Rows for BinaryRows<'_> {
                         self.diagnostic(format!("a list of {count} is longer than the rest of the file"))
                     );
                 }
-                for _ in 0..count {
-                    out.push(self.number(item)?);
-                }
+                let bytes = self.cursor.take(count * item.size()).unwrap_or_default();
+                out.extend(bytes.chunks_exact(item.size()).map(|number| decode(number, item, self.encoding)));
             }
         }
         Ok(())

@@ -1,81 +1,31 @@
-//! The binary tree that is built first: boxes, items and nodes.
+//! The binary tree that is built first.
 
-use super::WIDTH;
+use super::bounds::Bounds;
+use super::{LEAF_SIZE, WIDTH};
 
-/// A box, or the centres of boxes, in the frame of the tree. The fourth components make it a vector register wide.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(16))]
-pub(super) struct Bounds {
-    pub low: [f32; 4],
-    pub high: [f32; 4],
-}
-
-impl Bounds {
-    pub const EMPTY: Bounds = Bounds { low: [f32::INFINITY; 4], high: [f32::NEG_INFINITY; 4] };
-
-    #[inline(always)]
-    pub fn union(self, other: Bounds) -> Bounds {
-        Bounds { low: lesser(self.low, other.low), high: greater(self.high, other.high) }
-    }
-
-    #[inline(always)]
-    pub fn half_area(&self) -> f32 {
-        let size: [f32; 3] = std::array::from_fn(|i| self.high[i] - self.low[i]);
-        size[0] * size[1] + size[1] * size[2] + size[2] * size[0]
-    }
-}
-
-#[inline(always)]
-fn lesser(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
-    std::array::from_fn(|i| if b[i] < a[i] { b[i] } else { a[i] })
-}
-
-#[inline(always)]
-fn greater(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
-    std::array::from_fn(|i| if b[i] > a[i] { b[i] } else { a[i] })
-}
-
-/// An item and its box.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(32))]
-pub(super) struct ItemBox {
-    pub low: [f32; 3],
-    pub item: u32,
-    pub high: [f32; 3],
-    pub unused: u32,
-}
-
-impl ItemBox {
-    #[inline(always)]
-    pub fn bounds(&self) -> Bounds {
-        let [low, high] = [self.low, self.high].map(|[x, y, z]| [x, y, z, 0.0]);
-        Bounds { low, high }
-    }
-
-    /// Twice the centre.
-    #[inline(always)]
-    pub fn centre(&self) -> [f32; 4] {
-        [self.low[0] + self.high[0], self.low[1] + self.high[1], self.low[2] + self.high[2], 0.0]
-    }
-}
-
-/// A node of the binary tree. The subtree of `count` items has room for `2 count - 1` nodes: its root, the nodes of the
-/// left subtree, and those of the right. So subtrees are built in place by different threads.
+/// A node of the binary tree.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BinaryNode {
-    pub bounds: Bounds,
-    /// The range of items.
-    pub first: u32,
+    pub low: [f32; 3],
+    pub high: [f32; 3],
+    /// How many items its leaves have.
     pub count: u32,
-    /// How many items go left; 0 for a node that is not split.
-    pub left: u32,
-    /// How the wide tree divides it.
-    pub forests: Forests,
+    pub content: Content,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Content {
+    /// The items, then [`super::NONE`].
+    Leaf([u32; LEAF_SIZE]),
+    /// The left child follows; `right` is the index of the other one in its [`Part::Whole`].
+    Split { right: u32, forests: Forests },
 }
 
 impl BinaryNode {
-    pub const UNUSED: BinaryNode =
-        BinaryNode { bounds: Bounds::EMPTY, first: 0, count: 0, left: 0, forests: Forests::NONE };
+    pub fn new(bounds: &Bounds, count: usize, content: Content) -> BinaryNode {
+        let corner = |[x, y, z, _]: [f32; 4]| [x, y, z];
+        BinaryNode { low: corner(bounds.low), high: corner(bounds.high), count: count as u32, content }
+    }
 }
 
 /// How a subtree is divided into forests of at most so many trees: `left[n - 1]` of `n` trees belong to the left
@@ -85,6 +35,43 @@ pub(super) struct Forests {
     pub left: [u8; WIDTH],
 }
 
-impl Forests {
-    pub const NONE: Forests = Forests { left: [0; WIDTH] };
+/// A part of the binary tree. Its division into parts depends on the numbers of items only, so the tree is the same for
+/// any number of threads.
+#[derive(Debug)]
+pub(super) enum Part {
+    /// A node with many items, and its children, which different threads may have built.
+    Split(BinaryNode, Box<[Part; 2]>),
+    /// A subtree with few items, depth first.
+    Whole(Vec<BinaryNode>),
+}
+
+/// A node of the binary tree, and through it the subtree below.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Subtree<'a> {
+    Part(&'a Part),
+    Node(&'a [BinaryNode], usize),
+}
+
+impl<'a> Subtree<'a> {
+    pub fn root(self) -> &'a BinaryNode {
+        match self {
+            Subtree::Part(Part::Split(node, _)) => node,
+            Subtree::Part(Part::Whole(nodes)) => &nodes[0],
+            Subtree::Node(nodes, index) => &nodes[index],
+        }
+    }
+
+    /// The children of a node that is split, and how it is divided into forests.
+    pub fn split(self) -> Option<([Subtree<'a>; 2], Forests)> {
+        let Content::Split { right, forests } = self.root().content else { return None };
+        let of_nodes = |nodes: &'a [BinaryNode], index: usize| {
+            [Subtree::Node(nodes, index + 1), Subtree::Node(nodes, right as usize)]
+        };
+        let children = match self {
+            Subtree::Part(Part::Split(_, children)) => children.each_ref().map(Subtree::Part),
+            Subtree::Part(Part::Whole(nodes)) => of_nodes(nodes, 0),
+            Subtree::Node(nodes, index) => of_nodes(nodes, index),
+        };
+        Some((children, forests))
+    }
 }

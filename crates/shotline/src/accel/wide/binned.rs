@@ -1,157 +1,112 @@
 //! Builds a binary tree by the surface area heuristic over bins (Wald 2007, "On fast construction of SAH-based bounding
 //! volume hierarchies"), to be collapsed into a wide one.
 
-use super::binary::{BinaryNode, Bounds, ItemBox};
-use super::collapse;
-use super::{Frame, LEAF_SIZE, WideBvh};
-use crate::aabb::Aabb;
+use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
+use rayon::slice::ParallelSlice;
 
-/// The number of bins along each axis.
-const BINS: usize = 16;
+use super::binary::{BinaryNode, Content, Part};
+use super::bins::{Binning, Bins, Split};
+use super::bounds::{Bounds, Extent, ItemBox};
+use super::collapse::{self, Costs};
+use super::emit::emit;
+use super::{Frame, LEAF_SIZE, NONE, PARALLEL, WideBvh};
+use crate::aabb::Aabb;
 
 /// Deeper nodes are halved by count, so that no chain of nodes exhausts the stack.
 const MAX_HEURISTIC_DEPTH: usize = 64;
 
-/// Subtrees of at least this many items are built by two threads, where there are two.
-const PARALLEL: usize = 4096;
+/// Nodes of at least this many items are examined by several threads, this many at a time.
+const CHUNK: usize = 1 << 15;
 
-/// Builds a tree over finite boxes that are not empty. Returns it with the items of each leaf.
-pub(crate) fn build(boxes: &[Aabb]) -> (WideBvh, Vec<[u32; LEAF_SIZE]>) {
-    let frame = Frame::of(&boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(b)));
-    let item_box = |(item, bounds): (u32, &Aabb)| {
-        let [low, high] = frame.outward(bounds);
-        ItemBox { low, item, high, unused: 0 }
-    };
-    let mut items: Vec<ItemBox> = (0..).zip(boxes).map(item_box).collect();
-    if items.is_empty() {
+/// Builds a tree over items that have finite boxes, none of them empty, within given bounds. Returns it with the items
+/// of each leaf.
+pub(crate) fn build(
+    bounds: &Aabb,
+    count: usize,
+    box_of: impl Fn(u32) -> Aabb + Sync,
+) -> (WideBvh, Vec<[u32; LEAF_SIZE]>) {
+    if count == 0 {
         return (WideBvh::default(), Vec::new());
     }
-    let mut nodes = vec![BinaryNode::UNUSED; 2 * items.len() - 1];
-    split(&mut nodes, &mut items, 0, 0);
-    collapse::collapse(frame, &nodes, &items)
+    let frame = Frame::of(bounds);
+    let item_box = |item: u32| ItemBox::new(item, frame.outward(&box_of(item)));
+    let mut items: Vec<ItemBox> =
+        (0..count as u32).into_par_iter().with_min_len(PARALLEL).map(item_box).collect();
+    let extent = extent_of(&items);
+    let (tree, _) = build_part(&mut items, &extent, 0);
+    drop(items);
+    emit(frame, &tree)
 }
 
-/// Builds the subtree of a range of items that begins at `first`; returns the costs of its forests.
-fn split(nodes: &mut [BinaryNode], items: &mut [ItemBox], first: u32, depth: usize) -> [f32; super::WIDTH] {
-    let (mut bounds, mut centres) = (Bounds::EMPTY, Bounds::EMPTY);
-    for item in &*items {
-        bounds = bounds.union(item.bounds());
-        let centre = item.centre();
-        centres = centres.union(Bounds { low: centre, high: centre });
-    }
+fn build_part(items: &mut [ItemBox], extent: &Extent, depth: usize) -> (Part, Costs) {
     let count = items.len();
-    let mut node = BinaryNode { bounds, first, count: count as u32, ..BinaryNode::UNUSED };
-    let costs = if count <= LEAF_SIZE {
-        collapse::of_leaf(&mut node)
-    } else {
-        let middle = if depth < MAX_HEURISTIC_DEPTH { partition(items, &centres) } else { count / 2 };
-        let (left_items, right_items) = items.split_at_mut(middle);
-        let (left_nodes, right_nodes) = nodes[1..].split_at_mut(2 * middle - 1);
-        let mut left = || split(left_nodes, left_items, first, depth + 1);
-        let mut right = || split(right_nodes, right_items, first + middle as u32, depth + 1);
-        let costs = if count >= PARALLEL { rayon::join(left, right) } else { (left(), right()) };
-        node.left = middle as u32;
-        collapse::of_node(&mut node, &costs.0, &costs.1)
+    if count < PARALLEL {
+        let mut nodes = Vec::with_capacity(count);
+        let costs = build_nodes(&mut nodes, items, extent, depth, &mut Bins::default());
+        return (Part::Whole(nodes), costs);
+    }
+    let split = if depth < MAX_HEURISTIC_DEPTH { best_split(items, &extent.centres) } else { None };
+    let (left_items, right_items) = divide(items, split);
+    let build_side = |items: &mut [ItemBox]| {
+        let extent = extent_of(items);
+        build_part(items, &extent, depth + 1)
     };
-    nodes[0] = node;
+    let ((left, left_costs), (right, right_costs)) =
+        rayon::join(|| build_side(left_items), || build_side(right_items));
+    let (forests, costs) = collapse::of_split(&extent.bounds, &left_costs, &right_costs);
+    let node = BinaryNode::new(&extent.bounds, count, Content::Split { right: 0, forests });
+    (Part::Split(node, Box::new([left, right])), costs)
+}
+
+/// Appends the nodes of a subtree.
+fn build_nodes(
+    nodes: &mut Vec<BinaryNode>,
+    items: &mut [ItemBox],
+    extent: &Extent,
+    depth: usize,
+    bins: &mut Bins,
+) -> Costs {
+    let count = items.len();
+    if count <= LEAF_SIZE {
+        let leaf = std::array::from_fn(|i| items.get(i).map_or(NONE, ItemBox::item));
+        nodes.push(BinaryNode::new(&extent.bounds, count, Content::Leaf(leaf)));
+        return collapse::of_leaf(&extent.bounds);
+    }
+    let split = if depth < MAX_HEURISTIC_DEPTH {
+        bins.fill(items, Binning::of(count, &extent.centres));
+        bins.best_split()
+    } else {
+        None
+    };
+    let (left_items, right_items) = divide(items, split);
+    let index = nodes.len();
+    nodes.push(BinaryNode::new(&extent.bounds, count, Content::Leaf([NONE; LEAF_SIZE])));
+    let left_costs = build_nodes(nodes, left_items, &Extent::of(left_items), depth + 1, bins);
+    let right = nodes.len() as u32;
+    let right_costs = build_nodes(nodes, right_items, &Extent::of(right_items), depth + 1, bins);
+    let (forests, costs) = collapse::of_split(&extent.bounds, &left_costs, &right_costs);
+    nodes[index].content = Content::Split { right, forests };
     costs
 }
 
-/// Sorts items to both sides of the best split; returns how many go left, at least one and not all.
-fn partition(items: &mut [ItemBox], centres: &Bounds) -> usize {
-    let count = items.len();
-    let bins = Bins::of(items, centres);
-    let Some((axis, bin)) = bins.best_split(count) else { return count / 2 };
-    let goes_right = |item: &ItemBox| bins.bin_of(item, axis) >= bin;
-    let (mut left, mut right) = (0, count);
-    loop {
-        while left < right && !goes_right(&items[left]) {
-            left += 1;
-        }
-        while left < right && goes_right(&items[right - 1]) {
-            right -= 1;
-        }
-        if left >= right {
-            return left;
-        }
-        items.swap(left, right - 1);
-    }
+/// Sorts items to both sides of a split, or halves them if there is none. No side is empty.
+fn divide(items: &mut [ItemBox], split: Option<Split>) -> (&mut [ItemBox], &mut [ItemBox]) {
+    let half = items.len() / 2;
+    let left = split.map_or(half, |split| split.partition(items));
+    items.split_at_mut(if left > 0 && left < items.len() { left } else { half })
 }
 
-/// The items of a node, sorted into bins by their centres.
-struct Bins {
-    count: usize,
-    start: [f32; 4],
-    /// Bins per unit; 0 along an axis on which all centres agree.
-    scale: [f32; 4],
-    bounds: [[Bounds; BINS]; 3],
-    counts: [[u32; BINS]; 3],
+fn extent_of(items: &[ItemBox]) -> Extent {
+    items.par_chunks(CHUNK).map(Extent::of).reduce(|| Extent::EMPTY, Extent::union)
 }
 
-impl Bins {
-    fn of(items: &[ItemBox], centres: &Bounds) -> Bins {
-        // Few items need few bins.
-        let count = if items.len() < 2 * BINS { (items.len() / 2 + 2).min(BINS) } else { BINS };
-        let scale = |axis: usize| {
-            let size = centres.high[axis] - centres.low[axis];
-            // Slightly less than the number of bins, so that the last centre is in the last bin.
-            if size > 0.0 { count as f32 * 0.9999 / size } else { 0.0 }
-        };
-        let mut bins = Bins {
-            count,
-            start: centres.low,
-            scale: [scale(0), scale(1), scale(2), 0.0],
-            bounds: [[Bounds::EMPTY; BINS]; 3],
-            counts: [[0; BINS]; 3],
-        };
-        for item in items {
-            let bounds = item.bounds();
-            let at = bins.bins_of(item);
-            for (axis, bin) in at.into_iter().take(3).enumerate() {
-                let bin = bin % BINS;
-                bins.bounds[axis][bin] = bins.bounds[axis][bin].union(bounds);
-                bins.counts[axis][bin] += 1;
-            }
-        }
+/// The best split of many items.
+fn best_split(items: &[ItemBox], centres: &Bounds) -> Option<Split> {
+    let binning = Binning::of(items.len(), centres);
+    let bins_of = |items: &[ItemBox]| {
+        let mut bins = Bins::default();
+        bins.fill(items, binning);
         bins
-    }
-
-    #[inline(always)]
-    fn bins_of(&self, item: &ItemBox) -> [usize; 4] {
-        let centre = item.centre();
-        std::array::from_fn(|i| ((centre[i] - self.start[i]) * self.scale[i]) as i32 as usize)
-    }
-
-    #[inline(always)]
-    fn bin_of(&self, item: &ItemBox, axis: usize) -> usize {
-        ((item.low[axis] + item.high[axis] - self.start[axis]) * self.scale[axis]) as i32 as usize
-    }
-
-    /// The axis and the first bin to the right of the split with the least cost; `None` if all centres agree.
-    fn best_split(&self, count: usize) -> Option<(usize, usize)> {
-        let (mut best, mut least) = (None, f32::INFINITY);
-        for axis in 0..3 {
-            if self.scale[axis] == 0.0 {
-                continue;
-            }
-            let (bounds, counts) = (&self.bounds[axis], &self.counts[axis]);
-            let mut right_costs = [0.0; BINS];
-            let (mut right, mut behind) = (Bounds::EMPTY, 0);
-            for bin in (1..self.count).rev() {
-                right = right.union(bounds[bin]);
-                behind += counts[bin];
-                right_costs[bin] = if behind == 0 { 0.0 } else { right.half_area() * behind as f32 };
-            }
-            let (mut left, mut before) = (Bounds::EMPTY, 0);
-            for bin in 1..self.count {
-                left = left.union(bounds[bin - 1]);
-                before += counts[bin - 1];
-                let cost = left.half_area() * before as f32 + right_costs[bin];
-                if before > 0 && before < count as u32 && cost < least {
-                    (best, least) = (Some((axis, bin)), cost);
-                }
-            }
-        }
-        best
-    }
+    };
+    items.par_chunks(CHUNK).map(bins_of).reduce_with(|a, b| a.merged(&b))?.best_split()
 }

@@ -5,8 +5,12 @@
 
 mod binary;
 mod binned;
+mod bins;
+mod bounds;
 mod collapse;
+mod emit;
 mod frame;
+mod partition;
 #[cfg(test)]
 mod tests;
 mod traverse;
@@ -19,6 +23,9 @@ pub(crate) const WIDTH: usize = 8;
 
 /// The largest number of items in a leaf.
 pub(crate) const LEAF_SIZE: usize = 4;
+
+/// Subtrees of at least this many items are built by several threads.
+const PARALLEL: usize = 4096;
 
 /// Marks a child that is a leaf. The other bits are the index of the leaf.
 pub(crate) const LEAF: u32 = 1 << 31;

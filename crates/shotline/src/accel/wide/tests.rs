@@ -1,6 +1,6 @@
 //! The wide hierarchy: what is in its leaves, its boxes, its stack and its traversal.
 
-use super::{LEAF, LEAF_SIZE, NONE, Node, WIDTH, WideBvh, build};
+use super::{LEAF, LEAF_SIZE, NONE, Node, WIDTH, WideBvh};
 use crate::aabb::{Aabb, BoxRay};
 use crate::counters::Counters;
 use crate::math::Vec3;
@@ -8,6 +8,11 @@ use crate::ray::{Line, Span};
 use crate::testkit::random::Random;
 
 type Leaves = Vec<[u32; LEAF_SIZE]>;
+
+fn build(boxes: &[Aabb]) -> (WideBvh, Leaves) {
+    let bounds = boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(b));
+    super::build(&bounds, boxes.len(), |item| boxes[item as usize])
+}
 
 fn boxes(random: &mut Random, n: usize, decades: f64, far: f64) -> Vec<Aabb> {
     let home = random.point(-far, far);
@@ -213,4 +218,19 @@ fn limits_skip_no_box_before_them() {
         let first = (0..boxes.len() as u32).filter_map(enter).fold(f64::INFINITY, f64::min);
         assert_eq!(limit, first, "{line:?}");
     }
+}
+
+#[test]
+fn the_tree_is_the_same_for_any_number_of_threads() {
+    let boxes = boxes(&mut Random::new(6), 150_000, 2.0, 1.0);
+    let with_threads = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| {
+            let (tree, leaves) = build(&boxes);
+            let node = |node: &Node| (node.planes.map(|plane| plane.map(f32::to_bits)), node.children);
+            (tree.nodes.iter().map(node).collect::<Vec<_>>(), leaves, tree.stack_size)
+        })
+    };
+    let expected = with_threads(1);
+    assert!([2, 3].into_iter().all(|threads| with_threads(threads) == expected));
 }

@@ -1,5 +1,7 @@
 //! The structure by which rays find the triangles of a mesh.
 
+use rayon::iter::ParallelIterator;
+
 use super::kernel::WideIndex;
 use super::mesh_line::Triangle;
 use super::triangles::Triangles;
@@ -21,12 +23,13 @@ pub(super) enum MeshIndex {
 pub(super) type Visitor<'a> = dyn FnMut(&[Triangle], &mut Counters) -> f64 + 'a;
 
 impl MeshIndex {
-    /// Builds the structure with a name. Returns `None` if there is no such name.
-    pub(super) fn build(name: &str, triangles: &Triangles, boxes: &[Aabb]) -> Option<MeshIndex> {
+    /// Builds the structure with a name, over triangles within bounds. Returns `None` if there is no such name.
+    pub(super) fn build(name: &str, triangles: &Triangles, bounds: &Aabb) -> Option<MeshIndex> {
         if name == accel::DEFAULT {
-            return Some(MeshIndex::Wide(WideIndex::of(triangles, boxes)));
+            return Some(MeshIndex::Wide(WideIndex::of(triangles, bounds)));
         }
-        accel::build(name, Items { boxes, groups: None }).map(MeshIndex::Other)
+        let boxes: Vec<Aabb> = triangles.par_iter().map(|t| t.bounds()).collect();
+        accel::build(name, Items { boxes: &boxes, groups: None }).map(MeshIndex::Other)
     }
 
     pub(super) fn as_wide(&self) -> Option<&WideIndex> {

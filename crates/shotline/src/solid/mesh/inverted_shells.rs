@@ -22,11 +22,11 @@ impl MeshSolid {
         }
         let mesh = &self.mesh;
         let faces = welded(mesh, &first_at(&mesh.vertices));
-        let mut shells = Shells::of(mesh.vertices.len(), &faces);
+        let roots = Shells::of(mesh.vertices.len(), &faces).into_roots();
         let mut shell_of_face = vec![u32::MAX; mesh.faces.len()];
         let mut faces_of_shell: BTreeMap<u32, Vec<Face>> = BTreeMap::new();
         for face in faces {
-            let shell = shells.root(face.corners[0]);
+            let shell = roots[face.corners[0] as usize];
             shell_of_face[face.number as usize] = shell;
             faces_of_shell.entry(shell).or_default().push(face);
         }

@@ -8,6 +8,8 @@
 //! All arithmetic uses the mesh and the direction scaled to size 1 by powers of two, which is exact. So no product
 //! overflows, and the results do not depend on the size of the mesh or the length of the direction.
 
+use rayon::iter::ParallelIterator;
+
 use super::plane::{PlaneHit, normal, worst_err};
 use super::sheared_ray::{Facing, ShearedRay, reach};
 use crate::aabb::{Aabb, BoxRay};
@@ -38,10 +40,9 @@ pub(super) struct PowerOfTwoScale {
 
 impl PowerOfTwoScale {
     /// Returns the scale for the corners of a mesh's faces. Vertices that no face uses must not affect it.
-    pub(super) fn of(corners: impl Iterator<Item = Vec3>) -> PowerOfTwoScale {
-        PowerOfTwoScale {
-            exponent: exponent_within_range(corners.fold(0.0, |m: f64, v| m.max(v.abs().max_element()))),
-        }
+    pub(super) fn of(corners: impl ParallelIterator<Item = Vec3>) -> PowerOfTwoScale {
+        let largest = corners.map(|v| v.abs().max_element()).reduce(|| 0.0, f64::max);
+        PowerOfTwoScale { exponent: exponent_within_range(largest) }
     }
 
     /// Sizes are divided by two to this power.

@@ -6,7 +6,9 @@
 //! edge that they share. `plane` and `mesh_line` compute where; `winding` turns hits into crossings.
 
 mod contacts;
+mod distribute;
 mod doubt;
+mod edge_report;
 mod edges;
 mod exact;
 mod index;

@@ -2,6 +2,9 @@
 
 use std::sync::{Arc, OnceLock};
 
+use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
+
+use super::distribute::CHUNK;
 use super::index::MeshIndex;
 use super::kernel::{BlockQuery, KernelMemory, MeshFrame, RayBlock};
 use super::mesh_line::{MeshLine, PowerOfTwoScale};
@@ -43,14 +46,14 @@ impl MeshSolid {
     pub fn new(mesh: Arc<TriangleMesh>, accel: &str) -> Result<MeshSolid, MeshError> {
         let topology = Topology::of(&mesh)?;
         let corners = |face: &[u32; 3]| face.map(|v| mesh.vertices[v as usize]);
-        let size = PowerOfTwoScale::of(mesh.faces.iter().flat_map(corners));
+        let size = PowerOfTwoScale::of(mesh.faces.par_iter().with_min_len(CHUNK).flat_map_iter(corners));
         let triangles = Triangles::of(mesh.clone(), size);
-        let boxes: Vec<Aabb> = triangles.iter().map(|t| t.bounds()).collect();
-        let index = MeshIndex::build(accel, &triangles, &boxes)
+        let [bounds, scaled_bounds] = triangles.bounds();
+        let index = MeshIndex::build(accel, &triangles, &scaled_bounds)
             .ok_or_else(|| MeshError::UnknownAccelerator { name: accel.to_string() })?;
         Ok(MeshSolid {
-            bounds: Aabb::around(triangles.iter().flat_map(|t| mesh.corners(t.face))),
-            scaled_bounds: boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(b)),
+            bounds,
+            scaled_bounds,
             mesh,
             topology,
             size,

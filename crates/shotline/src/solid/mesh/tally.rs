@@ -1,5 +1,7 @@
 //! Counts of findings, with the first of each.
 
+use rayon::iter::{IndexedParallelIterator, ParallelIterator};
+
 use crate::math::Vec3;
 
 /// A count and the first item counted.
@@ -22,6 +24,22 @@ impl<P> Tally<P> {
     pub(super) fn add(&mut self, place: P) {
         self.count += 1;
         self.first.get_or_insert(place);
+    }
+
+    /// Adds the items of a later tally.
+    pub(super) fn merged(self, later: Tally<P>) -> Tally<P> {
+        Tally { count: self.count + later.count, first: self.first.or(later.first) }
+    }
+}
+
+impl<P: Send> Tally<P> {
+    /// Counts the items that are present, by several threads.
+    pub(super) fn of(items: impl IndexedParallelIterator<Item = Option<P>>) -> Tally<P> {
+        let add = |mut tally: Tally<P>, item: Option<P>| {
+            item.into_iter().for_each(|item| tally.add(item));
+            tally
+        };
+        items.fold(Tally::default, add).reduce(Tally::default, Tally::merged)
     }
 }
 

@@ -4,6 +4,10 @@
 //! from other shells. Differences are exact and products are double-double. Where the terms cancel so far that the sum
 //! is less accurate than a double, the determinants are summed again as exact expansions.
 
+use rayon::iter::ParallelIterator;
+use rayon::slice::ParallelSlice;
+
+use super::distribute::CHUNK;
 use super::exact::{Expansion, Wide, minus};
 use super::welded::Face;
 use crate::math::{Dd, Vec3};
@@ -11,10 +15,14 @@ use crate::math::{Dd, Vec3};
 /// An upper bound on the relative rounding error of a double-double determinant, including the sum of its terms.
 const ROUNDING: f64 = 1.0 / (1u128 << 96) as f64;
 
+/// How many terms of a sum are kept at a time.
+const AT_A_TIME: usize = 1 << 18;
+
 /// A sum is accepted if its relative error bound is less than this.
 const ACCURATE: f64 = 1e-15;
 
 /// The determinant of the differences of three corners from an apex, and a bound on its rounding error.
+#[inline(always)]
 pub(super) fn determinant(apex: Vec3, corners: [Vec3; 3]) -> (Dd, f64) {
     let [u, v, w] = corners.map(|corner| minus(corner, apex));
     let (mut sum, mut size) = (Dd::ZERO, 0.0);
@@ -24,6 +32,12 @@ pub(super) fn determinant(apex: Vec3, corners: [Vec3; 3]) -> (Dd, f64) {
         size += ((u[j].hi * v[k].hi).abs() + (u[k].hi * v[j].hi).abs()) * height.hi.abs();
     }
     (sum, size * ROUNDING)
+}
+
+/// The determinants of many apexes, each with its three corners.
+#[multiversion::multiversion(targets("x86_64+avx+fma"))]
+fn determinants(corners: &[[Vec3; 4]]) -> Vec<(Dd, f64)> {
+    corners.iter().map(|[apex, a, b, c]| determinant(*apex, [*a, *b, *c])).collect()
 }
 
 /// The same with a relative error of at most 1e-31, and a bound on what summing it may add.
@@ -44,18 +58,28 @@ pub(super) fn is_accurate(sum: Dd, doubt: f64, terms: usize) -> bool {
 /// Exact determinants are used if the error bound of the fast ones is too large.
 pub(super) fn signed_volume(
     faces: &[Face],
-    mut apex: impl FnMut(&Face) -> u32,
-    at: impl Fn(u32) -> Vec3,
+    apex: impl Fn(&Face) -> u32 + Sync,
+    at: impl Fn(u32) -> Vec3 + Sync,
 ) -> f64 {
-    let mut total = |one: fn(Vec3, [Vec3; 3]) -> (Dd, f64)| {
-        faces.iter().fold((Dd::ZERO, 0.0), |(sum, doubt), face| {
-            let (volume, error) = one(at(apex(face)), face.corners.map(&at));
-            (sum + volume, doubt + error)
+    let total = |determinants: fn(&[[Vec3; 4]]) -> Vec<(Dd, f64)>| {
+        let terms = |faces: &[Face]| {
+            let corners = faces.iter().map(|face| {
+                let [a, b, c] = face.corners.map(&at);
+                [at(apex(face)), a, b, c]
+            });
+            determinants(&corners.collect::<Vec<_>>())
+        };
+        // In parallel, but summed in the order of the faces.
+        faces.chunks(AT_A_TIME).fold((Dd::ZERO, 0.0), |sums, faces| {
+            let terms: Vec<_> = faces.par_chunks(CHUNK).map(terms).collect();
+            terms.iter().flatten().fold(sums, |(sum, doubt), (volume, error)| (sum + *volume, doubt + error))
         })
     };
-    let (mut sum, mut doubt) = total(determinant);
+    let (mut sum, mut doubt) = total(determinants);
     if !is_accurate(sum, doubt, faces.len()) {
-        (sum, doubt) = total(exact_determinant);
+        (sum, doubt) = total(|corners| {
+            corners.iter().map(|[apex, a, b, c]| exact_determinant(*apex, [*a, *b, *c])).collect()
+        });
     }
     if doubt * (faces.len() as f64) < sum.hi.abs() { sum.hi / 6.0 } else { 0.0 }
 }

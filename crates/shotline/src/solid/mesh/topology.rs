@@ -1,11 +1,15 @@
 //! A report on the defects of a mesh.
 
-use rayon::slice::ParallelSliceMut;
+use std::sync::atomic::{AtomicBool, Ordering};
 
+use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
+
+use super::distribute::CHUNK;
+use super::edge_report::EdgeReport;
 use super::mesh_line::PowerOfTwoScale;
-use super::shells::Shells;
+use super::shells::{self, Shells};
 use super::tetrahedra::signed_volume;
-use super::welded::{Face, first_at, has_three_corners, welded};
+use super::welded::{first_at, has_three_corners, welded};
 use super::{Edge, MeshError, Tally, TriangleMesh};
 use crate::math::{Vec3, difference_of_products};
 
@@ -55,36 +59,42 @@ impl Topology {
         if faces.is_empty() {
             return Err(MeshError::Empty);
         }
-        let in_use = in_use(mesh);
-        let size =
-            PowerOfTwoScale::of(faces.iter().flat_map(|f| f.corners).map(|v| mesh.vertices[v as usize]));
+        let in_use = used(mesh.vertices.len(), &mesh.faces, |face| *face);
+        let corners = faces.par_iter().with_min_len(CHUNK).flat_map_iter(|f| f.corners);
+        let size = PowerOfTwoScale::of(corners.map(|v| mesh.vertices[v as usize]));
         let scaled = |v: u32| size.scale(mesh.vertices[v as usize]);
         let is_degenerate = |face: &[u32; 3]| !has_three_corners(&face.map(|v| first_at[v as usize]));
-        let mut report = Topology {
+        let is_unused = |v: u32| !in_use[v as usize];
+        let is_duplicate = |v: u32| first_at[v as usize] != v && !is_unused(v);
+        let all_vertices = || (0..mesh.vertices.len() as u32).into_par_iter().with_min_len(CHUNK);
+        let edges = EdgeReport::of(&faces, &mesh.vertices);
+        let roots = Shells::of(mesh.vertices.len(), &faces).into_roots();
+        let vertices =
+            used(mesh.vertices.len(), &faces, |face| face.corners).iter().filter(|used| **used).count();
+        let signed = signed_volume(&faces, |face| roots[face.corners[0] as usize], scaled);
+        let report = Topology {
             vertices: mesh.vertices.len(),
-            unused_vertices: (0..).zip(&in_use).filter(|(_, used)| !**used).map(|(v, _)| v).collect(),
-            duplicate_vertices: (0..)
-                .zip(&first_at)
-                .filter(|(v, p)| v != *p && in_use[*v as usize])
-                .map(|(v, p)| [v, *p])
-                .collect(),
+            unused_vertices: Tally::of(all_vertices().map(|v| is_unused(v).then_some(v))),
+            duplicate_vertices: Tally::of(
+                all_vertices().map(|v| is_duplicate(v).then(|| [v, first_at[v as usize]])),
+            ),
             faces: mesh.faces.len(),
-            degenerate_faces: (0..).zip(&mesh.faces).filter(|f| is_degenerate(f.1)).map(|f| f.0).collect(),
-            zero_area_faces: faces
-                .iter()
-                .filter(|f| is_flat(f.corners.map(scaled)))
-                .map(|f| f.number)
-                .collect(),
-            duplicate_faces: duplicates(&faces),
-            ..Topology::default()
+            degenerate_faces: Tally::of(
+                (mesh.faces.par_iter().enumerate().with_min_len(CHUNK))
+                    .map(|(number, face)| is_degenerate(face).then_some(number as u32)),
+            ),
+            zero_area_faces: Tally::of(
+                (faces.par_iter().with_min_len(CHUNK))
+                    .map(|f| is_flat(f.corners.map(scaled)).then_some(f.number)),
+            ),
+            duplicate_faces: edges.duplicate_faces,
+            open_edges: edges.open,
+            non_manifold_edges: edges.non_manifold,
+            inconsistent_edges: edges.inconsistent,
+            shells: shells::count(&roots, &faces),
+            signed_volume: size.volume(signed),
+            euler_characteristic: vertices as i64 - edges.edges as i64 + faces.len() as i64,
         };
-        let edges = report.count_edges(&faces, &mesh.vertices);
-        let mut shells = Shells::of(mesh.vertices.len(), &faces);
-        let vertices = used_by(&faces, mesh.vertices.len());
-        report.shells = shells.count(&faces);
-        let signed = signed_volume(&faces, |face| shells.root(face.corners[0]), scaled);
-        report.signed_volume = size.volume(signed);
-        report.euler_characteristic = vertices as i64 - edges as i64 + faces.len() as i64;
         Ok(report)
     }
 
@@ -109,36 +119,6 @@ impl Topology {
     pub fn is_closed(&self) -> bool {
         self.open_edges.count == 0
     }
-
-    /// Fills in the counts of edges, and returns the number of edges.
-    fn count_edges(&mut self, faces: &[Face], vertices: &[Vec3]) -> usize {
-        // Each edge with its lower vertex first, the face, and whether the face runs along it in this direction.
-        let mut edges: Vec<([u32; 2], u32, bool)> = Vec::with_capacity(3 * faces.len());
-        for Face { number, corners: [a, b, c] } in faces {
-            for (from, to) in [(*a, *b), (*b, *c), (*c, *a)] {
-                edges.push(([from.min(to), from.max(to)], *number, from < to));
-            }
-        }
-        edges.par_sort_unstable();
-        let mut count = 0;
-        for uses in edges.chunk_by(|a, b| a.0 == b.0) {
-            count += 1;
-            let forward = uses.iter().filter(|(_, _, forward)| *forward).count();
-            let vertices_of = uses[0].0;
-            let [from, to] = vertices_of.map(|v| vertices[v as usize]);
-            let edge = Edge { vertices: vertices_of, from, to, faces: [uses[0].1, uses[uses.len() - 1].1] };
-            if 2 * forward != uses.len() {
-                self.open_edges.add(edge);
-            }
-            if uses.len() > 2 {
-                self.non_manifold_edges.add(edge);
-            }
-            if uses.len() == 2 && forward != 1 {
-                self.inconsistent_edges.add(edge);
-            }
-        }
-        count
-    }
 }
 
 pub(super) fn check(mesh: &TriangleMesh) -> Result<(), MeshError> {
@@ -146,32 +126,25 @@ pub(super) fn check(mesh: &TriangleMesh) -> Result<(), MeshError> {
         return Err(MeshError::TooManyFaces { faces: mesh.faces.len() });
     }
     let count = mesh.vertices.len();
-    for (face, corners) in mesh.faces.iter().enumerate() {
-        for &vertex in corners {
-            match mesh.vertices.get(vertex as usize) {
-                None => return Err(MeshError::VertexOutOfRange { face, vertex, count }),
-                Some(position) if !position.is_finite() => {
-                    return Err(MeshError::NotFinite { vertex: vertex as usize, face, position: *position });
-                }
-                Some(_) => {}
+    let wrong = |(face, corners): (usize, &[u32; 3])| {
+        corners.iter().find_map(|&vertex| match mesh.vertices.get(vertex as usize) {
+            None => Some(MeshError::VertexOutOfRange { face, vertex, count }),
+            Some(position) if !position.is_finite() => {
+                Some(MeshError::NotFinite { vertex: vertex as usize, face, position: *position })
             }
-        }
-    }
-    Ok(())
+            Some(_) => None,
+        })
+    };
+    let first = mesh.faces.par_iter().enumerate().with_min_len(CHUNK).find_map_first(wrong);
+    first.map_or(Ok(()), Err)
 }
 
 /// Returns for each vertex whether a face uses it.
-fn in_use(mesh: &TriangleMesh) -> Vec<bool> {
-    let mut in_use = vec![false; mesh.vertices.len()];
-    mesh.faces.iter().flatten().for_each(|v| in_use[*v as usize] = true);
-    in_use
-}
-
-/// The number of vertices that faces use, after welding.
-fn used_by(faces: &[Face], vertices: usize) -> usize {
-    let mut is_used = vec![false; vertices];
-    faces.iter().flat_map(|face| face.corners).for_each(|v| is_used[v as usize] = true);
-    is_used.into_iter().filter(|used| *used).count()
+fn used<F: Sync>(vertices: usize, faces: &[F], corners: impl Fn(&F) -> [u32; 3] + Sync) -> Vec<bool> {
+    let used: Vec<AtomicBool> = (0..vertices).map(|_| AtomicBool::new(false)).collect();
+    let mark = |v: u32| used[v as usize].store(true, Ordering::Relaxed);
+    faces.par_iter().with_min_len(CHUNK).for_each(|face| corners(face).into_iter().for_each(mark));
+    used.into_iter().map(AtomicBool::into_inner).collect()
 }
 
 /// Whether three points are collinear, by differences of products within 1.5 ulp.
@@ -179,17 +152,6 @@ fn is_flat([a, b, c]: [Vec3; 3]) -> bool {
     let (u, v) = (b - a, c - a);
     let area = |i: usize, j: usize| difference_of_products(u[i], v[j], u[j], v[i]);
     area(0, 1) == 0.0 && area(1, 2) == 0.0 && area(2, 0) == 0.0
-}
-
-/// Faces with the corners of an earlier one, with the first face that has them.
-fn duplicates(faces: &[Face]) -> Tally<[u32; 2]> {
-    let mut corners: Vec<([u32; 3], u32)> = faces.iter().map(|f| (f.corners, f.number)).collect();
-    corners.iter_mut().for_each(|(face, _)| face.sort_unstable());
-    corners.par_sort_unstable();
-    let alike = corners.chunk_by(|a, b| a.0 == b.0);
-    let mut found: Vec<[u32; 2]> = alike.flat_map(|f| f[1..].iter().map(|later| [later.1, f[0].1])).collect();
-    found.sort_unstable();
-    found.into_iter().collect()
 }
 
 #[cfg(test)]
@@ -286,6 +248,22 @@ mod tests {
             ..plain.clone()
         };
         assert_eq!((with_unused, plain.unused_vertices), (expected, Tally::default()));
+    }
+
+    #[test]
+    fn the_report_is_the_same_for_any_number_of_threads() {
+        // Separate triangles, some of them twice, some flipped, one missing.
+        let mut mesh = ring(200, 150).unwelded();
+        mesh.faces.extend_from_within(777..1000);
+        mesh.faces[50_000].swap(0, 1);
+        mesh.faces.swap_remove(20_000);
+        let with_threads = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| report(&mesh))
+        };
+        let expected = with_threads(1);
+        assert!(expected.duplicate_faces.count == 223 && expected.open_edges.count > 0);
+        assert!([2, 3].into_iter().all(|threads| with_threads(threads) == expected));
     }
 
     #[test]

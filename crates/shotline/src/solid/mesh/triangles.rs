@@ -2,8 +2,12 @@
 
 use std::sync::Arc;
 
+use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
+
 use super::TriangleMesh;
+use super::distribute::CHUNK;
 use super::mesh_line::{PowerOfTwoScale, Triangle};
+use crate::aabb::Aabb;
 
 /// The faces with three different corners, numbered as items of an accelerator.
 #[derive(Clone, Debug)]
@@ -21,7 +25,7 @@ impl Triangles {
             let [a, b, c] = mesh.corners(*face).map(|v| size.scale(v));
             a != b && b != c && c != a
         };
-        let all = 0..mesh.faces.len() as u32;
+        let all = (0..mesh.faces.len() as u32).into_par_iter().with_min_len(CHUNK);
         let faces = if all.clone().all(|face| is_triangle(&face)) {
             None
         } else {
@@ -47,6 +51,16 @@ impl Triangles {
 
     pub(super) fn iter(&self) -> impl Iterator<Item = Triangle> + '_ {
         (0..self.len() as u32).map(|item| self.get(item))
+    }
+
+    pub(super) fn par_iter(&self) -> impl IndexedParallelIterator<Item = Triangle> + '_ {
+        (0..self.len() as u32).into_par_iter().with_min_len(CHUNK).map(|item| self.get(item))
+    }
+
+    /// A box around the triangles before they are scaled, and one around the scaled ones.
+    pub(super) fn bounds(&self) -> [Aabb; 2] {
+        let boxes = self.par_iter().map(|t| [Aabb::around(self.mesh.corners(t.face)), t.bounds()]);
+        boxes.reduce(|| [Aabb::EMPTY; 2], |a, b| [a[0].union(&b[0]), a[1].union(&b[1])])
     }
 
     /// Bytes used beyond the mesh.

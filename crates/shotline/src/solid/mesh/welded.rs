@@ -1,21 +1,51 @@
 //! A mesh with its exactly coincident vertices welded.
 
-use rayon::slice::ParallelSliceMut;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use super::TriangleMesh;
+use super::distribute::{CHUNK, Groups};
 use crate::math::Vec3;
 
 /// Returns for each vertex the first vertex at exactly the same position.
 pub(super) fn first_at(vertices: &[Vec3]) -> Vec<u32> {
+    let bits = (vertices.len() / 2048).max(1).ilog2().min(12);
+    let hashes = Groups::new(vertices.len(), 1 << bits, |v| {
+        let hash = hash(position(&vertices[v]));
+        [((hash >> 48) as usize >> (16 - bits), (hash, v as u32))]
+    });
+    let first: Vec<AtomicU32> = (0..vertices.len() as u32).map(AtomicU32::new).collect();
+    (0..hashes.count).into_par_iter().for_each(|group| {
+        let mut sorted: Vec<(u64, u32)> = hashes.group(group).copied().collect();
+        sorted.sort_unstable();
+        for alike in sorted.chunk_by(|a, b| a.0 == b.0).filter(|alike| alike.len() > 1) {
+            let with_position = |&(_, v): &(u64, u32)| (position(&vertices[v as usize]), v);
+            let mut alike: Vec<([u64; 3], u32)> = alike.iter().map(with_position).collect();
+            alike.sort_unstable();
+            for same in alike.chunk_by(|a, b| a.0 == b.0) {
+                same.iter().for_each(|(_, v)| first[*v as usize].store(same[0].1, Ordering::Relaxed));
+            }
+        }
+    });
+    first.into_iter().map(AtomicU32::into_inner).collect()
+}
+
+/// The bits of a position, the same for -0.0 and 0.0.
+fn position(v: &Vec3) -> [u64; 3] {
     // Adding zero turns -0.0 into 0.0.
-    let key = |v: &Vec3| v.to_array().map(|x| (x + 0.0).to_bits());
-    let mut sorted: Vec<([u64; 3], u32)> = vertices.iter().map(key).zip(0..).collect();
-    sorted.par_sort_unstable();
-    let mut first = vec![0; vertices.len()];
-    for same in sorted.chunk_by(|a, b| a.0 == b.0) {
-        same.iter().for_each(|(_, vertex)| first[*vertex as usize] = same[0].1);
-    }
-    first
+    v.to_array().map(|x| (x + 0.0).to_bits())
+}
+
+/// A hash whose high bits are well mixed.
+fn hash(position: [u64; 3]) -> u64 {
+    position
+        .iter()
+        .fold(0, |hash: u64, x| {
+            let mixed = (hash.rotate_left(23) ^ x).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            mixed ^ mixed >> 32
+        })
+        .wrapping_mul(0xd6e8_feb8_6659_fd93)
 }
 
 /// A face whose vertices are each the first at their position.
@@ -27,9 +57,13 @@ pub(super) struct Face {
 
 /// Returns the faces with corners at three different positions.
 pub(super) fn welded(mesh: &TriangleMesh, first_at: &[u32]) -> Vec<Face> {
-    let face =
-        |(number, corners): (u32, &[u32; 3])| Face { number, corners: corners.map(|v| first_at[v as usize]) };
-    (0..).zip(&mesh.faces).map(face).filter(|f| has_three_corners(&f.corners)).collect()
+    let face = |(number, corners): (usize, &[u32; 3])| Face {
+        number: number as u32,
+        corners: corners.map(|v| first_at[v as usize]),
+    };
+    let mut faces: Vec<Face> = mesh.faces.par_iter().enumerate().with_min_len(CHUNK).map(face).collect();
+    faces.retain(|face| has_three_corners(&face.corners));
+    faces
 }
 
 /// Whether no two corners coincide.

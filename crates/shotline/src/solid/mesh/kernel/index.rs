@@ -1,8 +1,12 @@
 //! The tree over the triangles of a mesh, with the triangles in the order of its leaves.
 
-use super::block::{self, Block};
+use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
+
+use super::block::{self, Block, Coordinate};
 use crate::aabb::Aabb;
 use crate::accel::wide::{self, LEAF_SIZE, NONE, WideBvh};
+use crate::math::Vec3;
+use crate::solid::mesh::distribute::CHUNK;
 use crate::solid::mesh::mesh_line::Triangle;
 use crate::solid::mesh::triangles::Triangles;
 
@@ -21,16 +25,14 @@ pub(super) enum Blocks {
 }
 
 impl WideIndex {
-    /// Builds the tree over triangles.
-    pub fn of(triangles: &Triangles, boxes: &[Aabb]) -> WideIndex {
-        let (tree, leaves) = wide::build(boxes);
-        let is_single =
-            triangles.iter().flat_map(|t| t.corners).flat_map(|v| v.to_array()).all(block::is_single);
-        let triangle = |item: u32| (item != NONE).then(|| triangles.get(item));
-        let blocks = if is_single {
-            Blocks::Single(leaves.iter().map(|leaf| Block::of(leaf.map(triangle))).collect())
+    /// Builds the tree over triangles within bounds.
+    pub fn of(triangles: &Triangles, bounds: &Aabb) -> WideIndex {
+        let (tree, leaves) = wide::build(bounds, triangles.len(), |item| triangles.get(item).bounds());
+        let is_single = |v: Vec3| v.to_array().into_iter().all(block::is_single);
+        let blocks = if triangles.par_iter().all(|t| t.corners.into_iter().all(is_single)) {
+            Blocks::Single(blocks(triangles, &leaves))
         } else {
-            Blocks::Double(leaves.iter().map(|leaf| Block::of(leaf.map(triangle))).collect())
+            Blocks::Double(blocks(triangles, &leaves))
         };
         WideIndex { tree, blocks }
     }
@@ -51,4 +53,10 @@ impl WideIndex {
                 Blocks::Double(blocks) => size_of_val(blocks.as_slice()),
             }
     }
+}
+
+/// The triangles of leaves, given as items.
+fn blocks<C: Coordinate>(triangles: &Triangles, leaves: &[[u32; LEAF_SIZE]]) -> Vec<Block<C>> {
+    let triangle = |item: u32| (item != NONE).then(|| triangles.get(item));
+    leaves.par_iter().with_min_len(CHUNK).map(|leaf| Block::of(leaf.map(triangle))).collect()
 }
