@@ -1,12 +1,9 @@
 //! Decides how a binary tree is collapsed into a wide one of least cost, by dynamic programming over forests (Ylitie,
 //! Karras and Laine 2017, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs").
 
-use super::WIDTH;
 use super::binary::{Forests, Subtree};
 use super::bounds::Bounds;
-
-/// The cost of a leaf, in units of that of a node.
-const LEAF_COST: f32 = 0.8;
+use super::{LEAF_COST, WIDTH};
 
 /// The costs of the forests that a subtree can become: entry `n - 1` for at most `n` trees.
 pub(super) type Costs = [f32; WIDTH];

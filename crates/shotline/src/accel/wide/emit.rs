@@ -4,7 +4,7 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use super::binary::{BinaryNode, Content, Part, Subtree};
 use super::collapse;
-use super::{Frame, LEAF, LEAF_SIZE, NONE, Node, PARALLEL, WIDTH, WideBvh};
+use super::{EMPTY_PLANES, Frame, LEAF, LEAF_SIZE, NONE, Node, PARALLEL, WIDTH, WideBvh};
 
 /// Makes the wide tree; also returns the items of each leaf.
 pub(super) fn emit(frame: Frame, tree: &Part) -> (WideBvh, Vec<[u32; LEAF_SIZE]>) {
@@ -33,7 +33,9 @@ pub(super) fn emit(frame: Frame, tree: &Part) -> (WideBvh, Vec<[u32; LEAF_SIZE]>
         depth = depth.max(below.depth);
     }
     // Depth first, each node takes an entry and adds at most eight.
-    (WideBvh { frame, nodes, stack_size: (WIDTH - 1) * depth + WIDTH + 1 }, leaves)
+    let mut tree = WideBvh { frame, nodes, stack_size: (WIDTH - 1) * depth + WIDTH + 1, built_cost: 0.0 };
+    tree.built_cost = tree.cost();
+    (tree, leaves)
 }
 
 /// A node after so many more nodes and leaves.
@@ -67,20 +69,13 @@ impl<'a> Emitter<'a> {
     /// Appends a node with its subtree; `depth` is its depth.
     fn emit(&mut self, tree: Subtree<'a>, depth: usize) {
         let at = self.nodes.len();
-        self.nodes.push(Node { planes: [[0.0; WIDTH]; 6], children: [NONE; WIDTH] });
-        for axis in 0..3 {
-            self.nodes[at].planes[2 * axis] = [f32::INFINITY; WIDTH];
-            self.nodes[at].planes[2 * axis + 1] = [f32::NEG_INFINITY; WIDTH];
-        }
+        self.nodes.push(Node { planes: EMPTY_PLANES, children: [NONE; WIDTH] });
         self.depth = self.depth.max(depth);
         let mut children = Vec::with_capacity(WIDTH);
         collapse::children(tree, &mut children);
         for (slot, child) in children.into_iter().enumerate() {
             let BinaryNode { low, high, count, content } = *child.root();
-            for axis in 0..3 {
-                self.nodes[at].planes[2 * axis][slot] = low[axis];
-                self.nodes[at].planes[2 * axis + 1][slot] = high[axis];
-            }
+            self.nodes[at].set_box(slot, [low, high]);
             if let Content::Leaf(items) = content {
                 self.nodes[at].children[slot] = LEAF | self.leaves.len() as u32;
                 self.leaves.push(items);

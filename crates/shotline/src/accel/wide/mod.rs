@@ -11,6 +11,7 @@ mod collapse;
 mod emit;
 mod frame;
 mod partition;
+mod refit;
 #[cfg(test)]
 mod tests;
 mod traverse;
@@ -27,6 +28,9 @@ pub(crate) const LEAF_SIZE: usize = 4;
 /// Subtrees of at least this many items are built by several threads.
 const PARALLEL: usize = 4096;
 
+/// The cost of a leaf, in units of that of a node.
+const LEAF_COST: f32 = 0.8;
+
 /// Marks a child that is a leaf. The other bits are the index of the leaf.
 pub(crate) const LEAF: u32 = 1 << 31;
 
@@ -42,6 +46,32 @@ pub(crate) struct Node {
     pub children: [u32; WIDTH],
 }
 
+/// The planes of a node without children.
+const EMPTY_PLANES: [[f32; WIDTH]; 6] = {
+    let (low, high) = ([f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]);
+    [low, high, low, high, low, high]
+};
+
+impl Node {
+    fn set_box(&mut self, slot: usize, [low, high]: [[f32; 3]; 2]) {
+        for axis in 0..3 {
+            self.planes[2 * axis][slot] = low[axis];
+            self.planes[2 * axis + 1][slot] = high[axis];
+        }
+    }
+
+    fn child_box(&self, slot: usize) -> [[f32; 3]; 2] {
+        [0, 1].map(|side| [0, 1, 2].map(|axis| self.planes[2 * axis + side][slot]))
+    }
+
+    /// The box around all children.
+    fn bounds(&self) -> [[f32; 3]; 2] {
+        let low = |axis: usize| self.planes[2 * axis].iter().copied().fold(f32::INFINITY, f32::min);
+        let high = |axis: usize| self.planes[2 * axis + 1].iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        [[0, 1, 2].map(low), [0, 1, 2].map(high)]
+    }
+}
+
 /// The hierarchy. A tree of a single leaf has one node.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct WideBvh {
@@ -50,4 +80,6 @@ pub(crate) struct WideBvh {
     pub nodes: Vec<Node>,
     /// An upper bound on the number of entries of a depth-first traversal's stack.
     pub stack_size: usize,
+    /// The cost by the surface area heuristic when it was built.
+    built_cost: f64,
 }

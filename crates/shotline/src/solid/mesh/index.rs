@@ -32,6 +32,21 @@ impl MeshIndex {
         accel::build(name, Items { boxes: &boxes, groups: None }).map(MeshIndex::Other)
     }
 
+    /// The structure over the same triangles after they have moved, now within given bounds. Returns `None` if the
+    /// structure cannot be refitted or would become too slow; the caller must rebuild it.
+    pub(super) fn refitted(&self, triangles: &Triangles, bounds: &Aabb) -> Option<MeshIndex> {
+        match self {
+            MeshIndex::Wide(index) => index.refitted(triangles, bounds).map(MeshIndex::Wide),
+            MeshIndex::Other(accelerator) => {
+                let mut accelerator = accelerator.clone();
+                let items: Vec<u32> = (0..triangles.len() as u32).collect();
+                accelerator
+                    .refit(&items, &|item| triangles.get(item).bounds())
+                    .then_some(MeshIndex::Other(accelerator))
+            }
+        }
+    }
+
     pub(super) fn as_wide(&self) -> Option<&WideIndex> {
         match self {
             MeshIndex::Wide(index) => Some(index),

@@ -42,6 +42,8 @@ mod bounds_tests;
 #[cfg(test)]
 mod exact_tests;
 #[cfg(test)]
+mod refit_tests;
+#[cfg(test)]
 pub(crate) mod shapes;
 #[cfg(test)]
 mod tests;

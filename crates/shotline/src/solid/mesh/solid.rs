@@ -13,6 +13,7 @@ use super::triangles::Triangles;
 use super::winding::{FirstEntry, first_entry, order, to_crossings, total};
 use super::{MeshError, Topology, TriangleMesh, plane};
 use crate::aabb::Aabb;
+use crate::accel::NAMES;
 use crate::contact::Contact;
 use crate::counters::Counters;
 use crate::crossing::Crossing;
@@ -34,6 +35,8 @@ pub struct MeshSolid {
     /// The scaled triangles; an accelerator's items are their numbers.
     pub(super) triangles: Triangles,
     pub(super) scaled_bounds: Aabb,
+    /// The name of the accelerator.
+    accel: &'static str,
     pub(super) index: MeshIndex,
     pub(super) face_contacts: OnceLock<FaceContacts>,
 }
@@ -44,13 +47,40 @@ impl MeshSolid {
     /// # Errors
     /// [`MeshError`] if the input is not a mesh. An open mesh is not an error: see [`Topology`].
     pub fn new(mesh: Arc<TriangleMesh>, accel: &str) -> Result<MeshSolid, MeshError> {
+        MeshSolid::with_index(mesh, accel, |_, _| None)
+    }
+
+    /// The solid of the same faces with moved vertices, which keep their numbers. It has the same bits as one made by
+    /// [`MeshSolid::new`]. The accelerator is refitted, which is faster than to build it, unless it would become too slow
+    /// or other faces than before have no area: then it is built.
+    ///
+    /// # Errors
+    /// As [`MeshSolid::new`].
+    pub fn with_vertices(&self, vertices: Vec<Vec3>) -> Result<MeshSolid, MeshError> {
+        let TriangleMesh { faces, polygons, .. } = &*self.mesh;
+        let mesh = TriangleMesh { vertices, faces: faces.clone(), polygons: polygons.clone() };
+        MeshSolid::with_index(Arc::new(mesh), self.accel, |triangles, bounds| {
+            let is_same = triangles.has_faces_of(&self.triangles);
+            if is_same { self.index.refitted(triangles, bounds) } else { None }
+        })
+    }
+
+    /// Checks a mesh and takes the index that `reuse` returns, or builds one.
+    fn with_index(
+        mesh: Arc<TriangleMesh>,
+        accel: &str,
+        reuse: impl FnOnce(&Triangles, &Aabb) -> Option<MeshIndex>,
+    ) -> Result<MeshSolid, MeshError> {
+        let unknown = || MeshError::UnknownAccelerator { name: accel.to_string() };
         let topology = Topology::of(&mesh)?;
         let corners = |face: &[u32; 3]| face.map(|v| mesh.vertices[v as usize]);
         let size = PowerOfTwoScale::of(mesh.faces.par_iter().with_min_len(CHUNK).flat_map_iter(corners));
         let triangles = Triangles::of(mesh.clone(), size);
         let [bounds, scaled_bounds] = triangles.bounds();
-        let index = MeshIndex::build(accel, &triangles, &scaled_bounds)
-            .ok_or_else(|| MeshError::UnknownAccelerator { name: accel.to_string() })?;
+        let accel = NAMES.iter().copied().find(|name| *name == accel).ok_or_else(unknown)?;
+        let index = reuse(&triangles, &scaled_bounds)
+            .or_else(|| MeshIndex::build(accel, &triangles, &scaled_bounds))
+            .ok_or_else(unknown)?;
         Ok(MeshSolid {
             bounds,
             scaled_bounds,
@@ -58,6 +88,7 @@ impl MeshSolid {
             topology,
             size,
             triangles,
+            accel,
             index,
             face_contacts: OnceLock::new(),
         })

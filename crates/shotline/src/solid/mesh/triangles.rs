@@ -45,7 +45,11 @@ impl Triangles {
 
     /// The triangle of an item.
     pub(super) fn get(&self, item: u32) -> Triangle {
-        let face = self.face(item);
+        self.of_face(self.face(item))
+    }
+
+    /// The triangle of a face.
+    pub(super) fn of_face(&self, face: u32) -> Triangle {
         Triangle { corners: self.mesh.corners(face).map(|v| self.size.scale(v)), face }
     }
 
@@ -61,6 +65,11 @@ impl Triangles {
     pub(super) fn bounds(&self) -> [Aabb; 2] {
         let boxes = self.par_iter().map(|t| [Aabb::around(self.mesh.corners(t.face)), t.bounds()]);
         boxes.reduce(|| [Aabb::EMPTY; 2], |a, b| [a[0].union(&b[0]), a[1].union(&b[1])])
+    }
+
+    /// Whether the items are the same faces.
+    pub(super) fn has_faces_of(&self, other: &Triangles) -> bool {
+        self.len() == other.len() && self.faces == other.faces
     }
 
     /// Bytes used beyond the mesh.

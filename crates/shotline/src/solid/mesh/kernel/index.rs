@@ -1,6 +1,6 @@
 //! The tree over the triangles of a mesh, with the triangles in the order of its leaves.
 
-use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
+use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 
 use super::block::{self, Block, Coordinate};
 use crate::aabb::Aabb;
@@ -24,17 +24,49 @@ pub(super) enum Blocks {
     Double(Vec<Block<f64>>),
 }
 
+impl Blocks {
+    /// The triangles of so many leaves, given by their faces.
+    fn of(
+        triangles: &Triangles,
+        leaves: usize,
+        faces_of: impl Fn(usize) -> [u32; LEAF_SIZE] + Sync,
+    ) -> Blocks {
+        let is_single = |v: Vec3| v.to_array().into_iter().all(block::is_single);
+        if triangles.par_iter().all(|t| t.corners.into_iter().all(is_single)) {
+            Blocks::Single(blocks(triangles, leaves, faces_of))
+        } else {
+            Blocks::Double(blocks(triangles, leaves, faces_of))
+        }
+    }
+
+    /// The faces of a leaf, then [`NONE`].
+    fn faces(&self, leaf: usize) -> [u32; LEAF_SIZE] {
+        match self {
+            Blocks::Single(blocks) => blocks[leaf].faces,
+            Blocks::Double(blocks) => blocks[leaf].faces,
+        }
+    }
+}
+
 impl WideIndex {
     /// Builds the tree over triangles within bounds.
     pub fn of(triangles: &Triangles, bounds: &Aabb) -> WideIndex {
         let (tree, leaves) = wide::build(bounds, triangles.len(), |item| triangles.get(item).bounds());
-        let is_single = |v: Vec3| v.to_array().into_iter().all(block::is_single);
-        let blocks = if triangles.par_iter().all(|t| t.corners.into_iter().all(is_single)) {
-            Blocks::Single(blocks(triangles, &leaves))
-        } else {
-            Blocks::Double(blocks(triangles, &leaves))
+        let faces_of =
+            |leaf: usize| leaves[leaf].map(|item| if item == NONE { NONE } else { triangles.face(item) });
+        WideIndex { tree, blocks: Blocks::of(triangles, leaves.len(), faces_of) }
+    }
+
+    /// The same tree over triangles that have moved, now within given bounds. Returns `None` if it would become too
+    /// slow.
+    pub fn refitted(&self, triangles: &Triangles, bounds: &Aabb) -> Option<WideIndex> {
+        let faces_of = |leaf: usize| self.blocks.faces(leaf);
+        let leaf_box = |leaf: u32| {
+            let faces = faces_of(leaf as usize).into_iter().take_while(|face| *face != NONE);
+            Aabb::around(faces.flat_map(|face| triangles.of_face(face).corners))
         };
-        WideIndex { tree, blocks }
+        let tree = self.tree.refitted(bounds, leaf_box)?;
+        Some(WideIndex { tree, blocks: Blocks::of(triangles, self.block_count(), faces_of) })
     }
 
     /// The triangles of a leaf, then anything, and their number.
@@ -55,8 +87,12 @@ impl WideIndex {
     }
 }
 
-/// The triangles of leaves, given as items.
-fn blocks<C: Coordinate>(triangles: &Triangles, leaves: &[[u32; LEAF_SIZE]]) -> Vec<Block<C>> {
-    let triangle = |item: u32| (item != NONE).then(|| triangles.get(item));
-    leaves.par_iter().with_min_len(CHUNK).map(|leaf| Block::of(leaf.map(triangle))).collect()
+fn blocks<C: Coordinate>(
+    triangles: &Triangles,
+    leaves: usize,
+    faces_of: impl Fn(usize) -> [u32; LEAF_SIZE] + Sync,
+) -> Vec<Block<C>> {
+    let triangle = |face: u32| (face != NONE).then(|| triangles.of_face(face));
+    let block = |leaf: usize| Block::of(faces_of(leaf).map(triangle));
+    (0..leaves).into_par_iter().with_min_len(CHUNK).map(block).collect()
 }
