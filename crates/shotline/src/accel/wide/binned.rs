@@ -9,11 +9,8 @@ use super::bins::{Binning, Bins, Split};
 use super::bounds::{Bounds, Extent, ItemBox};
 use super::collapse::{self, Costs};
 use super::emit::emit;
-use super::{Frame, LEAF_SIZE, NONE, PARALLEL, WideBvh};
+use super::{Frame, LEAF_SIZE, MAX_HEURISTIC_DEPTH, NONE, PARALLEL, WideBvh};
 use crate::aabb::Aabb;
-
-/// Deeper nodes are halved by count, so that no chain of nodes exhausts the stack.
-const MAX_HEURISTIC_DEPTH: usize = 64;
 
 /// Nodes of at least this many items are examined by several threads, this many at a time.
 const CHUNK: usize = 1 << 15;

@@ -11,6 +11,24 @@ pub(super) struct Bounds {
 impl Bounds {
     pub const EMPTY: Bounds = Bounds { low: [f32::INFINITY; 4], high: [f32::NEG_INFINITY; 4] };
 
+    pub fn of([low, high]: [[f32; 3]; 2]) -> Bounds {
+        let vector = |[x, y, z]: [f32; 3]| [x, y, z, 0.0];
+        Bounds { low: vector(low), high: vector(high) }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        (0..3).any(|axis| self.low[axis] > self.high[axis])
+    }
+
+    /// The box, or the standard empty one, which changes no union.
+    pub fn or_empty(self) -> Bounds {
+        if self.is_empty() { Bounds::EMPTY } else { self }
+    }
+
+    pub fn intersection(self, other: Bounds) -> Bounds {
+        Bounds { low: greater(self.low, other.low), high: lesser(self.high, other.high) }
+    }
+
     #[inline(always)]
     pub fn union(self, other: Bounds) -> Bounds {
         Bounds { low: lesser(self.low, other.low), high: greater(self.high, other.high) }
@@ -54,6 +72,12 @@ impl ItemBox {
     pub fn item(&self) -> u32 {
         let half = |x: f32| x.to_bits() & 0xffff;
         half(self.high[3]) << 16 | half(self.low[3])
+    }
+
+    /// The same item with another box.
+    pub fn within(&self, bounds: &Bounds) -> ItemBox {
+        let corner = |[x, y, z, _]: [f32; 4]| [x, y, z];
+        ItemBox::new(self.item(), [corner(bounds.low), corner(bounds.high)])
     }
 
     #[inline(always)]

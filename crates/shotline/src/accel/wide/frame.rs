@@ -34,10 +34,18 @@ impl Frame {
     /// The coordinates of a padded box, rounded outwards: the lower corner and the upper.
     pub fn outward(&self, bounds: &Aabb) -> [[f32; 3]; 2] {
         // The differences are rounded by at most half an ulp of themselves, far less than the pad.
-        let low = (bounds.min - self.centre) / self.size - PAD;
-        let high = (bounds.max - self.centre) / self.size + PAD;
-        [low.to_array().map(rounded_down), high.to_array().map(rounded_up)]
+        padded(self.coordinates(bounds.min), self.coordinates(bounds.max))
     }
+
+    /// The coordinates of a point.
+    pub fn coordinates(&self, v: Vec3) -> Vec3 {
+        (v - self.centre) / self.size
+    }
+}
+
+/// A padded box, rounded outwards: the lower corner and the upper.
+pub(super) fn padded(low: Vec3, high: Vec3) -> [[f32; 3]; 2] {
+    [(low - PAD).to_array().map(rounded_down), (high + PAD).to_array().map(rounded_up)]
 }
 
 fn rounded_down(x: f64) -> f32 {

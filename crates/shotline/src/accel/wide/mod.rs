@@ -8,16 +8,19 @@ mod binned;
 mod bins;
 mod bounds;
 mod collapse;
+mod cut;
 mod emit;
 mod frame;
 mod partition;
 mod refit;
+mod spatial;
 #[cfg(test)]
 mod tests;
 mod traverse;
 
 pub(crate) use binned::build;
 pub(crate) use frame::{Frame, PAD};
+pub(crate) use spatial::build_with_spatial_splits;
 
 /// The number of children of a node.
 pub(crate) const WIDTH: usize = 8;
@@ -27,6 +30,9 @@ pub(crate) const LEAF_SIZE: usize = 4;
 
 /// Subtrees of at least this many items are built by several threads.
 const PARALLEL: usize = 4096;
+
+/// Deeper nodes are halved by count, so that no chain of nodes exhausts the stack.
+const MAX_HEURISTIC_DEPTH: usize = 64;
 
 /// The cost of a leaf, in units of that of a node.
 const LEAF_COST: f32 = 0.8;

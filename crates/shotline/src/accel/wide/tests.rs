@@ -234,3 +234,52 @@ fn the_tree_is_the_same_for_any_number_of_threads() {
     let expected = with_threads(1);
     assert!([2, 3].into_iter().all(|threads| with_threads(threads) == expected));
 }
+
+fn triangles(random: &mut Random, count: usize) -> Vec<[Vec3; 3]> {
+    let home = random.point(-1.0, 1.0) * [0.0, 1e3][random.below(2)];
+    let needle = |random: &mut Random| {
+        let (a, along, across) = (random.point(-1.0, 1.0), random.direction(), random.direction() * 0.01);
+        [a, a + along, a + across].map(|v| v + home)
+    };
+    (0..count).map(|_| needle(random)).collect()
+}
+
+#[test]
+fn parts_of_a_cut_triangle_are_in_leaves_whose_boxes_hold_them() {
+    let mut random = Random::new(9);
+    for count in [1, 5, 40, 6000] {
+        let triangles = triangles(&mut random, count);
+        let bounds = Aabb::around(triangles.iter().flatten().copied());
+        let (tree, leaves) =
+            super::build_with_spatial_splits(&bounds, count, |item| triangles[item as usize]);
+        let references = leaves.iter().flatten().filter(|item| **item != NONE).count();
+        assert!(references <= 2 * count && (count < 1000 || references > count), "{references} of {count}");
+        let mut leaf_boxes = vec![None; leaves.len()];
+        for node in &tree.nodes {
+            for (slot, &child) in node.children.iter().enumerate().filter(|(_, child)| **child != NONE) {
+                if child & LEAF != 0 {
+                    leaf_boxes[(child & !LEAF) as usize] = Some(child_box(node, slot));
+                } else {
+                    assert!(is_within(tree.nodes[child as usize].bounds(), child_box(node, slot)));
+                }
+            }
+        }
+        for (item, [a, b, c]) in (0..).zip(&triangles) {
+            let of_item = |leaf: &usize| leaves[*leaf].contains(&item);
+            let homes: Vec<usize> = (0..leaves.len()).filter(of_item).collect();
+            assert!(!homes.is_empty());
+            for _ in 0..20 {
+                let (u, v) = (random.number(0.0, 1.0), random.number(0.0, 1.0));
+                let p = *a + (*b - *a) * (u * v) + (*c - *a) * (u * (1.0 - v));
+                // The pad is there for the test of the boxes, so half of it has to be left.
+                let p = tree.frame.coordinates(p);
+                let padded = [p - Vec3::splat(0.5 * super::PAD), p + Vec3::splat(0.5 * super::PAD)];
+                let is_home = |leaf: &usize| {
+                    let [low, high] = leaf_boxes[*leaf].expect("a leaf with a parent");
+                    (0..3).all(|i| f64::from(low[i]) <= padded[0][i] && padded[1][i] <= f64::from(high[i]))
+                };
+                assert!(homes.iter().any(is_home));
+            }
+        }
+    }
+}

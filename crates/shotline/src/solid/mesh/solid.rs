@@ -135,9 +135,7 @@ impl MeshSolid {
     /// Reserves tags for the triangles if the accelerator has duplicate references. This pays off only if `scratch` is
     /// reused.
     fn reserve_tags(&self, scratch: &mut Scratch) {
-        if let MeshIndex::Other(accelerator) = &self.index
-            && accelerator.has_duplicate_refs()
-        {
+        if self.index.has_duplicate_refs() {
             scratch.tags.reserve(self.triangles.len());
         }
     }

@@ -2,7 +2,7 @@
 
 use super::block::{Block, Coordinate};
 use super::context::Kernel;
-use super::found::{All, Any, Closest, Found, Mode};
+use super::found::{All, Any, Closest, Found, LaneHit, Mode};
 use super::frame::MeshFrame;
 use super::index::{Blocks, WideIndex};
 use super::lines::{BlockQuery, RayBlock};
@@ -81,7 +81,8 @@ impl WideIndex {
         memory: &mut KernelMemory,
     ) {
         let preparation = Preparation::of(frame, self.tree.frame, query);
-        let kernel = Kernel { frame, tree: &self.tree, blocks, preparation, block };
+        let has_duplicates = self.has_duplicates;
+        let kernel = Kernel { frame, tree: &self.tree, blocks, has_duplicates, preparation, block };
         match query {
             BlockQuery::Nearest => kernel.cast::<Closest>(memory),
             BlockQuery::Any => kernel.cast::<Any>(memory),
@@ -135,10 +136,21 @@ impl<C: Coordinate> Kernel<'_, C> {
             if found.is_full() {
                 found.plain.extend(chunk.map(|row| row as u32));
             } else {
-                self.finish::<S>(&found.lane_hits, hits);
+                self.take_hits::<S>(found, hits);
             }
             found.lane_hits.clear();
         }
+    }
+
+    /// Appends the hits that have been found, each once.
+    #[inline(always)]
+    fn take_hits<S: Simd>(&self, found: &mut Found, hits: &mut Vec<MeshHit>) {
+        if self.has_duplicates {
+            let key = |hit: &LaneHit| (hit.row, self.face(hit.leaf, hit.lane as usize));
+            found.lane_hits.sort_unstable_by_key(|hit| (key(hit), hit.leaf));
+            found.lane_hits.dedup_by_key(|hit| key(hit));
+        }
+        self.finish::<S>(&found.lane_hits, hits);
     }
 
     /// Makes the first hits the first boundaries of the solid. A ray that begins outside enters there, whatever the
@@ -210,7 +222,7 @@ mod tests {
                 }),
             }
             if !M::ANY {
-                self.finish::<Portable>(&memory.found.lane_hits, &mut memory.hits);
+                self.take_hits::<Portable>(&mut memory.found, &mut memory.hits);
                 memory.found.lane_hits.clear();
             }
         }
@@ -224,7 +236,8 @@ mod tests {
         way: Way,
     ) -> Outcome {
         let preparation = Preparation::of(frame, index.tree.frame, query);
-        let kernel = Kernel { frame, tree: &index.tree, blocks, preparation, block };
+        let has_duplicates = index.has_duplicates;
+        let kernel = Kernel { frame, tree: &index.tree, blocks, has_duplicates, preparation, block };
         let mut memory = KernelMemory::default();
         match query {
             BlockQuery::Nearest | BlockQuery::First => kernel.cast_in::<Closest>(way, &mut memory),
@@ -252,7 +265,7 @@ mod tests {
 
     /// A mesh, rays at it, and how they are cast.
     fn compare_ways(random: &mut Random, rays: &[Ray], solid: &MeshSolid, query: BlockQuery) {
-        let index = solid.index.as_wide().expect("the default index");
+        let index = solid.index.as_wide().expect("a wide index");
         let frame = MeshFrame {
             size: solid.size,
             scaled_bounds: solid.scaled_bounds,
@@ -304,7 +317,8 @@ mod tests {
                 mesh.vertices.iter_mut().for_each(|v| *v = single(*v));
             }
             let rays = rays_at(&mut random, &mesh, &thin, 150);
-            let Ok(solid) = MeshSolid::new(Arc::new(mesh), "bvh") else { continue };
+            let accel = ["bvh", "bvh_best"][random.below(2)];
+            let Ok(solid) = MeshSolid::new(Arc::new(mesh), accel) else { continue };
             for query in
                 [BlockQuery::Nearest, BlockQuery::Any, BlockQuery::All, BlockQuery::First, BlockQuery::Within]
             {

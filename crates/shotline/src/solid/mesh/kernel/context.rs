@@ -5,7 +5,7 @@ use super::frame::MeshFrame;
 use super::lines::{Lines, RayBlock};
 use super::prepare::{AT_A_TIME, Preparation};
 use super::ray::{KernelRay, Prepared};
-use crate::accel::wide::WideBvh;
+use crate::accel::wide::{LEAF_SIZE, WideBvh};
 use crate::crossing::Crossing;
 use crate::simd::Simd;
 use crate::solid::mesh::mesh_line::MeshLine;
@@ -16,6 +16,8 @@ pub(super) struct Kernel<'a, C> {
     pub frame: &'a MeshFrame,
     pub tree: &'a WideBvh,
     pub blocks: &'a [Block<C>],
+    /// Whether a triangle may be in several leaves.
+    pub has_duplicates: bool,
     pub preparation: Preparation,
     pub block: &'a RayBlock<'a>,
 }
@@ -34,6 +36,11 @@ impl<C: Coordinate> Kernel<'_, C> {
         slots: [usize; AT_A_TIME],
     ) -> [Prepared; AT_A_TIME] {
         self.preparation.prepare::<S>(self.frame, self.block, rows, rays, slots)
+    }
+
+    /// The face of a triangle.
+    pub fn face(&self, leaf: u32, lane: usize) -> u32 {
+        self.blocks[leaf as usize].faces[lane % LEAF_SIZE]
     }
 
     /// The hit of a triangle by the plain path, and the `t` of it after scaling. Calls `in_plane` if the line runs in the

@@ -15,6 +15,8 @@ use crate::solid::mesh::triangles::Triangles;
 pub(in crate::solid::mesh) struct WideIndex {
     pub tree: WideBvh,
     pub(super) blocks: Blocks,
+    /// Whether a triangle may be in several leaves.
+    pub(super) has_duplicates: bool,
 }
 
 /// The triangles in the order of the leaves.
@@ -52,9 +54,22 @@ impl WideIndex {
     /// Builds the tree over triangles within bounds.
     pub fn of(triangles: &Triangles, bounds: &Aabb) -> WideIndex {
         let (tree, leaves) = wide::build(bounds, triangles.len(), |item| triangles.get(item).bounds());
+        WideIndex::with_leaves(tree, &leaves, triangles)
+    }
+
+    /// Builds the tree with spatial splits: triangles may be in several leaves.
+    pub fn with_spatial_splits(triangles: &Triangles, bounds: &Aabb) -> WideIndex {
+        let corners = |item: u32| triangles.get(item).corners;
+        let (tree, leaves) = wide::build_with_spatial_splits(bounds, triangles.len(), corners);
+        WideIndex::with_leaves(tree, &leaves, triangles)
+    }
+
+    fn with_leaves(tree: WideBvh, leaves: &[[u32; LEAF_SIZE]], triangles: &Triangles) -> WideIndex {
         let faces_of =
             |leaf: usize| leaves[leaf].map(|item| if item == NONE { NONE } else { triangles.face(item) });
-        WideIndex { tree, blocks: Blocks::of(triangles, leaves.len(), faces_of) }
+        let references = leaves.iter().flatten().filter(|item| **item != NONE).count();
+        let has_duplicates = references > triangles.len();
+        WideIndex { tree, blocks: Blocks::of(triangles, leaves.len(), faces_of), has_duplicates }
     }
 
     /// The same tree over triangles that have moved, now within given bounds. Returns `None` if it would become too
@@ -66,7 +81,8 @@ impl WideIndex {
             Aabb::around(faces.flat_map(|face| triangles.of_face(face).corners))
         };
         let tree = self.tree.refitted(bounds, leaf_box)?;
-        Some(WideIndex { tree, blocks: Blocks::of(triangles, self.block_count(), faces_of) })
+        let blocks = Blocks::of(triangles, self.block_count(), faces_of);
+        Some(WideIndex { tree, blocks, has_duplicates: self.has_duplicates })
     }
 
     /// The triangles of a leaf, then anything, and their number.

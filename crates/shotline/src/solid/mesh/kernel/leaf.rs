@@ -117,6 +117,12 @@ impl<C: Coordinate> Kernel<'_, C> {
     #[cold]
     #[inline(never)]
     fn offer_exactly(&self, ray: &mut KernelRay, leaf: u32, lane: usize) {
+        if self.has_duplicates
+            && ray.leaf != MISS
+            && self.face(ray.leaf, ray.lane as usize) == self.face(leaf, lane)
+        {
+            return;
+        }
         let Some((hit, t)) = self.hit_in_span(ray, leaf, lane) else { return };
         let best = if ray.leaf == MISS { None } else { self.hit_in_span(ray, ray.leaf, ray.lane as usize) };
         if let Some((best, best_t)) = best {
