@@ -65,15 +65,15 @@ pub fn place(meshes: &[(Arc<TriangleMesh>, Affine)], what: String) -> Option<Pla
         let shape = if transform.is_identity() { shape } else { shape.transform(*transform) };
         objects.push(Object::new(format!("mesh {i}"), shape));
     }
-    let (world, brute) = compile_both(objects)?;
+    let (world, brute) = compile_both(objects, triangles.len())?;
     (!triangles.is_empty()).then(|| Placed { world, brute, targets: Targets::of(triangles), what })
 }
 
 /// A world of objects, and the same without accelerators. `None` if it is refused.
-pub fn compile_both(objects: Vec<Object>) -> Option<(World, World)> {
+pub fn compile_both(objects: Vec<Object>, triangles: usize) -> Option<(World, World)> {
     let mut scene = Scene::of(objects);
     // Some with triangles in several leaves.
-    scene.accel = [None, Some("bvh_best")][triangles.len() / 4 % 2];
+    scene.accel = [None, Some("bvh_best")][triangles / 4 % 2];
     let world = scene.compile().ok()?;
     scene.accel = Some("brute");
     Some((world, scene.compile().ok()?))

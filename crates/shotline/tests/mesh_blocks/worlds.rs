@@ -114,7 +114,7 @@ pub fn random_world(families: &[Family], random: &mut Random) -> Option<Placed> 
         triangles.extend(object.triangles);
         objects.push(Object::new(format!("object {i}"), object.shape).priority(random.below(2) as i32));
     }
-    let (world, brute) = compile_both(objects)?;
+    let (world, brute) = compile_both(objects, triangles.len())?;
     let targets = Targets::of(triangles);
     (!targets.triangles.is_empty()).then(|| Placed { world, brute, targets, what: "a random world".into() })
 }

@@ -85,6 +85,13 @@ impl WideIndex {
         Some(WideIndex { tree, blocks, has_duplicates: self.has_duplicates })
     }
 
+    fn block_count(&self) -> usize {
+        match &self.blocks {
+            Blocks::Single(blocks) => blocks.len(),
+            Blocks::Double(blocks) => blocks.len(),
+        }
+    }
+
     /// The triangles of a leaf, then anything, and their number.
     pub fn triangles(&self, leaf: u32) -> ([Triangle; LEAF_SIZE], usize) {
         match &self.blocks {
