@@ -53,6 +53,7 @@ fn cast(solid: &MeshSolid, rays: &[Ray], query: BlockQuery) -> (Vec<(u32, String
         wants_normals: true,
         lines: Lines { rows: &rows, errors: None },
         span: Span::FORWARD,
+        ends: None,
         cancel: None,
     };
     let mut memory = KernelMemory::default();
