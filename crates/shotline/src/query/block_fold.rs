@@ -14,6 +14,7 @@ use super::traversal::{BodyEntry, Traversal};
 use crate::aabb::BoxRay;
 use crate::budget::Budget;
 use crate::compile::{Body, SurfaceBody};
+use crate::crossing::Crossing;
 use crate::csg::{Boundary, SingleLeaf};
 use crate::math::Vec3;
 use crate::ray::{Line, Ray};
@@ -325,17 +326,15 @@ impl<'w> BlockFold<'_, 'w> {
         let (span, cancel) = (self.query.scope.span, self.block.cancel);
         let mut of_all: Vec<usize> = group.clone().collect();
         if self.query.wanted == Wanted::First {
-            requests.cast(mesh, group.clone(), span, BlockQuery::First, cancel);
+            requests.cast(mesh, group.clone(), span, BlockQuery::FirstFromOutside, cancel);
             let slot_of = |row: u32| requests.all[group.start + row as usize].slot as usize;
             for &row in requests.kernel.plain_rows() {
                 self.go_on_plainly(&mut slots[slot_of(row)], visitor);
             }
             for hit in requests.kernel.hits() {
-                self.pass(
-                    &mut slots[slot_of(hit.row)],
-                    [Boundary::of_leaf(hit.crossing)].into_iter(),
-                    visitor,
-                );
+                // A ray that begins outside enters at its first hit, whatever the direction of the triangle.
+                let entry = Crossing { entering: true, ..hit.crossing };
+                self.pass(&mut slots[slot_of(hit.row)], [Boundary::of_leaf(entry)].into_iter(), visitor);
             }
             of_all.clear();
             of_all.extend(requests.kernel.inside_rows().iter().map(|row| group.start + *row as usize));

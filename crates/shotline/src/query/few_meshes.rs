@@ -1,6 +1,7 @@
 //! Worlds of a few placed meshes and nothing else: their rays need no traversal of levels.
 
 use super::hit_lists::HitLists;
+use super::inside::{FirstHits, Inside};
 use super::placed_mesh::{FrameRows, PlacedMesh};
 use super::row_block::RowBlock;
 use super::row_hit::RowHit;
@@ -26,22 +27,6 @@ pub(super) struct FewMemory {
     ends: Vec<f64>,
     inside: Inside,
     lists: HitLists,
-}
-
-/// The rays that may begin inside a solid.
-#[derive(Debug, Default)]
-struct Inside {
-    rows: Vec<u32>,
-    rays: Vec<[f64; 6]>,
-}
-
-impl Inside {
-    fn of(&mut self, rays: &[[f64; 6]], rows: &[u32]) {
-        self.rows.clear();
-        self.rows.extend_from_slice(rows);
-        self.rays.clear();
-        self.rays.extend(rows.iter().map(|&row| rays[row as usize]));
-    }
 }
 
 impl<'w> FewMeshes<'w> {
@@ -71,6 +56,12 @@ impl<'w> FewMeshes<'w> {
             })
         });
         Some(FewMeshes { placed: placed.collect::<Option<_>>()? })
+    }
+
+    /// The lookups in the cells of the first mesh, and how many of them succeeded.
+    #[cfg(test)]
+    pub fn lookups(&self) -> Option<[usize; 2]> {
+        self.placed.first()?.mesh.empty_cells().map(|cells| cells.lookups())
     }
 
     /// The mesh of a world with only one.
@@ -143,16 +134,23 @@ impl FewMemory {
             Some(best) if best.is_none_or(|best| hit.t < best.t) => *best = Some(*hit),
             Some(_) => {}
         };
-        let query = if placed.is_solid { BlockQuery::First } else { BlockQuery::Nearest };
-        placed.cast(block, query, (!ends.is_empty()).then_some(ends), frame_rows, kernel);
-        kernel.plain_rows().iter().for_each(|&row| is_plain[row as usize] = true);
-        for hit in kernel.hits() {
-            offer(hit.row as usize, &placed.row_hit(hit, &hit.crossing));
-        }
-        if kernel.inside_rows().is_empty() {
+        let ends = (!ends.is_empty()).then_some(&ends[..]);
+        if !placed.is_solid {
+            placed.cast(block, BlockQuery::Nearest, ends, frame_rows, kernel);
+            kernel.plain_rows().iter().for_each(|&row| is_plain[row as usize] = true);
+            for hit in kernel.hits() {
+                offer(hit.row as usize, &placed.row_hit(hit, &hit.crossing));
+            }
             return;
         }
-        inside.of(block.rays, kernel.inside_rows());
+        let cells = placed.mesh.empty_cells();
+        let query = if cells.is_some() { BlockQuery::First } else { BlockQuery::FirstFromOutside };
+        placed.cast(block, query, ends, frame_rows, kernel);
+        placed.mesh.count_starts_in_box(kernel.inside_rows().len());
+        inside.decide(FirstHits { placed, cells, block, ends, frame_rows }, kernel, is_plain, &mut offer);
+        if inside.rows.is_empty() {
+            return;
+        }
         let of_inside = RowBlock { rays: &inside.rays, ..*block };
         placed.cast(&of_inside, BlockQuery::Within, None, frame_rows, kernel);
         lists.sort_by_ray(inside.rays.len(), kernel);

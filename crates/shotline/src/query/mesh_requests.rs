@@ -67,7 +67,7 @@ impl MeshRequests {
         }
         let is_exact = errors.iter().flatten().all(|error| *error == 0.0);
         let is_limited = ends.iter().any(|end| *end < span.t_max());
-        let has_ends = matches!(query, BlockQuery::Nearest | BlockQuery::First) && is_limited;
+        let has_ends = matches!(query, BlockQuery::Nearest | BlockQuery::FirstFromOutside) && is_limited;
         let block = RayBlock {
             // Normals are computed later, and only of the hits that are returned.
             rays: rows,

@@ -14,6 +14,7 @@ mod fold_query;
 mod heap;
 mod hit;
 mod hit_lists;
+mod inside;
 mod intervals;
 mod membership;
 mod mesh_requests;

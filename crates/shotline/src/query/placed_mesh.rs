@@ -84,6 +84,12 @@ impl PlacedMesh<'_> {
         }
     }
 
+    /// The first hit of a ray from outside, which enters there, whatever the direction of the triangle.
+    #[inline(always)]
+    pub fn entry(&self, hit: &MeshHit) -> RowHit {
+        self.row_hit(hit, &Crossing { entering: true, ..hit.crossing })
+    }
+
     /// The start or the end of the span within the solid.
     pub fn row_of_span_end(&self, t: f64, kind: HitKind) -> RowHit {
         RowHit {

@@ -10,6 +10,7 @@ mod distribute;
 mod doubt;
 mod edge_report;
 mod edges;
+mod empty_cells;
 mod exact;
 mod index;
 mod intersections;
@@ -51,6 +52,7 @@ mod tests;
 use crate::math::Vec3;
 
 pub use doubt::Doubt;
+pub(crate) use empty_cells::EmptyCells;
 pub(crate) use mesh_hit::MeshHit;
 pub use moments::Enclosed;
 pub(crate) use moments::tetrahedron;
@@ -60,7 +62,7 @@ pub use stop::Cancelled;
 pub use tally::{Edge, Intersection, Tally};
 pub use topology::Topology;
 pub use weld::{Weld, WeldError, Welded};
-pub(crate) use winding::hits_to_crossings;
+pub(crate) use winding::{hits_to_crossings, step};
 
 /// Vertices and triangles. The corners of a triangle are counter-clockwise seen from outside.
 #[derive(Clone, Debug, Default, PartialEq)]

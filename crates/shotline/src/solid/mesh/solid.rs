@@ -1,10 +1,12 @@
 //! A mesh prepared for ray queries.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use super::distribute::CHUNK;
+use super::empty_cells::EmptyCells;
 use super::index::MeshIndex;
 use super::kernel::{BlockQuery, KernelMemory, MeshFrame, RayBlock};
 use super::mesh_line::{MeshLine, PowerOfTwoScale};
@@ -39,6 +41,10 @@ pub struct MeshSolid {
     accel: &'static str,
     pub(super) index: MeshIndex,
     pub(super) face_contacts: OnceLock<FaceContacts>,
+    /// Made when enough rays have begun in the mesh's box; `None` if it cannot be made.
+    empty_cells: OnceLock<Option<EmptyCells>>,
+    /// The number of rays of blocks that began in the mesh's box.
+    starts_in_box: AtomicUsize,
 }
 
 impl MeshSolid {
@@ -91,6 +97,8 @@ impl MeshSolid {
             accel,
             index,
             face_contacts: OnceLock::new(),
+            empty_cells: OnceLock::new(),
+            starts_in_box: AtomicUsize::new(0),
         })
     }
 
@@ -267,6 +275,34 @@ impl MeshSolid {
         }
     }
 
+    /// The winding numbers of cells of space without faces, if they have been computed and are of use.
+    pub(crate) fn empty_cells(&self) -> Option<&EmptyCells> {
+        self.empty_cells.get()?.as_ref().filter(|cells| cells.are_useful())
+    }
+
+    /// Counts rays that begin in the mesh's box. Once there are so many that [`MeshSolid::empty_cells`] will save more
+    /// time than they take, computes them.
+    pub(crate) fn count_starts_in_box(&self, rays: usize) {
+        let before = self.starts_in_box.fetch_add(rays, Ordering::Relaxed);
+        let enough = if cfg!(any(test, feature = "testkit")) { 64 } else { 1024 + self.triangles.len() / 4 };
+        // Only one thread makes the cells. The others go on without them.
+        if before < enough && before + rays >= enough {
+            let bounds = &self.scaled_bounds;
+            let cells = EmptyCells::of(&self.triangles, self.size, bounds, |p| self.winding_number(p));
+            // Nothing else sets them.
+            let _ = self.empty_cells.set(cells);
+        }
+    }
+
+    /// The winding number at a point: minus the sum of the hits on one side. `None` if lines from there hit nothing
+    /// because the point is too far away.
+    fn winding_number(&self, p: Vec3) -> Option<i32> {
+        let mesh_line = self.mesh_line(&Line::exact(p, Vec3::Z))?;
+        let mut hits = Vec::new();
+        self.hits_between(&mesh_line, 0.0, f64::INFINITY, &mut hits, &mut Scratch::default());
+        Some(-total(&hits))
+    }
+
     fn frame(&self) -> MeshFrame {
         MeshFrame {
             size: self.size,
@@ -348,15 +384,11 @@ impl Solid for MeshSolid {
         self.frame().oriented(plane::normal(self.corners(primitive)))
     }
 
-    /// Uses the winding number: the sum of the hits on one side of the point.
     fn contains(&self, p: Vec3) -> bool {
         if !self.bounds.contains(p) {
             return false;
         }
-        let Some(mesh_line) = self.mesh_line(&Line::exact(p, Vec3::Z)) else { return false };
-        let mut hits = Vec::new();
-        self.hits_between(&mesh_line, 0.0, f64::INFINITY, &mut hits, &mut Scratch::default());
-        total(&hits) != 0
+        self.winding_number(p).is_some_and(|winding| winding != 0)
     }
 
     fn surfaces(&self) -> &'static [&'static str] {

@@ -7,7 +7,7 @@ use super::mesh_hit::MeshHit;
 use crate::crossing::{Crossing, GROUPING};
 
 /// The change of the winding number at a hit.
-pub(super) fn step(hit: &Crossing) -> i32 {
+pub(crate) fn step(hit: &Crossing) -> i32 {
     if hit.entering { 1 } else { -1 }
 }
 

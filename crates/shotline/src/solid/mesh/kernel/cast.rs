@@ -2,7 +2,7 @@
 
 use super::block::{Block, Coordinate};
 use super::context::Kernel;
-use super::found::{All, Any, Closest, Found, LaneHit, Mode};
+use super::found::{All, AllOffEdges, Any, Closest, Found, LaneHit, Mode};
 use super::frame::MeshFrame;
 use super::index::{Blocks, WideIndex};
 use super::lines::{BlockQuery, RayBlock};
@@ -34,8 +34,8 @@ impl KernelMemory {
         self.found.lane_hits.iter().map(|lane_hit| lane_hit.row as usize)
     }
 
-    /// For [`BlockQuery::First`], the rows of the rays that may begin inside. The caller has to cast them for
-    /// [`BlockQuery::Within`].
+    /// For [`BlockQuery::First`] and [`BlockQuery::FirstFromOutside`], the rows of the rays that may begin inside. Where
+    /// the caller does not know whether they do, it has to cast them for [`BlockQuery::Within`].
     pub fn inside_rows(&self) -> &[u32] {
         &self.found.inside
     }
@@ -87,9 +87,10 @@ impl WideIndex {
             BlockQuery::Nearest => kernel.cast::<Closest>(memory),
             BlockQuery::Any => kernel.cast::<Any>(memory),
             BlockQuery::All | BlockQuery::Within | BlockQuery::Operand => kernel.cast::<All>(memory),
-            BlockQuery::First => {
+            BlockQuery::AllOffEdges => kernel.cast::<AllOffEdges>(memory),
+            BlockQuery::First | BlockQuery::FirstFromOutside => {
                 kernel.cast::<Closest>(memory);
-                kernel.keep_certain_entries(memory);
+                kernel.keep_hits_within(memory);
             }
         }
     }
@@ -153,12 +154,10 @@ impl<C: Coordinate> Kernel<'_, C> {
         self.finish::<S>(&found.lane_hits, hits);
     }
 
-    /// Makes the first hits the first boundaries of the solid. A ray that begins outside enters there, whatever the
-    /// direction of the triangle. Hits near the ends of the span are left to the plain path.
-    fn keep_certain_entries(&self, KernelMemory { hits, found, .. }: &mut KernelMemory) {
+    /// Keeps the first hits that are events within the span. Those near its ends are left to the plain path.
+    fn keep_hits_within(&self, KernelMemory { hits, found, .. }: &mut KernelMemory) {
         let t_min = self.block.span.t_min();
-        hits.retain_mut(|hit| {
-            hit.crossing.entering = true;
+        hits.retain(|hit| {
             let t_max = self.block.end(hit.row as usize);
             let is_within =
                 hit.crossing.low() > t_min && (t_max == f64::INFINITY || hit.crossing.high() < t_max);
@@ -240,11 +239,14 @@ mod tests {
         let kernel = Kernel { frame, tree: &index.tree, blocks, has_duplicates, preparation, block };
         let mut memory = KernelMemory::default();
         match query {
-            BlockQuery::Nearest | BlockQuery::First => kernel.cast_in::<Closest>(way, &mut memory),
+            BlockQuery::Nearest | BlockQuery::First | BlockQuery::FirstFromOutside => {
+                kernel.cast_in::<Closest>(way, &mut memory)
+            }
             BlockQuery::Any => kernel.cast_in::<Any>(way, &mut memory),
             BlockQuery::All | BlockQuery::Within | BlockQuery::Operand => {
                 kernel.cast_in::<All>(way, &mut memory)
             }
+            BlockQuery::AllOffEdges => kernel.cast_in::<AllOffEdges>(way, &mut memory),
         }
         outcome(&memory)
     }
@@ -319,9 +321,15 @@ mod tests {
             let rays = rays_at(&mut random, &mesh, &thin, 150);
             let accel = ["bvh", "bvh_best"][random.below(2)];
             let Ok(solid) = MeshSolid::new(Arc::new(mesh), accel) else { continue };
-            for query in
-                [BlockQuery::Nearest, BlockQuery::Any, BlockQuery::All, BlockQuery::First, BlockQuery::Within]
-            {
+            for query in [
+                BlockQuery::Nearest,
+                BlockQuery::Any,
+                BlockQuery::All,
+                BlockQuery::AllOffEdges,
+                BlockQuery::First,
+                BlockQuery::FirstFromOutside,
+                BlockQuery::Within,
+            ] {
                 compare_ways(&mut random, &rays, &solid, query);
             }
         }

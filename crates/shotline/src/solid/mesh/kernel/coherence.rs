@@ -24,7 +24,7 @@ impl<C: Coordinate> Kernel<'_, C> {
                 let row = |i: usize| (first + 8 * (eight + i)).min(rows.end - 1);
                 let prepared = self.prepare::<S>([row(0), row(1), row(2), row(3)], &mut rays, [0, 1, 2, 3]);
                 for (ray, prepared) in rays.iter().zip(prepared) {
-                    if prepared == Prepared::Ready {
+                    if matches!(prepared, Prepared::Ready | Prepared::ReadyInside) {
                         spread.add(ray);
                     }
                 }

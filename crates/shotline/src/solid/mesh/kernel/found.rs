@@ -35,6 +35,10 @@ impl Found {
         match prepared {
             Prepared::Ready => return true,
             Prepared::Misses => {}
+            Prepared::ReadyInside => {
+                self.inside.push(row as u32);
+                return true;
+            }
             Prepared::Inside => self.inside.push(row as u32),
             Prepared::Plain => self.plain.push(row as u32),
         }
@@ -56,6 +60,8 @@ impl Found {
 pub(super) trait Mode {
     const CLOSEST: bool = false;
     const ANY: bool = false;
+    /// Whether rays near an edge are left to the plain path.
+    const OFF_EDGES: bool = false;
 }
 
 /// The closest hit.
@@ -64,6 +70,8 @@ pub(super) struct Closest;
 pub(super) struct Any;
 /// All hits.
 pub(super) struct All;
+/// All hits of rays that are not near an edge.
+pub(super) struct AllOffEdges;
 
 impl Mode for Closest {
     const CLOSEST: bool = true;
@@ -72,3 +80,6 @@ impl Mode for Any {
     const ANY: bool = true;
 }
 impl Mode for All {}
+impl Mode for AllOffEdges {
+    const OFF_EDGES: bool = true;
+}

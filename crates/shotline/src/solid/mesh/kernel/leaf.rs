@@ -6,7 +6,7 @@
 
 use super::block::{Block, Coordinate};
 use super::context::Kernel;
-use super::found::{Found, LaneHit};
+use super::found::{Found, LaneHit, Mode};
 use super::ray::{KernelRay, MISS, SMALLEST, beyond};
 use crate::accel::wide::LEAF_SIZE;
 use crate::crossing::Crossing;
@@ -158,8 +158,11 @@ impl<C: Coordinate> Kernel<'_, C> {
 
     /// Appends all hits of a leaf in the span.
     #[inline(always)]
-    pub(super) fn all_in_leaf<S: Simd>(&self, ray: &KernelRay, leaf: u32, found: &mut Found) {
+    pub(super) fn all_in_leaf<S: Simd, M: Mode>(&self, ray: &KernelRay, leaf: u32, found: &mut Found) {
         let Some(tested) = test::<S, C>(&self.blocks[leaf as usize], ray) else { return };
+        if M::OFF_EDGES && tested.doubtful != 0 {
+            found.plain.push(ray.row);
+        }
         let hits = &mut found.lane_hits;
         let mut take = |lane: usize| hits.push(LaneHit { row: ray.row, leaf, lane: lane as u32 });
         let mut open = tested.doubtful;

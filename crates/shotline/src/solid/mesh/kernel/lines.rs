@@ -57,7 +57,12 @@ pub(crate) enum BlockQuery {
     Any,
     /// All hits of the surface, in any order.
     All,
-    /// The first boundary of the solid.
+    /// The same, except for rays that pass so near the edge of a triangle that rounding may hide the side: they are left
+    /// to the plain path, which finds them to hit or to miss that triangle even where they begin on it.
+    AllOffEdges,
+    /// The first boundary of the solid, for the rays that begin outside of the mesh's box.
+    FirstFromOutside,
+    /// The same, and the first hit of the other rays.
     First,
     /// The hits that [`crate::solid::Solid::crossings_within`] turns into crossings, in any order.
     Within,

@@ -157,7 +157,7 @@ impl Preparation {
             } else if is_met >> lane & 1 == 0 {
                 Prepared::Misses
             } else if window.may_be_inside >> lane & 1 == 1 {
-                Prepared::Inside
+                if self.query == BlockQuery::First { Prepared::ReadyInside } else { Prepared::Inside }
             } else {
                 Prepared::Ready
             }
@@ -212,7 +212,8 @@ impl Preparation {
     ) -> Window<S> {
         let splat = <S::F64 as Real>::splat;
         let &Scaled { from, to, .. } = lines;
-        if !matches!(self.query, BlockQuery::First | BlockQuery::Within | BlockQuery::Operand) {
+        let is_first = matches!(self.query, BlockQuery::First | BlockQuery::FirstFromOutside);
+        if !is_first && !matches!(self.query, BlockQuery::Within | BlockQuery::Operand) {
             let (margin, near) = (splat(SMALLEST), splat(0.0));
             return Window { from, to, margin, near, may_be_inside: 0, is_unbounded: 0 };
         }
@@ -230,7 +231,6 @@ impl Preparation {
         // The width grows with `t`, and no hit is beyond the box. The ends of the intervals that are compared are
         // rounded too, by half an ulp each.
         let rounding = splat(4.0 * HALF_ULP) * exit.greater(from.abs());
-        let is_first = self.query == BlockQuery::First;
         let is_limited = is_first && (block.ends.is_some() || block.span.t_max() < f64::INFINITY);
         let from = from - of_from;
         Window {

@@ -51,7 +51,9 @@ pub(super) struct KernelRay {
 pub(super) enum Prepared {
     Ready,
     Misses,
-    /// It may begin inside the solid: all hits ahead are needed.
+    /// It may begin inside the solid, and is cast.
+    ReadyInside,
+    /// It may begin inside the solid, and is not cast.
     Inside,
     /// The numbers are extreme: the plain path has to do it.
     Plain,

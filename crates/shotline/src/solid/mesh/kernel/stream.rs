@@ -119,7 +119,7 @@ fn traverse<S: Simd, C: Coordinate, M: Mode, const SAME_OCTANT: bool>(
                         open &= !(1 << i);
                     }
                 } else {
-                    kernel.all_in_leaf::<S>(ray, leaf, found);
+                    kernel.all_in_leaf::<S, M>(ray, leaf, found);
                 }
             }
             continue;

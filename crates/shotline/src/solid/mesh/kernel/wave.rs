@@ -201,7 +201,7 @@ fn visit_leaf<S: Simd, C: Coordinate, M: Mode>(
             return None;
         }
     } else {
-        kernel.all_in_leaf::<S>(ray, leaf, found);
+        kernel.all_in_leaf::<S, M>(ray, leaf, found);
     }
     Some(pop::<S, C>(kernel, slots, slot, room, height))
 }
