@@ -15,7 +15,7 @@ use shotline::solid::mesh::TriangleMesh;
 use shotline::testkit::meshes::cuboid;
 use shotline::testkit::random::Random;
 
-use blocks::cases::{Transform, any, any_world, cast, place, world_of};
+use blocks::cases::{Transform, any, any_world, cast, cast_from_within, place, world_of};
 use blocks::compare::compare;
 use blocks::meshes::{self, Coordinates, FAMILIES, Family};
 
@@ -70,6 +70,22 @@ fn batches_of_any_size_and_number_of_threads() {
             cast(&placed, n, threads, &mut random).unwrap_or_else(|what| panic!("{what}"));
         }
     }
+}
+
+/// Some thousand rays from within each mesh, so that almost all are cast after the cells of its grid are known.
+#[test]
+fn rays_that_begin_within_meshes() {
+    let mut random = Random::new(4);
+    for family in &FAMILIES[..SMALL] {
+        for transform in [Transform::Identity, Transform::Turned] {
+            let placed = world_of(*family, NEAR, transform, 1, &mut random).expect("a world");
+            for n in [200, 400, 700] {
+                cast_from_within(&placed, n, 1, &mut random).unwrap_or_else(|what| panic!("{what}"));
+            }
+        }
+    }
+    let placed = world_of(Family::Large, NEAR, Transform::Identity, 1, &mut random).expect("a world");
+    cast_from_within(&placed, 5000, 2, &mut random).unwrap_or_else(|what| panic!("{what}"));
 }
 
 /// All placements coincide: of equal hits the lowest path is returned.

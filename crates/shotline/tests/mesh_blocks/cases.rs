@@ -105,16 +105,34 @@ pub fn world_of(
 
 /// Casts `n` rays at a world. The description of the first difference is an error.
 pub fn cast(placed: &Placed, n: usize, threads: usize, random: &mut Random) -> Result<(), String> {
-    let Placed { world, targets, what, .. } = placed;
+    let targets = &placed.targets;
     let is_coherent = random.below(4) == 0;
     let mut rays = if is_coherent { targets.coherent(random, n) } else { targets.rays(random, n) };
     if random.below(4) == 0 {
         shuffle(&mut rays, random);
     }
+    cast_rays(placed, &rays, threads, random)
+}
+
+/// The same for rays that begin in the box of the triangles. The first block of them makes the cells that decide where
+/// later ones begin.
+pub fn cast_from_within(
+    placed: &Placed,
+    n: usize,
+    threads: usize,
+    random: &mut Random,
+) -> Result<(), String> {
+    let rays = placed.targets.rays_from_within(random, n);
+    cast_rays(placed, &rays, threads, random)
+}
+
+fn cast_rays(placed: &Placed, rays: &[Ray], threads: usize, random: &mut Random) -> Result<(), String> {
+    let Placed { world, what, .. } = placed;
     let kinds = [Kinds::All, Kinds::Surfaces][random.below(2)];
-    let hits = some_hits(world, &rays, Span::FORWARD.into());
+    let hits = some_hits(world, rays, Span::FORWARD.into());
     let scope = Scope { span: span(random, &hits), kinds };
-    compare(placed, &rays, scope, threads)
+    let n = rays.len();
+    compare(placed, rays, scope, threads)
         .map_err(|difference| format!("{what}, {n} rays, {scope:?}, {threads} threads: {difference}"))
 }
 
@@ -136,6 +154,7 @@ pub fn any(seed: u64, families: &[Family], n: usize) -> Result<bool, String> {
     let (transform, count) = (Transform::any(&mut random), [1, 1, 1, 2, 4][random.below(5)]);
     let Some(placed) = world_of(family, coordinates, transform, count, &mut random) else { return Ok(false) };
     for _ in 0..3 {
+        cast_from_within(&placed, n, 1, &mut random).map_err(|what| format!("seed {seed}: {what}"))?;
         cast(&placed, n, 1, &mut random).map_err(|what| format!("seed {seed}: {what}"))?;
     }
     Ok(true)

@@ -10,6 +10,8 @@ pub struct Targets {
     pub triangles: Vec<[Vec3; 3]>,
     pub centre: Vec3,
     pub size: f64,
+    low: Vec3,
+    high: Vec3,
 }
 
 impl Targets {
@@ -18,7 +20,7 @@ impl Targets {
         let low = corners().fold(Vec3::INFINITY, |low, v| low.min(*v));
         let high = corners().fold(-Vec3::INFINITY, |high, v| high.max(*v));
         let size = (high - low).max_element().max(f64::MIN_POSITIVE);
-        Targets { centre: low * 0.5 + high * 0.5, size, triangles }
+        Targets { centre: low * 0.5 + high * 0.5, size, low, high, triangles }
     }
 
     fn triangle(&self, random: &mut Random) -> [Vec3; 3] {
@@ -101,6 +103,48 @@ impl Targets {
             // Hits at t = 1, up to rounding.
             _ => (o, self.point(random) - o),
         }
+    }
+
+    /// A point in the box: anywhere, on a regular grid, or on or near the surface.
+    fn point_within(&self, random: &mut Random) -> Vec3 {
+        let near =
+            |random: &mut Random| random.direction() * (self.size * 10f64.powf(random.number(-18.0, -1.0)));
+        match random.below(8) {
+            0..3 => {
+                let share = [(); 3].map(|()| random.number(0.0, 1.0));
+                self.low + (self.high - self.low) * Vec3::from(share)
+            }
+            3 => {
+                let half_cells = [(); 3].map(|()| random.below(34) as f64);
+                let p = (self.low + Vec3::from(half_cells) * (self.size / 32.0)).min(self.high);
+                if random.below(2) == 0 { p } else { nudged(p, random) }
+            }
+            4 => self.point(random),
+            _ => self.point(random) + near(random),
+        }
+    }
+
+    /// Rays that begin in the box, some of them at the same point.
+    pub fn rays_from_within(&self, random: &mut Random, n: usize) -> Vec<Ray> {
+        let mut o = self.point_within(random);
+        let mut ray = |_| loop {
+            if random.below(3) > 0 {
+                o = self.point_within(random);
+            }
+            let d = match random.below(8) {
+                0 => Vec3::AXES[random.below(3)] * [self.size, -self.size][random.below(2)],
+                1 => {
+                    let [a, b, _] = self.triangle(random);
+                    b - a
+                }
+                2..5 => self.point(random) - o,
+                _ => random.direction() * self.size,
+            };
+            if let Ok(ray) = Ray::new(o, with_small_components(d, random)) {
+                return ray;
+            }
+        };
+        (0..n).map(&mut ray).collect()
     }
 
     /// Rays from one point over a window, or parallel ones, in scan order.

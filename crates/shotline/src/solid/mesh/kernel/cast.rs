@@ -65,6 +65,10 @@ const CHUNK: usize = 2048;
 impl WideIndex {
     /// Casts a block of rays. The result has the bits of the plain path.
     pub fn cast(&self, frame: &MeshFrame, block: &RayBlock, query: BlockQuery, memory: &mut KernelMemory) {
+        if self.has_duplicates && query == BlockQuery::Operand {
+            // The plain path finds faces in whose planes a ray runs by the boxes of whole triangles.
+            return memory.leave_all(block.lines.rows.len());
+        }
         memory.clear();
         match &self.blocks {
             Blocks::Single(blocks) => self.cast_at(blocks, frame, block, query, memory),
