@@ -118,9 +118,9 @@ impl Bins {
         for axis in (0..3).filter(|&axis| self.binning.scale[axis] != 0.0) {
             let (before, behind) = self.sides(axis);
             let costs: [f32; BINS] = std::array::from_fn(|bin| before.cost(bin) + behind.cost(bin));
-            for bin in 1..self.binning.count {
-                if costs[bin] < least && before.counts[bin] > 0.0 && behind.counts[bin] > 0.0 {
-                    least = costs[bin];
+            for (bin, &cost) in costs.iter().enumerate().take(self.binning.count).skip(1) {
+                if cost < least && before.counts[bin] > 0.0 && behind.counts[bin] > 0.0 {
+                    least = cost;
                     best = Some(Split { binning: self.binning, axis, bin });
                 }
             }

@@ -82,9 +82,9 @@ pub(super) fn best_plane(
             bins[last].ended += 1;
             if first < last {
                 let corners = triangle(reference.item());
-                for index in first..last {
+                for (bin, index) in bins[first..last].iter_mut().zip(first..) {
                     let [part, behind] = cut(&corners, &rest, axis, at(index + 1));
-                    bins[index].bounds = bins[index].bounds.union(part.or_empty());
+                    bin.bounds = bin.bounds.union(part.or_empty());
                     rest = behind;
                 }
             }

@@ -52,6 +52,9 @@ pub(super) fn is_accurate(sum: Dd, doubt: f64, terms: usize) -> bool {
     doubt * (terms as f64) <= ACCURATE * sum.hi.abs()
 }
 
+/// Computes the determinants of tetrahedra, with bounds on their errors.
+type Determinants = fn(&[[Vec3; 4]]) -> Vec<(Dd, f64)>;
+
 /// The signed volume of faces, each as seen from the vertex of its shell that `apex` returns; 0 if rounding hides the
 /// sign.
 ///
@@ -61,7 +64,7 @@ pub(super) fn signed_volume(
     apex: impl Fn(&Face) -> u32 + Sync,
     at: impl Fn(u32) -> Vec3 + Sync,
 ) -> f64 {
-    let total = |determinants: fn(&[[Vec3; 4]]) -> Vec<(Dd, f64)>| {
+    let total = |determinants: Determinants| {
         let terms = |faces: &[Face]| {
             let corners = faces.iter().map(|face| {
                 let [a, b, c] = face.corners.map(&at);
