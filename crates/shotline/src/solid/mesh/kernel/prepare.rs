@@ -219,14 +219,11 @@ impl Preparation {
         }
         let exit = in_box.exit;
         let [of_from, of_to, of_latest, near] = if block.lines.errors.is_some() {
-            widths_of_lines::<S>(mesh, block, rows, exit.store())
+            let [a, b, c, near] = widths_of_lines(mesh, block, rows, exit.store());
+            [S::F64::load(&a), S::F64::load(&b), S::F64::load(&c), S::F64::load(&near)]
         } else {
-            // As `MeshLine::event_width` for an exact line.
-            let width = |t: S::F64| {
-                let worst = splat(1.001 * HALF_ULP) * t.abs() + splat(1.02 * ENOUGH) * (reach + t.abs());
-                splat(2.0 * GROUPING) * worst
-            };
-            [width(from), width(to), width(exit.greater(from.abs())), splat(0.0)]
+            let latest = exit.greater(from.abs());
+            [width::<S>(from, reach), width::<S>(to, reach), width::<S>(latest, reach), splat(0.0)]
         };
         // The width grows with `t`, and no hit is beyond the box. The ends of the intervals that are compared are
         // rounded too, by half an ulp each.
@@ -338,15 +335,24 @@ impl Preparation {
     }
 }
 
+/// [`MeshLine::event_width`] of exact lines. Not a closure, which would not be inlined into code compiled for the
+/// instructions of `S`.
+#[inline(always)]
+fn width<S: Simd>(t: S::F64, reach: S::F64) -> S::F64 {
+    let splat = <S::F64 as Real>::splat;
+    let worst = splat(1.001 * HALF_ULP) * t.abs() + splat(1.02 * ENOUGH) * (reach + t.abs());
+    splat(2.0 * GROUPING) * worst
+}
+
 /// [`MeshLine::event_width`] of lines that are not exact: at both ends of the span, and where they leave the mesh's
 /// box; and [`MeshLine::near`]. Infinite where a line meets nothing by itself.
 #[inline(never)]
-fn widths_of_lines<S: Simd>(
+fn widths_of_lines(
     mesh: &MeshFrame,
     block: &RayBlock,
     rows: [usize; AT_A_TIME],
     exits: [f64; AT_A_TIME],
-) -> [S::F64; 4] {
+) -> [[f64; AT_A_TIME]; 4] {
     let mut widths = [[f64::INFINITY; AT_A_TIME]; 4];
     for lane in 0..AT_A_TIME {
         let line = block.lines.line(rows[lane]);
@@ -357,8 +363,7 @@ fn widths_of_lines<S: Simd>(
         widths[2][lane] = line.scaled(line.event_width(line.unscaled(exits[lane]).max(t_min.abs())));
         widths[3][lane] = line.near();
     }
-    let load = |of: &[f64; AT_A_TIME]| S::F64::load(of);
-    [load(&widths[0]), load(&widths[1]), load(&widths[2]), load(&widths[3])]
+    widths
 }
 
 /// The lanes with a component other than zero that is so small after scaling that it, its products or its reciprocal may
