@@ -48,7 +48,7 @@ pub struct MeshSolid {
 }
 
 impl MeshSolid {
-    /// Checks a mesh and builds an accelerator over it, by name (see [`NAMES`](crate::accel::NAMES)).
+    /// Checks a mesh and builds an accelerator over it, by name (see [`NAMES`]).
     ///
     /// # Errors
     /// [`MeshError`] if the input is not a mesh. An open mesh is not an error: see [`Topology`].
