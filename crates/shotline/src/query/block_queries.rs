@@ -29,6 +29,13 @@ pub(super) struct QueryMemory<'w> {
     pub intervals: Vec<(u32, Interval)>,
 }
 
+/// A count of zero for each ray in flight.
+fn zeros(counts: &mut Vec<u64>) -> &mut [u64] {
+    counts.clear();
+    counts.resize(IN_FLIGHT, 0);
+    counts
+}
+
 /// A boundary as a hit, with its normal if that is needed.
 fn hit_of(
     world: &World,
@@ -92,9 +99,7 @@ impl<'w> Caster<'w> {
         set: impl FnMut(usize, u64),
     ) {
         let QueryMemory { fold, counts, .. } = memory;
-        counts.clear();
-        counts.resize(IN_FLIGHT, 0);
-        self.fold_block(block, Wanted::All, fold, &mut Count { counts, is_plain, set });
+        self.fold_block(block, Wanted::All, fold, &mut Count { counts: zeros(counts), is_plain, set });
     }
 
     /// Collects the crossings of all rays, each ray's sorted as [`super::Caster::crossings`] sorts them.
@@ -105,12 +110,10 @@ impl<'w> Caster<'w> {
         is_plain: &mut [bool],
     ) {
         let QueryMemory { fold, counts, crossings, .. } = memory;
-        counts.clear();
-        counts.resize(IN_FLIGHT, 0);
         crossings.clear();
         let most = self.limits.crossings as u64;
         let world = self.world;
-        let mut visitor = Crossings { world, block, most, counts, crossings, is_plain };
+        let mut visitor = Crossings { world, block, most, counts: zeros(counts), crossings, is_plain };
         self.fold_block(block, Wanted::All, fold, &mut visitor);
         // Stable: boundaries of one body keep their order.
         crossings.sort_by(|(row, a), (other, b)| {
@@ -126,11 +129,9 @@ impl<'w> Caster<'w> {
         is_plain: &mut [bool],
     ) {
         let QueryMemory { fold, counts, intervals, .. } = memory;
-        counts.clear();
-        counts.resize(IN_FLIGHT, 0);
         intervals.clear();
         let most = self.limits.crossings as u64;
-        let mut visitor = Intervals { most, counts, intervals, open: None, is_plain };
+        let mut visitor = Intervals { most, counts: zeros(counts), intervals, open: None, is_plain };
         self.fold_block(block, Wanted::All, fold, &mut visitor);
         intervals.sort_by_key(|(row, _)| *row);
     }

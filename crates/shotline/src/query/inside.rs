@@ -1,7 +1,7 @@
 //! Rays that begin in the box of a closed mesh: whether they begin inside the mesh, and what their first boundary is.
 //!
 //! The plain path takes the sum of all hits ahead for the winding number at the start. Here the winding number is that
-//! of an empty cell that the ray passes through before its first hit. If there is none, it is that of an empty cell near
+//! of an empty cell that the ray passes through before its first hit. Without such a cell, it is that of an empty cell near
 //! the start, less the sum of the hits between the two. Rays that neither decides are cast for all hits.
 
 use std::sync::atomic::AtomicBool;

@@ -86,7 +86,7 @@ fn build_nodes(
     costs
 }
 
-/// Sorts items to both sides of a split, or halves them if there is none. No side is empty.
+/// Sorts items to both sides of a split, or halves them without one. No side is empty.
 fn divide(items: &mut [ItemBox], split: Option<Split>) -> (&mut [ItemBox], &mut [ItemBox]) {
     let half = items.len() / 2;
     let left = split.map_or(half, |split| split.partition(items));

@@ -1,4 +1,4 @@
-//! Meshes with moved vertices have the bits of meshes that are made anew.
+//! Meshes with moved vertices have the bits of new meshes.
 
 use std::sync::Arc;
 
@@ -118,7 +118,7 @@ fn a_mesh_that_bends_a_little_keeps_its_tree_and_all_bits() {
 }
 
 #[test]
-fn a_mesh_that_changes_beyond_recognition_is_built_anew() {
+fn a_mesh_that_changes_beyond_recognition_is_rebuilt() {
     let mut random = Random::new(12);
     let mesh = ball(4);
     let before = solid(&mesh, "bvh");
