@@ -50,10 +50,11 @@ fn ctrl_c_leaves_nothing_behind() {
     );
 }
 
-/// The ray alone would need seconds to reach its limits.
+/// The ray passes the boxes of all spheres and meets none: no query ends before the limit of steps, which takes
+/// seconds. (A ray that meets spheres reaches the limit of crossings sooner than the signal arrives.)
 #[test]
 fn ctrl_c_ends_a_single_ray() {
-    let sandbox = nested_spheres().with_rays("rays.npy", &[[-5.0, 0.1, 0.2, 1.0, 0.0, 0.0]]);
+    let sandbox = nested_spheres().with_rays("rays.npy", &[[-5.0, 0.9, 0.9, 1.0, 0.0, 0.0]]);
     for query in ["closest", "count", "crossings", "segments"] {
         let args = ["cast", "scene.json", "--rays", "rays.npy", "--query", query, "-o", "out.npz"];
         assert_ends_cleanly(&sandbox, &args, Duration::from_millis(400));
