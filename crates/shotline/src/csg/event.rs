@@ -76,7 +76,7 @@ impl Boundary {
     }
 
     /// A boundary where the span begins or ends inside.
-    pub(super) fn of_span_end(kind: HitKind, t: f64) -> Boundary {
+    pub(crate) fn of_span_end(kind: HitKind, t: f64) -> Boundary {
         let entering = kind == HitKind::Start;
         Boundary { kind, entering, leaf: 0, crossing: Crossing::new(t, 0.0, entering, 0) }
     }

@@ -7,6 +7,7 @@
 use std::ops::Range;
 
 use super::caster::Caster;
+use super::first_boundaries::{ClosedMesh, First};
 use super::fold_query::{FoldControl, FoldQuery};
 use super::mesh_requests::{MeshRequest, MeshRequests};
 use super::row_block::RowBlock;
@@ -14,7 +15,6 @@ use super::traversal::{BodyEntry, Traversal};
 use crate::aabb::BoxRay;
 use crate::budget::Budget;
 use crate::compile::{Body, SurfaceBody};
-use crate::crossing::Crossing;
 use crate::csg::{Boundary, SingleLeaf};
 use crate::math::Vec3;
 use crate::ray::{Line, Ray};
@@ -297,16 +297,13 @@ impl<'w> BlockFold<'_, 'w> {
             return;
         }
         let query = if V::IS_ANY { BlockQuery::Any } else { BlockQuery::Nearest };
-        requests.cast(mesh, group.clone(), span, query, cancel);
+        let block = requests.rows.block(&requests.all[group.clone()], span, cancel);
+        mesh.cast_block(&block, query, &mut requests.kernel);
         for &row in requests.kernel.plain_rows() {
             self.go_on_plainly(&mut slots[slot_of(requests, row as usize)], visitor);
         }
         for row in requests.kernel.rows_hit() {
-            let slot = &mut slots[slot_of(requests, row)];
-            if let State::Waiting(_) = slot.state {
-                visitor.any(slot.in_flight);
-                slot.state = State::Free;
-            }
+            pass_any(&mut slots[slot_of(requests, row)], visitor);
         }
         for hit in requests.kernel.hits() {
             let slot = &mut slots[slot_of(requests, hit.row as usize)];
@@ -323,28 +320,43 @@ impl<'w> BlockFold<'_, 'w> {
         requests: &mut MeshRequests,
         visitor: &mut V,
     ) {
-        let (span, cancel) = (self.query.scope.span, self.block.cancel);
-        let mut of_all: Vec<usize> = group.clone().collect();
-        if self.query.wanted == Wanted::First {
-            requests.cast(mesh, group.clone(), span, BlockQuery::FirstFromOutside, cancel);
-            let slot_of = |row: u32| requests.all[group.start + row as usize].slot as usize;
-            for &row in requests.kernel.plain_rows() {
-                self.go_on_plainly(&mut slots[slot_of(row)], visitor);
+        if self.query.wanted == Wanted::All {
+            self.cast_at_solid_for_all(mesh, group.clone(), slots, requests, visitor);
+        } else {
+            let MeshRequests { all, rows, boundaries, .. } = requests;
+            let block = rows.block(&all[group.clone()], self.query.scope.span, self.block.cancel);
+            let closed = ClosedMesh { mesh, block: &block, kinds: self.query.scope.kinds };
+            let slot_of = |row: usize| all[group.start + row].slot as usize;
+            if V::IS_ANY {
+                boundaries.any(&closed, |row, is_boundary| match is_boundary {
+                    true => pass_any(&mut slots[slot_of(row)], visitor),
+                    false => self.go_on_plainly(&mut slots[slot_of(row)], visitor),
+                });
+            } else {
+                boundaries.closest(&closed, |row, first| match first {
+                    First::Boundary(boundary, _) => {
+                        self.pass(&mut slots[slot_of(row)], [boundary].into_iter(), visitor);
+                    }
+                    First::Plain => self.go_on_plainly(&mut slots[slot_of(row)], visitor),
+                });
             }
-            for hit in requests.kernel.hits() {
-                // A ray that begins outside enters at its first hit, whatever the direction of the triangle.
-                let entry = Crossing { entering: true, ..hit.crossing };
-                self.pass(&mut slots[slot_of(hit.row)], [Boundary::of_leaf(entry)].into_iter(), visitor);
-            }
-            of_all.clear();
-            of_all.extend(requests.kernel.inside_rows().iter().map(|row| group.start + *row as usize));
         }
-        if !of_all.is_empty() {
-            requests.cast_all(mesh, of_all.iter().copied(), span, BlockQuery::Within, cancel);
-        }
-        for (row, request) in of_all.into_iter().enumerate() {
+        self.go_on_without(&group, slots, requests);
+    }
+
+    fn cast_at_solid_for_all<V: BlockVisitor<'w>>(
+        &mut self,
+        mesh: &MeshSolid,
+        group: Range<usize>,
+        slots: &mut [Slot<'w>],
+        requests: &mut MeshRequests,
+        visitor: &mut V,
+    ) {
+        let span = self.query.scope.span;
+        requests.cast_all(mesh, group.clone(), span, BlockQuery::Within, self.block.cancel);
+        for (row, request) in group.enumerate() {
             let slot = &mut slots[requests.all[request].slot as usize];
-            let line = requests.line(row);
+            let line = requests.rows.line(row);
             let boundaries = requests.lists.crossings(mesh, span, row, &line).and_then(|crossings| {
                 let mut single = SingleLeaf::begin(crossings, span)?;
                 Some(std::iter::from_fn(move || single.next(crossings)))
@@ -354,7 +366,6 @@ impl<'w> BlockFold<'_, 'w> {
                 None => self.go_on_plainly(slot, visitor),
             }
         }
-        self.go_on_without(&group, slots, requests);
     }
 
     /// Computes the crossings of an operand, and notes the slots and ranges of those that the plain path need not
@@ -370,7 +381,7 @@ impl<'w> BlockFold<'_, 'w> {
         requests.cast_all(mesh, group.clone(), span, BlockQuery::Operand, self.block.cancel);
         let all = &mut self.caster.stream.operands.crossings;
         for (row, request) in group.enumerate() {
-            let line = requests.line(row);
+            let line = requests.rows.line(row);
             let MeshRequest { slot, leaf, .. } = requests.all[request];
             if let Some(crossings) = requests.lists.crossings(mesh, span, row, &line) {
                 let start = all.len();
@@ -438,5 +449,13 @@ impl<'w> BlockFold<'_, 'w> {
                 slot.state = State::Ready;
             }
         }
+    }
+}
+
+/// Passes a ray that has a boundary, which ends it. Does nothing if it has been passed.
+fn pass_any<'w, V: BlockVisitor<'w>>(slot: &mut Slot<'w>, visitor: &mut V) {
+    if let State::Waiting(_) = slot.state {
+        visitor.any(slot.in_flight);
+        slot.state = State::Free;
     }
 }

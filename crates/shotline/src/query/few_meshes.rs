@@ -1,12 +1,12 @@
 //! Worlds of a few placed meshes and nothing else: their rays need no traversal of levels.
 
+use super::first_boundaries::{ClosedMesh, First, FirstBoundaries};
 use super::hit_lists::HitLists;
-use super::inside::{FirstHits, Inside};
 use super::placed_mesh::{FrameRows, PlacedMesh};
 use super::row_block::RowBlock;
 use super::row_hit::RowHit;
 use crate::compile::{Body, Target, World};
-use crate::solid::mesh::kernel::{BlockQuery, KernelMemory};
+use crate::solid::mesh::kernel::{BlockQuery, KernelMemory, RayBlock};
 
 /// Worlds with more placements are left to the traversal of levels, which does not test every placement.
 const MAX_PLACEMENTS: usize = 4;
@@ -25,7 +25,7 @@ pub(super) struct FewMemory {
     /// By row: the best hit at the meshes so far, and the `t` behind which hits are not needed.
     best: Vec<Option<RowHit>>,
     ends: Vec<f64>,
-    inside: Inside,
+    boundaries: FirstBoundaries,
     lists: HitLists,
 }
 
@@ -45,9 +45,11 @@ impl<'w> FewMeshes<'w> {
                     _ => return None,
                 },
             };
+            let frames = [&placement.local_from_parent, local_from_body];
             mesh.casts_blocks().then_some(PlacedMesh {
                 mesh,
-                frames: [&placement.local_from_parent, local_from_body],
+                frames,
+                is_at_rest: frames.iter().all(|frame| frame.is_identity()),
                 // The objects of a world without levels are all named at the root.
                 object: placement.object.unwrap_or(0),
                 path: placement.first_path,
@@ -56,12 +58,6 @@ impl<'w> FewMeshes<'w> {
             })
         });
         Some(FewMeshes { placed: placed.collect::<Option<_>>()? })
-    }
-
-    /// The lookups in the cells of the first mesh, and how many of them succeeded.
-    #[cfg(test)]
-    pub fn lookups(&self) -> Option<[usize; 2]> {
-        self.placed.first()?.mesh.empty_cells().map(|cells| cells.lookups())
     }
 
     /// The mesh of a world with only one.
@@ -102,21 +98,29 @@ impl<'w> FewMeshes<'w> {
     pub fn any(
         &self,
         block: &RowBlock,
-        memory: &mut FewMemory,
+        FewMemory { kernel, frame_rows, boundaries, .. }: &mut FewMemory,
         is_plain: &mut [bool],
         mut set: impl FnMut(usize),
     ) {
-        if self.placed.iter().any(|placed| placed.is_solid) {
-            // One hit of a solid does not show that there is a crossing: another may be one event with it.
-            return self.closest(block, memory, is_plain, |row, _| set(row));
-        }
-        let FewMemory { kernel, frame_rows, .. } = memory;
         for placed in &self.placed {
-            placed.cast(block, BlockQuery::Any, None, frame_rows, kernel);
-            kernel.plain_rows().iter().for_each(|&row| is_plain[row as usize] = true);
-            kernel.rows_hit().for_each(&mut set);
+            let rays = placed.block(block, None, frame_rows);
+            if placed.is_solid {
+                boundaries.any(&closed(placed, &rays, block), |row, is_hit| match is_hit {
+                    true => set(row),
+                    false => is_plain[row] = true,
+                });
+            } else {
+                placed.mesh.cast_block(&rays, BlockQuery::Any, kernel);
+                kernel.plain_rows().iter().for_each(|&row| is_plain[row as usize] = true);
+                kernel.rows_hit().for_each(&mut set);
+            }
         }
     }
+}
+
+/// Rays that are cast at a closed mesh.
+fn closed<'a>(placed: &PlacedMesh<'a>, rays: &'a RayBlock<'a>, of: &RowBlock) -> ClosedMesh<'a> {
+    ClosedMesh { mesh: placed.mesh, block: rays, kinds: of.scope.kinds }
 }
 
 impl FewMemory {
@@ -127,47 +131,31 @@ impl FewMemory {
         is_plain: &mut [bool],
         mut set: impl FnMut(usize, &RowHit),
     ) {
-        let FewMemory { kernel, frame_rows, best, ends, inside, lists } = self;
+        let FewMemory { kernel, frame_rows, best, ends, boundaries, .. } = self;
         // Paths ascend from placement to placement, so of equal hits the first one stays.
         let mut offer = |row: usize, hit: &RowHit| match best.get_mut(row) {
             None => set(row, hit),
             Some(best) if best.is_none_or(|best| hit.t < best.t) => *best = Some(*hit),
             Some(_) => {}
         };
-        let ends = (!ends.is_empty()).then_some(&ends[..]);
-        if !placed.is_solid {
-            placed.cast(block, BlockQuery::Nearest, ends, frame_rows, kernel);
-            kernel.plain_rows().iter().for_each(|&row| is_plain[row as usize] = true);
-            for hit in kernel.hits() {
-                offer(hit.row as usize, &placed.row_hit(hit, &hit.crossing));
-            }
-            return;
+        let rays = placed.block(block, (!ends.is_empty()).then_some(&ends[..]), frame_rows);
+        if placed.is_solid {
+            return boundaries.closest(&closed(placed, &rays, block), |row, first| match first {
+                First::Boundary(boundary, hit) => offer(row, &placed.row_boundary(&boundary, hit)),
+                First::Plain => is_plain[row] = true,
+            });
         }
-        let cells = placed.mesh.empty_cells();
-        let query = if cells.is_some() { BlockQuery::First } else { BlockQuery::FirstFromOutside };
-        placed.cast(block, query, ends, frame_rows, kernel);
-        placed.mesh.count_starts_in_box(kernel.inside_rows().len());
-        inside.decide(FirstHits { placed, cells, block, ends, frame_rows }, kernel, is_plain, &mut offer);
-        if inside.rows.is_empty() {
-            return;
-        }
-        let of_inside = RowBlock { rays: &inside.rays, ..*block };
-        placed.cast(&of_inside, BlockQuery::Within, None, frame_rows, kernel);
-        lists.sort_by_ray(inside.rays.len(), kernel);
-        for (i, &row) in inside.rows.iter().enumerate() {
-            let line = placed.line(&inside.rays, frame_rows, i);
-            if lists.make(placed, block.scope, i, line) {
-                lists.found.first().into_iter().for_each(|hit| offer(row as usize, hit));
-            } else {
-                is_plain[row as usize] = true;
-            }
+        placed.mesh.cast_block(&rays, BlockQuery::Nearest, kernel);
+        kernel.plain_rows().iter().for_each(|&row| is_plain[row as usize] = true);
+        for hit in kernel.hits() {
+            offer(hit.row as usize, &placed.row_hit(hit, &hit.crossing));
         }
     }
 
     /// Finds all hits of a block at the only mesh of a world.
     pub fn make_lists(&mut self, placed: &PlacedMesh, block: &RowBlock) {
         let query = if placed.is_solid { BlockQuery::Within } else { BlockQuery::All };
-        placed.cast(block, query, None, &mut self.frame_rows, &mut self.kernel);
+        placed.mesh.cast_block(&placed.block(block, None, &mut self.frame_rows), query, &mut self.kernel);
         self.lists.sort_by_ray(block.rays.len(), &self.kernel);
     }
 

@@ -1,12 +1,12 @@
 //! The hits of a block of rays at one mesh, as a list of crossings for each ray.
 
-use std::ops::Range;
+use std::ops::{ControlFlow, Range};
 
+use super::Scope;
 use super::placed_mesh::{PlacedMesh, box_holds_start};
 use super::row_hit::RowHit;
-use super::{Kinds, Scope};
 use crate::crossing::{Crossing, is_alternating};
-use crate::csg::{HitKind, SingleLeaf};
+use crate::csg::{Boundary, HitKind, SingleLeaf};
 use crate::ray::Span;
 use crate::solid::mesh::kernel::KernelMemory;
 use crate::solid::mesh::{MeshHit, MeshSolid, hits_to_crossings};
@@ -95,36 +95,53 @@ impl HitLists {
         (is_certain && is_alternating(crossings)).then_some(&crossings[..])
     }
 
+    /// Passes the boundaries of a ray with a closed mesh, of the kinds that count, to `take` until it breaks, each with
+    /// the hit if there is a surface. `line` is the ray's line in the frame of the mesh. Returns `false` if the plain
+    /// path has to find them.
+    pub fn boundaries(
+        &mut self,
+        mesh: &MeshSolid,
+        scope: Scope,
+        ray: usize,
+        line: &[f64; 6],
+        mut take: impl FnMut(Boundary, Option<&MeshHit>) -> ControlFlow<()>,
+    ) -> bool {
+        if self.crossings(mesh, scope.span, ray, line).is_none() {
+            return false;
+        }
+        let hits = &self.hits[self.range(ray)];
+        let Some(mut single) = SingleLeaf::begin(&self.crossings, scope.span) else { return false };
+        while let Some(boundary) = single.next(&self.crossings) {
+            // The boundary is the crossing that was passed last, unless it is an end of the span.
+            let is_surface = boundary.kind == HitKind::Surface;
+            let source = self.sources.get(single.passed().wrapping_sub(1)).copied().flatten();
+            let hit = source.filter(|_| is_surface).map(|hit| &hits[hit as usize]);
+            if scope.kinds.hold(boundary.kind) && take(boundary, hit).is_break() {
+                break;
+            }
+        }
+        true
+    }
+
     /// Makes the list of a ray; `line` is its line in the frame of the mesh. Returns `false` if the plain path
     /// has to make it.
     pub fn make(&mut self, placed: &PlacedMesh, scope: Scope, ray: usize, line: &[f64; 6]) -> bool {
         if self.is_plain[ray] {
             return false;
         }
-        self.found.clear();
-        if !placed.is_solid {
+        let mut found = std::mem::take(&mut self.found);
+        found.clear();
+        let is_made = if placed.is_solid {
+            self.boundaries(placed.mesh, scope, ray, line, |boundary, hit| {
+                found.push(placed.row_boundary(&boundary, hit));
+                ControlFlow::Continue(())
+            })
+        } else {
             let hits = &self.hits[self.range(ray)];
-            self.found.extend(hits.iter().map(|hit| placed.row_hit(hit, &hit.crossing)));
-            return true;
-        }
-        if self.crossings(placed.mesh, scope.span, ray, line).is_none() {
-            return false;
-        }
-        let hits = &self.hits[self.range(ray)];
-        let HitLists { crossings, sources, found, .. } = self;
-        let Some(mut single) = SingleLeaf::begin(crossings, scope.span) else { return false };
-        while let Some(boundary) = single.next(crossings) {
-            let crossing = boundary.crossing;
-            // The boundary is the crossing that was passed last, unless it is an end of the span.
-            let source = sources.get(single.passed().wrapping_sub(1)).copied().flatten();
-            match source.filter(|_| boundary.kind == HitKind::Surface) {
-                Some(hit) => found.push(placed.row_hit(&hits[hit as usize], &crossing)),
-                None if scope.kinds == Kinds::All => {
-                    found.push(placed.row_of_span_end(crossing.t + 0.0, boundary.kind));
-                }
-                None => {}
-            }
-        }
-        true
+            found.extend(hits.iter().map(|hit| placed.row_hit(hit, &hit.crossing)));
+            true
+        };
+        self.found = found;
+        is_made
     }
 }

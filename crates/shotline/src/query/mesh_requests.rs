@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::sync::atomic::AtomicBool;
 
+use super::first_boundaries::FirstBoundaries;
 use super::hit_lists::HitLists;
 use crate::math::Affine;
 use crate::ray::{Line, Span};
@@ -25,12 +26,56 @@ pub(super) struct MeshRequest {
 #[derive(Debug, Default)]
 pub(super) struct MeshRequests {
     pub all: Vec<MeshRequest>,
-    /// The lines of a block.
-    rows: Vec<[f64; 6]>,
-    errors: Vec<[f64; 6]>,
-    ends: Vec<f64>,
+    pub rows: RequestRows,
     pub kernel: KernelMemory,
     pub lists: HitLists,
+    pub boundaries: FirstBoundaries,
+}
+
+/// The lines of a block of requests, row by row.
+#[derive(Debug, Default)]
+pub(super) struct RequestRows {
+    lines: Vec<[f64; 6]>,
+    errors: Vec<[f64; 6]>,
+    ends: Vec<f64>,
+}
+
+impl RequestRows {
+    /// The rays of requests for the same mesh as a block, in the frame of the mesh. Hits behind the ends of requests are
+    /// not needed.
+    pub fn block<'a>(
+        &'a mut self,
+        requests: &[MeshRequest],
+        span: Span,
+        cancel: Option<&'a AtomicBool>,
+    ) -> RayBlock<'a> {
+        let RequestRows { lines, errors, ends } = self;
+        lines.clear();
+        errors.clear();
+        ends.clear();
+        for MeshRequest { line: Line { o, d, o_err, d_err }, end, .. } in requests {
+            lines.push([o.x, o.y, o.z, d.x, d.y, d.z]);
+            errors.push([o_err.x, o_err.y, o_err.z, d_err.x, d_err.y, d_err.z]);
+            ends.push(*end);
+        }
+        let is_exact = errors.iter().flatten().all(|error| *error == 0.0);
+        let is_limited = ends.iter().any(|end| *end < span.t_max());
+        RayBlock {
+            // Normals are computed later, and only of the hits that are returned.
+            rays: lines,
+            frames: [&Affine::IDENTITY; 2],
+            wants_normals: false,
+            lines: Lines { rows: lines, errors: (!is_exact).then_some(errors) },
+            span,
+            ends: is_limited.then_some(ends),
+            cancel,
+        }
+    }
+
+    /// The line of a row, in the frame of the mesh.
+    pub fn line(&self, row: usize) -> [f64; 6] {
+        self.lines[row]
+    }
 }
 
 impl MeshRequests {
@@ -46,57 +91,18 @@ impl MeshRequests {
         Some(start..start + self.all[start..].iter().take_while(is_same).count())
     }
 
-    /// Casts the rays of some requests at their mesh.
-    pub fn cast(
-        &mut self,
-        mesh: &MeshSolid,
-        requests: impl Iterator<Item = usize>,
-        span: Span,
-        query: BlockQuery,
-        cancel: Option<&AtomicBool>,
-    ) {
-        let MeshRequests { all, rows, errors, ends, kernel, .. } = self;
-        rows.clear();
-        errors.clear();
-        ends.clear();
-        for request in requests {
-            let MeshRequest { line: Line { o, d, o_err, d_err }, end, .. } = all[request];
-            rows.push([o.x, o.y, o.z, d.x, d.y, d.z]);
-            errors.push([o_err.x, o_err.y, o_err.z, d_err.x, d_err.y, d_err.z]);
-            ends.push(end);
-        }
-        let is_exact = errors.iter().flatten().all(|error| *error == 0.0);
-        let is_limited = ends.iter().any(|end| *end < span.t_max());
-        let has_ends = matches!(query, BlockQuery::Nearest | BlockQuery::FirstFromOutside) && is_limited;
-        let block = RayBlock {
-            // Normals are computed later, and only of the hits that are returned.
-            rays: rows,
-            frames: [&Affine::IDENTITY; 2],
-            wants_normals: false,
-            lines: Lines { rows, errors: (!is_exact).then_some(errors) },
-            span,
-            ends: has_ends.then_some(ends),
-            cancel,
-        };
-        mesh.cast_block(&block, query, kernel);
-    }
-
-    /// Casts the rays of some requests for all hits, and sorts these by ray.
+    /// Casts the rays of a range of requests for all hits, and sorts these by ray.
     pub fn cast_all(
         &mut self,
         mesh: &MeshSolid,
-        requests: impl ExactSizeIterator<Item = usize>,
+        group: Range<usize>,
         span: Span,
         query: BlockQuery,
         cancel: Option<&AtomicBool>,
     ) {
-        let count = requests.len();
-        self.cast(mesh, requests, span, query, cancel);
+        let count = group.len();
+        let block = self.rows.block(&self.all[group], span, cancel);
+        mesh.cast_block(&RayBlock { ends: None, ..block }, query, &mut self.kernel);
         self.lists.sort_by_ray(count, &self.kernel);
-    }
-
-    /// The line of a row of the last cast, in the frame of the mesh.
-    pub fn line(&self, row: usize) -> [f64; 6] {
-        self.rows[row]
     }
 }

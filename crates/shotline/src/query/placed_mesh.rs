@@ -4,11 +4,11 @@ use super::Scope;
 use super::row_block::RowBlock;
 use super::row_hit::RowHit;
 use crate::crossing::Crossing;
-use crate::csg::HitKind;
+use crate::csg::{Boundary, HitKind};
 use crate::math::{Affine, Vec3};
 use crate::ray::Line;
 use crate::solid::Solid;
-use crate::solid::mesh::kernel::{BlockQuery, KernelMemory, Lines, RayBlock};
+use crate::solid::mesh::kernel::{Lines, RayBlock};
 use crate::solid::mesh::{MeshHit, MeshSolid};
 
 /// A mesh that is a body of its own, at the root of the scene.
@@ -22,6 +22,8 @@ pub(super) struct PlacedMesh<'w> {
     pub surface: u32,
     /// Whether the mesh is closed.
     pub is_solid: bool,
+    /// Whether the frames change nothing.
+    pub is_at_rest: bool,
 }
 
 /// Rays in the frame of a mesh, and the bounds on their errors.
@@ -32,17 +34,15 @@ pub(super) struct FrameRows {
 }
 
 impl PlacedMesh<'_> {
-    /// Casts a block at the mesh. Hits of each ray behind its end are not needed.
-    pub fn cast(
-        &self,
-        block: &RowBlock,
-        query: BlockQuery,
-        ends: Option<&[f64]>,
-        FrameRows { rows, errors }: &mut FrameRows,
-        kernel: &mut KernelMemory,
-    ) {
+    /// The rays of a block in the frame of the mesh. Hits of each ray behind its end are not needed.
+    pub fn block<'a>(
+        &'a self,
+        block: &RowBlock<'a>,
+        ends: Option<&'a [f64]>,
+        FrameRows { rows, errors }: &'a mut FrameRows,
+    ) -> RayBlock<'a> {
         let &RowBlock { rays, scope: Scope { span, .. }, wants_normals, cancel } = block;
-        let lines = if self.is_exact() {
+        let lines = if self.is_at_rest {
             Lines { rows: rays, errors: None }
         } else {
             rows.clear();
@@ -54,17 +54,12 @@ impl PlacedMesh<'_> {
             }
             Lines { rows, errors: Some(errors) }
         };
-        let block = RayBlock { rays, frames: self.frames, wants_normals, lines, span, ends, cancel };
-        self.mesh.cast_block(&block, query, kernel);
+        RayBlock { rays, frames: self.frames, wants_normals, lines, span, ends, cancel }
     }
 
     /// The line of a ray in the frame of the mesh, without its error; `frame_rows` is from the cast.
     pub fn line<'r>(&self, rays: &'r [[f64; 6]], frame_rows: &'r FrameRows, ray: usize) -> &'r [f64; 6] {
-        if self.is_exact() { &rays[ray] } else { &frame_rows.rows[ray] }
-    }
-
-    fn is_exact(&self) -> bool {
-        self.frames.iter().all(|frame| frame.is_identity())
+        if self.is_at_rest { &rays[ray] } else { &frame_rows.rows[ray] }
     }
 
     /// A hit that is a crossing; the crossing enters or exits as for the solid.
@@ -84,14 +79,18 @@ impl PlacedMesh<'_> {
         }
     }
 
-    /// The first hit of a ray from outside, which enters there, whatever the direction of the triangle.
+    /// A boundary, and the hit there if there is a surface.
     #[inline(always)]
-    pub fn entry(&self, hit: &MeshHit) -> RowHit {
-        self.row_hit(hit, &Crossing { entering: true, ..hit.crossing })
+    pub fn row_boundary(&self, boundary: &Boundary, hit: Option<&MeshHit>) -> RowHit {
+        let Boundary { kind, crossing, .. } = boundary;
+        match hit {
+            Some(hit) if *kind == HitKind::Surface => self.row_hit(hit, crossing),
+            _ => self.row_of_span_end(crossing.t + 0.0, *kind),
+        }
     }
 
     /// The start or the end of the span within the solid.
-    pub fn row_of_span_end(&self, t: f64, kind: HitKind) -> RowHit {
+    fn row_of_span_end(&self, t: f64, kind: HitKind) -> RowHit {
         RowHit {
             t,
             t_err: 0.0,

@@ -11,6 +11,7 @@ mod collapse;
 mod cut;
 mod emit;
 mod frame;
+mod overlap;
 mod partition;
 mod refit;
 mod spatial;

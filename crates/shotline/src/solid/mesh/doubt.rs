@@ -315,7 +315,7 @@ impl<'a> Cover<'a> {
         if !may_meet && faces.len() <= FACES {
             let is_sound = |(face, middle): (&u32, &Vec3)| {
                 let suspect = &self.faces[*face as usize];
-                let sides = || solid.sides(suspect.item, out(*middle));
+                let sides = || solid.sides(&solid.triangles.get(suspect.item), out(*middle));
                 let known = |w: &i32| *w == 0 || *w == solid.inside();
                 !suspect.is_wrong && sides().is_some_and(|sides| sides.iter().all(known))
             };

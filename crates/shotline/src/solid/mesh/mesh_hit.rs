@@ -9,6 +9,9 @@ pub(crate) struct MeshHit {
     /// The number of the ray in its block.
     pub row: u32,
     pub crossing: Crossing,
+    /// Whether it is known to be off the edges of the triangle: its barycentric coordinates are larger than
+    /// [`INSET`](super::kernel::INSET) / 2.
+    pub is_off_edges: bool,
     /// The unit normal of the triangle in world coordinates: [`crate::solid::Solid::normal`] under the transforms of the
     /// block.
     pub normal: Vec3,

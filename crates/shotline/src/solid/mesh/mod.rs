@@ -10,8 +10,8 @@ mod distribute;
 mod doubt;
 mod edge_report;
 mod edges;
-mod empty_cells;
 mod exact;
+mod face_sides;
 mod index;
 mod intersections;
 mod inverted_shells;
@@ -52,7 +52,6 @@ mod tests;
 use crate::math::Vec3;
 
 pub use doubt::Doubt;
-pub(crate) use empty_cells::EmptyCells;
 pub(crate) use mesh_hit::MeshHit;
 pub use moments::Enclosed;
 pub(crate) use moments::tetrahedron;

@@ -157,14 +157,14 @@ impl MeshSolid {
     fn sides_by_line(&self, items: &[u32]) -> Option<[i32; 2]> {
         let widest = |i: &&u32, j: &&u32| self.width(**i).total_cmp(&self.width(**j)).then(j.cmp(i));
         let item = items.iter().max_by(widest)?;
-        self.sides(*item, centroid(&self.triangles.get(*item)))
+        let triangle = self.triangles.get(*item);
+        self.sides(&triangle, centroid(&triangle))
     }
 
-    /// Returns the winding numbers on the front and the back of an item at one of its points.
-    pub(super) fn sides(&self, item: u32, at: Vec3) -> Option<[i32; 2]> {
-        let triangle = self.triangles.get(item);
+    /// Returns the winding numbers on the front and the back of a triangle at one of its points.
+    pub(super) fn sides(&self, triangle: &Triangle, at: Vec3) -> Option<[i32; 2]> {
         // The axis closest to the normal.
-        let normal = normal(&triangle).abs();
+        let normal = normal(triangle).abs();
         let axis = (0..3).fold(0, |best, i| if normal[i] > normal[best] { i } else { best });
         let mut hits = Vec::new();
         let before = self.bounds.size().max_element();
@@ -341,7 +341,8 @@ mod tests {
             let solid = solid(mesh);
             for patch in solid.patches(Stop::NEVER).unwrap() {
                 for &item in &patch.items {
-                    let own = solid.sides(item, centroid(&solid.triangles.get(item)));
+                    let triangle = solid.triangles.get(item);
+                    let own = solid.sides(&triangle, centroid(&triangle));
                     assert_eq!(own, patch.sides);
                 }
             }

@@ -11,6 +11,11 @@ const MARGIN: f64 = 32.0 * f64::EPSILON;
 
 /// Whether two closed triangles have no point in common.
 pub(super) fn are_apart(a: &Triangle, b: &Triangle) -> bool {
+    are_apart_by(0.0, a, b)
+}
+
+/// Whether all points of two closed triangles are farther apart than a distance.
+pub(super) fn are_apart_by(distance: f64, a: &Triangle, b: &Triangle) -> bool {
     let from = a.corners[0];
     let (a, b) = (a.corners.map(|p| p - from), b.corners.map(|p| p - from));
     let reach = a.iter().chain(&b).fold(0.0, |most: f64, p| most.max(p.abs().max_element()));
@@ -21,7 +26,7 @@ pub(super) fn are_apart(a: &Triangle, b: &Triangle) -> bool {
         };
         let (of_a, of_b) = (extent(&a), extent(&b));
         let gap = (of_b.0 - of_a.1).max(of_a.0 - of_b.1);
-        gap > MARGIN * reach * axis.abs().element_sum()
+        gap > (MARGIN * reach + distance) * axis.abs().element_sum()
     };
     let edges = |t: &[Vec3; 3]| [t[1] - t[0], t[2] - t[1], t[0] - t[2]];
     let (edges_a, edges_b) = (edges(&a), edges(&b));

@@ -1,12 +1,11 @@
 //! A mesh prepared for ray queries.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use super::distribute::CHUNK;
-use super::empty_cells::EmptyCells;
+use super::face_sides::{FaceSides, is_clear};
 use super::index::MeshIndex;
 use super::kernel::{BlockQuery, KernelMemory, MeshFrame, RayBlock};
 use super::mesh_line::{MeshLine, PowerOfTwoScale};
@@ -41,10 +40,8 @@ pub struct MeshSolid {
     accel: &'static str,
     pub(super) index: MeshIndex,
     pub(super) face_contacts: OnceLock<FaceContacts>,
-    /// Made when enough rays have begun in the mesh's box; `None` if it cannot be made.
-    empty_cells: OnceLock<Option<EmptyCells>>,
-    /// The number of rays of blocks that began in the mesh's box.
-    starts_in_box: AtomicUsize,
+    /// Made for the first rays of blocks that need it; `None` if it cannot be made.
+    face_sides: OnceLock<Option<FaceSides>>,
 }
 
 impl MeshSolid {
@@ -97,8 +94,7 @@ impl MeshSolid {
             accel,
             index,
             face_contacts: OnceLock::new(),
-            empty_cells: OnceLock::new(),
-            starts_in_box: AtomicUsize::new(0),
+            face_sides: OnceLock::new(),
         })
     }
 
@@ -275,22 +271,16 @@ impl MeshSolid {
         }
     }
 
-    /// The winding numbers of cells of space without faces, if they have been computed and are of use.
-    pub(crate) fn empty_cells(&self) -> Option<&EmptyCells> {
-        self.empty_cells.get()?.as_ref().filter(|cells| cells.are_useful())
+    /// What is known of the sides of the faces, if that is of use.
+    pub(crate) fn face_sides(&self) -> Option<&FaceSides> {
+        let sides = || FaceSides::of(&self.triangles, self.mesh.faces.len());
+        self.face_sides.get_or_init(sides).as_ref().filter(|sides| sides.are_useful())
     }
 
-    /// Counts rays that begin in the mesh's box. Once there are so many that [`MeshSolid::empty_cells`] will save more
-    /// time than they take, computes them.
-    pub(crate) fn count_starts_in_box(&self, rays: usize) {
-        let before = self.starts_in_box.fetch_add(rays, Ordering::Relaxed);
-        let enough = if cfg!(any(test, feature = "testkit")) { 64 } else { 1024 + self.triangles.len() / 4 };
-        // Only one thread makes the cells. The others go on without them.
-        if before < enough && before + rays >= enough {
-            let bounds = &self.scaled_bounds;
-            let cells = EmptyCells::of(&self.triangles, self.size, bounds, |p| self.winding_number(p));
-            // Nothing else sets them.
-            let _ = self.empty_cells.set(cells);
+    /// Takes the winding number on the front of a face where a ray of a block has hit it off the edges.
+    pub(crate) fn learn_front(&self, face: u32, front: i32) {
+        if let (Some(sides), Some(index)) = (self.face_sides(), self.index.as_wide()) {
+            sides.learn(face, front, || is_clear(index, &self.triangles.of_face(face)));
         }
     }
 

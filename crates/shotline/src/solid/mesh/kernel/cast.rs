@@ -2,7 +2,7 @@
 
 use super::block::{Block, Coordinate};
 use super::context::Kernel;
-use super::found::{All, AllOffEdges, Any, Closest, Found, LaneHit, Mode};
+use super::found::{All, Any, AnyOffEdges, Closest, Found, LaneHit, Mode};
 use super::frame::MeshFrame;
 use super::index::{Blocks, WideIndex};
 use super::lines::{BlockQuery, RayBlock};
@@ -21,6 +21,7 @@ pub(crate) struct KernelMemory {
     stream: StreamMemory,
     found: Found,
     hits: Vec<MeshHit>,
+    hit_faces: Vec<(u32, u32)>,
 }
 
 impl KernelMemory {
@@ -32,6 +33,11 @@ impl KernelMemory {
     /// For [`BlockQuery::Any`], the rows of the rays that hit something.
     pub fn rows_hit(&self) -> impl Iterator<Item = usize> {
         self.found.lane_hits.iter().map(|lane_hit| lane_hit.row as usize)
+    }
+
+    /// For [`BlockQuery::AnyOffEdges`], the rows of the rays that hit something, each with the face.
+    pub fn hit_faces(&self) -> &[(u32, u32)] {
+        &self.hit_faces
     }
 
     /// For [`BlockQuery::First`] and [`BlockQuery::FirstFromOutside`], the rows of the rays that may begin inside. Where
@@ -48,6 +54,7 @@ impl KernelMemory {
 
     fn clear(&mut self) {
         self.hits.clear();
+        self.hit_faces.clear();
         self.found.plain.clear();
         self.found.lane_hits.clear();
         self.found.inside.clear();
@@ -91,7 +98,7 @@ impl WideIndex {
             BlockQuery::Nearest => kernel.cast::<Closest>(memory),
             BlockQuery::Any => kernel.cast::<Any>(memory),
             BlockQuery::All | BlockQuery::Within | BlockQuery::Operand => kernel.cast::<All>(memory),
-            BlockQuery::AllOffEdges => kernel.cast::<AllOffEdges>(memory),
+            BlockQuery::AnyOffEdges => kernel.cast::<AnyOffEdges>(memory),
             BlockQuery::First | BlockQuery::FirstFromOutside => {
                 kernel.cast::<Closest>(memory);
                 kernel.keep_hits_within(memory);
@@ -124,7 +131,7 @@ impl<C: Coordinate> Kernel<'_, C> {
 
     #[inline(always)]
     fn cast_by<S: Simd, M: Mode>(&self, memory: &mut KernelMemory) {
-        let KernelMemory { slots, stream, found, hits } = memory;
+        let KernelMemory { slots, stream, found, hits, hit_faces } = memory;
         let rows = self.lines().rows.len();
         for start in (0..rows).step_by(CHUNK) {
             let chunk = start..rows.min(start + CHUNK);
@@ -134,6 +141,10 @@ impl<C: Coordinate> Kernel<'_, C> {
                 }
             } else {
                 wave::cast::<S, C, M>(self, chunk.clone(), slots, found);
+            }
+            if M::OFF_EDGES {
+                let face = |hit: &LaneHit| (hit.row, self.face(hit.leaf, hit.lane as usize));
+                hit_faces.extend(found.lane_hits.drain(..).map(|hit| face(&hit)));
             }
             if M::ANY {
                 continue;
@@ -195,7 +206,7 @@ mod tests {
     }
 
     /// A hit, as bits.
-    type Bits = (u32, u32, u64, u64, bool, [u64; 3], bool);
+    type Bits = (u32, u32, u64, u64, bool, [u64; 3], [bool; 2]);
 
     /// The hits of the rays that are not left to the plain path, the rows that hit something, and the rows that are
     /// left.
@@ -203,12 +214,14 @@ mod tests {
 
     fn outcome(memory: &KernelMemory) -> Outcome {
         let bits = |hit: &MeshHit| {
-            let MeshHit { row, crossing, normal, is_against } = *hit;
+            let MeshHit { row, crossing, normal, is_against, is_off_edges } = *hit;
             let normal = normal.to_array().map(f64::to_bits);
             let t = (crossing.t.to_bits(), crossing.t_err.to_bits());
-            (row, crossing.primitive, t.0, t.1, crossing.entering, normal, is_against)
+            (row, crossing.primitive, t.0, t.1, crossing.entering, normal, [is_against, is_off_edges])
         };
-        (memory.hits().iter().map(bits).collect(), memory.rows_hit().collect(), memory.plain_rows().to_vec())
+        let of_faces = memory.hit_faces().iter().map(|(row, _)| *row as usize);
+        let rows_hit = memory.rows_hit().chain(of_faces).collect();
+        (memory.hits().iter().map(bits).collect(), rows_hit, memory.plain_rows().to_vec())
     }
 
     impl<C: Coordinate> Kernel<'_, C> {
@@ -250,7 +263,7 @@ mod tests {
             BlockQuery::All | BlockQuery::Within | BlockQuery::Operand => {
                 kernel.cast_in::<All>(way, &mut memory)
             }
-            BlockQuery::AllOffEdges => kernel.cast_in::<AllOffEdges>(way, &mut memory),
+            BlockQuery::AnyOffEdges => kernel.cast_in::<AnyOffEdges>(way, &mut memory),
         }
         outcome(&memory)
     }
@@ -329,7 +342,7 @@ mod tests {
                 BlockQuery::Nearest,
                 BlockQuery::Any,
                 BlockQuery::All,
-                BlockQuery::AllOffEdges,
+                BlockQuery::AnyOffEdges,
                 BlockQuery::First,
                 BlockQuery::FirstFromOutside,
                 BlockQuery::Within,

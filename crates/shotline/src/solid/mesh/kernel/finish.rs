@@ -69,15 +69,15 @@ impl<C: Coordinate> Kernel<'_, C> {
     #[cold]
     #[inline(never)]
     fn finish_plainly(&self, lane_hit: &LaneHit) -> Option<MeshHit> {
-        let (crossing, _) =
-            self.plain_hit(lane_hit.row as usize, lane_hit.leaf, lane_hit.lane as usize, || ())?;
+        let &LaneHit { row, leaf, lane, is_off_edges } = lane_hit;
+        let (crossing, _) = self.plain_hit(row as usize, leaf, lane as usize, || ())?;
         if !self.block.wants_normals {
-            return Some(MeshHit { row: lane_hit.row, crossing, normal: Vec3::NAN, is_against: false });
+            return Some(MeshHit { row, crossing, is_off_edges, normal: Vec3::NAN, is_against: false });
         }
-        let triangle = self.blocks[lane_hit.leaf as usize].triangle(lane_hit.lane as usize);
+        let triangle = self.blocks[leaf as usize].triangle(lane as usize);
         let normal = self.block.world_normal(self.frame.oriented(plane::normal(triangle.corners)));
-        let is_against = normal.dot(self.block.ray(lane_hit.row as usize).1) < 0.0;
-        Some(MeshHit { row: lane_hit.row, crossing, normal, is_against })
+        let is_against = normal.dot(self.block.ray(row as usize).1) < 0.0;
+        Some(MeshHit { row, crossing, is_off_edges, normal, is_against })
     }
 
     #[inline(always)]
@@ -89,6 +89,7 @@ impl<C: Coordinate> Kernel<'_, C> {
         MeshHit {
             row: lane_hit.row,
             crossing: Crossing { primitive: face, ..crossing },
+            is_off_edges: lane_hit.is_off_edges,
             normal: Vec3::new(normals.normal[0][lane], normals.normal[1][lane], normals.normal[2][lane]),
             is_against: normals.is_against >> lane & 1 == 1,
         }
@@ -136,7 +137,7 @@ impl<C: Coordinate> Kernel<'_, C> {
         };
         let size = self.frame.size.exponent();
         for lane in 0..LANES {
-            let LaneHit { row, leaf, lane: of_leaf } = lane_hits[lane.min(lane_hits.len() - 1)];
+            let LaneHit { row, leaf, lane: of_leaf, .. } = lane_hits[lane.min(lane_hits.len() - 1)];
             let block = &self.blocks[leaf as usize];
             let (o, d) = self.lines().nominal(row as usize);
             let exponent = exponent_within_range(d.abs().max_element());

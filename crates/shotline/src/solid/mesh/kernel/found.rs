@@ -8,6 +8,8 @@ pub(super) struct LaneHit {
     pub row: u32,
     pub leaf: u32,
     pub lane: u32,
+    /// Whether it is known to be off the edges of the triangle.
+    pub is_off_edges: bool,
 }
 
 /// What a run of the kernel has found.
@@ -51,7 +53,8 @@ impl Found {
         if ray.may_coincide {
             self.plain.push(ray.row);
         } else if ray.leaf != MISS {
-            self.lane_hits.push(LaneHit { row: ray.row, leaf: ray.leaf, lane: ray.lane });
+            let KernelRay { row, leaf, lane, is_off_edges, .. } = *ray;
+            self.lane_hits.push(LaneHit { row, leaf, lane, is_off_edges });
         }
     }
 }
@@ -60,7 +63,8 @@ impl Found {
 pub(super) trait Mode {
     const CLOSEST: bool = false;
     const ANY: bool = false;
-    /// Whether rays near an edge are left to the plain path.
+    /// Whether only hits off the edges and well within the span count. Rays with other hits alone are left to the plain
+    /// path.
     const OFF_EDGES: bool = false;
 }
 
@@ -70,8 +74,8 @@ pub(super) struct Closest;
 pub(super) struct Any;
 /// All hits.
 pub(super) struct All;
-/// All hits of rays that are not near an edge.
-pub(super) struct AllOffEdges;
+/// Whether there is any hit off the edges.
+pub(super) struct AnyOffEdges;
 
 impl Mode for Closest {
     const CLOSEST: bool = true;
@@ -80,6 +84,7 @@ impl Mode for Any {
     const ANY: bool = true;
 }
 impl Mode for All {}
-impl Mode for AllOffEdges {
+impl Mode for AnyOffEdges {
+    const ANY: bool = true;
     const OFF_EDGES: bool = true;
 }

@@ -7,7 +7,7 @@
 use super::block::{Block, Coordinate};
 use super::context::Kernel;
 use super::found::{Found, LaneHit, Mode};
-use super::ray::{KernelRay, MISS, SMALLEST, beyond};
+use super::ray::{INSET, KernelRay, MISS, SMALLEST, beyond};
 use crate::accel::wide::LEAF_SIZE;
 use crate::crossing::Crossing;
 use crate::math::{HALF_ULP, Real};
@@ -18,6 +18,8 @@ use crate::solid::mesh::winding::order;
 pub(super) struct Tested {
     certain: u8,
     doubtful: u8,
+    /// The certain hits that are off the edges.
+    off_edges: u8,
     /// For certain hits, an interval that contains `t`.
     low: [f64; LEAF_SIZE],
     high: [f64; LEAF_SIZE],
@@ -47,10 +49,17 @@ pub(super) fn test<S: Simd, C: Coordinate>(block: &Block<C>, ray: &KernelRay) ->
     }
     let certain = doubt.is_less(least) | most.is_less(-doubt);
     let doubtful = possible & !certain;
-    let mut tested = Tested { certain, doubtful, low: [0.0; LEAF_SIZE], high: [0.0; LEAF_SIZE] };
+    let mut tested =
+        Tested { certain, doubtful, off_edges: 0, low: [0.0; LEAF_SIZE], high: [0.0; LEAF_SIZE] };
     if certain != 0 {
-        let [low, high] = interval::<S>(ray, [u, v, w], z);
+        let sum = u + v + w;
+        let [low, high] = interval::<S>(ray, [u, v, w], sum, z);
         (tested.low, tested.high) = (low.store(), high.store());
+        // All edge functions have one sign, so the least in size is one of these.
+        let share = least.abs().lesser(most.abs());
+        let of_sum = sum.abs() * splat(INSET);
+        // The doubt changes a share of `INSET` by less than half of it.
+        tested.off_edges = certain & of_sum.is_at_most(share) & (doubt * splat(8.0)).is_at_most(of_sum);
     }
     Some(tested)
 }
@@ -58,7 +67,7 @@ pub(super) fn test<S: Simd, C: Coordinate>(block: &Block<C>, ray: &KernelRay) ->
 /// An interval that contains the `t` of each lane that is hit: its depth is that of the corners, weighted with the edge
 /// functions, and `t` is clamped to the depths of the corners just as [`crate::aabb::BoxRay`] computes them.
 #[inline(always)]
-fn interval<S: Simd>(ray: &KernelRay, edges: [S::F64; 3], z: [S::F64; 3]) -> [S::F64; 2] {
+fn interval<S: Simd>(ray: &KernelRay, edges: [S::F64; 3], sum: S::F64, z: [S::F64; 3]) -> [S::F64; 2] {
     let splat = <S::F64 as Real>::splat;
     let inverse = splat(ray.inverse);
     let t = [z[0] * inverse, z[1] * inverse, z[2] * inverse];
@@ -69,7 +78,6 @@ fn interval<S: Simd>(ray: &KernelRay, edges: [S::F64; 3], z: [S::F64; 3]) -> [S:
     // With the true sums `n` and `s` and errors `e_n` and `e_s`: |n'/s' - n/s| <= (|e_n| + |n/s| |e_s|) / |s'|, and
     // |n/s| is a depth within the reach.
     let [u, v, w] = edges;
-    let sum = u + v + w;
     let weighted = u.mul_add(z[0], v.mul_add(z[1], w * z[2]));
     let per_sum = inverse / sum;
     let middle = weighted * per_sum;
@@ -103,20 +111,21 @@ impl<C: Coordinate> Kernel<'_, C> {
             if low >= ray.from && high <= ray.to && high + ray.margin < ray.best[0] {
                 ray.best = [low, high];
                 (ray.leaf, ray.lane, ray.may_coincide) = (leaf, lane as u32, false);
+                ray.is_off_edges = tested.off_edges >> lane & 1 == 1;
                 ray.shorten();
             } else {
-                self.offer_exactly(ray, leaf, lane);
+                self.offer_exactly(ray, leaf, lane, tested.off_edges);
             }
         }
         for lane in lanes(tested.doubtful) {
-            self.offer_exactly(ray, leaf, lane);
+            self.offer_exactly(ray, leaf, lane, tested.off_edges);
         }
     }
 
     /// Compares a hit with the best one by the plain path.
     #[cold]
     #[inline(never)]
-    fn offer_exactly(&self, ray: &mut KernelRay, leaf: u32, lane: usize) {
+    fn offer_exactly(&self, ray: &mut KernelRay, leaf: u32, lane: usize, off_edges: u8) {
         if self.has_duplicates
             && ray.leaf != MISS
             && self.face(ray.leaf, ray.lane as usize) == self.face(leaf, lane)
@@ -136,13 +145,47 @@ impl<C: Coordinate> Kernel<'_, C> {
             ray.may_coincide = is_near;
         }
         ray.best = [t; 2];
-        (ray.leaf, ray.lane) = (leaf, lane as u32);
+        (ray.leaf, ray.lane, ray.is_off_edges) = (leaf, lane as u32, off_edges >> lane & 1 == 1);
         ray.shorten();
+    }
+
+    /// Whether the ray has a hit in a leaf that counts; the ray takes it.
+    #[inline(always)]
+    pub(super) fn any_in_leaf<S: Simd, M: Mode>(&self, ray: &mut KernelRay, leaf: u32) -> bool {
+        if M::OFF_EDGES {
+            return self.any_off_edges_in_leaf::<S>(ray, leaf);
+        }
+        let is_hit = self.is_hit_in_leaf::<S>(ray, leaf);
+        if is_hit {
+            ray.leaf = leaf;
+        }
+        is_hit
+    }
+
+    /// Whether the ray has a hit in a leaf that is off the edges and farther from the ends of the span than the width of
+    /// an event; the ray takes it. Other hits in the span, or near it, leave the ray to the plain path unless such a hit
+    /// is found.
+    #[inline(always)]
+    fn any_off_edges_in_leaf<S: Simd>(&self, ray: &mut KernelRay, leaf: u32) -> bool {
+        let Some(tested) = test::<S, C>(&self.blocks[leaf as usize], ray) else { return false };
+        for lane in lanes(tested.certain) {
+            // The interval was widened by one margin: see `prepare`.
+            let (low, high) = (tested.low[lane], tested.high[lane]);
+            let is_within = low - 2.0 * ray.margin >= ray.from && high + 2.0 * ray.margin <= ray.to;
+            if is_within && tested.off_edges >> lane & 1 == 1 {
+                (ray.leaf, ray.lane) = (leaf, lane as u32);
+                (ray.may_coincide, ray.is_off_edges) = (false, true);
+                return true;
+            }
+            ray.may_coincide |= high >= ray.from && low <= ray.to;
+        }
+        ray.may_coincide |= tested.doubtful != 0;
+        false
     }
 
     /// Whether the ray hits any triangle of a leaf in the span.
     #[inline(always)]
-    pub(super) fn any_in_leaf<S: Simd>(&self, ray: &KernelRay, leaf: u32) -> bool {
+    fn is_hit_in_leaf<S: Simd>(&self, ray: &KernelRay, leaf: u32) -> bool {
         let Some(tested) = test::<S, C>(&self.blocks[leaf as usize], ray) else { return false };
         let mut open = tested.doubtful;
         for lane in lanes(tested.certain) {
@@ -158,13 +201,13 @@ impl<C: Coordinate> Kernel<'_, C> {
 
     /// Appends all hits of a leaf in the span.
     #[inline(always)]
-    pub(super) fn all_in_leaf<S: Simd, M: Mode>(&self, ray: &KernelRay, leaf: u32, found: &mut Found) {
+    pub(super) fn all_in_leaf<S: Simd>(&self, ray: &KernelRay, leaf: u32, found: &mut Found) {
         let Some(tested) = test::<S, C>(&self.blocks[leaf as usize], ray) else { return };
-        if M::OFF_EDGES && tested.doubtful != 0 {
-            found.plain.push(ray.row);
-        }
         let hits = &mut found.lane_hits;
-        let mut take = |lane: usize| hits.push(LaneHit { row: ray.row, leaf, lane: lane as u32 });
+        let mut take = |lane: usize| {
+            let is_off_edges = tested.off_edges >> lane & 1 == 1;
+            hits.push(LaneHit { row: ray.row, leaf, lane: lane as u32, is_off_edges });
+        };
         let mut open = tested.doubtful;
         for lane in lanes(tested.certain) {
             if tested.low[lane] >= ray.from && tested.high[lane] <= ray.to {

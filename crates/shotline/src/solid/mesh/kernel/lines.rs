@@ -57,9 +57,9 @@ pub(crate) enum BlockQuery {
     Any,
     /// All hits of the surface, in any order.
     All,
-    /// The same, except for rays that pass so near the edge of a triangle that rounding may hide the side: they are left
-    /// to the plain path, which finds them to hit or to miss that triangle even where they begin on it.
-    AllOffEdges,
+    /// Whether there is a hit that is off the edges of its triangle and farther from the ends of the span than an event
+    /// is wide: one hit with its face. Rays that have other hits only are left to the plain path.
+    AnyOffEdges,
     /// The first boundary of the solid, for the rays that begin outside of the mesh's box.
     FirstFromOutside,
     /// The same, and the first hit of the other rays.

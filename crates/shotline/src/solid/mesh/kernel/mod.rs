@@ -28,3 +28,4 @@ pub(crate) use cast::KernelMemory;
 pub(super) use frame::MeshFrame;
 pub(super) use index::WideIndex;
 pub(crate) use lines::{BlockQuery, Lines, RayBlock};
+pub(super) use ray::{CLEARANCE, INSET};

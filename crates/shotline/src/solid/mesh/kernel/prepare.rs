@@ -2,7 +2,7 @@
 
 use super::frame::MeshFrame;
 use super::lines::{BlockQuery, RayBlock};
-use super::ray::{KernelRay, MISS, Prepared, SMALLEST, beyond};
+use super::ray::{CLEARANCE, KernelRay, MISS, Prepared, SMALLEST, beyond};
 use crate::accel::wide::{Frame, PAD};
 use crate::crossing::GROUPING;
 use crate::math::{HALF_ULP, Real, Vec3, power_of_two};
@@ -157,7 +157,11 @@ impl Preparation {
             } else if is_met >> lane & 1 == 0 {
                 Prepared::Misses
             } else if window.may_be_inside >> lane & 1 == 1 {
-                if self.query == BlockQuery::First { Prepared::ReadyInside } else { Prepared::Inside }
+                if self.query == BlockQuery::FirstFromOutside {
+                    Prepared::Inside
+                } else {
+                    Prepared::ReadyInside
+                }
             } else {
                 Prepared::Ready
             }
@@ -212,7 +216,8 @@ impl Preparation {
     ) -> Window<S> {
         let splat = <S::F64 as Real>::splat;
         let &Scaled { from, to, .. } = lines;
-        let is_first = matches!(self.query, BlockQuery::First | BlockQuery::FirstFromOutside);
+        let is_any = self.query == BlockQuery::AnyOffEdges;
+        let is_first = matches!(self.query, BlockQuery::First | BlockQuery::FirstFromOutside) || is_any;
         if !is_first && !matches!(self.query, BlockQuery::Within | BlockQuery::Operand) {
             let (margin, near) = (splat(SMALLEST), splat(0.0));
             return Window { from, to, margin, near, may_be_inside: 0, is_unbounded: 0 };
@@ -229,16 +234,19 @@ impl Preparation {
         // rounded too, by half an ulp each.
         let rounding = splat(4.0 * HALF_ULP) * exit.greater(from.abs());
         let is_limited = is_first && (block.ends.is_some() || block.span.t_max() < f64::INFINITY);
+        let margin = splat(SMALLEST) + of_latest + rounding;
+        // No event with a hit of the mesh is wider than the margin.
+        let [of_from, of_to] = if is_any { [margin; 2] } else { [of_from, of_to] };
+        let widest = if is_any { CLEARANCE / 2.0 } else { f64::INFINITY };
         let from = from - of_from;
         Window {
             from,
             // For `Within` all hits ahead: their sum is the winding number at the start.
             to: if is_limited { to + of_to } else { splat(f64::INFINITY) },
-            margin: splat(SMALLEST) + of_latest + rounding,
+            margin,
             near,
             may_be_inside: if is_first { in_box.enter.is_at_most(from) } else { 0 },
-            is_unbounded: !of_latest.is_less(splat(f64::INFINITY))
-                | !near.is_less(splat(NEAREST * self.frame.size)),
+            is_unbounded: !margin.is_less(splat(widest)) | !near.is_less(splat(NEAREST * self.frame.size)),
         }
     }
 

@@ -21,6 +21,8 @@ pub(super) struct KernelRay {
     pub lane: u32,
     /// Whether another hit is so near the best one that both may be coincident.
     pub may_coincide: bool,
+    /// Whether the best hit is certainly not near an edge: see [`INSET`].
+    pub is_off_edges: bool,
     /// For triangles: the axis in which the direction is largest, after the two others in cyclic order.
     pub axes: [u32; 3],
     /// The origin along these axes.
@@ -61,6 +63,14 @@ pub(super) enum Prepared {
 
 /// Intervals of `t` are widened by this, so that `t` that underflow when they are scaled back count as equal.
 pub(super) const SMALLEST: f64 = f64::from_bits((1023 - 100) << 52);
+
+/// A hit is off the edges if its barycentric coordinates, which are the shares of the edge functions in their sum, are
+/// certainly larger than half of this.
+pub(in crate::solid::mesh) const INSET: f64 = 1.0 / 512.0;
+
+/// If all other faces are farther from a hit than this, after scaling, then the `t` of the other hits of the ray differ
+/// by more than half of this and an eighth of that: no direction is longer than the root of 3.
+pub(in crate::solid::mesh) const CLEARANCE: f64 = f64::from_bits((1023 - 36) << 52);
 
 /// A float32 limit for boxes behind a depth from the entry: larger by more than the rounding of a box test.
 #[inline(always)]

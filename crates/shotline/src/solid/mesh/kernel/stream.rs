@@ -114,12 +114,11 @@ fn traverse<S: Simd, C: Coordinate, M: Mode, const SAME_OCTANT: bool>(
                     kernel.closest_in_leaf::<S>(ray, leaf);
                     limits[i / WIDTH][i % WIDTH] = ray.limit;
                 } else if M::ANY {
-                    if kernel.any_in_leaf::<S>(ray, leaf) {
-                        ray.leaf = leaf;
+                    if kernel.any_in_leaf::<S, M>(ray, leaf) {
                         open &= !(1 << i);
                     }
                 } else {
-                    kernel.all_in_leaf::<S, M>(ray, leaf, found);
+                    kernel.all_in_leaf::<S>(ray, leaf, found);
                 }
             }
             continue;

@@ -195,13 +195,12 @@ fn visit_leaf<S: Simd, C: Coordinate, M: Mode>(
             height = drop_beyond::<S>(stacks.0, stacks.1, height, limit);
         }
     } else if M::ANY {
-        if kernel.any_in_leaf::<S>(ray, leaf) {
-            ray.leaf = leaf;
+        if kernel.any_in_leaf::<S, M>(ray, leaf) {
             found.finish(ray);
             return None;
         }
     } else {
-        kernel.all_in_leaf::<S, M>(ray, leaf, found);
+        kernel.all_in_leaf::<S>(ray, leaf, found);
     }
     Some(pop::<S, C>(kernel, slots, slot, room, height))
 }
