@@ -79,7 +79,12 @@ impl Membership {
     fn toggle_if_inside(&mut self, body: &SolidBody, leaf: u32, p: Vec3, below: &mut Scratch) {
         let leaf_data = &body.leaves[leaf as usize];
         below.counters.primitive_tests += 1;
-        if leaf_data.solid.contains(leaf_data.local_from_body.point(p)) {
+        let p = leaf_data.local_from_body.point(p);
+        let is_inside = match leaf_data.solid.as_mesh() {
+            Some(mesh) => mesh.contains_one_of_many(p),
+            None => leaf_data.solid.contains(p),
+        };
+        if is_inside {
             self.state.toggle(&body.program, leaf);
         }
     }

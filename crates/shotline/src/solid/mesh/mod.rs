@@ -6,10 +6,12 @@
 //! edge that they share. `plane` and `mesh_line` compute where; `winding` turns hits into crossings.
 
 mod contacts;
+mod containment;
 mod distribute;
 mod doubt;
 mod edge_report;
 mod edges;
+mod empty_cells;
 mod exact;
 mod face_sides;
 mod index;

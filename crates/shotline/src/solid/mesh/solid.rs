@@ -1,10 +1,12 @@
 //! A mesh prepared for ray queries.
 
+use std::sync::atomic::AtomicUsize;
 use std::sync::{Arc, OnceLock};
 
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use super::distribute::CHUNK;
+use super::empty_cells::EmptyCells;
 use super::face_sides::{FaceSides, is_clear};
 use super::index::MeshIndex;
 use super::kernel::{BlockQuery, KernelMemory, MeshFrame, RayBlock};
@@ -42,6 +44,10 @@ pub struct MeshSolid {
     pub(super) face_contacts: OnceLock<FaceContacts>,
     /// Made for the first rays of blocks that need it; `None` if it cannot be made.
     face_sides: OnceLock<Option<FaceSides>>,
+    /// Made when enough points have been tested; `None` if it cannot be made.
+    pub(super) empty_cells: OnceLock<Option<EmptyCells>>,
+    /// The number of points that were tested.
+    pub(super) points: AtomicUsize,
 }
 
 impl MeshSolid {
@@ -95,6 +101,8 @@ impl MeshSolid {
             index,
             face_contacts: OnceLock::new(),
             face_sides: OnceLock::new(),
+            empty_cells: OnceLock::new(),
+            points: AtomicUsize::new(0),
         })
     }
 
@@ -286,7 +294,7 @@ impl MeshSolid {
 
     /// The winding number at a point: minus the sum of the hits on one side. `None` if lines from there hit nothing
     /// because the point is too far away.
-    fn winding_number(&self, p: Vec3) -> Option<i32> {
+    pub(super) fn winding_number(&self, p: Vec3) -> Option<i32> {
         let mesh_line = self.mesh_line(&Line::exact(p, Vec3::Z))?;
         let mut hits = Vec::new();
         self.hits_between(&mesh_line, 0.0, f64::INFINITY, &mut hits, &mut Scratch::default());
