@@ -132,16 +132,16 @@ pub struct BoxRay {
     /// The origin, moved along each axis by the bound on its error: forward as the line runs, and back. The `t` of a
     /// near plane is computed from `ahead`, and so is a lower bound; that of a far plane is computed from `behind`,
     /// and so is an upper bound.
-    ahead: Vec3,
-    behind: Vec3,
-    inverse: Vec3,
+    pub(crate) ahead: Vec3,
+    pub(crate) behind: Vec3,
+    pub(crate) inverse: Vec3,
     /// The direction; zero on an axis that cannot cull.
     d: Vec3,
     /// `1 - e` and `1 + e`, where `e` bounds the relative error of `t` from rounding and from the error of the
     /// direction, on the worst axis.
-    shrink: f64,
-    grow: f64,
-    span: Span,
+    pub(crate) shrink: f64,
+    pub(crate) grow: f64,
+    pub(crate) span: Span,
 }
 
 impl BoxRay {

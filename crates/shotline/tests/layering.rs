@@ -29,7 +29,7 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("tags", &[]),
     ("scratch", &["trace", "budget", "counters", "tags"]),
     ("simd", &["math"]),
-    ("accel", &["math", "aabb", "counters"]),
+    ("accel", &["math", "aabb", "counters", "simd"]),
     (
         "solid",
         &[

@@ -6,6 +6,7 @@
 mod brute;
 mod bsp;
 mod bvh;
+mod collapse;
 mod display;
 mod grid;
 mod hierarchy;
@@ -169,7 +170,7 @@ registry! {
     brute => |items| Box::new(brute::Brute::build(items.boxes)),
     hierarchy => hierarchy::build,
     bvh_fast => |items| Box::new(bvh::Bvh::lbvh(items.boxes)),
-    bvh => |items| Box::new(bvh::Bvh::binned_sah(items.boxes)),
+    bvh => |items| Box::new(bvh::Bvh8::binned_sah(items.boxes)),
     bvh_best => |items| Box::new(bvh::Bvh::sbvh(items.boxes)),
     bvh_spheres => |items| Box::new(bvh::Bvh::spheres(items.boxes)),
     grid => |items| Box::new(grid::Grid::build(items.boxes)),

@@ -1,14 +1,30 @@
 //! The operations by AVX2 and FMA.
 //!
 //! Safety of every block here: the instructions exist on the CPU, because [`Avx2`] is named only in functions compiled
-//! for it, and these are called only where the CPU was found to have them (see `Kernel::cast`). Loads and
+//! for it, and these are called only where the CPU was found to have them (see [`run`] and `Kernel::cast`). Loads and
 //! stores are unaligned and of whole arrays, so they stay within what a reference points at.
 
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::{F32x8, F64x4, Simd};
+use super::{F32x8, F64x4, Simd, Task};
 use crate::math::Real;
+
+/// Does work by these instructions, or returns it if the CPU does not have them.
+#[inline]
+pub(super) fn run<T: Task>(task: T) -> Result<T::Output, T> {
+    if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+        // Safety: the CPU has been found to have these instructions.
+        Ok(unsafe { run_compiled(task) })
+    } else {
+        Err(task)
+    }
+}
+
+#[target_feature(enable = "avx2,fma")]
+fn run_compiled<T: Task>(task: T) -> T::Output {
+    task.run::<Avx2>()
+}
 
 /// AVX2 with fused multiply-add.
 #[derive(Clone, Copy, Debug)]

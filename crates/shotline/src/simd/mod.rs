@@ -50,6 +50,24 @@ pub(crate) trait Simd: Copy + 'static {
     fn prefetch<T>(at: *const T);
 }
 
+/// Work that is written once for all sets of instructions. Its functions are inlined into one that is compiled for the
+/// instructions.
+pub(crate) trait Task {
+    type Output;
+    fn run<S: Simd>(self) -> Self::Output;
+}
+
+/// Does work by the best instructions that the CPU has.
+#[inline]
+pub(crate) fn dispatch<T: Task>(task: T) -> T::Output {
+    #[cfg(target_arch = "x86_64")]
+    let task = match avx2::run(task) {
+        Ok(output) => return output,
+        Err(task) => task,
+    };
+    task.run::<Portable>()
+}
+
 /// Four float64 numbers. Comparisons give a mask, the first lane in the lowest bit.
 pub(crate) trait F64x4: Real + Debug {
     fn load(from: &[f64; 4]) -> Self;

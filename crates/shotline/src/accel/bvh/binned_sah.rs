@@ -1,7 +1,7 @@
 //! The default builder: the surface area heuristic over bins (Wald 2007, "On fast construction of SAH-based bounding
 //! volume hierarchies").
 
-use super::{Bvh, MAX_DEPTH, MAX_LEAF, Node};
+use super::{Bvh, MAX_DEPTH, Node};
 use crate::aabb::Aabb;
 use crate::accel::prim_ref::{PrimRef, bounding_box, partition_unbounded};
 use crate::math::Vec3;
@@ -20,12 +20,13 @@ struct Task {
     depth: usize,
 }
 
-pub(super) fn build(boxes: &[Aabb]) -> Bvh {
+/// Builds a tree. A leaf of at most `max_leaf` items is split only if the heuristic gains by it.
+pub(super) fn build(boxes: &[Aabb], max_leaf: usize) -> Bvh {
     let (mut entries, unbounded) = partition_unbounded(boxes);
     let mut nodes = Vec::new();
     if !entries.is_empty() {
         nodes.push(leaf(&entries, 0));
-        split_all(&mut nodes, &mut entries);
+        split_all(&mut nodes, &mut entries, max_leaf);
     }
     Bvh {
         nodes,
@@ -41,11 +42,11 @@ fn leaf(entries: &[PrimRef], start: usize) -> Node<Aabb> {
 }
 
 /// Splits leaves while that lowers the cost. Works depth first, so that nodes close in the tree are close in memory.
-fn split_all(nodes: &mut Vec<Node<Aabb>>, entries: &mut [PrimRef]) {
+fn split_all(nodes: &mut Vec<Node<Aabb>>, entries: &mut [PrimRef], max_leaf: usize) {
     let mut tasks = vec![Task { node: 0, start: 0, end: entries.len(), depth: 0 }];
     while let Some(Task { node, start, end, depth }) = tasks.pop() {
         let range = &mut entries[start..end];
-        let Some(left) = split(range, &nodes[node].bounds, depth) else { continue };
+        let Some(left) = split(range, &nodes[node].bounds, depth, max_leaf) else { continue };
         let middle = start + left;
         let first = nodes.len();
         nodes[node].first = first as u32;
@@ -58,7 +59,7 @@ fn split_all(nodes: &mut Vec<Node<Aabb>>, entries: &mut [PrimRef]) {
 }
 
 /// Partitions the entries of a node. Returns how many go left, or `None` to keep a leaf.
-fn split(entries: &mut [PrimRef], bounds: &Aabb, depth: usize) -> Option<usize> {
+fn split(entries: &mut [PrimRef], bounds: &Aabb, depth: usize, max_leaf: usize) -> Option<usize> {
     if entries.len() < 2 {
         return None;
     }
@@ -67,13 +68,13 @@ fn split(entries: &mut [PrimRef], bounds: &Aabb, depth: usize) -> Option<usize> 
         && let Some(best) = best_split(entries, &centres)
     {
         let leaf_cost = bounds.half_area() * entries.len() as f64;
-        if entries.len() <= MAX_LEAF && best.cost + BOX_COST * bounds.half_area() >= leaf_cost {
+        if entries.len() <= max_leaf && best.cost + BOX_COST * bounds.half_area() >= leaf_cost {
             return None;
         }
         return Some(best.partition(entries, &centres));
     }
     // All centres are in one bin, or the node is too deep for the heuristic: halve by count.
-    if entries.len() <= MAX_LEAF {
+    if entries.len() <= max_leaf {
         return None;
     }
     Some(split_at_median(entries, &centres))

@@ -4,6 +4,7 @@
 //! 1987). Depth first: the nearer child is visited at once, and the farther one is pushed on a small stack.
 
 mod binned_sah;
+mod bvh8;
 mod lbvh;
 mod refit;
 mod sbvh;
@@ -11,6 +12,7 @@ mod sphere;
 
 use std::fmt::Debug;
 
+pub(super) use bvh8::Bvh8;
 use refit::RefitData;
 use sphere::Sphere;
 
@@ -109,7 +111,7 @@ pub(super) struct Bvh<V = Aabb> {
 impl Bvh {
     /// Builds a tree for fast traversal, by the surface area heuristic.
     pub(super) fn binned_sah(boxes: &[Aabb]) -> Bvh {
-        binned_sah::build(boxes)
+        binned_sah::build(boxes, MAX_LEAF)
     }
 
     /// Builds a tree in the shortest time.

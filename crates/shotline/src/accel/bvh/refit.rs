@@ -8,7 +8,7 @@ use crate::accel::prim_ref::BoundsClass;
 
 /// A refit fails where the sum of the inner volumes' areas exceeds this multiple of the sum of the tree as built. The
 /// number of volumes that a line meets is proportional to the sum, so at twice the sum a ray costs twice as much.
-const MAX_AREA_GROWTH: f64 = 2.0;
+pub(super) const MAX_AREA_GROWTH: f64 = 2.0;
 
 /// Used in place of a leaf's index, for unbounded items and for items with an empty box.
 const UNBOUNDED: u32 = u32::MAX;

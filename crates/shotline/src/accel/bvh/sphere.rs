@@ -1,6 +1,6 @@
 //! Spheres instead of boxes, in the same trees. Whitted (1980) used spheres first.
 
-use super::{Bvh, Node, Volume, binned_sah};
+use super::{Bvh, MAX_LEAF, Node, Volume, binned_sah};
 use crate::aabb::{Aabb, BoxRay, SphereRay};
 use crate::accel::display;
 use crate::math::{HALF_ULP, Vec3, length};
@@ -15,7 +15,7 @@ pub(in crate::accel) struct Sphere {
 /// Builds the tree of `binned_sah` and replaces each box by the smaller of two spheres: one around the box, and one
 /// around the spheres of the children or the boxes of the items.
 pub(super) fn build(boxes: &[Aabb]) -> Bvh<Sphere> {
-    let Bvh { nodes, items, unbounded, has_duplicate_refs, .. } = binned_sah::build(boxes);
+    let Bvh { nodes, items, unbounded, has_duplicate_refs, .. } = binned_sah::build(boxes, MAX_LEAF);
     let sphere = |node: &Node<Aabb>| Node {
         bounds: Sphere::around(std::iter::once(node.bounds)),
         first: node.first,

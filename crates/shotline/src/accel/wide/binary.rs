@@ -1,7 +1,8 @@
 //! The binary tree that is built first.
 
+use super::LEAF_SIZE;
 use super::bounds::Bounds;
-use super::{LEAF_SIZE, WIDTH};
+use crate::accel::collapse::{self, Forests};
 
 /// A node of the binary tree.
 #[derive(Clone, Copy, Debug)]
@@ -26,13 +27,6 @@ impl BinaryNode {
         let corner = |[x, y, z, _]: [f32; 4]| [x, y, z];
         BinaryNode { low: corner(bounds.low), high: corner(bounds.high), count: count as u32, content }
     }
-}
-
-/// How a subtree is divided into forests of at most so many trees: `left[n - 1]` of `n` trees belong to the left
-/// child, or 0 if `n - 1` trees are better. The first entry says it for a node with [`WIDTH`] children.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Forests {
-    pub left: [u8; WIDTH],
 }
 
 /// A part of the binary tree. Its division into parts depends on the numbers of items only, so the tree is the same for
@@ -60,13 +54,12 @@ impl<'a> Subtree<'a> {
             Subtree::Node(nodes, index) => &nodes[index],
         }
     }
+}
 
-    /// The children of a node that is split, and how it is divided into forests.
-    pub fn split(self) -> Option<([Subtree<'a>; 2], Forests)> {
+impl collapse::Subtree for Subtree<'_> {
+    fn split(self) -> Option<([Self; 2], Forests)> {
         let Content::Split { right, forests } = self.root().content else { return None };
-        let of_nodes = |nodes: &'a [BinaryNode], index: usize| {
-            [Subtree::Node(nodes, index + 1), Subtree::Node(nodes, right as usize)]
-        };
+        let of_nodes = |nodes, index| [Subtree::Node(nodes, index + 1), Subtree::Node(nodes, right as usize)];
         let children = match self {
             Subtree::Part(Part::Split(_, children)) => children.each_ref().map(Subtree::Part),
             Subtree::Part(Part::Whole(nodes)) => of_nodes(nodes, 0),

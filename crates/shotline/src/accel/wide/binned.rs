@@ -7,10 +7,10 @@ use rayon::slice::ParallelSlice;
 use super::binary::{BinaryNode, Content, Part};
 use super::bins::{Binning, Bins, Split};
 use super::bounds::{Bounds, Extent, ItemBox};
-use super::collapse::{self, Costs};
 use super::emit::emit;
-use super::{Frame, LEAF_SIZE, MAX_HEURISTIC_DEPTH, NONE, PARALLEL, WideBvh};
+use super::{Frame, LEAF_COST, LEAF_SIZE, MAX_HEURISTIC_DEPTH, NONE, PARALLEL, WideBvh};
 use crate::aabb::Aabb;
+use crate::accel::collapse::{self, Costs};
 
 /// Nodes of at least this many items are examined by several threads, this many at a time.
 const CHUNK: usize = 1 << 15;
@@ -50,7 +50,7 @@ fn build_part(items: &mut [ItemBox], extent: &Extent, depth: usize) -> (Part, Co
     };
     let ((left, left_costs), (right, right_costs)) =
         rayon::join(|| build_side(left_items), || build_side(right_items));
-    let (forests, costs) = collapse::of_split(&extent.bounds, &left_costs, &right_costs);
+    let (forests, costs) = collapse::of_split(extent.bounds.half_area(), &left_costs, &right_costs);
     let node = BinaryNode::new(&extent.bounds, count, Content::Split { right: 0, forests });
     (Part::Split(node, Box::new([left, right])), costs)
 }
@@ -67,7 +67,7 @@ fn build_nodes(
     if count <= LEAF_SIZE {
         let leaf = std::array::from_fn(|i| items.get(i).map_or(NONE, ItemBox::item));
         nodes.push(BinaryNode::new(&extent.bounds, count, Content::Leaf(leaf)));
-        return collapse::of_leaf(&extent.bounds);
+        return collapse::of_leaf(extent.bounds.half_area() * LEAF_COST);
     }
     let split = if depth < MAX_HEURISTIC_DEPTH {
         bins.fill(items, Binning::of(count, &extent.centres));
@@ -81,7 +81,7 @@ fn build_nodes(
     let left_costs = build_nodes(nodes, left_items, &Extent::of(left_items), depth + 1, bins);
     let right = nodes.len() as u32;
     let right_costs = build_nodes(nodes, right_items, &Extent::of(right_items), depth + 1, bins);
-    let (forests, costs) = collapse::of_split(&extent.bounds, &left_costs, &right_costs);
+    let (forests, costs) = collapse::of_split(extent.bounds.half_area(), &left_costs, &right_costs);
     nodes[index].content = Content::Split { right, forests };
     costs
 }

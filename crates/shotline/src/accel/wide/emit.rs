@@ -3,8 +3,8 @@
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use super::binary::{BinaryNode, Content, Part, Subtree};
-use super::collapse;
 use super::{EMPTY_PLANES, Frame, LEAF, LEAF_SIZE, NONE, Node, PARALLEL, WIDTH, WideBvh};
+use crate::accel::collapse;
 
 /// Makes the wide tree; also returns the items of each leaf.
 pub(super) fn emit(frame: Frame, tree: &Part) -> (WideBvh, Vec<[u32; LEAF_SIZE]>) {

@@ -7,7 +7,6 @@ mod binary;
 mod binned;
 mod bins;
 mod bounds;
-mod collapse;
 mod cut;
 mod emit;
 mod frame;
@@ -24,7 +23,7 @@ pub(crate) use frame::{Frame, PAD};
 pub(crate) use spatial::build_with_spatial_splits;
 
 /// The number of children of a node.
-pub(crate) const WIDTH: usize = 8;
+pub(crate) const WIDTH: usize = super::collapse::WIDTH;
 
 /// The largest number of items in a leaf.
 pub(crate) const LEAF_SIZE: usize = 4;

@@ -7,11 +7,11 @@ use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterato
 use super::binary::{BinaryNode, Content, Part};
 use super::bins::{Binning, Bins};
 use super::bounds::{Bounds, Extent, ItemBox};
-use super::collapse::{self, Costs};
 use super::cut::{Plane, Triangle, best_plane, cut};
 use super::emit::emit;
-use super::{Frame, LEAF_SIZE, MAX_HEURISTIC_DEPTH, NONE, PARALLEL, WideBvh};
+use super::{Frame, LEAF_COST, LEAF_SIZE, MAX_HEURISTIC_DEPTH, NONE, PARALLEL, WideBvh};
 use crate::aabb::Aabb;
+use crate::accel::collapse::{self, Costs};
 use crate::math::Vec3;
 
 /// Maximum mean number of references to a triangle. It bounds the memory.
@@ -69,7 +69,7 @@ impl Builder<'_> {
         let [left, right] = self.divide(task, &mut Bins::default());
         let ((left, left_costs), (right, right_costs)) =
             rayon::join(|| self.build_part(left), || self.build_part(right));
-        let (forests, costs) = collapse::of_split(&bounds, &left_costs, &right_costs);
+        let (forests, costs) = collapse::of_split(bounds.half_area(), &left_costs, &right_costs);
         let node = BinaryNode::new(&bounds, count, Content::Split { right: 0, forests });
         (Part::Split(node, Box::new([left, right])), costs)
     }
@@ -80,7 +80,7 @@ impl Builder<'_> {
         if count <= LEAF_SIZE {
             let leaf = std::array::from_fn(|i| task.references.get(i).map_or(NONE, ItemBox::item));
             nodes.push(BinaryNode::new(&bounds, count, Content::Leaf(leaf)));
-            return collapse::of_leaf(&bounds);
+            return collapse::of_leaf(bounds.half_area() * LEAF_COST);
         }
         let [left, right] = self.divide(task, bins);
         let index = nodes.len();
@@ -88,7 +88,7 @@ impl Builder<'_> {
         let left_costs = self.build_nodes(nodes, left, bins);
         let right_index = nodes.len() as u32;
         let right_costs = self.build_nodes(nodes, right, bins);
-        let (forests, costs) = collapse::of_split(&bounds, &left_costs, &right_costs);
+        let (forests, costs) = collapse::of_split(bounds.half_area(), &left_costs, &right_costs);
         nodes[index].content = Content::Split { right: right_index, forests };
         costs
     }

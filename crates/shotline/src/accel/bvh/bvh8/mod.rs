@@ -1,0 +1,99 @@
+//! A bounding volume hierarchy of up to eight children a node, whose boxes are tested together (Wald, Benthin and Boulos
+//! 2008, "Getting rid of packets").
+//!
+//! It is collapsed from a binary tree. An item is a child of its own, with its own box, so a ray that meets it needs no
+//! further test.
+
+mod collapse;
+mod node;
+mod refit;
+
+use collapse::collapse;
+use node::Node;
+use refit::RefitData;
+
+use super::binned_sah;
+use crate::aabb::{Aabb, BoxRay};
+use crate::accel::collapse::WIDTH;
+use crate::accel::{Accelerator, Child, QueueEntry, display};
+use crate::counters::Counters;
+use crate::simd::{Simd, Task, dispatch};
+
+/// The hierarchy.
+#[derive(Clone, Debug)]
+pub(in crate::accel) struct Bvh8 {
+    /// The root comes first, and every node before its children. Empty if there are no bounded items.
+    nodes: Vec<Node>,
+    /// Items without finite bounds, proposed first.
+    unbounded: Vec<u32>,
+    /// Data for refitting; `None` until the first refit.
+    refit_data: Option<Box<RefitData>>,
+}
+
+impl Bvh8 {
+    /// Builds a tree for fast traversal, by the surface area heuristic.
+    pub(in crate::accel) fn binned_sah(boxes: &[Aabb]) -> Bvh8 {
+        let bvh = binned_sah::build(boxes, 1);
+        Bvh8 { nodes: collapse(&bvh), unbounded: bvh.unbounded, refit_data: None }
+    }
+}
+
+/// Appends the children of a node that a ray meets.
+struct Expand<'a> {
+    node: &'a Node,
+    ray: &'a BoxRay,
+    out: &'a mut Vec<QueueEntry>,
+}
+
+impl Task for Expand<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self) {
+        let Expand { node, ray, out } = self;
+        let met = node.test::<S>(ray);
+        let mut rest = met.children;
+        while rest != 0 {
+            let slot = rest.trailing_zeros() as usize % WIDTH;
+            rest &= rest - 1;
+            let number = node.children[slot];
+            let is_node = slot < usize::from(node.nodes);
+            let child = if is_node { Child::Node(u64::from(number)) } else { Child::Entered(number) };
+            out.push(QueueEntry { t: met.enter[slot], child });
+        }
+    }
+}
+
+impl Accelerator for Bvh8 {
+    fn roots(&self, ray: &BoxRay, out: &mut Vec<QueueEntry>, counters: &mut Counters) {
+        let t = ray.span().t_min();
+        out.extend(self.unbounded.iter().map(|&i| QueueEntry { t, child: Child::Item(i) }));
+        if !self.nodes.is_empty() {
+            self.expand(0, t, ray, out, counters);
+        }
+    }
+
+    fn expand(&self, node: u64, _t: f64, ray: &BoxRay, out: &mut Vec<QueueEntry>, counters: &mut Counters) {
+        let node = &self.nodes[node as usize];
+        counters.boxes += u64::from(node.count);
+        dispatch(Expand { node, ray, out });
+    }
+
+    fn refit(&mut self, items: &[u32], boxes: &dyn Fn(u32) -> Aabb) -> bool {
+        self.refit_boxes(items, boxes)
+    }
+
+    fn describe(&self, node: u64, _ray: &BoxRay) -> String {
+        format!("box {}", display::box_of(&self.nodes[node as usize].bounds()))
+    }
+
+    fn has_duplicate_refs(&self) -> bool {
+        false
+    }
+
+    fn memory(&self) -> usize {
+        size_of_val(self.nodes.as_slice())
+            + size_of_val(self.unbounded.as_slice())
+            + self.refit_data.as_ref().map_or(0, |refit_data| refit_data.memory())
+    }
+}

@@ -1,0 +1,169 @@
+//! A node, and the test of a ray against the boxes of its children.
+
+use crate::aabb::{Aabb, BoxRay};
+use crate::accel::collapse::WIDTH;
+use crate::math::{Real, Vec3};
+use crate::simd::{F64x4, Simd};
+
+/// A node: the boxes of its children, plane by plane. They are not rounded, so the box of an item is tested here once and
+/// for all.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub(super) struct Node {
+    /// For each axis the lower and then the upper plane of every child.
+    planes: [[f64; WIDTH]; 6],
+    /// The numbers of the children: first those that are nodes, then items.
+    pub children: [u32; WIDTH],
+    /// How many children there are, and how many of them are nodes.
+    pub count: u8,
+    pub nodes: u8,
+}
+
+/// The children that a ray meets.
+pub(super) struct Met {
+    /// Where it enters each child.
+    pub enter: [f64; WIDTH],
+    /// A mask of the children that it meets.
+    pub children: u8,
+}
+
+impl Node {
+    pub const EMPTY: Node = Node { planes: [[0.0; WIDTH]; 6], children: [0; WIDTH], count: 0, nodes: 0 };
+
+    /// Adds a child behind the others.
+    pub fn push(&mut self, child: u32, bounds: &Aabb) {
+        let slot = usize::from(self.count);
+        self.children[slot] = child;
+        self.count += 1;
+        self.set_box(slot, bounds);
+    }
+
+    /// The children that are items.
+    pub fn items(&self) -> &[u32] {
+        &self.children[usize::from(self.nodes)..usize::from(self.count)]
+    }
+
+    pub fn set_box(&mut self, slot: usize, bounds: &Aabb) {
+        for axis in 0..3 {
+            self.planes[2 * axis][slot] = bounds.min[axis];
+            self.planes[2 * axis + 1][slot] = bounds.max[axis];
+        }
+    }
+
+    pub fn child_box(&self, slot: usize) -> Aabb {
+        let corner =
+            |side: usize| Vec3::from([0, 1, 2].map(|axis: usize| self.planes[2 * axis + side][slot]));
+        Aabb::new(corner(0), corner(1))
+    }
+
+    /// The box around all children.
+    pub fn bounds(&self) -> Aabb {
+        (0..usize::from(self.count)).fold(Aabb::EMPTY, |all, slot| all.union(&self.child_box(slot)))
+    }
+
+    /// Tests the boxes of all children: [`BoxRay::enter_exit`] lane by lane, so every `t` is the same.
+    #[inline(always)]
+    pub fn test<S: Simd>(&self, ray: &BoxRay) -> Met {
+        let (low, low_met) = self.test_four::<S>(ray, 0);
+        let (high, high_met) = self.test_four::<S>(ray, 1);
+        let mut enter = [0.0; WIDTH];
+        enter[..4].copy_from_slice(&low);
+        enter[4..].copy_from_slice(&high);
+        // Planes of unused slots mean nothing.
+        let used = ((1u32 << self.count) - 1) as u8;
+        Met { enter, children: (low_met | high_met << 4) & used }
+    }
+
+    #[inline(always)]
+    fn test_four<S: Simd>(&self, ray: &BoxRay, half: usize) -> ([f64; 4], u8) {
+        let splat = <S::F64 as Real>::splat;
+        let (mut enter, mut exit) = (splat(f64::NEG_INFINITY), splat(f64::INFINITY));
+        for axis in 0..3 {
+            let upper_is_near = usize::from(ray.inverse[axis] < 0.0);
+            let near = self.four::<S>(2 * axis + upper_is_near, half);
+            let far = self.four::<S>(2 * axis + 1 - upper_is_near, half);
+            let inverse = splat(ray.inverse[axis]);
+            // A NaN leaves the bound: such an axis does not cull.
+            enter = ((near - splat(ray.ahead[axis])) * inverse).greater(enter);
+            exit = ((far - splat(ray.behind[axis])) * inverse).lesser(exit);
+        }
+        let (shrink, grow) = (splat(ray.shrink), splat(ray.grow));
+        let enter = (enter * shrink).lesser(enter * grow).greater(splat(ray.span.t_min()));
+        let exit = (exit * shrink).greater(exit * grow).lesser(splat(ray.span.t_max()));
+        (enter.store(), enter.is_at_most(exit) & 0xf)
+    }
+
+    #[inline(always)]
+    fn four<S: Simd>(&self, plane: usize, half: usize) -> S::F64 {
+        let [a, b, c, d, e, f, g, h] = self.planes[plane];
+        S::F64::load(&if half == 0 { [a, b, c, d] } else { [e, f, g, h] })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ray::{Line, Span};
+    use crate::simd::{Portable, Task, dispatch};
+    use crate::testkit::random::Random;
+
+    struct Test<'a>(&'a Node, &'a BoxRay);
+
+    impl Task for Test<'_> {
+        type Output = Met;
+
+        #[inline(always)]
+        fn run<S: Simd>(self) -> Met {
+            self.0.test::<S>(self.1)
+        }
+    }
+
+    /// Coordinates that boxes share with origins, so that rays run in planes and begin on them.
+    fn coordinate(random: &mut Random) -> f64 {
+        match random.below(6) {
+            0 => [0.0, -0.0, 1e-300, 1e150, -1e150, 0.5][random.below(6)],
+            1 | 2 => random.number(-1.0, 1.0),
+            _ => f64::from(random.below(5) as i32 - 2),
+        }
+    }
+
+    fn point(random: &mut Random) -> Vec3 {
+        Vec3::new(coordinate(random), coordinate(random), coordinate(random))
+    }
+
+    fn line(random: &mut Random) -> Line {
+        let mut line = Line::exact(point(random), point(random));
+        if random.below(3) == 0 {
+            line.o_err = point(random).abs() * [1e-15, 0.1][random.below(2)];
+            line.d_err = line.d.abs() * [0.0, 1e-15, 0.1, 1.0][random.below(4)];
+        }
+        line
+    }
+
+    /// Both sets of instructions give the `t` of a test of a single box, and meet the same boxes.
+    #[test]
+    fn eight_boxes_are_tested_as_one_by_one() {
+        let mut random = Random::new(11);
+        let mut met = 0;
+        for _ in 0..20_000 {
+            let mut node = Node::EMPTY;
+            let boxes: Vec<Aabb> = (0..random.below(WIDTH + 1))
+                .map(|_| Aabb::around([point(&mut random), point(&mut random)]))
+                .collect();
+            boxes.iter().for_each(|b| node.push(0, b));
+            let span = [Span::FORWARD, Span::new(-1.0, 0.5).expect("a span")][random.below(2)];
+            let ray = BoxRay::new(&line(&mut random), span);
+            let (fast, plain) = (dispatch(Test(&node, &ray)), node.test::<Portable>(&ray));
+            assert_eq!(fast.children, plain.children, "{ray:?} {boxes:?}");
+            assert_eq!(fast.enter.map(f64::to_bits), plain.enter.map(f64::to_bits), "{ray:?} {boxes:?}");
+            for (slot, b) in boxes.iter().enumerate() {
+                let expected = ray.enter_exit(b).map(|(enter, _)| enter);
+                let enter = (plain.children >> slot & 1 == 1).then_some(plain.enter[slot]);
+                assert_eq!(enter, expected, "{ray:?} {b:?}");
+                met += usize::from(expected.is_some());
+            }
+            assert_eq!(u32::from(plain.children) >> boxes.len(), 0);
+        }
+        assert!(met > 5000, "{met} boxes were met");
+    }
+}
