@@ -305,6 +305,9 @@ impl<'w> BlockFold<'_, 'w> {
         for row in requests.kernel.rows_hit() {
             pass_any(&mut slots[slot_of(requests, row)], visitor);
         }
+        if self.block.wants_normals {
+            mesh.prefetch(requests.kernel.hits().iter().map(|hit| hit.crossing.primitive));
+        }
         for hit in requests.kernel.hits() {
             let slot = &mut slots[slot_of(requests, hit.row as usize)];
             self.pass(slot, [Boundary::of_leaf(hit.crossing)].into_iter(), visitor);
@@ -325,7 +328,9 @@ impl<'w> BlockFold<'_, 'w> {
         } else {
             let MeshRequests { all, rows, boundaries, .. } = requests;
             let block = rows.block(&all[group.clone()], self.query.scope.span, self.block.cancel);
-            let closed = ClosedMesh { mesh, block: &block, kinds: self.query.scope.kinds };
+            let wants_normals_later = self.block.wants_normals;
+            let closed =
+                ClosedMesh { mesh, block: &block, kinds: self.query.scope.kinds, wants_normals_later };
             let slot_of = |row: usize| all[group.start + row].slot as usize;
             if V::IS_ANY {
                 boundaries.any(&closed, |row, is_boundary| match is_boundary {

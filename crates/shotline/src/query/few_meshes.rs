@@ -120,7 +120,7 @@ impl<'w> FewMeshes<'w> {
 
 /// Rays that are cast at a closed mesh.
 fn closed<'a>(placed: &PlacedMesh<'a>, rays: &'a RayBlock<'a>, of: &RowBlock) -> ClosedMesh<'a> {
-    ClosedMesh { mesh: placed.mesh, block: rays, kinds: of.scope.kinds }
+    ClosedMesh { mesh: placed.mesh, block: rays, kinds: of.scope.kinds, wants_normals_later: false }
 }
 
 impl FewMemory {

@@ -21,6 +21,8 @@ pub(super) struct ClosedMesh<'a> {
     pub block: &'a RayBlock<'a>,
     /// The kinds of boundaries that count.
     pub kinds: Kinds,
+    /// Whether the normals of hits will be computed from their triangles, one by one.
+    pub wants_normals_later: bool,
 }
 
 /// What is found of a ray.
@@ -106,6 +108,9 @@ impl FirstBoundaries {
                 // The first hit may be one event with another or with an end of the span.
                 start => *start = Start::Open,
             }
+        }
+        if of.wants_normals_later {
+            of.mesh.prefetch(self.kernel.hits().iter().map(|hit| hit.crossing.primitive));
         }
         self.take_first_hits(of, &mut take);
         self.open.take(of.block, &self.starts);
@@ -280,7 +285,7 @@ mod tests {
                 ends: None,
                 cancel: None,
             };
-            let of = ClosedMesh { mesh: &mesh, block: &block, kinds };
+            let of = ClosedMesh { mesh: &mesh, block: &block, kinds, wants_normals_later: false };
             let mut found = 0;
             if is_any {
                 boundaries.any(&of, |_, is_boundary| found += usize::from(is_boundary));

@@ -30,11 +30,13 @@ struct LevelVisit<'w> {
     uses: u32,
 }
 
-/// A pending entry of a visit.
+/// A pending entry of a visit: a node of its accelerator or a placement. Small, so that it stays in registers on its way
+/// into the heap.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
+    number: u64,
     visit: u32,
-    child: Child,
+    is_node: bool,
 }
 
 /// A placed body whose box the ray hits.
@@ -203,31 +205,28 @@ impl<'w> Traversal<'w> {
         if below.log.is_on() {
             below.log.depth = 1 + self.above(entry.visit).count();
         }
-        match entry.child {
-            Child::Node(node) => {
-                let LevelVisit { level, ray, .. } = &self.visits[entry.visit as usize];
-                if let Some(accel) = &level.accel {
-                    below.log.add(0, Some(t), || Act::Expand { node: accel.describe(node, ray) });
-                    accel.expand(node, t, ray, &mut self.children, &mut below.counters);
-                }
-                self.push_children(world, entry.visit, below);
+        if entry.is_node {
+            let LevelVisit { level, ray, .. } = &self.visits[entry.visit as usize];
+            if let Some(accel) = &level.accel {
+                below.log.add(0, Some(t), || Act::Expand { node: accel.describe(entry.number, ray) });
+                accel.expand(entry.number, t, ray, &mut self.children, &mut below.counters);
             }
-            Child::Item(item) | Child::Entered(item) => {
-                let placement_entry = self.enter_placement(entry.visit, item, t);
-                match placement_entry.target {
-                    Target::Body(number) => {
-                        below.log.add(0, Some(t), || Act::EnterBody {
-                            path: world.path_name(placement_entry.path),
-                            leaves: world.body(number).leaf_count() as usize,
-                        });
-                        // The entry's use of the visit passes to the caller.
-                        self.last_returned = Some(entry.visit);
-                        return Some(placement_entry.into_body(number));
-                    }
-                    Target::Level(level) => {
-                        let visit = self.new_visit(world.level(level), placement_entry);
-                        self.enter(world, visit, t, below);
-                    }
+            self.push_children(world, entry.visit, below);
+        } else {
+            let placement_entry = self.enter_placement(entry.visit, entry.number as u32, t);
+            match placement_entry.target {
+                Target::Body(number) => {
+                    below.log.add(0, Some(t), || Act::EnterBody {
+                        path: world.path_name(placement_entry.path),
+                        leaves: world.body(number).leaf_count() as usize,
+                    });
+                    // The entry's use of the visit passes to the caller.
+                    self.last_returned = Some(entry.visit);
+                    return Some(placement_entry.into_body(number));
+                }
+                Target::Level(level) => {
+                    let visit = self.new_visit(world.level(level), placement_entry);
+                    self.enter(world, visit, t, below);
                 }
             }
         }
@@ -383,17 +382,17 @@ impl<'w> Traversal<'w> {
             &mut self.visits[visit as usize];
         let Scratch { counters, log, .. } = below;
         for child in self.children.drain(..) {
-            let t = match child.child {
+            let (t, number) = match child.child {
                 Child::Node(node) => {
                     let describe = || level.accel.as_ref().map(|accel| accel.describe(node, ray));
                     log.add(1, Some(child.t), || Act::PushNode { node: describe().unwrap_or_default() });
-                    child.t
+                    (child.t, node)
                 }
                 Child::Entered(item) => {
                     let placed = &level.placements[item as usize];
                     debug_assert_eq!(ray.enter_exit(&placed.bounds).map(|(t, _)| t), Some(child.t));
                     log.add(1, Some(child.t), || Act::PushItem { item: world.placed_name(placed) });
-                    child.t
+                    (child.t, u64::from(item))
                 }
                 Child::Item(item) => {
                     let placed = &level.placements[item as usize];
@@ -409,12 +408,13 @@ impl<'w> Traversal<'w> {
                         continue;
                     };
                     log.add(1, Some(t), || Act::PushItem { item: name() });
-                    t
+                    (t, u64::from(item))
                 }
             };
             counters.heap_pushes += 1;
             *uses += 1;
-            self.heap.push(t, Rank::Box, Entry { visit, child: child.child });
+            let is_node = matches!(child.child, Child::Node(_));
+            self.heap.push(t, Rank::Box, Entry { number, visit, is_node });
         }
     }
 }

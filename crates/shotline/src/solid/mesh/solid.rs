@@ -23,6 +23,7 @@ use crate::crossing::Crossing;
 use crate::math::Vec3;
 use crate::ray::{Line, Span};
 use crate::scratch::Scratch;
+use crate::simd::{Simd, Task, dispatch};
 use crate::solid::{Moments, Solid, Wanted};
 use crate::trace::Act;
 
@@ -271,6 +272,11 @@ impl MeshSolid {
         self.index.as_wide().is_some()
     }
 
+    /// Asks for the corners of triangles from which normals will be computed soon.
+    pub(crate) fn prefetch(&self, triangles: impl Iterator<Item = u32>) {
+        dispatch(Prefetch { mesh: &self.mesh, triangles });
+    }
+
     /// Casts a block of rays. The result has the bits of the plain path.
     pub(crate) fn cast_block(&self, block: &RayBlock, query: BlockQuery, memory: &mut KernelMemory) {
         match self.index.as_wide() {
@@ -312,6 +318,24 @@ impl MeshSolid {
     /// The scaled corners of a triangle of the mesh.
     pub(super) fn corners(&self, primitive: u32) -> [Vec3; 3] {
         self.mesh.corners(primitive).map(|v| self.size.scale(v))
+    }
+}
+
+struct Prefetch<'a, I> {
+    mesh: &'a TriangleMesh,
+    triangles: I,
+}
+
+impl<I: Iterator<Item = u32>> Task for Prefetch<'_, I> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self) {
+        for triangle in self.triangles {
+            for &vertex in &self.mesh.faces[triangle as usize] {
+                S::prefetch(&raw const self.mesh.vertices[vertex as usize]);
+            }
+        }
     }
 }
 
