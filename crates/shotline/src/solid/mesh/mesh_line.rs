@@ -24,13 +24,13 @@ const FARTHEST: f64 = 1e150;
 /// The effect of the line's error on `t` is the bound of a hit while it is less than this fraction of the interval of
 /// `t` in which the line passes the triangle. So an event covers at most a small part of the face, and no thin sheet
 /// behind it is lost.
-const RESOLVED: f64 = 1.0 / 65536.0;
+pub(super) const RESOLVED: f64 = 1.0 / 65536.0;
 
 /// A slope. If a bound is neither below [`RESOLVED`] nor below that of this slope, the line runs along the face within
 /// its own error, and whether and where it passes through is undetermined. The crossings are then right for a mesh
 /// moved by at most that error. A bound as long as the face would merge everything near it into one event, so the bound
 /// is limited to that of this slope.
-const STEEPEST: f64 = 1024.0;
+pub(super) const STEEPEST: f64 = 1024.0;
 
 /// The power of two that scales a mesh to size 1.
 #[derive(Clone, Copy, Debug)]
@@ -157,11 +157,6 @@ impl MeshLine {
         MeshLine::of_scaled(Line { o, o_err, ..self.line }, self.exponent, bounds)
     }
 
-    /// The largest distance, after scaling, from a plane at which the line counts as running in it.
-    pub(super) fn near(&self) -> f64 {
-        self.near
-    }
-
     /// The line between two `t` for tests against the boxes of scaled triangles.
     pub(super) fn boxes(&self, from: f64, to: f64) -> BoxRay {
         self.padded_box_ray.over(span(-self.latest_scaled(-from), self.latest_scaled(to)))
@@ -175,11 +170,6 @@ impl MeshLine {
     /// Scales a `t`.
     pub(super) fn scaled(&self, t: f64) -> f64 {
         libm::ldexp(t, -self.exponent)
-    }
-
-    /// Undoes the scaling of a `t`.
-    pub(super) fn unscaled(&self, t: f64) -> f64 {
-        libm::ldexp(t, self.exponent)
     }
 
     /// An upper bound on [`Crossing::t_err`] of any hit near `t`.

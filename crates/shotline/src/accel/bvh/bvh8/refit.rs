@@ -122,7 +122,6 @@ impl Bvh8 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::Vec3;
     use crate::testkit::random::Random;
 
     #[test]

@@ -40,8 +40,8 @@ impl KernelMemory {
         &self.hit_faces
     }
 
-    /// For [`BlockQuery::First`] and [`BlockQuery::FirstFromOutside`], the rows of the rays that may begin inside. Where
-    /// the caller does not know whether they do, it has to cast them for [`BlockQuery::Within`].
+    /// For [`BlockQuery::First`] and [`BlockQuery::AnyOffEdges`], the rows of the rays that may begin inside. Where the
+    /// caller does not know whether they do, it has to cast them for [`BlockQuery::Within`].
     pub fn inside_rows(&self) -> &[u32] {
         &self.found.inside
     }
@@ -99,7 +99,7 @@ impl WideIndex {
             BlockQuery::Any => kernel.cast::<Any>(memory),
             BlockQuery::All | BlockQuery::Within | BlockQuery::Operand => kernel.cast::<All>(memory),
             BlockQuery::AnyOffEdges => kernel.cast::<AnyOffEdges>(memory),
-            BlockQuery::First | BlockQuery::FirstFromOutside => {
+            BlockQuery::First => {
                 kernel.cast::<Closest>(memory);
                 kernel.keep_hits_within(memory);
             }
@@ -256,9 +256,7 @@ mod tests {
         let kernel = Kernel { frame, tree: &index.tree, blocks, has_duplicates, preparation, block };
         let mut memory = KernelMemory::default();
         match query {
-            BlockQuery::Nearest | BlockQuery::First | BlockQuery::FirstFromOutside => {
-                kernel.cast_in::<Closest>(way, &mut memory)
-            }
+            BlockQuery::Nearest | BlockQuery::First => kernel.cast_in::<Closest>(way, &mut memory),
             BlockQuery::Any => kernel.cast_in::<Any>(way, &mut memory),
             BlockQuery::All | BlockQuery::Within | BlockQuery::Operand => {
                 kernel.cast_in::<All>(way, &mut memory)
@@ -344,7 +342,6 @@ mod tests {
                 BlockQuery::All,
                 BlockQuery::AnyOffEdges,
                 BlockQuery::First,
-                BlockQuery::FirstFromOutside,
                 BlockQuery::Within,
             ] {
                 compare_ways(&mut random, &rays, &solid, query);

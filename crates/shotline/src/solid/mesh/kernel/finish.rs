@@ -1,5 +1,5 @@
 //! Computes hits that were found, four at a time: the operations of [`super::super::plane::PlaneHit`] lane by lane, so
-//! that every lane has its bits. What these cannot decide, and lines that are not exact, take the plain path.
+//! that every lane has its bits. What these cannot decide takes the plain path.
 
 use super::block::Coordinate;
 use super::context::Kernel;
@@ -10,7 +10,7 @@ use crate::math::{Affine, Dd, HALF_ULP, Real, UNIT_RANGE, Vec3, power_of_two};
 use crate::simd::{F64x4, Simd};
 use crate::solid::mesh::exact::minus;
 use crate::solid::mesh::mesh_hit::MeshHit;
-use crate::solid::mesh::mesh_line::exponent_within_range;
+use crate::solid::mesh::mesh_line::{RESOLVED, STEEPEST, exponent_within_range};
 use crate::solid::mesh::plane::{self, ENOUGH, PRODUCTS, SMALL};
 
 /// The number of hits that are computed at a time.
@@ -23,6 +23,16 @@ struct Gathered {
     direction: [[f64; LANES]; 3],
     /// The `t` before scaling is that after scaling times this.
     unscale: [f64; LANES],
+    errors: Option<Errors>,
+}
+
+/// What the errors of up to four lines need.
+#[derive(Clone, Copy, Default)]
+struct Errors {
+    origin: [[f64; LANES]; 3],
+    direction: [[f64; LANES]; 3],
+    /// The axis in which the direction is largest.
+    along: [usize; LANES],
 }
 
 /// The hits that were computed, and a mask of those that are right.
@@ -44,10 +54,6 @@ impl<C: Coordinate> Kernel<'_, C> {
     /// Appends the hits of lane_hits, in their order.
     #[inline(always)]
     pub(super) fn finish<S: Simd>(&self, lane_hits: &[LaneHit], hits: &mut Vec<MeshHit>) {
-        if self.lines().errors.is_some() {
-            hits.extend(lane_hits.iter().filter_map(|lane_hit| self.finish_plainly(lane_hit)));
-            return;
-        }
         for some in lane_hits.chunks(LANES) {
             let gathered = self.gather(some);
             let computed = compute::<S>(&gathered);
@@ -134,6 +140,7 @@ impl<C: Coordinate> Kernel<'_, C> {
             origin: [[0.0; LANES]; 3],
             direction: [[0.0; LANES]; 3],
             unscale: [0.0; LANES],
+            errors: self.lines().errors.map(|_| Errors::default()),
         };
         let size = self.frame.size.exponent();
         for lane in 0..LANES {
@@ -151,6 +158,14 @@ impl<C: Coordinate> Kernel<'_, C> {
                 out.direction[axis][lane] = d[axis];
             }
             out.unscale[lane] = power_of_two((size - exponent).clamp(-1000, 1000));
+            if let (Some(out), Some(errors)) = (&mut out.errors, self.lines().errors) {
+                let of_row = &errors[row as usize];
+                for axis in 0..3 {
+                    out.origin[axis][lane] = of_row[axis] * power_of_two(-size);
+                    out.direction[axis][lane] = of_row[3 + axis] * power_of_two(-exponent);
+                }
+                out.along[lane] = longest_axis(d);
+            }
         }
         out
     }
@@ -197,6 +212,12 @@ fn compute<S: Simd>(of: &Gathered) -> Computed {
     let products = doubt * (depth + t.abs()) * reciprocal.hi.abs();
     let t_err = splat(1.001 * HALF_ULP) * t.abs() + splat(1.01) * products;
     let t = clamp::<S>(t, [&a, &b, &c], &o, &d);
+    let t_err = match &of.errors {
+        Some(errors) => {
+            t_err + t_err_of_line::<S>(of, errors, t, [normal[0].hi, normal[1].hi, normal[2].hi], descent.hi)
+        }
+        None => t_err,
+    };
     let unscale = S::F64::load(&of.unscale);
     // `t` that may underflow take the plain path.
     let is_certain = is_certain & splat(SMALLEST).is_less(t.abs());
@@ -206,6 +227,49 @@ fn compute<S: Simd>(of: &Gathered) -> Computed {
         descent: descent.hi.store(),
         is_certain,
     }
+}
+
+/// The operations of [`super::super::mesh_line::MeshLine::t_err_of_line`]. It is zero for lines that are exact.
+#[inline(always)]
+fn t_err_of_line<S: Simd>(
+    of: &Gathered,
+    errors: &Errors,
+    t: S::F64,
+    normal: [S::F64; 3],
+    descent: S::F64,
+) -> S::F64 {
+    let splat = <S::F64 as Real>::splat;
+    let (o_err, d_err, t) = (load::<S>(&errors.origin), load::<S>(&errors.direction), t.abs());
+    let point_err = [o_err[0] + d_err[0] * t, o_err[1] + d_err[1] * t, o_err[2] + d_err[2] * t];
+    // As in `PlaneHit::t_err_of`.
+    let descent = descent.abs();
+    let steps = [normal[0].abs() / descent, normal[1].abs() / descent, normal[2].abs() / descent];
+    let remaining = splat(1.0) - dot::<S>(&d_err, &steps);
+    let bound = dot::<S>(&point_err, &steps) / remaining.greater(splat(0.0));
+    let (bound, worst) = (bound.store(), point_err[0].greater(point_err[1].greater(point_err[2])).store());
+    let mut of_line = [0.0; LANES];
+    for lane in 0..LANES {
+        let along = errors.along[lane] % 3;
+        let [a, b, c] = [of.corners[0][along][lane], of.corners[1][along][lane], of.corners[2][along][lane]];
+        let size = of.direction[along][lane].abs();
+        let longest_interval = (a.max(b).max(c) - a.min(b).min(c)) / size;
+        let bound = bound[lane];
+        let is_resolved = bound <= RESOLVED * longest_interval;
+        of_line[lane] = if is_resolved { bound } else { bound.min(STEEPEST * worst[lane] / size) };
+    }
+    S::F64::load(&of_line)
+}
+
+/// The axis in which a direction is largest, as for [`super::super::sheared_ray::ShearedRay`].
+#[inline(always)]
+fn longest_axis(d: Vec3) -> usize {
+    let size = d.abs();
+    if size.z >= size.x && size.z >= size.y { 2 } else { usize::from(size.y >= size.x) }
+}
+
+#[inline(always)]
+fn dot<S: Simd>(a: &[S::F64; 3], b: &[S::F64; 3]) -> S::F64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// Keeps `t` within the interval of the triangle's box, as [`crate::aabb::BoxRay::enter_exit`] does.
@@ -226,4 +290,101 @@ fn clamp<S: Simd>(t: S::F64, corners: [&[S::F64; 3]; 3], o: &[S::F64; 3], d: &[S
     let enter = (enter * shrink).lesser(enter * grow);
     let exit = (exit * shrink).greater(exit * grow);
     t.greater(enter).lesser(exit)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::super::block::Block;
+    use super::super::index::Blocks;
+    use super::super::lines::{BlockQuery, Lines, RayBlock};
+    use super::super::prepare::Preparation;
+    use super::*;
+    use crate::ray::{Line, Span};
+    use crate::simd::Portable;
+    use crate::solid::mesh::MeshSolid;
+    use crate::solid::mesh::kernel::{MeshFrame, WideIndex};
+    use crate::testkit::meshes::{Thin, rays_at};
+    use crate::testkit::random::Random;
+
+    /// Lines with errors from none to large ones.
+    fn lines(random: &mut Random, solid: &MeshSolid, thin: &Thin) -> Vec<Line> {
+        let mut lines = Vec::new();
+        for ray in rays_at(random, &solid.mesh, thin, 60) {
+            let mut error =
+                |v: Vec3| v.abs() * random.point(0.0, 1.0) * [0.0, 1e-16, 1e-10, 1e-4][random.below(4)];
+            let (o_err, d_err) = (error(ray.origin()), error(ray.direction()));
+            lines.push(Line { o_err, d_err, ..Line::of(&ray) });
+        }
+        lines
+    }
+
+    /// Compares all hits of lines with those of the plain path. Returns how many there are, and how many of them it need
+    /// not compute.
+    fn compare<C: Coordinate>(
+        solid: &MeshSolid,
+        index: &WideIndex,
+        blocks: &[Block<C>],
+        lines: &[Line],
+    ) -> [usize; 2] {
+        let frame = MeshFrame { size: solid.size, scaled_bounds: solid.scaled_bounds, is_inward: false };
+        let row = |a: Vec3, b: Vec3| [a.x, a.y, a.z, b.x, b.y, b.z];
+        let rows: Vec<_> = lines.iter().map(|line| row(line.o, line.d)).collect();
+        let errors: Vec<_> = lines.iter().map(|line| row(line.o_err, line.d_err)).collect();
+        let block = RayBlock {
+            rays: &rows,
+            frames: [&Affine::IDENTITY; 2],
+            wants_normals: false,
+            lines: Lines { rows: &rows, errors: Some(&errors) },
+            span: Span::FORWARD,
+            ends: None,
+            cancel: None,
+        };
+        let preparation = Preparation::of(&frame, index.tree.frame, BlockQuery::All);
+        let (tree, has_duplicates) = (&index.tree, false);
+        let kernel = Kernel { frame: &frame, tree, blocks, has_duplicates, preparation, block: &block };
+        let mut lane_hits = Vec::new();
+        for row in 0..rows.len() as u32 {
+            for (leaf, triangles) in (0..).zip(blocks) {
+                for lane in 0..triangles.triangles().1 as u32 {
+                    if kernel.plain_hit(row as usize, leaf, lane as usize, || ()).is_some() {
+                        lane_hits.push(LaneHit { row, leaf, lane, is_off_edges: false });
+                    }
+                }
+            }
+        }
+        let mut hits = Vec::new();
+        kernel.finish::<Portable>(&lane_hits, &mut hits);
+        assert_eq!(hits.len(), lane_hits.len());
+        for (hit, lane_hit) in hits.iter().zip(&lane_hits) {
+            let plain = kernel.finish_plainly(lane_hit).expect("a hit");
+            let bits = |hit: &MeshHit| (hit.crossing.t.to_bits(), hit.crossing.t_err.to_bits());
+            assert_eq!(bits(hit), bits(&plain), "{:?}", lines[lane_hit.row as usize]);
+            assert_eq!(hit.crossing, plain.crossing);
+        }
+        let certain = |some: &[LaneHit]| {
+            let lanes = (1u32 << some.len()) - 1;
+            (u32::from(compute::<Portable>(&kernel.gather(some)).is_certain) & lanes).count_ones() as usize
+        };
+        [lane_hits.len(), lane_hits.chunks(LANES).map(certain).sum()]
+    }
+
+    #[test]
+    fn hits_of_lines_with_errors_have_the_bits_of_the_plain_path() {
+        let mut random = Random::new(5);
+        let mut counts = [0; 2];
+        for _ in 0..100 {
+            let thin = if random.below(2) == 0 { Thin::any(&mut random) } else { Thin::near(&mut random) };
+            let Ok(solid) = MeshSolid::new(Arc::new(thin.mesh(&mut random)), "bvh") else { continue };
+            let lines = lines(&mut random, &solid, &thin);
+            let index = solid.index.as_wide().expect("a wide index");
+            let [all, certain] = match &index.blocks {
+                Blocks::Single(blocks) => compare(&solid, index, blocks, &lines),
+                Blocks::Double(blocks) => compare(&solid, index, blocks, &lines),
+            };
+            counts = [counts[0] + all, counts[1] + certain];
+        }
+        assert!(counts[0] > 1000 && 2 * counts[1] > counts[0], "{counts:?}");
+    }
 }

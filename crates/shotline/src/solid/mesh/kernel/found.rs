@@ -41,7 +41,6 @@ impl Found {
                 self.inside.push(row as u32);
                 return true;
             }
-            Prepared::Inside => self.inside.push(row as u32),
             Prepared::Plain => self.plain.push(row as u32),
         }
         false

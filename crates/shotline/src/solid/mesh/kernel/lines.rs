@@ -60,9 +60,8 @@ pub(crate) enum BlockQuery {
     /// Whether there is a hit that is off the edges of its triangle and farther from the ends of the span than an event
     /// is wide: one hit with its face. Rays that have other hits only are left to the plain path.
     AnyOffEdges,
-    /// The first boundary of the solid, for the rays that begin outside of the mesh's box.
-    FirstFromOutside,
-    /// The same, and the first hit of the other rays.
+    /// The first hit within the span, if it is an event of its own; other rays are left to the plain path. For rays that
+    /// begin outside of the mesh's box it is the first boundary of the solid.
     First,
     /// The hits that [`crate::solid::Solid::crossings_within`] turns into crossings, in any order.
     Within,

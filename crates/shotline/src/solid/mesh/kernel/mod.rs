@@ -22,6 +22,7 @@ mod prepare;
 mod ray;
 mod stream;
 mod wave;
+mod widths;
 
 pub(crate) use cast::KernelMemory;
 

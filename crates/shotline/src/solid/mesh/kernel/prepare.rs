@@ -3,12 +3,11 @@
 use super::frame::MeshFrame;
 use super::lines::{BlockQuery, RayBlock};
 use super::ray::{CLEARANCE, KernelRay, MISS, Prepared, SMALLEST, beyond};
+use super::widths::{Errors, Vectors, Widths, width};
 use crate::accel::wide::{Frame, PAD};
-use crate::crossing::GROUPING;
 use crate::math::{HALF_ULP, Real, Vec3, power_of_two};
 use crate::simd::{F64x4, Simd};
-use crate::solid::mesh::mesh_line::{MeshLine, exponent_within_range};
-use crate::solid::mesh::plane::ENOUGH;
+use crate::solid::mesh::mesh_line::exponent_within_range;
 
 /// Rays whose origin is farther from the centre of the mesh than this many sizes take the plain path: the error of the
 /// entry into the mesh's box would exceed the padding of the boxes.
@@ -41,9 +40,6 @@ pub(super) struct Preparation {
     query: BlockQuery,
 }
 
-/// Three components of four vectors.
-type Vectors<S> = [<S as Simd>::F64; 3];
-
 /// Four lines after scaling.
 struct Scaled<S: Simd> {
     o: Vectors<S>,
@@ -51,6 +47,9 @@ struct Scaled<S: Simd> {
     /// `t_min` and `t_max`.
     from: S::F64,
     to: S::F64,
+    /// The factors of origins and of directions.
+    of_o: S::F64,
+    of_d: S::F64,
     /// The lines whose `t` has an extreme scale, whose span does not scale without rounding, or that have components
     /// that may vanish.
     is_extreme: u8,
@@ -157,11 +156,7 @@ impl Preparation {
             } else if is_met >> lane & 1 == 0 {
                 Prepared::Misses
             } else if window.may_be_inside >> lane & 1 == 1 {
-                if self.query == BlockQuery::FirstFromOutside {
-                    Prepared::Inside
-                } else {
-                    Prepared::ReadyInside
-                }
+                Prepared::ReadyInside
             } else {
                 Prepared::Ready
             }
@@ -217,22 +212,30 @@ impl Preparation {
         let splat = <S::F64 as Real>::splat;
         let &Scaled { from, to, .. } = lines;
         let is_any = self.query == BlockQuery::AnyOffEdges;
-        let is_first = matches!(self.query, BlockQuery::First | BlockQuery::FirstFromOutside) || is_any;
+        let is_first = self.query == BlockQuery::First || is_any;
         if !is_first && !matches!(self.query, BlockQuery::Within | BlockQuery::Operand) {
             let (margin, near) = (splat(SMALLEST), splat(0.0));
             return Window { from, to, margin, near, may_be_inside: 0, is_unbounded: 0 };
         }
         let exit = in_box.exit;
-        let [of_from, of_to, of_latest, near] = if block.lines.errors.is_some() {
-            let [a, b, c, near] = widths_of_lines(mesh, block, rows, exit.store());
-            [S::F64::load(&a), S::F64::load(&b), S::F64::load(&c), S::F64::load(&near)]
-        } else {
-            let latest = exit.greater(from.abs());
-            [width::<S>(from, reach), width::<S>(to, reach), width::<S>(latest, reach), splat(0.0)]
+        let latest = exit.greater(from.abs());
+        let (of_from, of_to, of_latest, near, is_slow) = match block.lines.errors {
+            Some(errors) => {
+                let size = mesh.scaled_bounds.size();
+                let size = in_box.roles.pick(splat(size.x), splat(size.y), splat(size.z));
+                let errors = Errors::<S>::load(errors, rows, [lines.of_o, lines.of_d]);
+                let widths = Widths::of([&lines.o, &lines.d], errors, [in_box.longest, size], reach);
+                let (of_from, of_to, of_latest) = (widths.at(from), widths.at(to), widths.at(latest));
+                (of_from, of_to, of_latest, widths.near(), widths.grow_slowly)
+            }
+            None => {
+                let (from, to) = (width::<S>(from, reach), width::<S>(to, reach));
+                (from, to, width::<S>(latest, reach), splat(0.0), !0)
+            }
         };
         // The width grows with `t`, and no hit is beyond the box. The ends of the intervals that are compared are
         // rounded too, by half an ulp each.
-        let rounding = splat(4.0 * HALF_ULP) * exit.greater(from.abs());
+        let rounding = splat(4.0 * HALF_ULP) * latest;
         let is_limited = is_first && (block.ends.is_some() || block.span.t_max() < f64::INFINITY);
         let margin = splat(SMALLEST) + of_latest + rounding;
         // No event with a hit of the mesh is wider than the margin.
@@ -246,7 +249,9 @@ impl Preparation {
             margin,
             near,
             may_be_inside: if is_first { in_box.enter.is_at_most(from) } else { 0 },
-            is_unbounded: !margin.is_less(splat(widest)) | !near.is_less(splat(NEAREST * self.frame.size)),
+            is_unbounded: !is_slow
+                | !margin.is_less(splat(widest))
+                | !near.is_less(splat(NEAREST * self.frame.size)),
         }
     }
 
@@ -343,37 +348,6 @@ impl Preparation {
     }
 }
 
-/// [`MeshLine::event_width`] of exact lines. Not a closure, which would not be inlined into code compiled for the
-/// instructions of `S`.
-#[inline(always)]
-fn width<S: Simd>(t: S::F64, reach: S::F64) -> S::F64 {
-    let splat = <S::F64 as Real>::splat;
-    let worst = splat(1.001 * HALF_ULP) * t.abs() + splat(1.02 * ENOUGH) * (reach + t.abs());
-    splat(2.0 * GROUPING) * worst
-}
-
-/// [`MeshLine::event_width`] of lines that are not exact: at both ends of the span, and where they leave the mesh's
-/// box; and [`MeshLine::near`]. Infinite where a line meets nothing by itself.
-#[inline(never)]
-fn widths_of_lines(
-    mesh: &MeshFrame,
-    block: &RayBlock,
-    rows: [usize; AT_A_TIME],
-    exits: [f64; AT_A_TIME],
-) -> [[f64; AT_A_TIME]; 4] {
-    let mut widths = [[f64::INFINITY; AT_A_TIME]; 4];
-    for lane in 0..AT_A_TIME {
-        let line = block.lines.line(rows[lane]);
-        let Some(line) = MeshLine::new(&line, &mesh.size, &mesh.scaled_bounds) else { continue };
-        let (t_min, t_max) = (block.span.t_min(), block.end(rows[lane]));
-        widths[0][lane] = line.scaled(line.event_width(t_min));
-        widths[1][lane] = line.scaled(line.event_width(t_max));
-        widths[2][lane] = line.scaled(line.event_width(line.unscaled(exits[lane]).max(t_min.abs())));
-        widths[3][lane] = line.near();
-    }
-    widths
-}
-
 /// The lanes with a component other than zero that is so small after scaling that it, its products or its reciprocal may
 /// underflow or overflow. Box tests before scaling still see such a component.
 #[inline(always)]
@@ -416,5 +390,5 @@ fn scaled<S: Simd>(mesh: &MeshFrame, block: &RayBlock, rows: [usize; AT_A_TIME])
     let o = [o[0] * of_o, o[1] * of_o, o[2] * of_o];
     let d = [d[0] * of_d, d[1] * of_d, d[2] * of_d];
     let vanishes = may_vanish::<S>(&o, &unscaled_o) | may_vanish::<S>(&d, &unscaled_d);
-    Scaled { o, d, from, to, is_extreme: is_far | !is_exact | vanishes }
+    Scaled { o, d, from, to, of_o, of_d, is_extreme: is_far | !is_exact | vanishes }
 }

@@ -53,10 +53,8 @@ pub(super) struct KernelRay {
 pub(super) enum Prepared {
     Ready,
     Misses,
-    /// It may begin inside the solid, and is cast.
+    /// It may begin inside the solid.
     ReadyInside,
-    /// It may begin inside the solid, and is not cast.
-    Inside,
     /// The numbers are extreme: the plain path has to do it.
     Plain,
 }
