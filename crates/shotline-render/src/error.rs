@@ -1,6 +1,7 @@
 //! Why there is no picture.
 
 use shotline::query::QueryError;
+use shotline::query::batch::BatchError;
 
 use crate::camera::CameraError;
 use crate::light::LightError;
@@ -60,12 +61,15 @@ pub enum RenderError {
 }
 
 impl RenderError {
-    /// The error of a picture in a look, from the error of one of its rays.
-    pub(crate) fn of(look: &'static str, error: QueryError) -> RenderError {
+    /// The error of a picture in a look, from the error of some of its rays.
+    pub(crate) fn of(look: &'static str, error: BatchError) -> RenderError {
         match error {
-            QueryError::Cancelled => RenderError::Cancelled,
-            error @ QueryError::NotASolid { .. } => RenderError::NotSolid { look, error },
-            error => RenderError::Ray(error),
+            BatchError::Cancelled => RenderError::Cancelled,
+            BatchError::World(error) => RenderError::NotSolid { look, error },
+            BatchError::Query { error, .. } => RenderError::Ray(error),
+            BatchError::Ray { error, .. } => RenderError::Camera(CameraError::Ray(error)),
+            // What is left is too little memory: a picture has no limit of rows.
+            _ => RenderError::Ray(QueryError::OutOfMemory),
         }
     }
 }

@@ -6,18 +6,22 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 use shotline::compile::World;
 use shotline::query::batch::Run;
+use shotline::ray::Ray;
 
 use crate::camera::View;
 use crate::error::RenderError;
 use crate::exposure::{Exposure, Sample};
 use crate::look::Shader;
-use crate::sampling;
+use crate::sampling::{self, SampleNumbers};
 use crate::settings::Settings;
 use crate::temporal_cache::TemporalCache;
-use crate::tracer::PixelTracer;
+use crate::tracer::{SampleRays, Tracer};
 
 /// The side of a tile in pixels: small enough that rays of one tile mostly meet the same objects.
 const TILE: u32 = 32;
+
+/// The number of samples that are shaded together: some hundred kilobytes of rays and results.
+const BLOCK: usize = 2048;
 
 /// A picture to be exposed.
 pub struct Film<'a> {
@@ -28,8 +32,8 @@ pub struct Film<'a> {
 }
 
 impl Film<'_> {
-    /// Exposes rows of the picture. Each pixel is computed by itself, from its samples in a fixed order. So it does
-    /// not depend on the threads, on the tiles, or on which rows are exposed together.
+    /// Exposes rows of the picture. Each sample is computed by itself, and each pixel from its samples in a fixed order. So
+    /// it does not depend on the threads, on the tiles, on the blocks, or on which rows are exposed together.
     pub fn expose(
         &self,
         rows: Range<u32>,
@@ -63,7 +67,7 @@ impl Film<'_> {
         let samples = u64::from(self.settings.samples);
         let cancelled = || run.cancel.is_some_and(|c| c.load(Ordering::Relaxed));
         let failed = AtomicUsize::new(usize::MAX);
-        let one = |tracer: &mut PixelTracer, (number, tile): (usize, &Tile)| {
+        let one = |tracer: &mut Tracer, (number, tile): (usize, &Tile)| {
             // Tiles after the first failure are not needed; the tiles before it decide which error is reported.
             if failed.load(Ordering::Relaxed) < number {
                 return Err(RenderError::Cancelled);
@@ -82,7 +86,7 @@ impl Film<'_> {
         };
         let all = || {
             let swept = cache.swept.as_ref();
-            let tracer = || PixelTracer::new(self.world, self.settings.coherence, swept, run.watch());
+            let tracer = || Tracer::new(self.world, self.settings.coherence, swept, run);
             tiles.par_iter().enumerate().map_init(tracer, one).collect()
         };
         let exposed: Vec<_> = match run.pool {
@@ -101,48 +105,94 @@ impl Film<'_> {
         &self,
         tile: &Tile,
         cached: &[Option<Sample>],
-        tracer: &mut PixelTracer,
+        tracer: &mut Tracer,
         cancelled: &dyn Fn() -> bool,
     ) -> Result<Vec<Pixel>, RenderError> {
-        let mut pixels = Vec::with_capacity(area(tile.width, tile.height));
-        for row in tile.top..tile.top + tile.height {
-            for column in tile.left..tile.left + tile.width {
-                let index = area(self.settings.width, row) + column as usize;
-                if let Some(sample) = cached.get(index).copied().flatten() {
-                    pixels.push(Pixel { sample, is_static: true });
-                    continue;
+        let sample_of = |(column, row): (u32, u32)| {
+            cached.get(area(self.settings.width, row) + column as usize).copied().flatten()
+        };
+        let missing = tile.positions().filter(|position| sample_of(*position).is_none());
+        let mut exposed = self.expose_pixels(missing, tracer, cancelled)?.into_iter();
+        let pixel = |position| match sample_of(position) {
+            Some(sample) => Some(Pixel { sample, is_static: true }),
+            None => exposed.next(),
+        };
+        Ok(tile.positions().filter_map(pixel).collect())
+    }
+
+    /// The pixels at some positions, block by block of their samples.
+    fn expose_pixels(
+        &self,
+        positions: impl Iterator<Item = (u32, u32)>,
+        tracer: &mut Tracer,
+        cancelled: &dyn Fn() -> bool,
+    ) -> Result<Vec<Pixel>, RenderError> {
+        let count = self.settings.samples;
+        let (mut pixels, mut block) = (Vec::new(), SampleBlock::default());
+        for (column, row) in positions {
+            pixels.push(Pixel { sample: Sample::NOTHING, is_static: true });
+            for numbers in sampling::samples(column, row, count) {
+                let [x, y] = numbers.pixel;
+                let ray = self.view.ray(f64::from(column) + x, f64::from(row) + y)?;
+                block.push(ray, numbers, pixels.len() - 1);
+                if block.rays.len() == BLOCK {
+                    self.add_block(&mut block, tracer, &mut pixels, cancelled)?;
                 }
-                tracer.begin_pixel();
-                let sample = self.mean_of_samples(column, row, tracer, cancelled)?;
-                pixels.push(Pixel { sample, is_static: tracer.is_static() });
             }
+        }
+        self.add_block(&mut block, tracer, &mut pixels, cancelled)?;
+        let scale = 1.0 / f64::from(count);
+        for Pixel { sample, .. } in &mut pixels {
+            *sample = Sample { color: sample.color * scale, alpha: sample.alpha * scale };
         }
         Ok(pixels)
     }
 
-    fn mean_of_samples(
+    /// Adds the samples of a block to their pixels, and empties the block.
+    fn add_block(
         &self,
-        column: u32,
-        row: u32,
-        tracer: &mut PixelTracer,
+        block: &mut SampleBlock,
+        tracer: &mut Tracer,
+        pixels: &mut [Pixel],
         cancelled: &dyn Fn() -> bool,
-    ) -> Result<Sample, RenderError> {
-        let &Settings { samples: count, look, .. } = self.settings;
-        let mut sum = Sample::NOTHING;
-        for numbers in sampling::samples(column, row, count) {
-            // Tested for every sample, which is many rays with soft light.
-            if cancelled() {
-                return Err(RenderError::Cancelled);
-            }
-            let [x, y] = numbers.pixel;
-            let ray = self.view.ray(f64::from(column) + x, f64::from(row) + y)?;
-            let sample = self.shader.sample(tracer, &ray, &numbers);
-            let sample = sample.map_err(|error| RenderError::of(look.name, error))?;
-            sum.color += sample.color;
-            sum.alpha += sample.alpha;
+    ) -> Result<(), RenderError> {
+        if cancelled() {
+            return Err(RenderError::Cancelled);
         }
-        let scale = 1.0 / f64::from(count);
-        Ok(Sample { color: sum.color * scale, alpha: sum.alpha * scale })
+        let SampleBlock { rays, numbers, pixels: pixels_of, samples } = block;
+        samples.clear();
+        samples.resize(rays.len(), Sample::NOTHING);
+        tracer.begin(rays.len());
+        let shaded = self.shader.shade(tracer, rays, numbers, samples);
+        shaded.map_err(|error| RenderError::of(self.settings.look.name, error))?;
+        for (number, (sample, &pixel)) in (0..).zip(samples.iter().zip(&*pixels_of)) {
+            let pixel = &mut pixels[pixel];
+            pixel.sample.color += sample.color;
+            pixel.sample.alpha += sample.alpha;
+            pixel.is_static &= tracer.is_static(number);
+        }
+        rays.clear();
+        numbers.clear();
+        pixels_of.clear();
+        Ok(())
+    }
+}
+
+/// Samples that are shaded together.
+#[derive(Default)]
+struct SampleBlock {
+    /// By sample: its ray from the camera, its random numbers and its pixel.
+    rays: SampleRays,
+    numbers: Vec<SampleNumbers>,
+    pixels: Vec<usize>,
+    samples: Vec<Sample>,
+}
+
+impl SampleBlock {
+    fn push(&mut self, ray: Ray, numbers: SampleNumbers, pixel: usize) {
+        self.rays.push(ray, self.rays.len() as u32);
+        self.numbers.push(numbers);
+        self.pixels.push(pixel);
     }
 }
 
@@ -174,6 +224,12 @@ fn tiles(width: u32, rows: Range<u32>) -> Vec<Tile> {
 }
 
 impl Tile {
+    /// The columns and rows of its pixels, row by row.
+    fn positions(&self) -> impl Iterator<Item = (u32, u32)> + use<> {
+        let &Tile { left, top, width, height } = self;
+        (top..top + height).flat_map(move |row| (left..left + width).map(move |column| (column, row)))
+    }
+
     /// Copies a value for each pixel of the tile into rows of a picture of a width, the first of which is row `top`.
     fn paste<T>(&self, pixels: impl Iterator<Item = T>, width: u32, top: u32, picture: &mut [T]) {
         for (i, pixel) in (0..).zip(pixels) {

@@ -1,7 +1,8 @@
 //! Pictures of shotline worlds: a camera, lights, a registry of looks (render modes), and a film that develops to PNG.
 //!
-//! [`render()`] makes a picture. It uses the public queries of [`shotline::query::Caster`] only: closest crossings,
-//! occlusion and segments.
+//! [`render()`] makes a picture. It uses the public queries of [`shotline::query::batch::BatchCaster`] only: closest
+//! crossings, occlusion and segments. Rays of the same kind are cast together: those from the camera, those to each lamp,
+//! those of each reflection.
 //!
 //! A picture is the same, bit for bit, for any number of threads.
 #![deny(missing_docs)]

@@ -3,6 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use shotline::math::Vec3;
+use shotline::ray::Span;
 use shotline::scene::{Light, LightSource};
 
 use crate::camera::{View, unit};
@@ -58,12 +59,19 @@ enum Source {
 }
 
 impl Lamp {
-    /// From a point to the lamp: a direction, and the distance to the lamp in lengths of the direction. The
-    /// direction is zero at the position of the lamp.
-    pub fn direction_from(&self, point: Vec3) -> (Vec3, f64) {
+    /// The direction from a point to the lamp. It is zero at the position of the lamp.
+    pub fn direction_from(&self, point: Vec3) -> Vec3 {
         match self.source {
-            Source::At(position) => (position - point, 1.0),
-            Source::Toward(direction) => (direction, f64::INFINITY),
+            Source::At(position) => position - point,
+            Source::Toward(direction) => direction,
+        }
+    }
+
+    /// The part of a ray in the direction from its origin to the lamp that is before the lamp.
+    pub fn span(&self) -> Span {
+        match self.source {
+            Source::At(_) => Span::new(0.0, 1.0).unwrap_or(Span::FORWARD),
+            Source::Toward(_) => Span::FORWARD,
         }
     }
 }

@@ -1,10 +1,11 @@
-//! What a ray sees: the first surface, and whether anything occludes a light.
+//! What rays see: the first surfaces, and whether anything occludes a light.
 
 use shotline::compile::World;
 use shotline::counters::Counters;
 use shotline::crossing::GROUPING;
 use shotline::math::{HALF_ULP, Vec3};
-use shotline::query::{Caster, CoherenceHint, Hit, Overlaps, QueryError, Scope, Segment, Watch};
+use shotline::query::batch::{BatchCaster, BatchError, ClosestRows, Fields, Run};
+use shotline::query::{CoherenceHint, Overlaps, Scope, Segment};
 use shotline::ray::{Ray, Span};
 
 use crate::temporal_cache::SweptBounds;
@@ -27,25 +28,66 @@ impl Default for Coherence {
     }
 }
 
-/// Traces the rays of pixels: one thread's caster, with memory for its lists.
-pub struct PixelTracer<'w> {
-    caster: Caster<'w>,
+/// Rays to be traced together, each for a sample of a pixel.
+#[derive(Debug, Default)]
+pub struct SampleRays {
+    rays: Vec<Ray>,
+    samples: Vec<u32>,
+}
+
+impl SampleRays {
+    pub fn push(&mut self, ray: Ray, sample: u32) {
+        self.rays.push(ray);
+        self.samples.push(sample);
+    }
+
+    pub fn len(&self) -> usize {
+        self.rays.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.rays.is_empty()
+    }
+
+    pub fn clear(&mut self) {
+        self.rays.clear();
+        self.samples.clear();
+    }
+
+    pub fn ray(&self, number: usize) -> &Ray {
+        &self.rays[number]
+    }
+
+    /// The sample that a ray is for.
+    pub fn sample(&self, number: usize) -> u32 {
+        self.samples[number]
+    }
+}
+
+/// Traces the rays of some samples at a time: one thread's caster, with memory for its results.
+pub struct Tracer<'w> {
+    caster: BatchCaster<'w>,
     coherence: Coherence,
     swept: Option<&'w SweptBounds>,
-    /// Whether a ray of this pixel has met the swept bounds.
-    meets_motion: bool,
+    /// By sample, whether a ray has met the swept bounds.
+    meets_motion: Vec<bool>,
     /// By lamp, what occluded the last ray to it that was occluded: the shadow cache.
     occluders: Vec<CoherenceHint>,
     /// What the last ray of any other kind met.
     last: CoherenceHint,
-    segments: Vec<Segment>,
+    closest: ClosestRows,
+    occluded: Vec<bool>,
 }
 
 /// A point on a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfacePoint {
-    /// The crossing.
-    pub hit: Hit,
+    /// The number of the ray that meets it.
+    pub ray: usize,
+    /// The ray parameter.
+    pub t: f64,
+    /// The object.
+    pub object: u32,
     /// The unit normal on the side that the ray comes from. Surfaces without an inside have two sides, and a
     /// solid may be seen from within: both are shaded like any other.
     pub normal: Vec3,
@@ -53,39 +95,44 @@ pub struct SurfacePoint {
     pub start: Vec3,
 }
 
-impl<'w> PixelTracer<'w> {
+impl<'w> Tracer<'w> {
+    /// Rays are cast one by one if the run requests counters.
     pub fn new(
         world: &'w World,
         coherence: Coherence,
         swept: Option<&'w SweptBounds>,
-        watch: Watch<'w>,
-    ) -> PixelTracer<'w> {
-        let mut caster = Caster::new(world);
-        caster.watch(watch);
-        PixelTracer {
-            caster,
+        run: Run<'w>,
+    ) -> Tracer<'w> {
+        let fields = Fields::OBJECT | Fields::NORMAL | Fields::T_ERR;
+        Tracer {
+            caster: BatchCaster::new(world, Run { fields, ..run }),
             coherence,
             swept,
-            meets_motion: false,
+            meets_motion: Vec::new(),
             occluders: Vec::new(),
             last: CoherenceHint::default(),
-            segments: Vec::new(),
+            closest: ClosestRows::default(),
+            occluded: Vec::new(),
         }
     }
 
-    /// Begins a pixel.
-    pub fn begin_pixel(&mut self) {
-        self.meets_motion = false;
+    /// Begins some samples.
+    pub fn begin(&mut self, samples: usize) {
+        self.meets_motion.clear();
+        self.meets_motion.resize(samples, false);
     }
 
-    /// Whether nothing that moves can change what the rays of this pixel have met.
-    pub fn is_static(&self) -> bool {
-        self.swept.is_some() && !self.meets_motion
+    /// Whether nothing that moves can change what the rays of a sample have met.
+    pub fn is_static(&self, sample: u32) -> bool {
+        self.swept.is_some() && !self.meets_motion[sample as usize]
     }
 
-    /// Records whether a ray meets the swept bounds in a span.
-    fn record_motion(&mut self, ray: &Ray, span: Span) {
-        self.meets_motion = self.meets_motion || self.swept.is_some_and(|swept| swept.meets(ray, span));
+    /// Records whether a ray of a sample meets the swept bounds in a span.
+    fn record_motion(&mut self, sample: u32, ray: &Ray, span: Span) {
+        if let Some(swept) = self.swept {
+            let meets_motion = &mut self.meets_motion[sample as usize];
+            *meets_motion = *meets_motion || swept.meets(ray, span);
+        }
     }
 
     /// Returns the work done since the last call.
@@ -93,69 +140,77 @@ impl<'w> PixelTracer<'w> {
         self.caster.take_counters()
     }
 
-    /// The first surface a ray meets. A solid in which the ray starts is seen from within.
+    /// The first surface that each ray meets, in order of the rays that meet one. A solid in which a ray starts is seen
+    /// from within.
     ///
     /// # Errors
-    /// As [`Caster::closest`].
-    pub fn surface(&mut self, ray: &Ray) -> Result<Option<SurfacePoint>, QueryError> {
-        let surfaces = Scope::surfaces(Span::FORWARD);
-        let hit = match self.coherence.neighbours {
-            true => self.caster.closest_with_hint(&mut self.last, ray, surfaces)?,
-            false => self.caster.closest(ray, surfaces)?,
-        };
-        self.record_motion(ray, hit.and_then(|hit| Span::new(0.0, hit.t).ok()).unwrap_or(Span::FORWARD));
-        Ok(hit.map(|hit| {
-            let normal = if hit.normal.dot(ray.direction()) > 0.0 { -hit.normal } else { hit.normal };
-            SurfacePoint { hit, normal, start: offset_from_surface(ray, &hit, normal) }
-        }))
-    }
-
-    /// Whether a surface lies between a point and the point `reach` lengths of `toward` away from it. `lamp` is
-    /// the number of the lamp there, if it is a lamp: each lamp has its own shadow cache.
-    ///
-    /// # Errors
-    /// As [`Caster::any`].
-    pub fn is_occluded(
-        &mut self,
-        point: &SurfacePoint,
-        toward: Vec3,
-        reach: f64,
-        lamp: Option<usize>,
-    ) -> Result<bool, QueryError> {
-        let (Ok(ray), Ok(span)) = (Ray::new(point.start, toward), Span::new(0.0, reach)) else {
-            return Ok(false);
-        };
-        self.record_motion(&ray, span);
-        match lamp.filter(|_| self.coherence.shadows) {
-            None => self.caster.any(&ray, Scope::surfaces(span)),
-            Some(lamp) => {
-                if self.occluders.len() <= lamp {
-                    self.occluders.resize_with(lamp + 1, CoherenceHint::default);
-                }
-                self.caster.any_with_hint(&mut self.occluders[lamp], &ray, Scope::surfaces(span))
+    /// As [`BatchCaster::closest`].
+    pub fn surfaces(&mut self, rays: &SampleRays) -> Result<Vec<SurfacePoint>, BatchError> {
+        let hint = self.coherence.neighbours.then_some(&mut self.last);
+        self.caster.closest(&rays.rays, Scope::surfaces(Span::FORWARD), hint, &mut self.closest)?;
+        let mut points = Vec::with_capacity(rays.len());
+        for (number, (ray, &sample)) in rays.rays.iter().zip(&rays.samples).enumerate() {
+            let t = self.closest.t[number];
+            // Infinite for a miss.
+            self.record_motion(sample, ray, Span::new(0.0, t).unwrap_or(Span::FORWARD));
+            if t < f64::INFINITY {
+                let normal = Vec3::from_array(self.closest.normal[number]);
+                let normal = if normal.dot(ray.direction()) > 0.0 { -normal } else { normal };
+                let start = offset_from_surface(ray, t, self.closest.t_err[number], normal);
+                let object = self.closest.object[number] as u32;
+                points.push(SurfacePoint { ray: number, t, object, normal, start });
             }
         }
+        Ok(points)
     }
 
-    /// The work that the closest crossing of a ray costs.
+    /// Whether a surface is in the span of each ray. `lamp` is the number of the lamp to which the rays go, if they go
+    /// to one: each lamp has its own shadow cache.
     ///
     /// # Errors
-    /// As [`Caster::closest`].
-    pub fn closest_work(&mut self, ray: &Ray) -> Result<Counters, QueryError> {
-        self.caster.take_counters();
-        self.caster.closest(ray, Span::FORWARD)?;
-        Ok(self.caster.take_counters())
+    /// As [`BatchCaster::any`].
+    pub fn occluded(
+        &mut self,
+        rays: &SampleRays,
+        span: Span,
+        lamp: Option<usize>,
+    ) -> Result<&[bool], BatchError> {
+        for (ray, &sample) in rays.rays.iter().zip(&rays.samples) {
+            self.record_motion(sample, ray, span);
+        }
+        let lamp = lamp.filter(|_| self.coherence.shadows);
+        if let Some(lamp) = lamp
+            && self.occluders.len() <= lamp
+        {
+            self.occluders.resize_with(lamp + 1, CoherenceHint::default);
+        }
+        let hint = lamp.map(|lamp| &mut self.occluders[lamp]);
+        self.caster.any(&rays.rays, Scope::surfaces(span), hint, &mut self.occluded)?;
+        Ok(&self.occluded)
     }
 
-    /// The segments of a ray inside objects. Where objects overlap, the one of higher priority owns the segment.
+    /// Passes the number of each ray to `take`, with the work that its closest crossing costs.
     ///
     /// # Errors
-    /// As [`Caster::segments`].
-    pub fn segments(&mut self, ray: &Ray) -> Result<&[Segment], QueryError> {
-        self.segments.clear();
-        self.record_motion(ray, Span::FORWARD);
-        self.caster.segments(ray, Span::FORWARD, Overlaps::Priority, &mut self.segments)?;
-        Ok(&self.segments)
+    /// As [`BatchCaster::cost`].
+    pub fn cost(&mut self, rays: &SampleRays, take: impl FnMut(usize, Counters)) -> Result<(), BatchError> {
+        self.caster.cost(&rays.rays, Span::FORWARD, take)
+    }
+
+    /// Passes the number of each ray to `take`, with its segments inside objects. Where objects overlap, the one of higher
+    /// priority owns the segment.
+    ///
+    /// # Errors
+    /// As [`BatchCaster::segments`].
+    pub fn segments(
+        &mut self,
+        rays: &SampleRays,
+        take: impl FnMut(usize, &[Segment]),
+    ) -> Result<(), BatchError> {
+        for (ray, &sample) in rays.rays.iter().zip(&rays.samples) {
+            self.record_motion(sample, ray, Span::FORWARD);
+        }
+        self.caster.segments(&rays.rays, Span::FORWARD, Overlaps::Priority, take)
     }
 }
 
@@ -166,8 +221,8 @@ impl<'w> PixelTracer<'w> {
 /// below anything visible, and right for a screw and for a planet alike. A fixed distance would be wrong for one
 /// of them: too small, it puts shadows on lit faces; too large, it lets light through thin sheets. The offset is
 /// along the normal, not along the new ray: a ray that runs nearly along the surface would not leave it.
-fn offset_from_surface(ray: &Ray, hit: &Hit, normal: Vec3) -> Vec3 {
+fn offset_from_surface(ray: &Ray, t: f64, t_err: f64, normal: Vec3) -> Vec3 {
     let step = ray.direction().length();
-    let rounding = 4.0 * HALF_ULP * (ray.origin().length() + hit.t.abs() * step);
-    ray.at(hit.t) + normal * (GROUPING * (hit.t_err * step + rounding))
+    let rounding = 4.0 * HALF_ULP * (ray.origin().length() + t.abs() * step);
+    ray.at(t) + normal * (GROUPING * (t_err * step + rounding))
 }

@@ -66,7 +66,7 @@ pub struct Command {
     /// What rays reuse from earlier rays; the picture is the same
     #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',', default_values = ["shadows", "frames"])]
     coherence: Vec<CoherenceChoice>,
-    /// Print times and work as one line of JSON
+    /// Print times and work as one line of JSON; rays are then cast one by one, which is slower for meshes
     #[arg(long)]
     stats: bool,
     #[command(flatten)]
@@ -155,7 +155,7 @@ impl Command {
                 threads: self.threads.threads,
                 progress: Some(&progress),
                 cancel: Some(cancel),
-                counters: Some(&work),
+                counters: self.stats.then_some(&work),
                 ..Run::default()
             };
             let png = match self.frames {

@@ -2,15 +2,14 @@
 
 use shotline::counters::Counter;
 use shotline::math::Vec3;
-use shotline::query::QueryError;
-use shotline::ray::Ray;
+use shotline::query::batch::BatchError;
 
 use super::{Look, Shader};
 use crate::background::Background;
 use crate::exposure::{Exposure, Sample};
 use crate::heat_map;
 use crate::sampling::SampleNumbers;
-use crate::tracer::PixelTracer;
+use crate::tracer::{SampleRays, Tracer};
 
 pub(super) static LOOK: Look = Look {
     name: "cost",
@@ -25,13 +24,16 @@ struct Cost {
 }
 
 impl Shader for Cost {
-    fn sample(
+    fn shade(
         &self,
-        tracer: &mut PixelTracer,
-        ray: &Ray,
-        _numbers: &SampleNumbers,
-    ) -> Result<Sample, QueryError> {
-        Ok(Sample::opaque(Vec3::splat((self.counter.of)(&tracer.closest_work(ray)?) as f64)))
+        tracer: &mut Tracer,
+        rays: &SampleRays,
+        _numbers: &[SampleNumbers],
+        samples: &mut [Sample],
+    ) -> Result<(), BatchError> {
+        tracer.cost(rays, |ray, work| {
+            samples[ray] = Sample::opaque(Vec3::splat((self.counter.of)(&work) as f64));
+        })
     }
 
     fn develop(&self, exposure: &mut Exposure) {

@@ -1,15 +1,14 @@
 //! Depth as grey.
 
 use shotline::math::Vec3;
-use shotline::query::QueryError;
-use shotline::ray::Ray;
+use shotline::query::batch::BatchError;
 
 use super::{Look, Shader};
 use crate::background::Background;
 use crate::color;
 use crate::exposure::{Exposure, Sample};
 use crate::sampling::SampleNumbers;
-use crate::tracer::PixelTracer;
+use crate::tracer::{SampleRays, Tracer};
 
 pub(super) static LOOK: Look = Look {
     name: "depth",
@@ -26,13 +25,17 @@ struct Depth;
 
 impl Shader for Depth {
     /// `t` of a camera ray is the depth, see [`View::ray`](crate::camera::View::ray).
-    fn sample(
+    fn shade(
         &self,
-        tracer: &mut PixelTracer,
-        ray: &Ray,
-        _numbers: &SampleNumbers,
-    ) -> Result<Sample, QueryError> {
-        Ok(tracer.surface(ray)?.map_or(Sample::NOTHING, |point| Sample::opaque(Vec3::splat(point.hit.t))))
+        tracer: &mut Tracer,
+        rays: &SampleRays,
+        _numbers: &[SampleNumbers],
+        samples: &mut [Sample],
+    ) -> Result<(), BatchError> {
+        for point in tracer.surfaces(rays)? {
+            samples[point.ray] = Sample::opaque(Vec3::splat(point.t));
+        }
+        Ok(())
     }
 
     fn develop(&self, exposure: &mut Exposure) {

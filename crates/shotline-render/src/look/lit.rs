@@ -1,8 +1,8 @@
 //! Surfaces in light: shade, shadow, highlight, mirror.
 
 use shotline::math::Vec3;
-use shotline::query::QueryError;
-use shotline::ray::Ray;
+use shotline::query::batch::BatchError;
+use shotline::ray::{Ray, Span};
 
 use super::{Look, Shader, ShaderContext};
 use crate::background::Background;
@@ -12,7 +12,7 @@ use crate::exposure::Sample;
 use crate::light::{Lighting, Lights, sample_lamp, sample_sky};
 use crate::sampling::SampleNumbers;
 use crate::surface_material::{SurfaceMaterial, surface_materials};
-use crate::tracer::{PixelTracer, SurfacePoint};
+use crate::tracer::{SampleRays, SurfacePoint, Tracer};
 
 pub(super) static LOOK: Look = Look {
     name: "lit",
@@ -46,18 +46,47 @@ struct ShadingPoint<'a> {
     material: &'a SurfaceMaterial,
     /// The unit vector back to the viewer.
     view: Vec3,
+    sample: u32,
     numbers: &'a SampleNumbers,
 }
 
+impl ShadingPoint<'_> {
+    /// The direction of a mirrored ray.
+    fn mirrored(&self) -> Vec3 {
+        self.surface.normal * (2.0 * self.surface.normal.dot(self.view)) - self.view
+    }
+
+    /// Lambert's shade and Blinn's highlight of a lamp that is not in shadow.
+    fn shade(&self, &LampWay { light, cosine, .. }: &LampWay) -> Rgb {
+        let (normal, material) = (self.surface.normal, self.material);
+        let half = (light + self.view).try_normalize().unwrap_or(normal);
+        let highlight = material.specular * normal.dot(half).max(0.0).powf(material.shininess);
+        material.color * cosine + Vec3::splat(highlight)
+    }
+}
+
+/// The way from a point to a lamp.
+struct LampWay {
+    /// The number of the point.
+    point: usize,
+    /// The unit vector to the lamp.
+    light: Vec3,
+    cosine: f64,
+}
+
 impl Shader for Lit {
-    fn sample(
+    fn shade(
         &self,
-        tracer: &mut PixelTracer,
-        ray: &Ray,
-        numbers: &SampleNumbers,
-    ) -> Result<Sample, QueryError> {
-        let light = self.incoming(tracer, ray, numbers, 1.0, BOUNCES)?;
-        Ok(light.map_or(Sample::NOTHING, Sample::opaque))
+        tracer: &mut Tracer,
+        rays: &SampleRays,
+        numbers: &[SampleNumbers],
+        samples: &mut [Sample],
+    ) -> Result<(), BatchError> {
+        let incoming = self.incoming(tracer, rays, numbers, &vec![1.0; rays.len()], BOUNCES)?;
+        for (sample, light) in samples.iter_mut().zip(incoming) {
+            *sample = light.map_or(Sample::NOTHING, Sample::opaque);
+        }
+        Ok(())
     }
 }
 
@@ -77,30 +106,50 @@ impl Lit {
         })
     }
 
-    /// The light that comes back along a ray; `None` if the ray meets nothing. `weight` is the fraction of it that
-    /// reaches the picture.
+    /// The light that comes back along each ray; `None` if the ray meets nothing. `weights` are the fractions of it that
+    /// reach the picture.
     fn incoming(
         &self,
-        tracer: &mut PixelTracer,
-        ray: &Ray,
-        numbers: &SampleNumbers,
-        weight: f64,
+        tracer: &mut Tracer,
+        rays: &SampleRays,
+        numbers: &[SampleNumbers],
+        weights: &[f64],
         bounces: u32,
-    ) -> Result<Option<Rgb>, QueryError> {
-        let Some(surface) = tracer.surface(ray)? else { return Ok(None) };
-        let material = &self.materials[surface.hit.object as usize];
-        let point = ShadingPoint { surface, material, view: -ray.direction().normalize(), numbers };
-        let own = self.reflected_light(tracer, &point)?;
-        let mirrored_weight = weight * material.mirror;
-        if bounces == 0 || mirrored_weight < FAINT {
-            return Ok(Some(own));
-        }
-        let direction = surface.normal * (2.0 * surface.normal.dot(point.view)) - point.view;
-        let mirrored = match Ray::new(surface.start, direction) {
-            Ok(ray) => self.incoming(tracer, &ray, numbers, mirrored_weight, bounces - 1)?,
-            Err(_) => None,
+    ) -> Result<Vec<Option<Rgb>>, BatchError> {
+        let shading_point = |surface: SurfacePoint| {
+            let (material, sample) = (&self.materials[surface.object as usize], rays.sample(surface.ray));
+            let view = -rays.ray(surface.ray).direction().normalize();
+            ShadingPoint { surface, material, view, sample, numbers: &numbers[sample as usize] }
         };
-        Ok(Some(own.lerp(mirrored.unwrap_or_else(|| self.background_along(direction)), material.mirror)))
+        let points: Vec<_> = tracer.surfaces(rays)?.into_iter().map(shading_point).collect();
+        let own = self.reflected_light(tracer, &points)?;
+        let mut incoming = vec![None; rays.len()];
+        let (mut mirrored, mut mirrored_weights, mut mirrors) =
+            (SampleRays::default(), Vec::new(), Vec::new());
+        for (point, &own) in points.iter().zip(&own) {
+            let ray = point.surface.ray;
+            incoming[ray] = Some(own);
+            let weight = weights[ray] * point.material.mirror;
+            if bounces == 0 || weight < FAINT {
+                continue;
+            }
+            let direction = point.mirrored();
+            incoming[ray] = Some(own.lerp(self.background_along(direction), point.material.mirror));
+            if let Ok(ray) = Ray::new(point.surface.start, direction) {
+                mirrored.push(ray, point.sample);
+                mirrored_weights.push(weight);
+                mirrors.push((point, own));
+            }
+        }
+        if !mirrored.is_empty() {
+            let light = self.incoming(tracer, &mirrored, numbers, &mirrored_weights, bounces - 1)?;
+            for ((point, own), light) in mirrors.into_iter().zip(light) {
+                if let Some(light) = light {
+                    incoming[point.surface.ray] = Some(own.lerp(light, point.material.mirror));
+                }
+            }
+        }
+        Ok(incoming)
     }
 
     /// The background around the scene, by elevation.
@@ -108,48 +157,74 @@ impl Lit {
         self.background.color((direction.dot(self.zenith) + 1.0) / 2.0).unwrap_or(Vec3::ZERO)
     }
 
-    /// The light of lamps and the ambient light that a surface reflects to the viewer.
-    fn reflected_light(&self, tracer: &mut PixelTracer, point: &ShadingPoint) -> Result<Rgb, QueryError> {
-        let ambient = point.material.color * self.lights.ambient * self.ambient_factor(tracer, point)?;
-        let mut lamps = 0..self.lights.lamps.len();
-        lamps.try_fold(ambient, |sum, lamp| Ok(sum + self.lamp(tracer, point, lamp)?.unwrap_or(Vec3::ZERO)))
+    /// The light of lamps and the ambient light that each surface reflects to the viewer.
+    fn reflected_light(&self, tracer: &mut Tracer, points: &[ShadingPoint]) -> Result<Vec<Rgb>, BatchError> {
+        let factors = self.ambient_factors(tracer, points)?;
+        let ambient =
+            |(point, factor): (&ShadingPoint, f64)| point.material.color * self.lights.ambient * factor;
+        let mut reflected: Vec<Rgb> = points.iter().zip(factors).map(ambient).collect();
+        for lamp in 0..self.lights.lamps.len() {
+            self.add_lamp(tracer, points, lamp, &mut reflected)?;
+        }
+        Ok(reflected)
     }
 
-    /// The fraction of the ambient light that arrives.
-    fn ambient_factor(&self, tracer: &mut PixelTracer, point: &ShadingPoint) -> Result<f64, QueryError> {
+    /// The fraction of the ambient light that arrives at each point.
+    fn ambient_factors(&self, tracer: &mut Tracer, points: &[ShadingPoint]) -> Result<Vec<f64>, BatchError> {
         let unoccluded = |toward: Vec3| 1.0 + SKY * toward.dot(self.zenith);
-        let normal = point.surface.normal;
-        match self.lighting {
-            Lighting::Sharp => Ok(unoccluded(normal)),
-            Lighting::Soft => {
-                let toward = sample_sky(normal, point.numbers.sky);
-                let is_occluded = tracer.is_occluded(&point.surface, toward, f64::INFINITY, None)?;
-                Ok(unoccluded(toward) * if is_occluded { PASSED_ON } else { 1.0 })
+        if self.lighting == Lighting::Sharp {
+            return Ok(points.iter().map(|point| unoccluded(point.surface.normal)).collect());
+        }
+        let (mut factors, mut rays, mut of_rays) =
+            (Vec::with_capacity(points.len()), SampleRays::default(), Vec::new());
+        for (number, point) in points.iter().enumerate() {
+            let toward = sample_sky(point.surface.normal, point.numbers.sky);
+            factors.push(unoccluded(toward));
+            if let Ok(ray) = Ray::new(point.surface.start, toward) {
+                rays.push(ray, point.sample);
+                of_rays.push(number);
             }
         }
+        for (number, is_occluded) in of_rays.into_iter().zip(tracer.occluded(&rays, Span::FORWARD, None)?) {
+            factors[number] *= if *is_occluded { PASSED_ON } else { 1.0 };
+        }
+        Ok(factors)
     }
 
-    /// Lambert's shade and Blinn's highlight of one lamp; `None` in its shadow.
-    fn lamp(
+    /// Adds the light of one lamp at each point that is not in its shadow.
+    fn add_lamp(
         &self,
-        tracer: &mut PixelTracer,
-        point: &ShadingPoint,
+        tracer: &mut Tracer,
+        points: &[ShadingPoint],
         number: usize,
-    ) -> Result<Option<Rgb>, QueryError> {
+        reflected: &mut [Rgb],
+    ) -> Result<(), BatchError> {
         let lamp = &self.lights.lamps[number];
-        let &ShadingPoint { ref surface, material, view, numbers } = point;
-        let (middle, reach) = lamp.direction_from(surface.start);
-        let toward = match self.lighting {
-            Lighting::Sharp => middle,
-            Lighting::Soft => sample_lamp(middle, numbers.lamp),
-        };
-        let Some(light) = toward.try_normalize() else { return Ok(None) };
-        let cosine = surface.normal.dot(light);
-        if cosine <= 0.0 || tracer.is_occluded(surface, toward, reach, Some(number))? {
-            return Ok(None);
+        let (mut rays, mut ways) = (SampleRays::default(), Vec::new());
+        for (index, point) in points.iter().enumerate() {
+            let middle = lamp.direction_from(point.surface.start);
+            let toward = match self.lighting {
+                Lighting::Sharp => middle,
+                Lighting::Soft => sample_lamp(middle, point.numbers.lamp),
+            };
+            let Some(light) = toward.try_normalize() else { continue };
+            let cosine = point.surface.normal.dot(light);
+            if cosine <= 0.0 {
+                continue;
+            }
+            let way = LampWay { point: index, light, cosine };
+            match Ray::new(point.surface.start, toward) {
+                Ok(ray) => {
+                    rays.push(ray, point.sample);
+                    ways.push(way);
+                }
+                Err(_) => reflected[index] += lamp.color * point.shade(&way),
+            }
         }
-        let half = (light + view).try_normalize().unwrap_or(surface.normal);
-        let highlight = material.specular * surface.normal.dot(half).max(0.0).powf(material.shininess);
-        Ok(Some(lamp.color * (material.color * cosine + Vec3::splat(highlight))))
+        let occluded = tracer.occluded(&rays, lamp.span(), Some(number))?;
+        for (way, _) in ways.iter().zip(occluded).filter(|(_, is_occluded)| !**is_occluded) {
+            reflected[way.point] += lamp.color * points[way.point].shade(way);
+        }
+        Ok(())
     }
 }

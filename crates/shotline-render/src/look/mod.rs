@@ -13,8 +13,7 @@ use std::fmt;
 
 use shotline::compile::World;
 use shotline::counters::Counter;
-use shotline::query::QueryError;
-use shotline::ray::Ray;
+use shotline::query::batch::BatchError;
 use shotline::scene::Scene;
 
 use crate::background::Background;
@@ -23,7 +22,7 @@ use crate::error::RenderError;
 use crate::exposure::{Exposure, Sample};
 use crate::light::Lighting;
 use crate::sampling::SampleNumbers;
-use crate::tracer::PixelTracer;
+use crate::tracer::{SampleRays, Tracer};
 
 /// A look, that is a render mode.
 pub struct Look {
@@ -60,13 +59,15 @@ pub(crate) struct ShaderContext<'a> {
 
 /// The shader of a look for one picture; all threads share it.
 pub(crate) trait Shader: Send + Sync {
-    /// The sample of one ray.
-    fn sample(
+    /// Sets the sample of each ray from the camera; those that nothing is set for show the background. Ray `i` is for
+    /// sample `i`, which has the random numbers `numbers[i]`.
+    fn shade(
         &self,
-        tracer: &mut PixelTracer,
-        ray: &Ray,
-        numbers: &SampleNumbers,
-    ) -> Result<Sample, QueryError>;
+        tracer: &mut Tracer,
+        rays: &SampleRays,
+        numbers: &[SampleNumbers],
+        samples: &mut [Sample],
+    ) -> Result<(), BatchError>;
 
     /// Turns the samples into linear colours, for looks that need the whole picture for that.
     fn develop(&self, _exposure: &mut Exposure) {}

@@ -1,15 +1,14 @@
 //! Normals as colours.
 
 use shotline::math::Vec3;
-use shotline::query::QueryError;
-use shotline::ray::Ray;
+use shotline::query::batch::BatchError;
 
 use super::{Look, Shader};
 use crate::background::Background;
 use crate::color;
 use crate::exposure::{Exposure, Sample};
 use crate::sampling::SampleNumbers;
-use crate::tracer::PixelTracer;
+use crate::tracer::{SampleRays, Tracer};
 
 pub(super) static LOOK: Look = Look {
     name: "normal",
@@ -22,13 +21,17 @@ pub(super) static LOOK: Look = Look {
 struct Normals;
 
 impl Shader for Normals {
-    fn sample(
+    fn shade(
         &self,
-        tracer: &mut PixelTracer,
-        ray: &Ray,
-        _numbers: &SampleNumbers,
-    ) -> Result<Sample, QueryError> {
-        Ok(tracer.surface(ray)?.map_or(Sample::NOTHING, |point| Sample::opaque(point.normal)))
+        tracer: &mut Tracer,
+        rays: &SampleRays,
+        _numbers: &[SampleNumbers],
+        samples: &mut [Sample],
+    ) -> Result<(), BatchError> {
+        for point in tracer.surfaces(rays)? {
+            samples[point.ray] = Sample::opaque(point.normal);
+        }
+        Ok(())
     }
 
     /// The values are meant for the file and not for light: decoding sRGB here undoes the encoding of the image.

@@ -1,8 +1,7 @@
 //! The length of each ray inside objects, as a heat map with a legend.
 
 use shotline::math::Vec3;
-use shotline::query::QueryError;
-use shotline::ray::Ray;
+use shotline::query::batch::BatchError;
 use shotline::scene::Units;
 
 use super::{Look, Shader, ShaderContext};
@@ -10,7 +9,7 @@ use crate::background::Background;
 use crate::exposure::{Exposure, Sample};
 use crate::heat_map::{self, three_digits};
 use crate::sampling::SampleNumbers;
-use crate::tracer::PixelTracer;
+use crate::tracer::{SampleRays, Tracer};
 
 pub(super) static LOOK: Look = Look {
     name: "thickness",
@@ -26,15 +25,18 @@ struct Thickness {
 
 impl Shader for Thickness {
     /// Each pixel holds the mean length of its rays, in world units.
-    fn sample(
+    fn shade(
         &self,
-        tracer: &mut PixelTracer,
-        ray: &Ray,
-        _numbers: &SampleNumbers,
-    ) -> Result<Sample, QueryError> {
-        // No scale could show a segment of infinite length, and an unbounded ground has no others: left out.
-        let lengths = tracer.segments(ray)?.iter().map(|s| s.length).filter(|length| length.is_finite());
-        Ok(Sample::opaque(Vec3::splat(lengths.sum())))
+        tracer: &mut Tracer,
+        rays: &SampleRays,
+        _numbers: &[SampleNumbers],
+        samples: &mut [Sample],
+    ) -> Result<(), BatchError> {
+        tracer.segments(rays, |ray, segments| {
+            // No scale could show a segment of infinite length, and an unbounded ground has no others: left out.
+            let lengths = segments.iter().map(|s| s.length).filter(|length| length.is_finite());
+            samples[ray] = Sample::opaque(Vec3::splat(lengths.sum()));
+        })
     }
 
     fn develop(&self, exposure: &mut Exposure) {

@@ -1,15 +1,14 @@
 //! A radiograph.
 
 use shotline::math::Vec3;
-use shotline::query::QueryError;
-use shotline::ray::Ray;
+use shotline::query::batch::BatchError;
 
 use super::{Look, Shader, ShaderContext};
 use crate::background::Background;
 use crate::exposure::Sample;
 use crate::sampling::SampleNumbers;
 use crate::surface_material;
-use crate::tracer::PixelTracer;
+use crate::tracer::{SampleRays, Tracer};
 
 pub(super) static LOOK: Look = Look {
     name: "xray",
@@ -29,16 +28,20 @@ struct Radiograph {
 
 impl Shader for Radiograph {
     /// Black, with the absorbed fraction as alpha: over white this shows the transmission.
-    fn sample(
+    fn shade(
         &self,
-        tracer: &mut PixelTracer,
-        ray: &Ray,
-        _numbers: &SampleNumbers,
-    ) -> Result<Sample, QueryError> {
-        // A segment of infinite length, as of an unbounded ground, transmits nothing and would hide the rest: left out.
-        let finite = tracer.segments(ray)?.iter().filter(|s| s.length.is_finite());
-        let depth: f64 = finite.map(|s| self.mu[s.object as usize] * s.length).sum();
-        Ok(Sample { color: Vec3::ZERO, alpha: -(-depth).exp_m1() })
+        tracer: &mut Tracer,
+        rays: &SampleRays,
+        _numbers: &[SampleNumbers],
+        samples: &mut [Sample],
+    ) -> Result<(), BatchError> {
+        tracer.segments(rays, |ray, segments| {
+            // A segment of infinite length, as of an unbounded ground, transmits nothing and would hide the rest: left
+            // out.
+            let finite = segments.iter().filter(|s| s.length.is_finite());
+            let depth: f64 = finite.map(|s| self.mu[s.object as usize] * s.length).sum();
+            samples[ray] = Sample { color: Vec3::ZERO, alpha: -(-depth).exp_m1() };
+        })
     }
 }
 

@@ -4,6 +4,7 @@
 //! Rays and points are requested by index ([`Rays`], [`Points`]), so they need not be copied. All are validated
 //! before any work starts. The memory needed is that of the result and some tens of MB.
 
+mod batch_caster;
 mod fields;
 mod rays;
 mod rows;
@@ -12,6 +13,7 @@ mod worker;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+pub use batch_caster::BatchCaster;
 pub use fields::Fields;
 pub use rays::{Points, Rays, RowsOfSix};
 use rows::blank;

@@ -148,10 +148,9 @@ impl<'a, A: Rows> Batch<'a, A> {
         })
     }
 
-    /// How blocks of rays are cast. `None` where rays are cast one by one: also where counters are requested, which blocks
-    /// do not have.
+    /// How blocks of rays are cast, see [`plan_of`].
     pub fn block_plan(&self) -> Option<BlockPlan<'a>> {
-        if self.run.counters.is_some() { None } else { BlockPlan::of(self.world) }
+        plan_of(self.world, &self.run)
     }
 
     /// Rows per work item of blocks: fewer if there would be too few items to balance the threads.
@@ -378,14 +377,7 @@ impl<'a, A: Rows> Batch<'a, A> {
         let mut memory = std::mem::take(&mut worker.rays);
         let made = self.rows.rays(rows, &mut memory).map(|rays| query(worker, rays));
         worker.rays = memory;
-        let made = made?.map_err(|BlockError { row, error }| {
-            let row = first + row;
-            let error = match error {
-                RayError::Query(error) => row_error(row, error),
-                RayError::Ray(error) => BatchError::Ray { row, error },
-            };
-            (row, error)
-        })?;
+        let made = made?.map_err(|error| block_error(first, error))?;
         self.count(made as u64).map_err(|error| (first, error))?;
         if let Some(progress) = self.run.progress {
             progress(count as u64);
@@ -456,8 +448,24 @@ impl<'a, A: Rows> Batch<'a, A> {
     }
 }
 
+/// How blocks of rays are cast. `None` where rays are cast one by one: also where counters are requested, which blocks
+/// do not have.
+pub(super) fn plan_of<'w>(world: &'w World, run: &Run) -> Option<BlockPlan<'w>> {
+    if run.counters.is_some() { None } else { BlockPlan::of(world) }
+}
+
+/// The row and the error of a batch for the error of a block of rows from `first`.
+pub(super) fn block_error(first: usize, BlockError { row, error }: BlockError) -> (usize, BatchError) {
+    let row = first + row;
+    let error = match error {
+        RayError::Query(error) => row_error(row, error),
+        RayError::Ray(error) => BatchError::Ray { row, error },
+    };
+    (row, error)
+}
+
 /// The error of a batch for the error of one row.
-fn row_error(row: usize, error: QueryError) -> BatchError {
+pub(super) fn row_error(row: usize, error: QueryError) -> BatchError {
     match error {
         QueryError::Cancelled => BatchError::Cancelled,
         QueryError::OutOfMemory => BatchError::OutOfMemory,
