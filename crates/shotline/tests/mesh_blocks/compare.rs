@@ -4,7 +4,7 @@ use std::fmt::Debug;
 use std::sync::Mutex;
 
 use shotline::compile::World;
-use shotline::query::batch::{self, By, ClosestRows, CrossingRows, Fields, Run, SegmentRows};
+use shotline::query::batch::{self, BatchCaster, By, ClosestRows, CrossingRows, Fields, Run, SegmentRows};
 use shotline::query::{Overlaps, Scope};
 use shotline::ray::Ray;
 
@@ -76,11 +76,11 @@ fn segment_rows(found: &SegmentRows, expected: &SegmentRows) -> Result<(), Strin
     column("overlaps", [&[found.overlaps], &[expected.overlaps]], |x| x)
 }
 
-fn both<T, E: PartialEq + Debug>(
+fn both<T, U, E: PartialEq + Debug>(
     name: &str,
     found: Result<T, E>,
-    expected: Result<T, E>,
-    compare: impl FnOnce(&T, &T) -> Result<(), String>,
+    expected: Result<U, E>,
+    compare: impl FnOnce(&T, &U) -> Result<(), String>,
 ) -> Result<(), String> {
     match (found, expected) {
         (Ok(found), Ok(expected)) => compare(&found, &expected).map_err(|what| format!("{name}: {what}")),
@@ -113,6 +113,13 @@ fn compare_with(
     let run = kernel(threads, Fields::ALL);
     let expected = batch::closest(reference, rays, scope, plain);
     both("closest", batch::closest(world, rays, scope, run), expected.clone(), closest_rows)?;
+    // Twice, so that its memory is used again.
+    let mut caster = BatchCaster::new(world, run);
+    for _ in 0..2 {
+        let mut found = ClosestRows::default();
+        let found = caster.closest(rays, scope, None, &mut found).map(|()| found);
+        both("closest of a batch caster", found, expected.clone(), closest_rows)?;
+    }
     // Normals are computed only where they are requested.
     let few = Fields::T_ERR | Fields::PRIMITIVE | Fields::ENTERING;
     both(
@@ -123,7 +130,10 @@ fn compare_with(
     )?;
     let [found, expected] =
         [(world, run), (reference, plain)].map(|(world, run)| batch::any(world, rays, scope, run));
-    both("any", found, expected, |a, b| column("any", [a, b], |x| x))?;
+    both("any", found, expected.clone(), |a, b| column("any", [a, b], |x| x))?;
+    let mut found = Vec::new();
+    let found = caster.any(rays, scope, None, &mut found).map(|()| found);
+    both("any of a batch caster", found, expected, |a, b| column("any", [a, b], |x| x))?;
     let [found, expected] =
         [(world, run), (reference, plain)].map(|(world, run)| batch::count(world, rays, scope, run));
     both("count", found, expected, |a, b| column("count", [a, b], |x| x))?;
@@ -133,7 +143,14 @@ fn compare_with(
     let overlaps = [Overlaps::Error, Overlaps::Priority, Overlaps::All][rays.len() % 3];
     let [found, expected] = [(world, run), (reference, plain)]
         .map(|(world, run)| batch::segments(world, rays, scope.span, overlaps, run));
-    both("segments", found, expected, segment_rows)?;
+    both("segments", found, expected.clone(), segment_rows)?;
+    let mut lengths = vec![Vec::new(); rays.len()];
+    let taken = caster.segments(rays, scope.span, overlaps, |row, segments| {
+        lengths[row].extend(segments.iter().map(|segment| segment.length));
+    });
+    both("segments of a batch caster", taken.map(|()| lengths.concat()), expected, |a, b| {
+        column("length", [a, &b.length], f64::to_bits)
+    })?;
     let [found, expected] = [(world, run), (reference, plain)]
         .map(|(world, run)| batch::thickness(world, rays, scope.span, By::Object, overlaps, run));
     both("thickness", found, expected, |a, b| {
