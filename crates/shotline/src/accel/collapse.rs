@@ -1,5 +1,6 @@
-//! Decides how a binary tree is collapsed into one of up to eight children a node, of least cost, by dynamic programming over forests (Ylitie,
-//! Karras and Laine 2017, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs").
+//! Decides how a binary tree is collapsed into one of up to eight children a node, of least cost, by dynamic programming
+//! over forests (Ylitie, Karras and Laine 2017, "Efficient incoherent ray traversal on GPUs through compressed wide
+//! BVHs").
 
 /// The number of children of a node.
 pub(super) const WIDTH: usize = 8;

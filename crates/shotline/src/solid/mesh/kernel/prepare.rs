@@ -219,7 +219,7 @@ impl Preparation {
         }
         let exit = in_box.exit;
         let latest = exit.greater(from.abs());
-        let (of_from, of_to, of_latest, near, is_slow) = match block.lines.errors {
+        let (of_from, of_to, of_latest, near, grows_slowly) = match block.lines.errors {
             Some(errors) => {
                 let size = mesh.scaled_bounds.size();
                 let size = in_box.roles.pick(splat(size.x), splat(size.y), splat(size.z));
@@ -249,7 +249,7 @@ impl Preparation {
             margin,
             near,
             may_be_inside: if is_first { in_box.enter.is_at_most(from) } else { 0 },
-            is_unbounded: !is_slow
+            is_unbounded: !grows_slowly
                 | !margin.is_less(splat(widest))
                 | !near.is_less(splat(NEAREST * self.frame.size)),
         }
