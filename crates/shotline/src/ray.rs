@@ -4,7 +4,8 @@ use crate::math::{Affine, HALF_ULP, Vec3};
 
 /// The ray `o + t d`. The direction has any finite non-zero length and is never normalised: `t` is in units of the
 /// length of `d`, so that the same `t` is valid in every frame of a scene graph.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::NoUninit)]
+#[repr(C)]
 pub struct Ray {
     origin: Vec3,
     direction: Vec3,

@@ -74,8 +74,7 @@ const ACYCLIC: &[&str] =
     &["crates/shotline", "crates/shotline-io", "crates/shotline-render", "crates/shotline-cli", "python"];
 
 /// Files that may contain `unsafe`.
-const UNSAFE: &[&str] =
-    &["crates/shotline/src/simd/avx2.rs", "crates/shotline/src/solid/mesh/kernel/cast.rs"];
+const UNSAFE: &[&str] = &["crates/shotline/src/simd/avx2.rs", "crates/shotline/src/simd/avx512.rs"];
 
 const MAX_LINES: usize = 500;
 

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::{F32x8, F64x4, Simd};
+use super::{Doubles, Simd, Singles, Task};
 use crate::math::Real;
 
 /// Plain Rust.
@@ -11,30 +11,30 @@ pub(crate) struct Portable;
 
 /// Four numbers.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Doubles([f64; 4]);
+pub(crate) struct F64x4([f64; 4]);
 
 /// Eight numbers.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Singles([f32; 8]);
+pub(crate) struct F32x8([f32; 8]);
 
-impl Doubles {
+impl F64x4 {
     #[inline(always)]
-    fn zip(self, other: Doubles, with: impl Fn(f64, f64) -> f64) -> Doubles {
-        Doubles(std::array::from_fn(|i| with(self.0[i], other.0[i])))
+    fn zip(self, other: F64x4, with: impl Fn(f64, f64) -> f64) -> F64x4 {
+        F64x4(std::array::from_fn(|i| with(self.0[i], other.0[i])))
     }
 
     #[inline(always)]
-    fn mask(self, other: Doubles, holds: impl Fn(f64, f64) -> bool) -> u8 {
+    fn mask(self, other: F64x4, holds: impl Fn(f64, f64) -> bool) -> u8 {
         (0..4).fold(0, |mask, i| mask | u8::from(holds(self.0[i], other.0[i])) << i)
     }
 }
 
 macro_rules! operators {
     ($($operator:ident $method:ident),*) => {$(
-        impl $operator for Doubles {
-            type Output = Doubles;
+        impl $operator for F64x4 {
+            type Output = F64x4;
             #[inline(always)]
-            fn $method(self, other: Doubles) -> Doubles {
+            fn $method(self, other: F64x4) -> F64x4 {
                 self.zip(other, f64::$method)
             }
         }
@@ -42,35 +42,43 @@ macro_rules! operators {
 }
 operators!(Add add, Sub sub, Mul mul, Div div);
 
-impl Neg for Doubles {
-    type Output = Doubles;
+impl Neg for F64x4 {
+    type Output = F64x4;
     #[inline(always)]
-    fn neg(self) -> Doubles {
-        Doubles(self.0.map(f64::neg))
+    fn neg(self) -> F64x4 {
+        F64x4(self.0.map(f64::neg))
     }
 }
 
-impl Real for Doubles {
+impl Real for F64x4 {
     #[inline(always)]
-    fn splat(x: f64) -> Doubles {
-        Doubles([x; 4])
+    fn splat(x: f64) -> F64x4 {
+        F64x4([x; 4])
     }
 
     #[inline(always)]
-    fn mul_add(self, factor: Doubles, summand: Doubles) -> Doubles {
-        Doubles(std::array::from_fn(|i| self.0[i].mul_add(factor.0[i], summand.0[i])))
+    fn mul_add(self, factor: F64x4, summand: F64x4) -> F64x4 {
+        F64x4(std::array::from_fn(|i| self.0[i].mul_add(factor.0[i], summand.0[i])))
     }
 }
 
-impl F64x4 for Doubles {
+impl Doubles for F64x4 {
+    const LANES: usize = 4;
+    type Array = [f64; 4];
+
     #[inline(always)]
-    fn load(from: &[f64; 4]) -> Doubles {
-        Doubles(*from)
+    fn load(from: &[f64; 4]) -> F64x4 {
+        F64x4(*from)
     }
 
     #[inline(always)]
-    fn widen(from: &[f32; 4]) -> Doubles {
-        Doubles(from.map(f64::from))
+    fn from_fn(number: impl Fn(usize) -> f64) -> F64x4 {
+        F64x4([number(0), number(1), number(2), number(3)])
+    }
+
+    #[inline(always)]
+    fn load_some(from: &[f64; 8], first: usize) -> F64x4 {
+        F64x4(std::array::from_fn(|i| from[first + i]))
     }
 
     #[inline(always)]
@@ -79,91 +87,111 @@ impl F64x4 for Doubles {
     }
 
     #[inline(always)]
-    fn mul_sub(self, factor: Doubles, subtrahend: Doubles) -> Doubles {
+    fn store_rows(columns: [F64x4; 8], mut row: impl FnMut(usize, [f64; 8])) {
+        (0..4).for_each(|lane| row(lane, columns.map(|column| column.0[lane])));
+    }
+
+    #[inline(always)]
+    fn store_singles(columns: [F64x4; 8], mut row: impl FnMut(usize, [f32; 8])) {
+        (0..4).for_each(|lane| row(lane, columns.map(|column| column.0[lane] as f32)));
+    }
+
+    #[inline(always)]
+    fn to_single(self) -> F64x4 {
+        F64x4(self.0.map(|x| f64::from(x as f32)))
+    }
+
+    #[inline(always)]
+    fn power_below_one(self) -> F64x4 {
+        F64x4(self.0.map(|x| f64::from_bits((2045_u64 << 52).wrapping_sub(x.to_bits() & EXPONENT))))
+    }
+
+    #[inline(always)]
+    fn mul_sub(self, factor: F64x4, subtrahend: F64x4) -> F64x4 {
         self.mul_add(factor, -subtrahend)
     }
 
     #[inline(always)]
-    fn neg_mul_add(self, factor: Doubles, summand: Doubles) -> Doubles {
+    fn neg_mul_add(self, factor: F64x4, summand: F64x4) -> F64x4 {
         (-self).mul_add(factor, summand)
     }
 
     #[inline(always)]
-    fn lesser(self, other: Doubles) -> Doubles {
+    fn lesser(self, other: F64x4) -> F64x4 {
         self.zip(other, |a, b| if a < b { a } else { b })
     }
 
     #[inline(always)]
-    fn greater(self, other: Doubles) -> Doubles {
+    fn greater(self, other: F64x4) -> F64x4 {
         self.zip(other, |a, b| if a > b { a } else { b })
     }
 
     #[inline(always)]
-    fn sqrt(self) -> Doubles {
-        Doubles(self.0.map(f64::sqrt))
+    fn sqrt(self) -> F64x4 {
+        F64x4(self.0.map(f64::sqrt))
     }
 
     #[inline(always)]
-    fn abs(self) -> Doubles {
-        Doubles(self.0.map(f64::abs))
+    fn abs(self) -> F64x4 {
+        F64x4(self.0.map(f64::abs))
     }
 
     #[inline(always)]
-    fn where_negative(self, sign: Doubles, other: Doubles) -> Doubles {
+    fn where_negative(self, sign: F64x4, other: F64x4) -> F64x4 {
         let pick = |i: usize| if sign.0[i].is_sign_negative() { self.0[i] } else { other.0[i] };
-        Doubles(std::array::from_fn(pick))
+        F64x4(std::array::from_fn(pick))
     }
 
     #[inline(always)]
-    fn is_less(self, other: Doubles) -> u8 {
+    fn is_less(self, other: F64x4) -> u8 {
         self.mask(other, |a, b| a < b)
     }
 
     #[inline(always)]
-    fn is_at_most(self, other: Doubles) -> u8 {
+    fn is_at_most(self, other: F64x4) -> u8 {
         self.mask(other, |a, b| a <= b)
     }
 }
 
-impl F32x8 for Singles {
+impl Singles for F32x8 {
     #[inline(always)]
-    fn splat(x: f32) -> Singles {
-        Singles([x; 8])
+    fn splat(x: f32) -> F32x8 {
+        F32x8([x; 8])
     }
 
     #[inline(always)]
-    fn load(from: &[f32; 8]) -> Singles {
-        Singles(*from)
+    fn load(from: &[f32; 8]) -> F32x8 {
+        F32x8(*from)
     }
 
     #[inline(always)]
-    fn mul_sub(self, factor: Singles, subtrahend: Singles) -> Singles {
-        Singles(std::array::from_fn(|i| self.0[i].mul_add(factor.0[i], -subtrahend.0[i])))
+    fn mul_sub(self, factor: F32x8, subtrahend: F32x8) -> F32x8 {
+        F32x8(std::array::from_fn(|i| self.0[i].mul_add(factor.0[i], -subtrahend.0[i])))
     }
 
     #[inline(always)]
-    fn mul(self, factor: Singles) -> Singles {
-        Singles(std::array::from_fn(|i| self.0[i] * factor.0[i]))
+    fn mul(self, factor: F32x8) -> F32x8 {
+        F32x8(std::array::from_fn(|i| self.0[i] * factor.0[i]))
     }
 
     #[inline(always)]
-    fn lesser(self, other: Singles) -> Singles {
-        Singles(std::array::from_fn(|i| if self.0[i] < other.0[i] { self.0[i] } else { other.0[i] }))
+    fn lesser(self, other: F32x8) -> F32x8 {
+        F32x8(std::array::from_fn(|i| if self.0[i] < other.0[i] { self.0[i] } else { other.0[i] }))
     }
 
     #[inline(always)]
-    fn greater(self, other: Singles) -> Singles {
-        Singles(std::array::from_fn(|i| if self.0[i] > other.0[i] { self.0[i] } else { other.0[i] }))
+    fn greater(self, other: F32x8) -> F32x8 {
+        F32x8(std::array::from_fn(|i| if self.0[i] > other.0[i] { self.0[i] } else { other.0[i] }))
     }
 
     #[inline(always)]
-    fn is_at_most(self, other: Singles) -> Singles {
-        Singles(std::array::from_fn(|i| mask_if(self.0[i] <= other.0[i])))
+    fn is_at_most(self, other: F32x8) -> F32x8 {
+        F32x8(std::array::from_fn(|i| mask_if(self.0[i] <= other.0[i])))
     }
 
     #[inline(always)]
-    fn is_less(self, other: Singles) -> Singles {
-        Singles(std::array::from_fn(|i| mask_if(self.0[i] < other.0[i])))
+    fn is_less(self, other: F32x8) -> F32x8 {
+        F32x8(std::array::from_fn(|i| mask_if(self.0[i] < other.0[i])))
     }
 
     #[inline(always)]
@@ -172,11 +200,15 @@ impl F32x8 for Singles {
     }
 
     #[inline(always)]
-    fn or_infinity(self, mask: Singles) -> Singles {
-        let pick = |i: usize| if mask.0[i].is_sign_negative() { self.0[i] } else { f32::INFINITY };
-        Singles(std::array::from_fn(pick))
+    fn lesser_where(self, mask: F32x8, other: F32x8) -> F32x8 {
+        let is_less = |i: usize| mask.0[i].is_sign_negative() && self.0[i] < other.0[i];
+        let pick = |i: usize| if is_less(i) { self.0[i] } else { other.0[i] };
+        F32x8(std::array::from_fn(pick))
     }
 }
+
+/// The exponent field of a number.
+const EXPONENT: u64 = 0x7ff << 52;
 
 /// The lane of a mask.
 #[inline(always)]
@@ -185,9 +217,20 @@ fn mask_if(condition: bool) -> f32 {
 }
 
 impl Simd for Portable {
-    type F64 = Doubles;
-    type F32 = Singles;
-    type U32 = [u32; 8];
+    type F64x4 = F64x4;
+    type Wide = F64x4;
+    type F32x8 = F32x8;
+    type U32x8 = [u32; 8];
+
+    #[inline(always)]
+    fn call<T: Task>(task: T) -> T::Output {
+        task.run::<Portable>()
+    }
+
+    #[inline(always)]
+    fn widen(from: &[f32; 4]) -> F64x4 {
+        F64x4(from.map(f64::from))
+    }
 
     #[inline(always)]
     fn load_u32(from: &[u32; 8]) -> [u32; 8] {
@@ -200,7 +243,7 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
-    fn descending(numbers: Singles, lanes: Singles) -> [u32; 8] {
+    fn descending(numbers: F32x8, lanes: F32x8) -> [u32; 8] {
         let key = |i: usize| {
             if lanes.0[i].is_sign_negative() { ((numbers.0[i].to_bits() & !7) | i as u32) + 8 } else { 0 }
         };

@@ -68,6 +68,10 @@ impl<T: AsRef<[Ray]> + Sync + ?Sized> Rays for T {
         Ok(self.as_ref()[row])
     }
 
+    fn numbers(&self, rows: Range<usize>) -> Option<&[[f64; 6]]> {
+        Some(bytemuck::cast_slice(self.as_ref().get(rows)?))
+    }
+
     fn check(&self, _rows: Range<usize>) -> Result<(), (usize, InvalidRay)> {
         Ok(())
     }

@@ -51,7 +51,7 @@ impl Task for Expand<'_> {
     #[inline(always)]
     fn run<S: Simd>(self) {
         let Expand { node, ray, out } = self;
-        let met = node.test::<S>(ray);
+        let met = node.test::<S::Wide>(ray);
         let mut rest = met.children;
         while rest != 0 {
             let slot = rest.trailing_zeros() as usize % WIDTH;

@@ -2,8 +2,8 @@
 
 use crate::aabb::{Aabb, BoxRay};
 use crate::accel::collapse::WIDTH;
-use crate::math::{Real, Vec3};
-use crate::simd::{F64x4, Simd};
+use crate::math::Vec3;
+use crate::simd::Doubles;
 
 /// A node: the boxes of its children, plane by plane. They are not rounded, so the box of an item is tested here once and
 /// for all.
@@ -63,40 +63,36 @@ impl Node {
 
     /// Tests the boxes of all children: [`BoxRay::enter_exit`] lane by lane, so every `t` is the same.
     #[inline(always)]
-    pub fn test<S: Simd>(&self, ray: &BoxRay) -> Met {
-        let (low, low_met) = self.test_four::<S>(ray, 0);
-        let (high, high_met) = self.test_four::<S>(ray, 1);
-        let mut enter = [0.0; WIDTH];
-        enter[..4].copy_from_slice(&low);
-        enter[4..].copy_from_slice(&high);
+    pub fn test<F: Doubles>(&self, ray: &BoxRay) -> Met {
+        let mut met = Met { enter: [0.0; WIDTH], children: 0 };
+        for first in (0..WIDTH).step_by(F::LANES) {
+            let (enter, children) = self.test_some::<F>(ray, first);
+            for lane in 0..F::LANES {
+                met.enter[first + lane] = enter[lane];
+            }
+            met.children |= children << first;
+        }
         // Planes of unused slots mean nothing.
-        let used = ((1u32 << self.count) - 1) as u8;
-        Met { enter, children: (low_met | high_met << 4) & used }
+        met.children &= ((1u32 << self.count) - 1) as u8;
+        met
     }
 
     #[inline(always)]
-    fn test_four<S: Simd>(&self, ray: &BoxRay, half: usize) -> ([f64; 4], u8) {
-        let splat = <S::F64 as Real>::splat;
-        let (mut enter, mut exit) = (splat(f64::NEG_INFINITY), splat(f64::INFINITY));
+    fn test_some<F: Doubles>(&self, ray: &BoxRay, first: usize) -> (F::Array, u8) {
+        let (mut enter, mut exit) = (F::splat(f64::NEG_INFINITY), F::splat(f64::INFINITY));
         for axis in 0..3 {
             let upper_is_near = usize::from(ray.inverse[axis] < 0.0);
-            let near = self.four::<S>(2 * axis + upper_is_near, half);
-            let far = self.four::<S>(2 * axis + 1 - upper_is_near, half);
-            let inverse = splat(ray.inverse[axis]);
+            let near = F::load_some(&self.planes[2 * axis + upper_is_near], first);
+            let far = F::load_some(&self.planes[2 * axis + 1 - upper_is_near], first);
+            let inverse = F::splat(ray.inverse[axis]);
             // A NaN leaves the bound: such an axis does not cull.
-            enter = ((near - splat(ray.ahead[axis])) * inverse).greater(enter);
-            exit = ((far - splat(ray.behind[axis])) * inverse).lesser(exit);
+            enter = ((near - F::splat(ray.ahead[axis])) * inverse).greater(enter);
+            exit = ((far - F::splat(ray.behind[axis])) * inverse).lesser(exit);
         }
-        let (shrink, grow) = (splat(ray.shrink), splat(ray.grow));
-        let enter = (enter * shrink).lesser(enter * grow).greater(splat(ray.span.t_min()));
-        let exit = (exit * shrink).greater(exit * grow).lesser(splat(ray.span.t_max()));
-        (enter.store(), enter.is_at_most(exit) & 0xf)
-    }
-
-    #[inline(always)]
-    fn four<S: Simd>(&self, plane: usize, half: usize) -> S::F64 {
-        let [a, b, c, d, e, f, g, h] = self.planes[plane];
-        S::F64::load(&if half == 0 { [a, b, c, d] } else { [e, f, g, h] })
+        let (shrink, grow) = (F::splat(ray.shrink), F::splat(ray.grow));
+        let enter = (enter * shrink).lesser(enter * grow).greater(F::splat(ray.span.t_min()));
+        let exit = (exit * shrink).greater(exit * grow).lesser(F::splat(ray.span.t_max()));
+        (enter.store(), enter.is_at_most(exit) & F::ALL)
     }
 }
 
@@ -104,7 +100,7 @@ impl Node {
 mod tests {
     use super::*;
     use crate::ray::{Line, Span};
-    use crate::simd::{Portable, Task, dispatch};
+    use crate::simd::{Portable, Simd, Task, dispatch};
     use crate::testkit::random::Random;
 
     struct Test<'a>(&'a Node, &'a BoxRay);
@@ -114,7 +110,7 @@ mod tests {
 
         #[inline(always)]
         fn run<S: Simd>(self) -> Met {
-            self.0.test::<S>(self.1)
+            self.0.test::<S::Wide>(self.1)
         }
     }
 
@@ -153,7 +149,7 @@ mod tests {
             boxes.iter().for_each(|b| node.push(0, b));
             let span = [Span::FORWARD, Span::new(-1.0, 0.5).expect("a span")][random.below(2)];
             let ray = BoxRay::new(&line(&mut random), span);
-            let (fast, plain) = (dispatch(Test(&node, &ray)), node.test::<Portable>(&ray));
+            let (fast, plain) = (dispatch(Test(&node, &ray)), node.test::<<Portable as Simd>::Wide>(&ray));
             assert_eq!(fast.children, plain.children, "{ray:?} {boxes:?}");
             assert_eq!(fast.enter.map(f64::to_bits), plain.enter.map(f64::to_bits), "{ray:?} {boxes:?}");
             for (slot, b) in boxes.iter().enumerate() {

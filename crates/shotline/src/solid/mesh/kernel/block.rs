@@ -2,7 +2,7 @@
 
 use crate::accel::wide::{LEAF_SIZE, NONE};
 use crate::math::Vec3;
-use crate::simd::{F64x4, Simd};
+use crate::simd::{Doubles, Simd};
 use crate::solid::mesh::mesh_line::Triangle;
 
 /// A type in which the corners of a mesh are stored without rounding. Most files hold float32, which takes half the
@@ -10,7 +10,12 @@ use crate::solid::mesh::mesh_line::Triangle;
 pub(in crate::solid::mesh) trait Coordinate: Copy + Send + Sync + 'static {
     fn from_f64(x: f64) -> Self;
     fn to_f64(self) -> f64;
-    fn load<S: Simd>(from: &[Self; LEAF_SIZE]) -> S::F64;
+    fn load<S: Simd>(from: &[Self; LEAF_SIZE]) -> S::F64x4;
+    /// One coordinate for each lane.
+    #[inline(always)]
+    fn gather<F: Doubles>(coordinate: impl Fn(usize) -> Self) -> F {
+        F::from_fn(|lane| coordinate(lane).to_f64())
+    }
 }
 
 impl Coordinate for f32 {
@@ -25,8 +30,8 @@ impl Coordinate for f32 {
     }
 
     #[inline(always)]
-    fn load<S: Simd>(from: &[f32; LEAF_SIZE]) -> S::F64 {
-        S::F64::widen(from)
+    fn load<S: Simd>(from: &[f32; LEAF_SIZE]) -> S::F64x4 {
+        S::widen(from)
     }
 }
 
@@ -42,8 +47,8 @@ impl Coordinate for f64 {
     }
 
     #[inline(always)]
-    fn load<S: Simd>(from: &[f64; LEAF_SIZE]) -> S::F64 {
-        S::F64::load(from)
+    fn load<S: Simd>(from: &[f64; LEAF_SIZE]) -> S::F64x4 {
+        S::F64x4::load(from)
     }
 }
 

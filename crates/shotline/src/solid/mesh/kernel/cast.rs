@@ -1,5 +1,7 @@
 //! The entry of the kernel: casts a block of rays with the instructions that the CPU has.
 
+use std::marker::PhantomData;
+
 use super::block::{Block, Coordinate};
 use super::context::Kernel;
 use super::found::{All, Any, AnyOffEdges, Closest, Found, LaneHit, Mode};
@@ -9,9 +11,7 @@ use super::lines::{BlockQuery, RayBlock};
 use super::prepare::Preparation;
 use super::stream::{self, StreamMemory};
 use super::wave::{self, Slots};
-#[cfg(target_arch = "x86_64")]
-use crate::simd::Avx2;
-use crate::simd::{Portable, Simd};
+use crate::simd::{Simd, Task, dispatch};
 use crate::solid::mesh::mesh_hit::MeshHit;
 
 /// The memory of a thread, and the result of its last cast.
@@ -107,26 +107,25 @@ impl WideIndex {
     }
 }
 
+/// A cast.
+struct Cast<'a, C, M> {
+    kernel: &'a Kernel<'a, C>,
+    memory: &'a mut KernelMemory,
+    mode: PhantomData<M>,
+}
+
+impl<C: Coordinate, M: Mode> Task for Cast<'_, C, M> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self) {
+        self.kernel.cast_by::<S, M>(self.memory);
+    }
+}
+
 impl<C: Coordinate> Kernel<'_, C> {
     fn cast<M: Mode>(&self, memory: &mut KernelMemory) {
-        #[cfg(target_arch = "x86_64")]
-        if is_x86_feature_detected!("avx2")
-            && is_x86_feature_detected!("fma")
-            && is_x86_feature_detected!("bmi1")
-            && is_x86_feature_detected!("bmi2")
-            && is_x86_feature_detected!("lzcnt")
-            && is_x86_feature_detected!("popcnt")
-        {
-            // Safety: the CPU has been found to have these instructions.
-            return unsafe { self.cast_avx2::<M>(memory) };
-        }
-        self.cast_by::<Portable, M>(memory);
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    fn cast_avx2<M: Mode>(&self, memory: &mut KernelMemory) {
-        self.cast_by::<Avx2, M>(memory);
+        dispatch(Cast { kernel: self, memory, mode: PhantomData::<M> });
     }
 
     #[inline(always)]
@@ -191,6 +190,7 @@ mod tests {
     use super::*;
     use crate::math::{Affine, Vec3};
     use crate::ray::{Line, Ray, Span};
+    use crate::simd::Portable;
     use crate::solid::mesh::MeshSolid;
     use crate::solid::mesh::kernel::Lines;
     use crate::testkit::meshes::{Thin, rays_at};

@@ -20,13 +20,11 @@ impl<C: Coordinate> Kernel<'_, C> {
             let first = rows.start + rows.len() / 4 * group;
             let mut spread = Spread::default();
             let mut rays = [KernelRay::default(); AT_A_TIME];
-            for eight in [0, 4] {
-                let row = |i: usize| (first + 8 * (eight + i)).min(rows.end - 1);
-                let prepared = self.prepare::<S>([row(0), row(1), row(2), row(3)], &mut rays, [0, 1, 2, 3]);
-                for (ray, prepared) in rays.iter().zip(prepared) {
-                    if matches!(prepared, Prepared::Ready | Prepared::ReadyInside) {
-                        spread.add(ray);
-                    }
+            let of_group = std::array::from_fn(|i| (first + 8 * i).min(rows.end - 1));
+            let prepared = self.prepare::<S>(of_group, std::array::from_fn(|i| i), &mut rays);
+            for (ray, prepared) in rays.iter().zip(prepared) {
+                if matches!(prepared, Prepared::Ready | Prepared::ReadyInside) {
+                    spread.add(ray);
                 }
             }
             if spread.count > 1 {
@@ -51,8 +49,8 @@ struct Spread {
 impl Spread {
     fn add(&mut self, ray: &KernelRay) {
         for axis in 0..3 {
-            let direction = 1.0 / f64::from(ray.reciprocal[axis]);
-            let entry = f64::from(ray.offset[axis]) * direction;
+            let direction = 1.0 / f64::from(ray.reciprocal(axis));
+            let entry = f64::from(ray.offset(axis)) * direction;
             for (i, x) in [(axis, entry), (axis + 3, direction)] {
                 let [low, high] = if self.count == 0 { [x, x] } else { self.bounds[i] };
                 self.bounds[i] = [low.min(x), high.max(x)];

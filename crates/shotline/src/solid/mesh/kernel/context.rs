@@ -3,7 +3,7 @@
 use super::block::{Block, Coordinate};
 use super::frame::MeshFrame;
 use super::lines::{Lines, RayBlock};
-use super::prepare::{AT_A_TIME, Preparation};
+use super::prepare::{AT_A_TIME, Preparation, Prepare};
 use super::ray::{KernelRay, Prepared};
 use crate::accel::wide::{LEAF_SIZE, WideBvh};
 use crate::crossing::Crossing;
@@ -27,15 +27,16 @@ impl<C: Coordinate> Kernel<'_, C> {
         &self.block.lines
     }
 
-    /// Prepares the rays of four rows in four slots.
+    /// Prepares the rays of some rows in some slots.
     #[inline(always)]
     pub fn prepare<S: Simd>(
         &self,
         rows: [usize; AT_A_TIME],
-        rays: &mut [KernelRay],
         slots: [usize; AT_A_TIME],
+        rays: &mut [KernelRay],
     ) -> [Prepared; AT_A_TIME] {
-        self.preparation.prepare::<S>(self.frame, self.block, rows, rays, slots)
+        let Kernel { frame: mesh, block, preparation, .. } = self;
+        S::call(Prepare { preparation, mesh, block, rows, slots, rays })
     }
 
     /// The face of a triangle.

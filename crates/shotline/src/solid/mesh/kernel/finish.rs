@@ -1,66 +1,89 @@
-//! Computes hits that were found, four at a time: the operations of [`super::super::plane::PlaneHit`] lane by lane, so
+//! Computes hits that were found, as many at a time as a register has lanes: the operations of [`super::super::plane::PlaneHit`] lane by lane, so
 //! that every lane has its bits. What these cannot decide takes the plain path.
 
-use super::block::Coordinate;
+use super::block::{Block, Coordinate};
 use super::context::Kernel;
 use super::found::LaneHit;
 use super::ray::SMALLEST;
+use super::widths::load_halves;
+use crate::accel::wide::LEAF_SIZE;
 use crate::crossing::Crossing;
-use crate::math::{Affine, Dd, HALF_ULP, Real, UNIT_RANGE, Vec3, power_of_two};
-use crate::simd::{F64x4, Simd};
+use crate::math::{Affine, Dd, HALF_ULP, UNIT_RANGE, Vec3, power_of_two};
+use crate::simd::{Doubles, Simd, Task};
 use crate::solid::mesh::exact::minus;
 use crate::solid::mesh::mesh_hit::MeshHit;
-use crate::solid::mesh::mesh_line::{RESOLVED, STEEPEST, exponent_within_range};
+use crate::solid::mesh::mesh_line::{RESOLVED, STEEPEST};
 use crate::solid::mesh::plane::{self, ENOUGH, PRODUCTS, SMALL};
 
-/// The number of hits that are computed at a time.
-const LANES: usize = 4;
+/// The largest number of lanes.
+const MAX_LANES: usize = 8;
 
-/// Numbers of up to four hits, number by number.
-struct Gathered {
-    corners: [[[f64; LANES]; 3]; 3],
-    origin: [[f64; LANES]; 3],
-    direction: [[f64; LANES]; 3],
+/// Numbers of hits, one for each lane.
+struct Gathered<F: Doubles> {
+    corners: [[F; 3]; 3],
+    origin: [F; 3],
+    direction: [F; 3],
     /// The `t` before scaling is that after scaling times this.
-    unscale: [f64; LANES],
-    errors: Option<Errors>,
+    unscale: F,
+    errors: Option<Errors<F>>,
 }
 
-/// What the errors of up to four lines need.
-#[derive(Clone, Copy, Default)]
-struct Errors {
-    origin: [[f64; LANES]; 3],
-    direction: [[f64; LANES]; 3],
+/// What the errors of lines need.
+struct Errors<F: Doubles> {
+    origin: [F; 3],
+    direction: [F; 3],
     /// The axis in which the direction is largest.
-    along: [usize; LANES],
+    along: [usize; MAX_LANES],
 }
 
 /// The hits that were computed, and a mask of those that are right.
-struct Computed {
-    t: [f64; LANES],
-    t_err: [f64; LANES],
-    descent: [f64; LANES],
+struct Computed<F: Doubles> {
+    t: F::Array,
+    t_err: F::Array,
+    descent: F::Array,
     is_certain: u8,
 }
 
+/// Hits that are to be computed.
+struct Finish<'a, C> {
+    kernel: &'a Kernel<'a, C>,
+    lane_hits: &'a [LaneHit],
+    hits: &'a mut Vec<MeshHit>,
+}
+
+impl<C: Coordinate> Task for Finish<'_, C> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self) {
+        self.kernel.finish_lanes::<S::Wide>(self.lane_hits, self.hits);
+    }
+}
+
 /// Unit normals in world coordinates, and masks of the lanes that are right, and of those whose rays run against them.
-struct Normals {
-    normal: [[f64; LANES]; 3],
+struct Normals<F: Doubles> {
+    normal: [F::Array; 3],
     is_certain: u8,
     is_against: u8,
 }
 
 impl<C: Coordinate> Kernel<'_, C> {
-    /// Appends the hits of lane_hits, in their order.
+    /// Appends the hits of lane hits, in their order.
     #[inline(always)]
     pub(super) fn finish<S: Simd>(&self, lane_hits: &[LaneHit], hits: &mut Vec<MeshHit>) {
-        for some in lane_hits.chunks(LANES) {
-            let gathered = self.gather(some);
-            let computed = compute::<S>(&gathered);
+        S::call(Finish { kernel: self, lane_hits, hits });
+    }
+
+    /// Appends the hits of lane hits, in their order.
+    #[inline(always)]
+    fn finish_lanes<F: Doubles>(&self, lane_hits: &[LaneHit], hits: &mut Vec<MeshHit>) {
+        for some in lane_hits.chunks(F::LANES) {
+            let gathered = self.gather::<F>(some);
+            let computed = compute::<F>(&gathered);
             let normals = if self.block.wants_normals {
-                self.normals::<S>(&gathered, some)
+                self.normals::<F>(&gathered, some)
             } else {
-                Normals { normal: [[f64::NAN; LANES]; 3], is_certain: !0, is_against: 0 }
+                Normals { normal: [F::splat(f64::NAN).store(); 3], is_certain: !0, is_against: 0 }
             };
             for (lane, lane_hit) in some.iter().enumerate() {
                 if computed.is_certain & normals.is_certain & 1 << lane != 0 {
@@ -87,7 +110,13 @@ impl<C: Coordinate> Kernel<'_, C> {
     }
 
     #[inline(always)]
-    fn hit(&self, lane_hit: &LaneHit, lane: usize, computed: &Computed, normals: &Normals) -> MeshHit {
+    fn hit<F: Doubles>(
+        &self,
+        lane_hit: &LaneHit,
+        lane: usize,
+        computed: &Computed<F>,
+        normals: &Normals<F>,
+    ) -> MeshHit {
         let face = self.blocks[lane_hit.leaf as usize].faces[lane_hit.lane as usize];
         // The line enters where it runs against the normal.
         let entering = computed.descent[lane] < 0.0;
@@ -103,28 +132,24 @@ impl<C: Coordinate> Kernel<'_, C> {
 
     /// The operations of [`plane::normal`] and [`super::lines::RayBlock::world_normal`].
     #[inline(always)]
-    fn normals<S: Simd>(&self, of: &Gathered, lane_hits: &[LaneHit]) -> Normals {
-        let splat = <S::F64 as Real>::splat;
-        let [a, b, c] = [load::<S>(&of.corners[0]), load::<S>(&of.corners[1]), load::<S>(&of.corners[2])];
+    fn normals<F: Doubles>(&self, of: &Gathered<F>, lane_hits: &[LaneHit]) -> Normals<F> {
+        let splat = F::splat;
+        let [a, b, c] = of.corners;
         let (u, v) = ([b[0] - a[0], b[1] - a[1], b[2] - a[2]], [c[0] - a[0], c[1] - a[1], c[2] - a[2]]);
         let component = |j: usize, k: usize| u[j] * v[k] - v[j] * u[k];
         let normal = [component(1, 2), component(2, 0), component(0, 1)];
-        let area = size::<S>(&u) * size::<S>(&v);
-        let is_certain = splat(SMALL).is_less(area) & (area / splat(64.0)).is_less(size::<S>(&normal));
+        let area = size_of(&u) * size_of(&v);
+        let is_certain = splat(SMALL).is_less(area) & (area / splat(64.0)).is_less(size_of(&normal));
         let normal = if self.frame.is_inward { [-normal[0], -normal[1], -normal[2]] } else { normal };
-        let normal = covector::<S>(self.block.frames[0], &covector::<S>(self.block.frames[1], &normal));
-        let size = size::<S>(&normal);
+        let normal = covector::<F>(self.block.frames[0], &covector::<F>(self.block.frames[1], &normal));
+        let size = size_of(&normal);
         let is_certain =
             is_certain & splat(UNIT_RANGE[0]).is_at_most(size) & size.is_less(splat(UNIT_RANGE[1]));
         let length = (normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]).sqrt();
         let reciprocal = splat(1.0) / length;
         let normal = [normal[0] * reciprocal, normal[1] * reciprocal, normal[2] * reciprocal];
-        let mut direction = [[0.0; LANES]; 3];
-        for lane in 0..LANES {
-            let (_, d) = self.block.ray(lane_hits[lane.min(lane_hits.len() - 1)].row as usize);
-            (direction[0][lane], direction[1][lane], direction[2][lane]) = (d.x, d.y, d.z);
-        }
-        let d = load::<S>(&direction);
+        let rows: [usize; MAX_LANES] = std::array::from_fn(|lane| nth(lane_hits, lane).row as usize);
+        let [_, d] = load_halves::<F>(self.block.rays, &rows);
         let along = normal[0] * d[0] + normal[1] * d[1] + normal[2] * d[2];
         Normals {
             normal: [normal[0].store(), normal[1].store(), normal[2].store()],
@@ -134,69 +159,77 @@ impl<C: Coordinate> Kernel<'_, C> {
     }
 
     #[inline(always)]
-    fn gather(&self, lane_hits: &[LaneHit]) -> Gathered {
-        let mut out = Gathered {
-            corners: [[[0.0; LANES]; 3]; 3],
-            origin: [[0.0; LANES]; 3],
-            direction: [[0.0; LANES]; 3],
-            unscale: [0.0; LANES],
-            errors: self.lines().errors.map(|_| Errors::default()),
-        };
-        let size = self.frame.size.exponent();
-        for lane in 0..LANES {
-            let LaneHit { row, leaf, lane: of_leaf, .. } = lane_hits[lane.min(lane_hits.len() - 1)];
-            let block = &self.blocks[leaf as usize];
-            let (o, d) = self.lines().nominal(row as usize);
-            let exponent = exponent_within_range(d.abs().max_element());
-            let (o, d) = (o * power_of_two(-size), d * power_of_two(-exponent));
-            for axis in 0..3 {
-                for corner in 0..3 {
-                    out.corners[corner][axis][lane] =
-                        block.coordinates[axis][corner][of_leaf as usize % LANES].to_f64();
-                }
-                out.origin[axis][lane] = o[axis];
-                out.direction[axis][lane] = d[axis];
-            }
-            out.unscale[lane] = power_of_two((size - exponent).clamp(-1000, 1000));
-            if let (Some(out), Some(errors)) = (&mut out.errors, self.lines().errors) {
-                let of_row = &errors[row as usize];
-                for axis in 0..3 {
-                    out.origin[axis][lane] = of_row[axis] * power_of_two(-size);
-                    out.direction[axis][lane] = of_row[3 + axis] * power_of_two(-exponent);
-                }
-                out.along[lane] = longest_axis(d);
-            }
+    fn gather<F: Doubles>(&self, lane_hits: &[LaneHit]) -> Gathered<F> {
+        let rows: [usize; MAX_LANES] = std::array::from_fn(|lane| nth(lane_hits, lane).row as usize);
+        let triangles: [(&Block<C>, usize); MAX_LANES] = std::array::from_fn(|lane| {
+            let &LaneHit { leaf, lane, .. } = nth(lane_hits, lane);
+            (&self.blocks[leaf as usize], lane as usize % LEAF_SIZE)
+        });
+        let size = power_of_two(self.frame.size.exponent());
+        let [origin, direction] = load_halves::<F>(self.lines().rows, &rows);
+        let (of_o, of_d) = (F::splat(1.0 / size), size_of(&direction).power_below_one());
+        let errors = self.lines().errors.map(|errors| {
+            let [origin, of_direction] = load_halves::<F>(errors, &rows);
+            let along = rows.map(|row| longest_axis(self.lines().nominal(row).1));
+            Errors { origin: times(origin, of_o), direction: times(of_direction, of_d), along }
+        });
+        Gathered {
+            corners: [corner(&triangles, 0), corner(&triangles, 1), corner(&triangles, 2)],
+            origin: times(origin, of_o),
+            direction: times(direction, of_d),
+            unscale: F::splat(size) * of_d,
+            errors,
         }
-        out
     }
+}
+
+/// A corner of the triangles of all lanes, each a block and a lane of it. Not a closure, which would not be inlined into
+/// code compiled for the instructions of `F`.
+#[inline(always)]
+fn corner<C: Coordinate, F: Doubles>(triangles: &[(&Block<C>, usize); MAX_LANES], corner: usize) -> [F; 3] {
+    let coordinate = |axis: usize, lane: usize| {
+        let (block, of_leaf) = triangles[lane];
+        block.coordinates[axis][corner][of_leaf]
+    };
+    [
+        C::gather(|lane| coordinate(0, lane)),
+        C::gather(|lane| coordinate(1, lane)),
+        C::gather(|lane| coordinate(2, lane)),
+    ]
+}
+
+#[inline(always)]
+fn times<F: Doubles>(v: [F; 3], factor: F) -> [F; 3] {
+    [v[0] * factor, v[1] * factor, v[2] * factor]
+}
+
+/// The hit of a lane. Behind the last one, that is taken again.
+#[inline(always)]
+fn nth(lane_hits: &[LaneHit], lane: usize) -> &LaneHit {
+    &lane_hits[lane.min(lane_hits.len() - 1)]
 }
 
 /// The operations of [`Affine::covector`].
 #[inline(always)]
-fn covector<S: Simd>(frame: &Affine, n: &[S::F64; 3]) -> [S::F64; 3] {
+fn covector<F: Doubles>(frame: &Affine, n: &[F; 3]) -> [F; 3] {
     let m = &frame.rows;
-    let splat = <S::F64 as Real>::splat;
+    let splat = F::splat;
     let c = |j: usize| n[0] * splat(m[0][j]) + n[1] * splat(m[1][j]) + n[2] * splat(m[2][j]);
     [c(0), c(1), c(2)]
 }
 
 /// The largest absolute value of the components.
 #[inline(always)]
-fn size<S: Simd>(v: &[S::F64; 3]) -> S::F64 {
+fn size_of<F: Doubles>(v: &[F; 3]) -> F {
     v[0].abs().greater(v[1].abs()).greater(v[2].abs())
 }
 
 #[inline(always)]
-fn load<S: Simd>(v: &[[f64; LANES]; 3]) -> [S::F64; 3] {
-    [S::F64::load(&v[0]), S::F64::load(&v[1]), S::F64::load(&v[2])]
-}
-
-#[inline(always)]
-fn compute<S: Simd>(of: &Gathered) -> Computed {
-    let splat = <S::F64 as Real>::splat;
-    let [a, b, c] = [load::<S>(&of.corners[0]), load::<S>(&of.corners[1]), load::<S>(&of.corners[2])];
-    let (o, d) = (load::<S>(&of.origin), load::<S>(&of.direction));
-    let size = |v: &[Dd<S::F64>; 3]| size::<S>(&[v[0].hi, v[1].hi, v[2].hi]);
+fn compute<F: Doubles>(of: &Gathered<F>) -> Computed<F> {
+    let splat = F::splat;
+    let [a, b, c] = of.corners;
+    let (o, d) = (of.origin, of.direction);
+    let size = |v: &[Dd<F>; 3]| size_of(&[v[0].hi, v[1].hi, v[2].hi]);
     // As in `PlaneHit::of`.
     let (u, v, h) = (minus(b, a), minus(c, a), minus(a, o));
     let normal = plane::cross(&u, &v);
@@ -211,19 +244,18 @@ fn compute<S: Simd>(of: &Gathered) -> Computed {
     let t = (height * reciprocal).hi;
     let products = doubt * (depth + t.abs()) * reciprocal.hi.abs();
     let t_err = splat(1.001 * HALF_ULP) * t.abs() + splat(1.01) * products;
-    let t = clamp::<S>(t, [&a, &b, &c], &o, &d);
+    let t = clamp::<F>(t, [&a, &b, &c], &o, &d);
     let t_err = match &of.errors {
         Some(errors) => {
-            t_err + t_err_of_line::<S>(of, errors, t, [normal[0].hi, normal[1].hi, normal[2].hi], descent.hi)
+            t_err + t_err_of_line::<F>(of, errors, t, [normal[0].hi, normal[1].hi, normal[2].hi], descent.hi)
         }
         None => t_err,
     };
-    let unscale = S::F64::load(&of.unscale);
     // `t` that may underflow take the plain path.
     let is_certain = is_certain & splat(SMALLEST).is_less(t.abs());
     Computed {
-        t: (t * unscale).store(),
-        t_err: (t_err * unscale).store(),
+        t: (t * of.unscale).store(),
+        t_err: (t_err * of.unscale).store(),
         descent: descent.hi.store(),
         is_certain,
     }
@@ -231,33 +263,27 @@ fn compute<S: Simd>(of: &Gathered) -> Computed {
 
 /// The operations of [`super::super::mesh_line::MeshLine::t_err_of_line`]. It is zero for lines that are exact.
 #[inline(always)]
-fn t_err_of_line<S: Simd>(
-    of: &Gathered,
-    errors: &Errors,
-    t: S::F64,
-    normal: [S::F64; 3],
-    descent: S::F64,
-) -> S::F64 {
-    let splat = <S::F64 as Real>::splat;
-    let (o_err, d_err, t) = (load::<S>(&errors.origin), load::<S>(&errors.direction), t.abs());
+fn t_err_of_line<F: Doubles>(of: &Gathered<F>, errors: &Errors<F>, t: F, normal: [F; 3], descent: F) -> F {
+    let splat = F::splat;
+    let (o_err, d_err, t) = (errors.origin, errors.direction, t.abs());
     let point_err = [o_err[0] + d_err[0] * t, o_err[1] + d_err[1] * t, o_err[2] + d_err[2] * t];
     // As in `PlaneHit::t_err_of`.
     let descent = descent.abs();
     let steps = [normal[0].abs() / descent, normal[1].abs() / descent, normal[2].abs() / descent];
-    let remaining = splat(1.0) - dot::<S>(&d_err, &steps);
-    let bound = dot::<S>(&point_err, &steps) / remaining.greater(splat(0.0));
+    let remaining = splat(1.0) - dot::<F>(&d_err, &steps);
+    let bound = dot::<F>(&point_err, &steps) / remaining.greater(splat(0.0));
     let (bound, worst) = (bound.store(), point_err[0].greater(point_err[1].greater(point_err[2])).store());
-    let mut of_line = [0.0; LANES];
-    for lane in 0..LANES {
+    // Along each axis.
+    let [a, b, c] = of.corners;
+    let interval = |i: usize| a[i].greater(b[i]).greater(c[i]) - a[i].lesser(b[i]).lesser(c[i]);
+    let intervals = [interval(0).store(), interval(1).store(), interval(2).store()];
+    let sizes = [of.direction[0].abs().store(), of.direction[1].abs().store(), of.direction[2].abs().store()];
+    F::from_fn(|lane| {
         let along = errors.along[lane] % 3;
-        let [a, b, c] = [of.corners[0][along][lane], of.corners[1][along][lane], of.corners[2][along][lane]];
-        let size = of.direction[along][lane].abs();
-        let longest_interval = (a.max(b).max(c) - a.min(b).min(c)) / size;
-        let bound = bound[lane];
-        let is_resolved = bound <= RESOLVED * longest_interval;
-        of_line[lane] = if is_resolved { bound } else { bound.min(STEEPEST * worst[lane] / size) };
-    }
-    S::F64::load(&of_line)
+        let (size, bound) = (sizes[along][lane], bound[lane]);
+        let is_resolved = bound <= RESOLVED * (intervals[along][lane] / size);
+        if is_resolved { bound } else { bound.min(STEEPEST * worst[lane] / size) }
+    })
 }
 
 /// The axis in which a direction is largest, as for [`super::super::sheared_ray::ShearedRay`].
@@ -268,14 +294,14 @@ fn longest_axis(d: Vec3) -> usize {
 }
 
 #[inline(always)]
-fn dot<S: Simd>(a: &[S::F64; 3], b: &[S::F64; 3]) -> S::F64 {
+fn dot<F: Doubles>(a: &[F; 3], b: &[F; 3]) -> F {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// Keeps `t` within the interval of the triangle's box, as [`crate::aabb::BoxRay::enter_exit`] does.
 #[inline(always)]
-fn clamp<S: Simd>(t: S::F64, corners: [&[S::F64; 3]; 3], o: &[S::F64; 3], d: &[S::F64; 3]) -> S::F64 {
-    let splat = <S::F64 as Real>::splat;
+fn clamp<F: Doubles>(t: F, corners: [&[F; 3]; 3], o: &[F; 3], d: &[F; 3]) -> F {
+    let splat = F::splat;
     let (mut enter, mut exit) = (splat(f64::NEG_INFINITY), splat(f64::INFINITY));
     for axis in 0..3 {
         let [a, b, c] = [corners[0][axis], corners[1][axis], corners[2][axis]];
@@ -296,11 +322,12 @@ fn clamp<S: Simd>(t: S::F64, corners: [&[S::F64; 3]; 3], o: &[S::F64; 3], d: &[S
 mod tests {
     use std::sync::Arc;
 
-    use super::super::block::Block;
     use super::super::index::Blocks;
     use super::super::lines::{BlockQuery, Lines, RayBlock};
     use super::super::prepare::Preparation;
     use super::*;
+
+    type Wide = <Portable as Simd>::Wide;
     use crate::ray::{Line, Span};
     use crate::simd::Portable;
     use crate::solid::mesh::MeshSolid;
@@ -365,9 +392,9 @@ mod tests {
         }
         let certain = |some: &[LaneHit]| {
             let lanes = (1u32 << some.len()) - 1;
-            (u32::from(compute::<Portable>(&kernel.gather(some)).is_certain) & lanes).count_ones() as usize
+            (u32::from(compute::<Wide>(&kernel.gather(some)).is_certain) & lanes).count_ones() as usize
         };
-        [lane_hits.len(), lane_hits.chunks(LANES).map(certain).sum()]
+        [lane_hits.len(), lane_hits.chunks(4).map(certain).sum()]
     }
 
     #[test]

@@ -7,11 +7,11 @@
 use super::block::{Block, Coordinate};
 use super::context::Kernel;
 use super::found::{Found, LaneHit, Mode};
-use super::ray::{INSET, KernelRay, MISS, SMALLEST, beyond};
+use super::ray::{INSET, KernelRay, MISS, SMALLEST};
 use crate::accel::wide::LEAF_SIZE;
 use crate::crossing::Crossing;
 use crate::math::{HALF_ULP, Real};
-use crate::simd::{F64x4, Simd};
+use crate::simd::{Doubles, Simd};
 use crate::solid::mesh::winding::order;
 
 /// The lanes of a block that a ray hits, and that it may hit.
@@ -28,20 +28,20 @@ pub(super) struct Tested {
 /// Tests a block. Returns `None` if the ray misses all its triangles.
 #[inline(always)]
 pub(super) fn test<S: Simd, C: Coordinate>(block: &Block<C>, ray: &KernelRay) -> Option<Tested> {
-    let splat = <S::F64 as Real>::splat;
+    let splat = <S::F64x4 as Real>::splat;
     // Not `map` or `from_fn`, which are not inlined where values are vector registers.
     let load = |role: usize, corner: usize| {
-        C::load::<S>(&block.coordinates[ray.axes[role] as usize % 3][corner]) - splat(ray.origin[role])
+        C::load::<S>(&block.coordinates[ray.axes[role] as usize % 3][corner]) - splat(ray.origin(role))
     };
     let z = [load(2, 0), load(2, 1), load(2, 2)];
     let sheared =
-        |role: usize, corner: usize| splat(ray.slope[role]).neg_mul_add(z[corner], load(role, corner));
+        |role: usize, corner: usize| splat(ray.slope(role)).neg_mul_add(z[corner], load(role, corner));
     let x = [sheared(0, 0), sheared(0, 1), sheared(0, 2)];
     let y = [sheared(1, 0), sheared(1, 1), sheared(1, 2)];
     let edge = |a: usize, b: usize| x[a].mul_sub(y[b], y[a] * x[b]);
     let (u, v, w) = (edge(1, 2), edge(2, 0), edge(0, 1));
     let (least, most) = (u.lesser(v).lesser(w), u.greater(v).greater(w));
-    let doubt = splat(ray.doubt);
+    let doubt = splat(ray.doubt());
     // Neither is true of unused lanes, where all numbers are NaN.
     let possible = (-doubt).is_at_most(least) | most.is_at_most(doubt);
     if possible == 0 {
@@ -67,9 +67,14 @@ pub(super) fn test<S: Simd, C: Coordinate>(block: &Block<C>, ray: &KernelRay) ->
 /// An interval that contains the `t` of each lane that is hit: its depth is that of the corners, weighted with the edge
 /// functions, and `t` is clamped to the depths of the corners just as [`crate::aabb::BoxRay`] computes them.
 #[inline(always)]
-fn interval<S: Simd>(ray: &KernelRay, edges: [S::F64; 3], sum: S::F64, z: [S::F64; 3]) -> [S::F64; 2] {
-    let splat = <S::F64 as Real>::splat;
-    let inverse = splat(ray.inverse);
+fn interval<S: Simd>(
+    ray: &KernelRay,
+    edges: [S::F64x4; 3],
+    sum: S::F64x4,
+    z: [S::F64x4; 3],
+) -> [S::F64x4; 2] {
+    let splat = <S::F64x4 as Real>::splat;
+    let inverse = splat(ray.inverse());
     let t = [z[0] * inverse, z[1] * inverse, z[2] * inverse];
     let (near, far) = (t[0].lesser(t[1]).lesser(t[2]), t[0].greater(t[1]).greater(t[2]));
     let (shrink, grow) = (splat(1.0 - 6.0 * HALF_ULP), splat(1.0 + 6.0 * HALF_ULP));
@@ -81,7 +86,7 @@ fn interval<S: Simd>(ray: &KernelRay, edges: [S::F64; 3], sum: S::F64, z: [S::F6
     let weighted = u.mul_add(z[0], v.mul_add(z[1], w * z[2]));
     let per_sum = inverse / sum;
     let middle = weighted * per_sum;
-    let error = splat(ray.depth_doubt) * per_sum.abs();
+    let error = splat(ray.depth_doubt()) * per_sum.abs();
     let error = middle.abs().mul_add(splat(16.0 * HALF_ULP), error);
     // If the sum is so small that the error overflows, the corners remain. A `t` of the plain path that underflows may
     // be beyond the corners.
@@ -105,14 +110,13 @@ impl<C: Coordinate> Kernel<'_, C> {
         let Some(tested) = test::<S, C>(&self.blocks[leaf as usize], ray) else { return };
         for lane in lanes(tested.certain) {
             let (low, high) = (tested.low[lane], tested.high[lane]);
-            if low > ray.best[1] + ray.margin || high < ray.from || low > ray.to {
+            if low > ray.best()[1] + ray.margin() || high < ray.from() || low > ray.to() {
                 continue;
             }
-            if low >= ray.from && high <= ray.to && high + ray.margin < ray.best[0] {
-                ray.best = [low, high];
+            if low >= ray.from() && high <= ray.to() && high + ray.margin() < ray.best()[0] {
+                ray.set_best([low, high]);
                 (ray.leaf, ray.lane, ray.may_coincide) = (leaf, lane as u32, false);
                 ray.is_off_edges = tested.off_edges >> lane & 1 == 1;
-                ray.shorten();
             } else {
                 self.offer_exactly(ray, leaf, lane, tested.off_edges);
             }
@@ -135,18 +139,16 @@ impl<C: Coordinate> Kernel<'_, C> {
         let Some((hit, t)) = self.hit_in_span(ray, leaf, lane) else { return };
         let best = if ray.leaf == MISS { None } else { self.hit_in_span(ray, ray.leaf, ray.lane as usize) };
         if let Some((best, best_t)) = best {
-            ray.best = [best_t; 2];
-            let is_near = (t - best_t).abs() <= ray.margin;
+            ray.set_best([best_t; 2]);
+            let is_near = (t - best_t).abs() <= ray.margin();
             if order(&best, &hit).is_lt() {
                 ray.may_coincide |= is_near;
-                ray.shorten();
                 return;
             }
             ray.may_coincide = is_near;
         }
-        ray.best = [t; 2];
+        ray.set_best([t; 2]);
         (ray.leaf, ray.lane, ray.is_off_edges) = (leaf, lane as u32, off_edges >> lane & 1 == 1);
-        ray.shorten();
     }
 
     /// Whether the ray has a hit in a leaf that counts; the ray takes it.
@@ -171,13 +173,13 @@ impl<C: Coordinate> Kernel<'_, C> {
         for lane in lanes(tested.certain) {
             // The interval was widened by one margin: see `prepare`.
             let (low, high) = (tested.low[lane], tested.high[lane]);
-            let is_within = low - 2.0 * ray.margin >= ray.from && high + 2.0 * ray.margin <= ray.to;
+            let is_within = low - 2.0 * ray.margin() >= ray.from() && high + 2.0 * ray.margin() <= ray.to();
             if is_within && tested.off_edges >> lane & 1 == 1 {
                 (ray.leaf, ray.lane) = (leaf, lane as u32);
                 (ray.may_coincide, ray.is_off_edges) = (false, true);
                 return true;
             }
-            ray.may_coincide |= high >= ray.from && low <= ray.to;
+            ray.may_coincide |= high >= ray.from() && low <= ray.to();
         }
         ray.may_coincide |= tested.doubtful != 0;
         false
@@ -189,10 +191,10 @@ impl<C: Coordinate> Kernel<'_, C> {
         let Some(tested) = test::<S, C>(&self.blocks[leaf as usize], ray) else { return false };
         let mut open = tested.doubtful;
         for lane in lanes(tested.certain) {
-            if tested.low[lane] >= ray.from && tested.high[lane] <= ray.to {
+            if tested.low[lane] >= ray.from() && tested.high[lane] <= ray.to() {
                 return true;
             }
-            if tested.high[lane] >= ray.from && tested.low[lane] <= ray.to {
+            if tested.high[lane] >= ray.from() && tested.low[lane] <= ray.to() {
                 open |= 1 << lane;
             }
         }
@@ -210,9 +212,9 @@ impl<C: Coordinate> Kernel<'_, C> {
         };
         let mut open = tested.doubtful;
         for lane in lanes(tested.certain) {
-            if tested.low[lane] >= ray.from && tested.high[lane] <= ray.to {
+            if tested.low[lane] >= ray.from() && tested.high[lane] <= ray.to() {
                 take(lane);
-            } else if tested.high[lane] >= ray.from && tested.low[lane] <= ray.to {
+            } else if tested.high[lane] >= ray.from() && tested.low[lane] <= ray.to() {
                 open |= 1 << lane;
             }
         }
@@ -240,14 +242,6 @@ impl<C: Coordinate> Kernel<'_, C> {
     #[inline(never)]
     fn hit_in_span(&self, ray: &KernelRay, leaf: u32, lane: usize) -> Option<(Crossing, f64)> {
         let hit = self.plain_hit(ray.row as usize, leaf, lane, || ())?;
-        (ray.from <= hit.1 && hit.1 <= ray.to).then_some(hit)
-    }
-}
-
-impl KernelRay {
-    /// Skips boxes beyond the best hit, and beyond what may be one event with it.
-    #[inline(always)]
-    fn shorten(&mut self) {
-        self.limit = beyond((self.best[1] + self.margin - self.entry) * self.per_t);
+        (ray.from() <= hit.1 && hit.1 <= ray.to()).then_some(hit)
     }
 }

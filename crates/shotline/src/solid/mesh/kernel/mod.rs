@@ -3,7 +3,7 @@
 //!
 //! The boxes of the tree are float32 and conservative. Triangles are tested in float64, four at a time, with bounds on
 //! all rounding (`leaf`); the plain path decides what these leave open. The `t` of the hits that are returned are
-//! computed by the same double-double operations as in the plain path, four at a time (`finish`). Incoherent rays are
+//! computed by the same double-double operations as in the plain path, many at a time (`finish`). Incoherent rays are
 //! traversed 32 at a time, without branches that depend on the data (`wave`); coherent ones share one traversal
 //! (`stream`). Which of the two is used changes no result.
 

@@ -2,7 +2,7 @@
 
 use super::ray::KernelRay;
 use crate::accel::wide::{Node, WIDTH};
-use crate::simd::{F32x8, Simd};
+use crate::simd::{Simd, Singles};
 
 /// The planes of a node, the nearer ones of each axis first, as rays of one octant see them.
 #[derive(Clone, Copy)]
@@ -11,13 +11,14 @@ pub(super) struct Planes<F> {
     far: [F; 3],
 }
 
-/// Loads the planes of a node.
+/// Loads the planes of a node, as the octant of a ray sees them.
 #[inline(always)]
-pub(super) fn planes<S: Simd>(node: &Node, upper_is_near: &[u32; 3]) -> Planes<S::F32> {
-    let plane = |axis: usize, upper: u32| S::F32::load(&node.planes[2 * axis + (upper & 1) as usize]);
+pub(super) fn planes<S: Simd>(node: &Node, ray: &KernelRay) -> Planes<S::F32x8> {
+    let plane = |axis: usize, upper: usize| S::F32x8::load(&node.planes[2 * axis + upper]);
+    let [x, y, z] = [ray.upper_is_near(0), ray.upper_is_near(1), ray.upper_is_near(2)];
     Planes {
-        near: [plane(0, upper_is_near[0]), plane(1, upper_is_near[1]), plane(2, upper_is_near[2])],
-        far: [plane(0, upper_is_near[0] ^ 1), plane(1, upper_is_near[1] ^ 1), plane(2, upper_is_near[2] ^ 1)],
+        near: [plane(0, x), plane(1, y), plane(2, z)],
+        far: [plane(0, x ^ 1), plane(1, y ^ 1), plane(2, z ^ 1)],
     }
 }
 
@@ -31,28 +32,28 @@ pub(super) fn planes<S: Simd>(node: &Node, upper_is_near: &[u32; 3]) -> Planes<S
 /// box meet in some depth of at least 0, the computed bounds are therefore in order up to a factor of `(1 + b) / (1 -
 /// b) < 1 + 2^-21`.
 #[inline(always)]
-pub(super) fn test_planes<S: Simd>(planes: &Planes<S::F32>, ray: &KernelRay) -> (S::F32, S::F32) {
-    let splat = S::F32::splat;
-    let depth = |planes: &[S::F32; 3], axis: usize| {
-        planes[axis].mul_sub(splat(ray.reciprocal[axis]), splat(ray.offset[axis]))
+pub(super) fn test_planes<S: Simd>(planes: &Planes<S::F32x8>, ray: &KernelRay) -> (S::F32x8, S::F32x8) {
+    let splat = S::F32x8::splat;
+    let depth = |planes: &[S::F32x8; 3], axis: usize| {
+        planes[axis].mul_sub(splat(ray.reciprocal(axis)), splat(ray.offset(axis)))
     };
     let enter = depth(&planes.near, 0).greater(depth(&planes.near, 1));
     let enter = depth(&planes.near, 2).greater(splat(0.0)).greater(enter);
     let exit = depth(&planes.far, 0).lesser(depth(&planes.far, 1));
-    let exit = depth(&planes.far, 2).lesser(splat(ray.limit)).lesser(exit);
+    let exit = depth(&planes.far, 2).lesser(splat(ray.limit())).lesser(exit);
     const WIDEN: f32 = 1.0 + 1.0 / (1 << 21) as f32;
     (enter.is_at_most(exit.mul(splat(WIDEN))), enter)
 }
 
 /// The test of one ray.
 #[inline(always)]
-pub(super) fn test_node<S: Simd>(node: &Node, ray: &KernelRay) -> (S::F32, S::F32) {
-    test_planes::<S>(&planes::<S>(node, &ray.near), ray)
+pub(super) fn test_node<S: Simd>(node: &Node, ray: &KernelRay) -> (S::F32x8, S::F32x8) {
+    test_planes::<S>(&planes::<S>(node, ray), ray)
 }
 
 /// Writes eight numbers onto a stack.
 #[inline(always)]
-pub(super) fn push_eight<S: Simd>(values: S::U32, stack: &mut [u32], at: usize) {
+pub(super) fn push_eight<S: Simd>(values: S::U32x8, stack: &mut [u32], at: usize) {
     if let Some(room) = stack.get_mut(at..).and_then(|rest| rest.first_chunk_mut::<WIDTH>()) {
         S::store_u32(values, room);
     }

@@ -1,13 +1,12 @@
-//! Prepares rays, four at a time.
+//! Prepares rays, as many at a time as a register has lanes.
 
 use super::frame::MeshFrame;
 use super::lines::{BlockQuery, RayBlock};
-use super::ray::{CLEARANCE, KernelRay, MISS, Prepared, SMALLEST, beyond};
-use super::widths::{Errors, Vectors, Widths, width};
+use super::ray::{CLEARANCE, KernelRay, MISS, Prepared, SMALLEST, beyond_all};
+use super::widths::{Errors, Vectors, Widths, load_halves, width};
 use crate::accel::wide::{Frame, PAD};
-use crate::math::{HALF_ULP, Real, Vec3, power_of_two};
-use crate::simd::{F64x4, Simd};
-use crate::solid::mesh::mesh_line::exponent_within_range;
+use crate::math::{HALF_ULP, Vec3, power_of_two};
+use crate::simd::{Doubles, Simd, Task};
 
 /// Rays whose origin is farther from the centre of the mesh than this many sizes take the plain path: the error of the
 /// entry into the mesh's box would exceed the padding of the boxes.
@@ -17,15 +16,22 @@ const FARTHEST: f64 = (1 << 23) as f64;
 /// by less than the padding within the mesh.
 const STEEPEST: f64 = 1e-18;
 
-/// Rays whose `t` is scaled by more than two to this power take the plain path: it may overflow or underflow.
-const MAX_EXPONENT: i32 = 900;
+/// Rays whose `t` is scaled by more than this take the plain path: it may overflow or underflow.
+const LARGEST_SCALE: f64 = f64::from_bits((1023 + 900) << 52);
+
+/// Rays whose direction is longer than this, or shorter than its reciprocal, take the plain path, which scales them by
+/// other powers.
+const HUGE: f64 = f64::from_bits((1023 + 999) << 52);
 
 /// Lines that may run in planes farther away than this many sizes take the plain path. Less than the padding of the
 /// boxes leaves, so that the triangles in these planes are visited.
 const NEAREST: f64 = 1.0 / (1 << 30) as f64;
 
-/// The number of rays that are prepared at a time.
-pub(super) const AT_A_TIME: usize = 4;
+/// The number of rays that are prepared by one call.
+pub(super) const AT_A_TIME: usize = 8;
+
+/// The axes for triangles of directions that are largest along x, y, and twice z.
+const AXES: [[u32; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
 
 /// What rays are prepared for: the numbers of a mesh that all of them need.
 #[derive(Clone, Copy, Debug)]
@@ -40,70 +46,104 @@ pub(super) struct Preparation {
     query: BlockQuery,
 }
 
-/// Four lines after scaling.
-struct Scaled<S: Simd> {
-    o: Vectors<S>,
-    d: Vectors<S>,
+/// Rays that are prepared together, one for each lane.
+struct Into<'a> {
+    rows: &'a [usize],
+    slots: &'a [usize],
+    rays: &'a mut [KernelRay],
+    prepared: &'a mut [Prepared],
+}
+
+/// Rays to be prepared: see [`Kernel::prepare`](super::context::Kernel::prepare).
+pub(super) struct Prepare<'a> {
+    pub preparation: &'a Preparation,
+    pub mesh: &'a MeshFrame,
+    pub block: &'a RayBlock<'a>,
+    pub rows: [usize; AT_A_TIME],
+    pub slots: [usize; AT_A_TIME],
+    pub rays: &'a mut [KernelRay],
+}
+
+impl Task for Prepare<'_> {
+    type Output = [Prepared; AT_A_TIME];
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> [Prepared; AT_A_TIME] {
+        let mut prepared = [Prepared::Misses; AT_A_TIME];
+        for first in (0..AT_A_TIME).step_by(S::Wide::LANES) {
+            let lanes = first..first + S::Wide::LANES;
+            let (rows, slots) = (&self.rows[lanes.clone()], &self.slots[lanes.clone()]);
+            let mut into = Into { rows, slots, rays: self.rays, prepared: &mut prepared[lanes] };
+            self.preparation.prepare_lanes::<S::Wide>(self.mesh, self.block, &mut into);
+        }
+        prepared
+    }
+}
+
+/// Lines after scaling.
+struct Scaled<F: Doubles> {
+    o: Vectors<F>,
+    d: Vectors<F>,
     /// `t_min` and `t_max`.
-    from: S::F64,
-    to: S::F64,
+    from: F,
+    to: F,
     /// The factors of origins and of directions.
-    of_o: S::F64,
-    of_d: S::F64,
+    of_o: F,
+    of_d: F,
     /// The lines whose `t` has an extreme scale, whose span does not scale without rounding, or that have components
     /// that may vanish.
     is_extreme: u8,
 }
 
-/// The axes of four lines: where `z_is_shorter` is negative the direction is not largest along z, and where
+/// The axes of lines: where `z_is_shorter` is negative the direction is not largest along z, and where
 /// `y_is_shorter` is too, it is largest along x.
 #[derive(Clone, Copy)]
-struct Roles<S: Simd> {
-    z_is_shorter: S::F64,
-    y_is_shorter: S::F64,
+struct Roles<F: Doubles> {
+    z_is_shorter: F,
+    y_is_shorter: F,
 }
 
-impl<S: Simd> Roles<S> {
+impl<F: Doubles> Roles<F> {
     #[inline(always)]
-    fn of(size: &Vectors<S>) -> Roles<S> {
+    fn of(size: &Vectors<F>) -> Roles<F> {
         Roles { z_is_shorter: size[2] - size[0].greater(size[1]), y_is_shorter: size[1] - size[0] }
     }
 
     /// One of three values for lines along x, y and z.
     #[inline(always)]
-    fn pick(&self, x: S::F64, y: S::F64, z: S::F64) -> S::F64 {
+    fn pick(&self, x: F, y: F, z: F) -> F {
         x.where_negative(self.y_is_shorter, y).where_negative(self.z_is_shorter, z)
     }
 
     /// The components across, in cyclic order, and along.
     #[inline(always)]
-    fn sorted(&self, v: &Vectors<S>) -> Vectors<S> {
+    fn sorted(&self, v: &Vectors<F>) -> Vectors<F> {
         [self.pick(v[1], v[2], v[0]), self.pick(v[2], v[0], v[1]), self.pick(v[0], v[1], v[2])]
     }
 }
 
-/// Four lines in the box of the mesh.
-struct InBox<S: Simd> {
-    roles: Roles<S>,
+/// Lines in the box of the mesh.
+struct InBox<F: Doubles> {
+    roles: Roles<F>,
     /// The largest component of each direction.
-    longest: S::F64,
+    longest: F,
     /// The origins, relative to the centre of the mesh.
-    from_centre: Vectors<S>,
+    from_centre: Vectors<F>,
     /// The reciprocals of the directions.
-    inverse: Vectors<S>,
-    enter: S::F64,
-    exit: S::F64,
+    inverse: Vectors<F>,
+    enter: F,
+    exit: F,
     is_extreme: u8,
 }
 
-/// The intervals of `t` in which hits of four lines count.
-struct Window<S: Simd> {
-    from: S::F64,
-    to: S::F64,
+/// The intervals of `t` in which hits of some lines count.
+struct Window<F: Doubles> {
+    from: F,
+    to: F,
     /// Hits whose `t` differ by more are separate events.
-    margin: S::F64,
+    margin: F,
     /// How near the planes of triangles are in which a line may run.
-    near: S::F64,
+    near: F,
     may_be_inside: u8,
     /// The lines on which an event may have any width.
     is_unbounded: u8,
@@ -127,31 +167,24 @@ impl Preparation {
         self.query == BlockQuery::Operand
     }
 
-    /// Prepares the rays of four rows in four slots.
+    /// Prepares the rays of some rows in some slots, one for each lane.
     #[inline(always)]
-    pub fn prepare<S: Simd>(
-        &self,
-        mesh: &MeshFrame,
-        block: &RayBlock,
-        rows: [usize; AT_A_TIME],
-        rays: &mut [KernelRay],
-        slots: [usize; AT_A_TIME],
-    ) -> [Prepared; AT_A_TIME] {
-        let lines = scaled::<S>(mesh, block, rows);
+    fn prepare_lanes<F: Doubles>(&self, mesh: &MeshFrame, block: &RayBlock, into: &mut Into) {
+        let Into { rows, .. } = *into;
+        let lines = scaled::<F>(mesh, block, rows);
         let in_box = self.in_box(&lines);
-        let reach = self.reach::<S>(mesh, &lines.o);
+        let reach = self.reach::<F>(mesh, &lines.o);
         let window = self.window(mesh, block, rows, &lines, &in_box, reach);
         let is_plain = lines.is_extreme | in_box.is_extreme | window.is_unbounded;
         let (entry, exit) = (in_box.enter.greater(window.from), in_box.exit.lesser(window.to));
         let is_met = entry.is_at_most(exit);
-        if (is_met | is_plain) & 0xf == 0 {
-            return [Prepared::Misses; AT_A_TIME];
+        if (is_met | is_plain) & F::ALL == 0 {
+            return;
         }
-        self.write_boxes(&lines, &in_box, [entry, exit], rays, slots);
-        self.write_triangles(&lines, &in_box, &window, reach, rays, slots);
-        let prepared = |lane: usize| {
-            rays[slots[lane]].row = rows[lane] as u32;
-            if is_plain >> lane & 1 == 1 {
+        self.write_boxes(&lines, &in_box, [entry, exit], into);
+        self.write_triangles(&lines, &in_box, &window, reach, entry, into);
+        for (lane, prepared) in into.prepared.iter_mut().enumerate() {
+            *prepared = if is_plain >> lane & 1 == 1 {
                 Prepared::Plain
             } else if is_met >> lane & 1 == 0 {
                 Prepared::Misses
@@ -159,18 +192,17 @@ impl Preparation {
                 Prepared::ReadyInside
             } else {
                 Prepared::Ready
-            }
-        };
-        [0, 1, 2, 3].map(prepared)
+            };
+        }
     }
 
     /// Where lines are within the mesh's box.
     #[inline(always)]
-    fn in_box<S: Simd>(&self, lines: &Scaled<S>) -> InBox<S> {
-        let splat = <S::F64 as Real>::splat;
+    fn in_box<F: Doubles>(&self, lines: &Scaled<F>) -> InBox<F> {
+        let splat = F::splat;
         let Scaled { o, d, .. } = lines;
         let size = [d[0].abs(), d[1].abs(), d[2].abs()];
-        let roles = Roles::<S>::of(&size);
+        let roles = Roles::<F>::of(&size);
         let longest = roles.pick(size[0], size[1], size[2]);
         let centre = self.frame.centre;
         let from_centre = [o[0] - splat(centre.x), o[1] - splat(centre.y), o[2] - splat(centre.z)];
@@ -200,16 +232,16 @@ impl Preparation {
     /// The interval of `t` in which hits count: the span and, for a solid, the hits beyond its ends that may belong to
     /// events in it.
     #[inline(always)]
-    fn window<S: Simd>(
+    fn window<F: Doubles>(
         &self,
         mesh: &MeshFrame,
         block: &RayBlock,
-        rows: [usize; AT_A_TIME],
-        lines: &Scaled<S>,
-        in_box: &InBox<S>,
-        reach: S::F64,
-    ) -> Window<S> {
-        let splat = <S::F64 as Real>::splat;
+        rows: &[usize],
+        lines: &Scaled<F>,
+        in_box: &InBox<F>,
+        reach: F,
+    ) -> Window<F> {
+        let splat = F::splat;
         let &Scaled { from, to, .. } = lines;
         let is_any = self.query == BlockQuery::AnyOffEdges;
         let is_first = self.query == BlockQuery::First || is_any;
@@ -223,14 +255,14 @@ impl Preparation {
             Some(errors) => {
                 let size = mesh.scaled_bounds.size();
                 let size = in_box.roles.pick(splat(size.x), splat(size.y), splat(size.z));
-                let errors = Errors::<S>::load(errors, rows, [lines.of_o, lines.of_d]);
+                let errors = Errors::<F>::load(errors, rows, [lines.of_o, lines.of_d]);
                 let widths = Widths::of([&lines.o, &lines.d], errors, [in_box.longest, size], reach);
                 let (of_from, of_to, of_latest) = (widths.at(from), widths.at(to), widths.at(latest));
                 (of_from, of_to, of_latest, widths.near(), widths.grow_slowly)
             }
             None => {
-                let (from, to) = (width::<S>(from, reach), width::<S>(to, reach));
-                (from, to, width::<S>(latest, reach), splat(0.0), !0)
+                let (from, to) = (width::<F>(from, reach), width::<F>(to, reach));
+                (from, to, width::<F>(latest, reach), splat(0.0), !0)
             }
         };
         // The width grows with `t`, and no hit is beyond the box. The ends of the intervals that are compared are
@@ -255,77 +287,65 @@ impl Preparation {
         }
     }
 
-    /// Writes what the tests of boxes need, and the interval of `t` within the mesh's box.
+    /// Writes what the tests of boxes need, with the depth of the interval of `t` within the mesh's box as limit.
     #[inline(always)]
-    fn write_boxes<S: Simd>(
+    fn write_boxes<F: Doubles>(
         &self,
-        lines: &Scaled<S>,
-        in_box: &InBox<S>,
-        [entry, exit]: [S::F64; 2],
-        rays: &mut [KernelRay],
-        slots: [usize; AT_A_TIME],
+        lines: &Scaled<F>,
+        in_box: &InBox<F>,
+        [entry, exit]: [F; 2],
+        into: &mut Into,
     ) {
         let (d, InBox { from_centre, inverse, longest, .. }) = (&lines.d, in_box);
-        let per_size = <S::F64 as Real>::splat(1.0 / self.frame.size);
-        let start = |i: usize| ((from_centre[i] + d[i] * entry) * per_size).store();
-        let start = [start(0), start(1), start(2)];
-        let reciprocal = |i: usize| (inverse[i] * *longest).store();
+        let per_size = F::splat(1.0 / self.frame.size);
+        // The product of two float32 numbers is exact in float64, so it is rounded to float32 only once.
+        let reciprocal = |i: usize| (inverse[i] * *longest).to_single();
         let reciprocal = [reciprocal(0), reciprocal(1), reciprocal(2)];
-        let per_t = *longest * per_size;
-        let depth = ((exit - entry) * per_t).store();
-        let (entry, per_t) = (entry.store(), per_t.store());
-        for lane in 0..AT_A_TIME {
-            let ray = &mut rays[slots[lane]];
-            for axis in 0..3 {
-                let r = reciprocal[axis][lane] as f32;
-                ray.reciprocal[axis] = r;
-                ray.offset[axis] = start[axis][lane] as f32 * r;
-                ray.near[axis] = u32::from(r < 0.0);
-            }
-            ray.limit = beyond(depth[lane]);
-            (ray.entry, ray.per_t) = (entry[lane], per_t[lane]);
-        }
+        let offset = |i: usize| ((from_centre[i] + d[i] * entry) * per_size).to_single() * reciprocal[i];
+        let limit = beyond_all((exit - entry) * (*longest * per_size));
+        let [x, y, z] = reciprocal;
+        let columns = [x, y, z, offset(0), offset(1), offset(2), limit, F::splat(0.0)];
+        F::store_singles(columns, |lane, row| into.rays[into.slots[lane]].boxes = row);
     }
 
     /// Writes what the tests of triangles need. There is no hit yet.
     #[inline(always)]
-    fn write_triangles<S: Simd>(
+    fn write_triangles<F: Doubles>(
         &self,
-        lines: &Scaled<S>,
-        in_box: &InBox<S>,
-        window: &Window<S>,
-        reach: S::F64,
-        rays: &mut [KernelRay],
-        slots: [usize; AT_A_TIME],
+        lines: &Scaled<F>,
+        in_box: &InBox<F>,
+        window: &Window<F>,
+        reach: F,
+        entry: F,
+        into: &mut Into,
     ) {
         let roles = &in_box.roles;
         let (o, d) = (roles.sorted(&lines.o), roles.sorted(&lines.d));
-        let origin = [o[0].store(), o[1].store(), o[2].store()];
-        let slope = [(d[0] / d[2]).store(), (d[1] / d[2]).store()];
-        let inverse = (<S::F64 as Real>::splat(1.0) / d[2]).store();
-        let (z_is_shorter, y_is_shorter) = (roles.z_is_shorter.store(), roles.y_is_shorter.store());
-        let [doubt, depth_doubt] = self.doubts::<S>(reach, window.near);
-        let (doubt, depth_doubt) = (doubt.store(), depth_doubt.store());
-        let (from, to, margin) = (window.from.store(), window.to.store(), window.margin.store());
-        for lane in 0..AT_A_TIME {
-            let ray = &mut rays[slots[lane]];
-            let is_z = z_is_shorter[lane] >= 0.0;
-            let along = if is_z { 2 } else { u32::from(y_is_shorter[lane] >= 0.0) };
-            ray.axes = [(along + 1) % 3, (along + 2) % 3, along];
-            ray.origin = [origin[0][lane], origin[1][lane], origin[2][lane]];
-            ray.slope = [slope[0][lane], slope[1][lane]];
-            ray.inverse = inverse[lane];
-            (ray.doubt, ray.depth_doubt) = (doubt[lane], depth_doubt[lane]);
-            (ray.from, ray.to, ray.margin) = (from[lane], to[lane], margin[lane]);
-            (ray.leaf, ray.lane, ray.may_coincide) = (MISS, 0, false);
-            ray.best = [f64::INFINITY; 2];
+        let [x, y, z] = in_box.inverse;
+        // No component is raised along the axis in which the direction is largest.
+        let inverse = roles.pick(x, y, z);
+        let [doubt, depth_doubt] = self.doubts(reach, window.near);
+        let columns = [o[0], o[1], o[2], d[0] / d[2], d[1] / d[2], inverse, doubt, depth_doubt];
+        F::store_rows(columns, |lane, row| into.rays[into.slots[lane]].triangles = row);
+        let per_t = in_box.longest * F::splat(1.0 / self.frame.size);
+        let best = F::splat(f64::INFINITY);
+        let columns = [entry, per_t, window.from, window.to, window.margin, best, best, best];
+        F::store_rows(columns, |lane, row| into.rays[into.slots[lane]].ts = row);
+        let zero = F::splat(0.0);
+        let (z_is_longest, y_is_longer) =
+            (zero.is_at_most(roles.z_is_shorter), zero.is_at_most(roles.y_is_shorter));
+        for (lane, (&slot, &row)) in into.slots.iter().zip(into.rows).enumerate() {
+            let is_in = |mask: u8| usize::from(mask >> lane & 1);
+            let ray = &mut into.rays[slot];
+            ray.axes = AXES[2 * is_in(z_is_longest) + is_in(y_is_longer)];
+            (ray.row, ray.leaf, ray.lane, ray.may_coincide) = (row as u32, MISS, 0, false);
         }
     }
 
     /// As `sheared_ray::reach`.
     #[inline(always)]
-    fn reach<S: Simd>(&self, mesh: &MeshFrame, o: &Vectors<S>) -> S::F64 {
-        let splat = <S::F64 as Real>::splat;
+    fn reach<F: Doubles>(&self, mesh: &MeshFrame, o: &Vectors<F>) -> F {
+        let splat = F::splat;
         let (min, max) = (mesh.scaled_bounds.min, mesh.scaled_bounds.max);
         let along = |i: usize| (splat(min[i]) - o[i]).abs().greater((splat(max[i]) - o[i]).abs());
         along(0).greater(along(1)).greater(along(2)) * splat(1.0 + 4.0 * HALF_ULP)
@@ -333,8 +353,8 @@ impl Preparation {
 
     /// Bounds on the rounding of edge functions, and of depths.
     #[inline(always)]
-    fn doubts<S: Simd>(&self, reach: S::F64, near: S::F64) -> [S::F64; 2] {
-        let splat = <S::F64 as Real>::splat;
+    fn doubts<F: Doubles>(&self, reach: F, near: F) -> [F; 2] {
+        let splat = F::splat;
         // As in `ShearedRay::new`. Only operands need the triangles whose planes are near.
         let e = splat(6.5 * HALF_ULP) * reach;
         let width = splat(self.width) + splat(64.0 * HALF_ULP) * reach + splat(2.0) * near;
@@ -351,37 +371,32 @@ impl Preparation {
 /// The lanes with a component other than zero that is so small after scaling that it, its products or its reciprocal may
 /// underflow or overflow. Box tests before scaling still see such a component.
 #[inline(always)]
-fn may_vanish<S: Simd>(scaled: &Vectors<S>, unscaled: &Vectors<S>) -> u8 {
-    let splat = <S::F64 as Real>::splat;
+fn may_vanish<F: Doubles>(scaled: &Vectors<F>, unscaled: &Vectors<F>) -> u8 {
+    let splat = F::splat;
     let is_small =
         |axis: usize| scaled[axis].abs().is_less(splat(1e-100)) & splat(0.0).is_less(unscaled[axis].abs());
     is_small(0) | is_small(1) | is_small(2)
 }
 
 #[inline(always)]
-fn scaled<S: Simd>(mesh: &MeshFrame, block: &RayBlock, rows: [usize; AT_A_TIME]) -> Scaled<S> {
-    let lines = &block.lines.rows;
-    let four = [&lines[rows[0]], &lines[rows[1]], &lines[rows[2]], &lines[rows[3]]];
-    let load = |k: usize| S::F64::load(&[four[0][k], four[1][k], four[2][k], four[3][k]]);
-    let (o, d) = ([load(0), load(1), load(2)], [load(3), load(4), load(5)]);
-    let longest = d[0].abs().greater(d[1].abs()).greater(d[2].abs()).store();
-    let of_size = mesh.size.exponent();
-    let (mut scales, mut of_t, mut is_far) = ([0.0; AT_A_TIME], [0.0; AT_A_TIME], 0);
-    for lane in 0..AT_A_TIME {
-        let exponent = exponent_within_range(longest[lane]);
-        scales[lane] = power_of_two(-exponent);
-        // The original `t` is that after scaling times two to this power.
-        let exponent_of_t = of_size - exponent;
-        of_t[lane] = power_of_two((-exponent_of_t).clamp(-1000, 1000));
-        is_far |= u8::from(exponent_of_t.abs() > MAX_EXPONENT) << lane;
-    }
-    let (of_o, of_d) = (<S::F64 as Real>::splat(power_of_two(-of_size)), S::F64::load(&scales));
-    let of_t = S::F64::load(&of_t);
-    let t_min = <S::F64 as Real>::splat(block.span.t_min());
-    let ends = [block.end(rows[0]), block.end(rows[1]), block.end(rows[2]), block.end(rows[3])];
-    let t_max = S::F64::load(&ends);
+fn scaled<F: Doubles>(mesh: &MeshFrame, block: &RayBlock, rows: &[usize]) -> Scaled<F> {
+    let [o, d] = load_halves::<F>(block.lines.rows, rows);
+    let longest = d[0].abs().greater(d[1].abs()).greater(d[2].abs());
+    // The scale of `t` after scaling, and its reciprocal.
+    let size = power_of_two(mesh.size.exponent());
+    let (of_o, of_d) = (F::splat(1.0 / size), longest.power_below_one());
+    let (per_t, of_t) = (F::splat(size) * of_d, F::splat(1.0) / of_d * of_o);
+    let is_usual = of_t.is_at_most(F::splat(LARGEST_SCALE))
+        & per_t.is_at_most(F::splat(LARGEST_SCALE))
+        & F::splat(1.0 / HUGE).is_at_most(longest)
+        & longest.is_at_most(F::splat(HUGE));
+    let t_min = F::splat(block.span.t_min());
+    let t_max = match block.ends {
+        Some(ends) => F::from_fn(|lane| ends[rows[lane]]),
+        None => F::splat(block.span.t_max()),
+    };
     let (from, to) = (t_min * of_t, t_max * of_t);
-    let (unscaled_from, unscaled_to) = (from / of_t, to / of_t);
+    let (unscaled_from, unscaled_to) = (from * per_t, to * per_t);
     let is_exact = unscaled_from.is_at_most(t_min)
         & t_min.is_at_most(unscaled_from)
         & unscaled_to.is_at_most(t_max)
@@ -389,6 +404,6 @@ fn scaled<S: Simd>(mesh: &MeshFrame, block: &RayBlock, rows: [usize; AT_A_TIME])
     let (unscaled_o, unscaled_d) = (o, d);
     let o = [o[0] * of_o, o[1] * of_o, o[2] * of_o];
     let d = [d[0] * of_d, d[1] * of_d, d[2] * of_d];
-    let vanishes = may_vanish::<S>(&o, &unscaled_o) | may_vanish::<S>(&d, &unscaled_d);
-    Scaled { o, d, from, to, of_o, of_d, is_extreme: is_far | !is_exact | vanishes }
+    let vanishes = may_vanish::<F>(&o, &unscaled_o) | may_vanish::<F>(&d, &unscaled_d);
+    Scaled { o, d, from, to, of_o, of_d, is_extreme: !is_usual | !is_exact | vanishes }
 }

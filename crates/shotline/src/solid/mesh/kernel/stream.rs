@@ -8,7 +8,7 @@ use super::node::{planes, test_planes};
 use super::prepare::AT_A_TIME;
 use super::ray::{KernelRay, MISS};
 use crate::accel::wide::{LEAF, WIDTH};
-use crate::simd::{F32x8, Simd};
+use crate::simd::{Simd, Singles};
 
 /// The number of rays that share a traversal.
 pub(super) const SIZE: usize = 64;
@@ -46,23 +46,20 @@ pub(super) fn cast<S: Simd, C: Coordinate, M: Mode>(
     let mut live = 0u64;
     for first in (0..rows.len()).step_by(AT_A_TIME) {
         // Behind the last ray, it is prepared again.
-        let slots = [first, first + 1, first + 2, first + 3];
-        let of_slot = |slot: usize| rows.start + slot.min(rows.len() - 1);
-        let prepared = kernel.prepare::<S>(
-            [of_slot(slots[0]), of_slot(slots[1]), of_slot(slots[2]), of_slot(slots[3])],
-            &mut memory.rays,
-            slots,
-        );
+        let slots: [usize; AT_A_TIME] = std::array::from_fn(|i| first + i);
+        let of_slots = slots.map(|slot| rows.start + slot.min(rows.len() - 1));
+        let prepared = kernel.prepare::<S>(of_slots, slots, &mut memory.rays);
         for (slot, prepared) in slots.into_iter().zip(prepared).take(rows.len() - first) {
             live |= u64::from(found.is_ready(rows.start + slot, prepared)) << slot;
-            memory.limits[slot / WIDTH][slot % WIDTH] = memory.rays[slot].limit;
+            memory.limits[slot / WIDTH][slot % WIDTH] = memory.rays[slot].limit();
         }
     }
     if live == 0 {
         return;
     }
-    let first = memory.rays[live.trailing_zeros() as usize].near;
-    let same_octant = bits(live).all(|i| memory.rays[i].near == first);
+    let octant = |i: usize| [0, 1, 2].map(|axis| memory.rays[i].upper_is_near(axis));
+    let first = octant(live.trailing_zeros() as usize);
+    let same_octant = bits(live).all(|i| octant(i) == first);
     if same_octant {
         traverse::<S, C, M, true>(kernel, live, memory, found);
     } else {
@@ -87,7 +84,7 @@ fn traverse<S: Simd, C: Coordinate, M: Mode, const SAME_OCTANT: bool>(
     found: &mut Found,
 ) {
     let StreamMemory { rays, limits, stack } = memory;
-    let first_near = rays[live.trailing_zeros() as usize].near;
+    let first = live.trailing_zeros() as usize;
     // For `Any`: the rays without a hit.
     let mut open = live;
     stack.clear();
@@ -112,7 +109,7 @@ fn traverse<S: Simd, C: Coordinate, M: Mode, const SAME_OCTANT: bool>(
                 let ray = &mut rays[i];
                 if M::CLOSEST {
                     kernel.closest_in_leaf::<S>(ray, leaf);
-                    limits[i / WIDTH][i % WIDTH] = ray.limit;
+                    limits[i / WIDTH][i % WIDTH] = ray.limit();
                 } else if M::ANY {
                     if kernel.any_in_leaf::<S, M>(ray, leaf) {
                         open &= !(1 << i);
@@ -125,16 +122,16 @@ fn traverse<S: Simd, C: Coordinate, M: Mode, const SAME_OCTANT: bool>(
         }
         let node = &kernel.tree.nodes[child as usize];
         let mut hit_children = [0u8; SIZE];
-        let mut nearest = S::F32::splat(f32::INFINITY);
-        let of_first = planes::<S>(node, &first_near);
+        let mut nearest = S::F32x8::splat(f32::INFINITY);
+        let of_first = planes::<S>(node, &rays[first]);
         for i in bits(mask) {
             let ray = &rays[i];
-            let of_ray = if SAME_OCTANT { of_first } else { planes::<S>(node, &ray.near) };
+            let of_ray = if SAME_OCTANT { of_first } else { planes::<S>(node, ray) };
             let (children, enter) = test_planes::<S>(&of_ray, ray);
             hit_children[i] = children.bits();
-            nearest = enter.or_infinity(children).lesser(nearest);
+            nearest = enter.lesser_where(children, nearest);
         }
-        let met = nearest.is_less(S::F32::splat(f32::INFINITY));
+        let met = nearest.is_less(S::F32x8::splat(f32::INFINITY));
         let rays_of = S::transpose_bits(&hit_children);
         let mut keys = [0; WIDTH];
         S::store_u32(S::descending(nearest, met), &mut keys);
@@ -151,9 +148,9 @@ fn traverse<S: Simd, C: Coordinate, M: Mode, const SAME_OCTANT: bool>(
 /// The rays whose limits are not before a depth.
 #[inline(always)]
 fn not_before<S: Simd>(limits: &[[f32; WIDTH]], depth: f32) -> u64 {
-    let depth = S::F32::splat(depth);
+    let depth = S::F32x8::splat(depth);
     let mask = |(i, limits): (usize, &[f32; WIDTH])| {
-        u64::from(depth.is_at_most(S::F32::load(limits)).bits()) << (i * WIDTH)
+        u64::from(depth.is_at_most(S::F32x8::load(limits)).bits()) << (i * WIDTH)
     };
     limits.iter().enumerate().map(mask).fold(0, |all, mask| all | mask)
 }

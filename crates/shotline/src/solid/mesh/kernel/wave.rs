@@ -10,7 +10,7 @@ use super::node::{push_eight, test_node};
 use super::prepare::AT_A_TIME;
 use super::ray::KernelRay;
 use crate::accel::wide::{LEAF, WIDTH};
-use crate::simd::{F32x8, Simd};
+use crate::simd::{Simd, Singles};
 
 /// The number of rays in flight. 16 and 64 were slower.
 pub(super) const IN_FLIGHT: usize = 32;
@@ -73,11 +73,10 @@ pub(super) fn cast<S: Simd, C: Coordinate, M: Mode>(
         }
         while free.len >= AT_A_TIME && next < rows.end {
             // Behind the last ray, it is prepared again.
-            let of_slot = |i: usize| (next + i).min(rows.end - 1);
-            let free_slot = |i: usize| usize::from(free.slots[free.len - 1 - i]) % IN_FLIGHT;
-            let into = [free_slot(0), free_slot(1), free_slot(2), free_slot(3)];
-            let prepared =
-                kernel.prepare::<S>([of_slot(0), of_slot(1), of_slot(2), of_slot(3)], &mut slots.rays, into);
+            let rows_of: [usize; AT_A_TIME] = std::array::from_fn(|i| (next + i).min(rows.end - 1));
+            let into: [usize; AT_A_TIME] =
+                std::array::from_fn(|i| usize::from(free.slots[free.len - 1 - i]) % IN_FLIGHT);
+            let prepared = kernel.prepare::<S>(rows_of, into, &mut slots.rays);
             free.len -= AT_A_TIME;
             for (i, (slot, prepared)) in into.into_iter().zip(prepared).enumerate() {
                 let is_ready = next + i < rows.end && found.is_ready(next + i, prepared);
@@ -187,10 +186,10 @@ fn visit_leaf<S: Simd, C: Coordinate, M: Mode>(
     let mut height = slots.heights[slot] as usize;
     let leaf = child & !LEAF;
     if M::CLOSEST {
-        let before = ray.limit;
+        let before = ray.limit();
         kernel.closest_in_leaf::<S>(ray, leaf);
-        if ray.limit != before {
-            let limit = ray.limit.to_bits() + 16;
+        if ray.limit() != before {
+            let limit = ray.limit().to_bits() + 16;
             let stacks = (&mut slots.children[slot * room..][..room], &mut slots.keys[slot * room..][..room]);
             height = drop_beyond::<S>(stacks.0, stacks.1, height, limit);
         }
