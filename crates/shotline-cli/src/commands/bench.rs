@@ -7,7 +7,7 @@ use std::time::Instant;
 use clap::Args;
 use serde_json::json;
 use shotline::compile::World;
-use shotline::query::batch::{self, BatchError, By, ClosestRows, Run};
+use shotline::query::batch::{self, BatchError, By, ClosestRows, CrossingRows, Run};
 use shotline::query::{Overlaps, QueryError, Scope};
 use shotline::ray::{Ray, Span};
 
@@ -23,7 +23,8 @@ use crate::{input, interrupt, output};
 ///
 /// Casts the same rays several times and reports the median, the best and the spread: the difference of the
 /// slowest and the fastest, relative to the median. Smaller differences are not significant. A first cast, which is
-/// not counted, warms the caches. Results are collected in memory and not written; each cast of `closest` uses the memory of the last. `segments` and
+/// not counted, warms the caches. Results are collected in memory and not written; each cast of `closest`
+/// and `crossings` uses the memory of the last. `segments` and
 /// `thickness` resolve overlaps by priority.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
@@ -58,6 +59,13 @@ const EXAMPLES: &str = "\
 Examples:
   shotline bench bunny.ply --accel grid --threads 1
   shotline bench engine.json --rays rays.npy --query crossings --repeats 20";
+
+/// The results of a cast, whose memory the next one uses.
+#[derive(Default)]
+struct Rows {
+    closest: ClosestRows,
+    crossings: CrossingRows,
+}
 
 /// The measured times, in seconds.
 struct Report {
@@ -114,7 +122,7 @@ impl Command {
             fields: self.fields.of(self.query)?,
             ..Run::default()
         };
-        let mut rows = ClosestRows::default();
+        let mut rows = Rows::default();
         let casts = (0..=self.repeats).map(|_| {
             let begin = Instant::now();
             self.cast(world, rays, scope, run, &mut rows).map(|()| begin.elapsed().as_secs_f64())
@@ -132,13 +140,13 @@ impl Command {
         rays: &[Ray],
         scope: Scope,
         run: Run,
-        rows: &mut ClosestRows,
+        rows: &mut Rows,
     ) -> Result<(), BatchError> {
         match self.query {
-            Query::Closest => batch::closest_into(world, rays, scope, run, rows),
+            Query::Closest => batch::closest_into(world, rays, scope, run, &mut rows.closest),
             Query::Any => batch::any(world, rays, scope, run).map(drop),
             Query::Count => batch::count(world, rays, scope, run).map(drop),
-            Query::Crossings => batch::crossings(world, rays, scope, run).map(drop),
+            Query::Crossings => batch::crossings_into(world, rays, scope, run, &mut rows.crossings),
             Query::Segments => batch::segments(world, rays, scope.span, Overlaps::Priority, run).map(drop),
             Query::Thickness => {
                 batch::thickness(world, rays, scope.span, By::Material, Overlaps::Priority, run).map(drop)

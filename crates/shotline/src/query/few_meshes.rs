@@ -156,7 +156,7 @@ impl FewMemory {
     pub fn make_lists(&mut self, placed: &PlacedMesh, block: &RowBlock) {
         let query = if placed.is_solid { BlockQuery::Within } else { BlockQuery::All };
         placed.mesh.cast_block(&placed.block(block, None, &mut self.frame_rows), query, &mut self.kernel);
-        self.lists.sort_by_ray(block.rays.len(), &self.kernel);
+        self.lists.take(block.rays.len(), &mut self.kernel);
     }
 
     /// The crossings of a ray, after [`FewMemory::make_lists`]; `None` if it takes the plain path, as with more than `most`

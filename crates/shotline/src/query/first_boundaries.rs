@@ -201,7 +201,7 @@ impl FirstBoundaries {
         }
         let block = RayBlock { ends: None, ..open.block(of.block) };
         of.mesh.cast_block(&block, BlockQuery::Within, kernel);
-        lists.sort_by_ray(open.rows.len(), kernel);
+        lists.take(open.rows.len(), kernel);
         let scope = Scope { span: of.block.span, kinds: of.kinds };
         for (i, &row) in open.rows.iter().enumerate() {
             let row = row as usize;

@@ -26,35 +26,23 @@ pub(super) struct HitLists {
 }
 
 impl HitLists {
-    /// Sorts the hits of the last cast by ray (a counting sort), and those of each ray by `t` and then by triangle.
-    pub fn sort_by_ray(&mut self, rays: usize, kernel: &KernelMemory) {
-        let HitLists { ends, hits: sorted, is_plain, .. } = self;
+    /// Takes all hits of the last cast, and sorts those of each ray by `t` and then by triangle.
+    pub fn take(&mut self, rays: usize, kernel: &mut KernelMemory) {
+        let HitLists { ends, hits, is_plain, .. } = self;
         is_plain.clear();
         is_plain.resize(rays, false);
         kernel.plain_rows().iter().for_each(|&row| is_plain[row as usize] = true);
-        let hits = kernel.hits();
+        kernel.swap_hits(hits);
         ends.clear();
-        ends.resize(rays + 1, 0);
-        hits.iter().for_each(|hit| ends[hit.row as usize + 1] += 1);
-        for row in 0..rays {
-            ends[row + 1] += ends[row];
-        }
-        // Before the sort, entry `row` is the start of the ray's hits; it moves to their end.
-        sorted.clear();
-        sorted.extend_from_slice(hits);
-        for hit in hits {
-            let at = &mut ends[hit.row as usize];
-            sorted[*at as usize] = *hit;
-            *at += 1;
-        }
-        let mut start = 0;
-        for &end in &ends[..rays] {
-            let of_ray = &mut sorted[start..end as usize];
-            of_ray.sort_unstable_by(|a, b| {
+        let mut end = 0;
+        for row in 0..rays as u32 {
+            let start = end;
+            end += hits[start..].iter().take_while(|hit| hit.row == row).count();
+            hits[start..end].sort_unstable_by(|a, b| {
                 let (a, b) = (&a.crossing, &b.crossing);
                 a.t.total_cmp(&b.t).then(a.primitive.cmp(&b.primitive))
             });
-            start = end as usize;
+            ends.push(end as u32);
         }
     }
 

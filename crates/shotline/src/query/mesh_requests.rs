@@ -91,7 +91,7 @@ impl MeshRequests {
         Some(start..start + self.all[start..].iter().take_while(is_same).count())
     }
 
-    /// Casts the rays of a range of requests for all hits, and sorts these by ray.
+    /// Casts the rays of a range of requests for all hits, and sorts these.
     pub fn cast_all(
         &mut self,
         mesh: &MeshSolid,
@@ -103,6 +103,6 @@ impl MeshRequests {
         let count = group.len();
         let block = self.rows.block(&self.all[group], span, cancel);
         mesh.cast_block(&RayBlock { ends: None, ..block }, query, &mut self.kernel);
-        self.lists.sort_by_ray(count, &self.kernel);
+        self.lists.take(count, &mut self.kernel);
     }
 }

@@ -16,8 +16,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 pub use batch_caster::BatchCaster;
 pub use fields::Fields;
 pub use rays::{Points, Rays, RowsOfSix};
-use rows::blank;
 pub use rows::{By, ClosestRows, CrossingRows, ObjectRows, SegmentRows, Thickness};
+use rows::{Ragged, blank};
 pub use run::{Run, SEQUENTIAL_MAX};
 
 use super::caster::all_solid;
@@ -199,10 +199,27 @@ pub fn crossings(
     scope: impl Into<Scope>,
     run: Run,
 ) -> Result<CrossingRows, BatchError> {
+    let mut out = CrossingRows::empty();
+    crossings_into(world, rays, scope, run, &mut out)?;
+    Ok(out)
+}
+
+/// As [`crossings`], into rows whose memory is used again.
+///
+/// # Errors
+/// As [`crossings`]. Then the rows mean nothing.
+pub fn crossings_into(
+    world: &World,
+    rays: &(impl Rays + ?Sized),
+    scope: impl Into<Scope>,
+    run: Run,
+    out: &mut CrossingRows,
+) -> Result<(), BatchError> {
     let scope = scope.into();
+    out.clear();
     let batch = Batch::new(world, RayRows(rays), run);
     if let Some(plan) = batch.block_plan() {
-        return batch.gather_blocks(|worker, rays, rows: &mut CrossingRows| {
+        return batch.gather_blocks(out, |worker, rays, rows| {
             let mut made = 0;
             let (mut blocks, memory) = worker.blocks(&plan);
             blocks.crossings(&block(&run, rays, scope), memory, |hits| {
@@ -212,7 +229,7 @@ pub fn crossings(
             Ok(made)
         });
     }
-    batch.gather(|worker, ray, rows: &mut CrossingRows| {
+    batch.gather(out, |worker, ray, rows| {
         empty(&mut worker.hits);
         empty(&mut worker.row_hits);
         worker.caster.crossings(ray, scope, &mut worker.hits)?;
@@ -235,9 +252,10 @@ pub fn segments(
     run: Run,
 ) -> Result<SegmentRows, BatchError> {
     all_solid(world).map_err(BatchError::World)?;
+    let mut out = SegmentRows::empty();
     let batch = Batch::new(world, RayRows(rays), run);
     if let Some(plan) = batch.block_plan() {
-        return batch.gather_blocks(|worker, rays, rows: &mut SegmentRows| {
+        batch.gather_blocks(&mut out, |worker, rays, rows| {
             let mut made = 0;
             let (mut blocks, memory) = worker.blocks(&plan);
             blocks.segments(&block(&run, rays, span), overlaps, memory, |_, segments, overlaps| {
@@ -246,14 +264,16 @@ pub fn segments(
                 Ok(rows.push_ray(segments)?)
             })?;
             Ok(made)
-        });
+        })?;
+        return Ok(out);
     }
-    batch.gather(|worker, ray, rows: &mut SegmentRows| {
+    batch.gather(&mut out, |worker, ray, rows| {
         empty(&mut worker.segments);
         rows.overlaps += worker.caster.segments(ray, span, overlaps, &mut worker.segments)?;
         rows.push_ray(&worker.segments)?;
         Ok(worker.segments.len())
-    })
+    })?;
+    Ok(out)
 }
 
 /// The length of each ray in each material or object. The result takes 8 bytes per ray and column of [`By`].
@@ -362,12 +382,14 @@ pub fn objects_containing(
     run: Run,
 ) -> Result<ObjectRows, BatchError> {
     all_solid(world).map_err(BatchError::World)?;
-    Batch::new(world, PointRows(points), run).gather(|worker, &point, rows: &mut ObjectRows| {
+    let mut out = ObjectRows::empty();
+    Batch::new(world, PointRows(points), run).gather(&mut out, |worker, &point, rows| {
         empty(&mut worker.objects);
         worker.caster.contains(point, &mut worker.objects)?;
         rows.push_point(&worker.objects)?;
         Ok(worker.objects.len())
-    })
+    })?;
+    Ok(out)
 }
 
 #[cfg(test)]

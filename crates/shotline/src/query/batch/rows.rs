@@ -306,6 +306,21 @@ impl ClosestRows {
 }
 
 impl CrossingRows {
+    /// Removes all rows, and keeps the memory.
+    pub(super) fn clear(&mut self) {
+        self.ray_splits.clear();
+        self.ray_splits.push(0);
+        self.t.clear();
+        self.normal.clear();
+        self.entering.clear();
+        self.object.clear();
+        self.surface.clear();
+        self.primitive.clear();
+        self.path.clear();
+        self.kind.clear();
+        self.t_err.clear();
+    }
+
     /// Appends the crossings of the next ray.
     pub(super) fn push_ray(&mut self, hits: &[RowHit], fields: Fields) -> Result<(), TryReserveError> {
         fn add<T>(

@@ -182,21 +182,23 @@ impl<'a, A: Rows> Batch<'a, A> {
     /// As [`Batch::gather`], by chunks of [`Batch::block_chunk`] rows.
     pub fn gather_blocks<T: Ragged>(
         &self,
+        all: &mut T,
         query: impl Fn(&mut Worker<'a>, &[[f64; 6]], &mut T) -> Result<usize, BlockError> + Sync,
-    ) -> Result<T, BatchError> {
-        self.gather_chunks(self.block_chunk(), Validation::InBlocks, |worker, rows, all| {
+    ) -> Result<(), BatchError> {
+        self.gather_chunks(self.block_chunk(), Validation::InBlocks, all, |worker, rows, all| {
             self.run_block(worker, rows, |worker, rays| query(worker, rays, all));
         })
     }
 
-    /// Computes any number of result rows for each row; `query` appends them and returns their number. Workers
+    /// Appends any number of result rows for each row; `query` makes them and returns their number. Workers
     /// collect the result rows of a chunk in their own buffers, one round of chunks at a time. Meanwhile the
     /// buffers of the previous round are appended to the result.
     pub fn gather<T: Ragged>(
         &self,
+        all: &mut T,
         query: impl Fn(&mut Worker<'a>, &A::Row, &mut T) -> Result<usize, QueryError> + Sync,
-    ) -> Result<T, BatchError> {
-        self.gather_chunks(CHUNK, Validation::First, |worker, rows, all| {
+    ) -> Result<(), BatchError> {
+        self.gather_chunks(CHUNK, Validation::First, all, |worker, rows, all| {
             self.run_rows(worker, rows, |worker, one, _| query(worker, one, all));
         })
     }
@@ -205,8 +207,9 @@ impl<'a, A: Rows> Batch<'a, A> {
         &self,
         size: usize,
         validation: Validation,
+        all: &mut T,
         run: impl Fn(&mut Worker<'a>, Range<usize>, &mut T) + Sync,
-    ) -> Result<T, BatchError> {
+    ) -> Result<(), BatchError> {
         self.on_threads(|workers| {
             if validation == Validation::First {
                 self.check(workers)?;
@@ -215,12 +218,11 @@ impl<'a, A: Rows> Batch<'a, A> {
                 Validation::First => self.outcome(),
                 Validation::InBlocks => self.outcome_of_blocks(workers),
             };
-            let mut all = T::empty();
             if workers == 1 {
                 let mut worker = self.worker();
-                self.chunks(size).for_each(|rows| run(&mut worker, rows, &mut all));
+                self.chunks(size).for_each(|rows| run(&mut worker, rows, all));
                 self.recycle(worker);
-                return outcome().map(|()| all);
+                return outcome();
             }
             let mut chunks = self.chunks(size);
             let mut done = Vec::new();
@@ -231,7 +233,7 @@ impl<'a, A: Rows> Batch<'a, A> {
                 outcome()?;
                 appended?;
                 if next.is_empty() {
-                    return Ok(all);
+                    return Ok(());
                 }
                 done = next;
             }

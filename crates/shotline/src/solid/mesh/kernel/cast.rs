@@ -1,6 +1,7 @@
 //! The entry of the kernel: casts a block of rays with the instructions that the CPU has.
 
 use std::marker::PhantomData;
+use std::ops::Range;
 
 use super::block::{Block, Coordinate};
 use super::context::Kernel;
@@ -28,6 +29,11 @@ impl KernelMemory {
     /// The hits, each with the row of its ray. For [`BlockQuery::Any`] there are none.
     pub fn hits(&self) -> &[MeshHit] {
         &self.hits
+    }
+
+    /// Exchanges the hits with other memory. Where all hits are asked for, they ascend by row.
+    pub fn swap_hits(&mut self, other: &mut Vec<MeshHit>) {
+        std::mem::swap(&mut self.hits, other);
     }
 
     /// For [`BlockQuery::Any`], the rows of the rays that hit something.
@@ -151,15 +157,18 @@ impl<C: Coordinate> Kernel<'_, C> {
             if found.is_full() {
                 found.plain.extend(chunk.map(|row| row as u32));
             } else {
-                self.take_hits::<S>(found, hits);
+                self.take_hits::<S, M>(found, chunk, hits);
             }
             found.lane_hits.clear();
         }
     }
 
-    /// Appends the hits that have been found, each once.
+    /// Appends the hits that have been found at the rays of a chunk, each once.
     #[inline(always)]
-    fn take_hits<S: Simd>(&self, found: &mut Found, hits: &mut Vec<MeshHit>) {
+    fn take_hits<S: Simd, M: Mode>(&self, found: &mut Found, chunk: Range<usize>, hits: &mut Vec<MeshHit>) {
+        if !M::CLOSEST {
+            found.sort_by_row(chunk);
+        }
         if self.has_duplicates {
             let key = |hit: &LaneHit| (hit.row, self.face(hit.leaf, hit.lane as usize));
             found.lane_hits.sort_unstable_by_key(|hit| (key(hit), hit.leaf));
@@ -231,14 +240,14 @@ mod tests {
             match way {
                 Way::Chosen => return self.cast::<M>(memory),
                 Way::Portable => return self.cast_by::<Portable, M>(memory),
-                Way::Wave => wave::cast::<Portable, C, M>(self, rows, slots, found),
+                Way::Wave => wave::cast::<Portable, C, M>(self, rows.clone(), slots, found),
                 Way::Streams => rows.clone().step_by(stream::SIZE).for_each(|start| {
                     let some = start..rows.end.min(start + stream::SIZE);
                     stream::cast::<Portable, C, M>(self, some, stream, found);
                 }),
             }
             if !M::ANY {
-                self.take_hits::<Portable>(&mut memory.found, &mut memory.hits);
+                self.take_hits::<Portable, M>(&mut memory.found, rows, &mut memory.hits);
                 memory.found.lane_hits.clear();
             }
         }

@@ -1,5 +1,7 @@
 //! What the kernel finds, and how it searches.
 
+use std::ops::Range;
+
 use super::ray::{KernelRay, MISS, Prepared};
 
 /// A hit that was found: the row of the ray, and the leaf and the lane of the triangle.
@@ -20,6 +22,9 @@ pub(super) struct Found {
     pub lane_hits: Vec<LaneHit>,
     /// Rays that may begin inside the solid, by row.
     pub inside: Vec<u32>,
+    /// Memory for sorting.
+    unsorted: Vec<LaneHit>,
+    ends: Vec<u32>,
 }
 
 /// If the rays of a chunk have more hits than this, they take the plain path, which needs memory for one at a time.
@@ -29,6 +34,26 @@ impl Found {
     /// Whether there are too many hits to go on.
     pub fn is_full(&self) -> bool {
         self.lane_hits.len() > MAX_LANE_HITS
+    }
+
+    /// Sorts the hits by row, all of which are in a range: a counting sort, before the hits are finished and become larger.
+    pub fn sort_by_row(&mut self, rows: Range<usize>) {
+        let Found { lane_hits, unsorted, ends, .. } = self;
+        ends.clear();
+        ends.resize(rows.len() + 1, 0);
+        let place = |hit: &LaneHit| hit.row as usize - rows.start;
+        lane_hits.iter().for_each(|hit| ends[place(hit) + 1] += 1);
+        for row in 0..rows.len() {
+            ends[row + 1] += ends[row];
+        }
+        unsorted.clear();
+        unsorted.extend_from_slice(lane_hits);
+        // Entry `row` is the start of the ray's hits, and moves to their end.
+        for hit in unsorted {
+            let at = &mut ends[place(hit)];
+            lane_hits[*at as usize] = *hit;
+            *at += 1;
+        }
     }
 
     /// Takes the row of a ray that is not cast now. Returns whether it is to be cast.
