@@ -140,7 +140,7 @@ impl<C: Coordinate> Kernel<'_, C> {
         let rows = self.lines().rows.len();
         for start in (0..rows).step_by(CHUNK) {
             let chunk = start..rows.min(start + CHUNK);
-            if chunk.len() >= stream::SIZE && self.is_coherent::<S>(chunk.clone()) {
+            if chunk.len() >= stream::SIZE && self.is_coherent::<S, M>(chunk.clone()) {
                 for start in chunk.clone().step_by(stream::SIZE) {
                     stream::cast::<S, C, M>(self, start..chunk.end.min(start + stream::SIZE), stream, found);
                 }

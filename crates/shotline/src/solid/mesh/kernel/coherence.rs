@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::block::Coordinate;
 use super::context::Kernel;
+use super::found::Mode;
 use super::prepare::AT_A_TIME;
 use super::ray::{KernelRay, Prepared};
 use crate::simd::Simd;
@@ -12,9 +13,9 @@ impl<C: Coordinate> Kernel<'_, C> {
     /// Whether rays that follow each other enter the mesh's box close together, and in similar directions where the
     /// tree is larger than the inner caches. Four groups of eight rays are examined.
     #[inline(always)]
-    pub(super) fn is_coherent<S: Simd>(&self, rows: Range<usize>) -> bool {
-        let most =
-            if size_of_val(&self.tree.nodes[..]) + size_of_val(self.blocks) > LARGE { 0.5 } else { 2.0 };
+    pub(super) fn is_coherent<S: Simd, M: Mode>(&self, rows: Range<usize>) -> bool {
+        let size = size_of_val(&self.tree.nodes[..]) + size_of_val(self.blocks);
+        let most = if size > if M::ANY { LARGE_FOR_ANY } else { LARGE } { 0.5 } else { 2.0 };
         let (mut groups, mut coherent) = (0, 0);
         for group in 0..4 {
             let first = rows.start + rows.len() / 4 * group;
@@ -38,6 +39,9 @@ impl<C: Coordinate> Kernel<'_, C> {
 
 /// Trees of more bytes than this do not fit into the inner caches.
 const LARGE: usize = 10_000_000;
+
+/// The same where any hit ends the traversal, so that less of the tree is visited.
+const LARGE_FOR_ANY: usize = 30_000_000;
 
 /// How far apart rays enter, and how different their directions are, along the worst axis.
 #[derive(Default)]
