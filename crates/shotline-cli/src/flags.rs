@@ -51,8 +51,7 @@ impl Model {
 /// How to build the world.
 #[derive(Args, Debug)]
 pub struct Build {
-    /// The accelerator used everywhere; no crossing depends on it, but the number of rays that check casts does. Default:
-    /// that of the scene, or else bvh
+    /// The accelerator used everywhere; no result depends on it. Default: that of the scene, or else bvh
     #[arg(long, value_name = "NAME", value_parser = accel_names())]
     pub accel: Option<&'static str>,
 }

@@ -57,6 +57,32 @@ fn many_boxes_that_abut_are_sound() {
     assert!(text.ends_with(": sound\n"), "{}", &text[text.len().saturating_sub(300)..]);
 }
 
+/// Rods between the balls of a grid, some of which overlap balls a little. Beyond a limit of work fewer rays are cast: it
+/// counts nothing that an accelerator changes.
+#[test]
+fn every_accelerator_gives_the_same_report() {
+    let grid = (0..216).map(|i| {
+        let at = [i % 6, i / 6 % 6, i / 36];
+        format!(r#"{{"kind": "sphere", "radius": 0.497, "translate": {at:?}}}"#)
+    });
+    let grid = format!(r#"{{"op": "union", "args": [{}]}}"#, grid.collect::<Vec<_>>().join(","));
+    let mut objects = vec![("grid".to_string(), grid)];
+    for i in 0..25 {
+        let radius = (0.5f64.sqrt() - 0.497) * (0.975 + 0.03 * f64::from(i * 7 % 25) / 25.0);
+        let at = [f64::from(i % 5) + 0.5, f64::from(i / 5) + 0.5, 0.0];
+        let rod =
+            format!(r#"{{"kind": "cylinder", "radius": {radius}, "z0": -1, "z1": 6, "translate": {at:?}}}"#);
+        objects.push((format!("rod {i}"), rod));
+    }
+    let sandbox = Sandbox::new().with("rods.json", scene(&objects));
+    let report = |accel: &str| sandbox.run(&["check", "rods.json", "--accel", accel]).stdout;
+    let expected = report("bvh");
+    assert!(expected.contains("'grid' and 'rod"), "{expected}");
+    for accel in shotline::accel::NAMES {
+        assert_eq!(report(accel), expected, "{accel}");
+    }
+}
+
 /// The box of every slanted plate meets the boxes of all others, but no plate overlaps another.
 #[test]
 fn too_many_pairs_are_counted_and_the_scene_is_not_called_sound() {

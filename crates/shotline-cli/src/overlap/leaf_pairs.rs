@@ -24,10 +24,15 @@ const MAX_RAYS: usize = 1536;
 const USUAL_RAYS: usize = 1 << 17;
 const MAX_ALL_RAYS: usize = 1 << 20;
 
-/// A limit on the work of rays on boxes and solids. Beyond it, each pair gets only `MIN_RAYS` rays. Beyond
-/// `WORK_FACTOR` times as much, no more rays are cast.
+/// A limit on the work of rays. Beyond it, each pair gets only `MIN_RAYS` rays. Beyond `WORK_FACTOR` times as much, no
+/// more rays are cast.
 const WORK: u64 = 1 << 22;
 const WORK_FACTOR: u64 = 16;
+
+/// The work of a ray, and of each of its intervals inside parts: counts that no accelerator changes, so that every one
+/// gives the same report.
+const WORK_OF_RAY: u64 = 8;
+const WORK_OF_INTERVAL: u64 = 8;
 
 /// Casts rays through the common boxes of leaves of different objects, the largest box first, and adds the overlaps. It
 /// skips pairs of objects that are known to overlap, and clips unbounded boxes to `bounds`. Returns what could not be
@@ -141,11 +146,10 @@ impl Sampler<'_> {
     fn wide_overlaps(&mut self, ray: &Ray, bounds: &Aabb, axis: usize) -> Result<Vec<Overlap>, QueryError> {
         let from = bounds.min[axis] - ray.origin()[axis];
         let Ok(span) = Span::new(from, from + bounds.size()[axis]) else { return Ok(Vec::new()) };
-        let mut found = overlaps_on_ray(&mut self.caster, ray, span)?;
+        let (mut found, intervals) = overlaps_on_ray(&mut self.caster, ray, span)?;
         found.retain(Overlap::is_wide);
         self.rays += 1;
-        let work = self.caster.take_counters();
-        self.work += work.boxes + work.cells + work.planes + work.primitive_tests + work.heap_pushes;
+        self.work += WORK_OF_RAY + WORK_OF_INTERVAL * intervals as u64;
         Ok(found)
     }
 

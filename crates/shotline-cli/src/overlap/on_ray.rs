@@ -22,17 +22,22 @@ impl Overlap {
     }
 }
 
-/// Every overlap on a ray for which a query of segments would return an error. The list is empty in a world with a mesh
-/// that has no inside.
+/// Every overlap on a ray for which a query of segments would return an error, and the number of intervals inside parts.
+/// There are none in a world with a mesh that has no inside.
 ///
 /// # Errors
 /// As [`Caster::overlaps`], but not for such a mesh.
-pub fn overlaps_on_ray(caster: &mut Caster, ray: &Ray, span: Span) -> Result<Vec<Overlap>, QueryError> {
+pub fn overlaps_on_ray(
+    caster: &mut Caster,
+    ray: &Ray,
+    span: Span,
+) -> Result<(Vec<Overlap>, usize), QueryError> {
     let mut found = Vec::new();
-    match caster.overlaps(ray, span, &mut found) {
-        Ok(()) | Err(QueryError::NotASolid { .. }) => {}
+    let intervals = match caster.overlaps(ray, span, &mut found) {
+        Ok(intervals) => intervals,
+        Err(QueryError::NotASolid { .. }) => 0,
         Err(error) => return Err(error),
-    }
+    };
     let names = caster.world().object_names();
     let name = |object: u32| names[object as usize].clone();
     let named = found.iter().map(|o| Overlap {
@@ -42,5 +47,5 @@ pub fn overlaps_on_ray(caster: &mut Caster, ray: &Ray, span: Span) -> Result<Vec
         t_out: o.t_out,
         t_err: o.t_err,
     });
-    Ok(named.collect())
+    Ok((named.collect(), intervals))
 }

@@ -112,7 +112,7 @@ impl<'w> Sampler<'w> {
     /// Returns the number of crossings of a ray.
     fn cast(&mut self, ray: &Ray) -> Result<usize, QueryError> {
         self.hits.clear();
-        let overlaps = overlaps_on_ray(&mut self.caster, ray, Span::FORWARD)?;
+        let (overlaps, _) = overlaps_on_ray(&mut self.caster, ray, Span::FORWARD)?;
         self.caster.crossings(ray, Span::FORWARD, &mut self.hits)?;
         self.hits.iter().for_each(|hit| self.met[hit.object as usize] = true);
         for overlap in overlaps {

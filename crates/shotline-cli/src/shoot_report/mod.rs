@@ -77,7 +77,7 @@ impl ShootReport {
         let mut accumulated = LengthInside { segments: &segments, ended: 0.0, step: length(ray.direction()) };
         let mut thickness = |t: f64| no_thickness.is_none().then(|| accumulated.until(t));
         let crossings = hits.iter().map(|hit| row(world, &ray, *hit, thickness(hit.t))).collect();
-        let overlaps = overlaps_on_ray(&mut caster, &ray, span)?;
+        let (overlaps, _) = overlaps_on_ray(&mut caster, &ray, span)?;
         Ok(ShootReport {
             ray,
             span,

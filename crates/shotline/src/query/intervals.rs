@@ -64,16 +64,17 @@ impl Caster<'_> {
     }
 
     /// Appends the overlaps of objects of equal priority, ascending. [`Caster::segments`] may refuse at the
-    /// first of them; this returns them all.
+    /// first of them; this returns them all. Returns the number of intervals inside bodies, which does not depend on the
+    /// accelerator.
     ///
     /// # Errors
     /// As [`Caster::segments`].
-    pub fn overlaps(&mut self, ray: &Ray, span: Span, out: &mut Vec<Overlap>) -> Result<(), QueryError> {
+    pub fn overlaps(&mut self, ray: &Ray, span: Span, out: &mut Vec<Overlap>) -> Result<usize, QueryError> {
         let start = out.len();
         let found = self.intervals(ray, span).and_then(|()| {
             let budget = &mut self.scratch.budget;
             segments::overlaps(self.world, &self.intervals, &mut self.segment_scratch, budget, out);
-            self.outcome()
+            self.outcome().map(|()| self.intervals.len())
         });
         if found.is_err() {
             out.truncate(start);
