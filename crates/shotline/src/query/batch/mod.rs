@@ -6,6 +6,7 @@
 
 mod batch_caster;
 mod fields;
+mod kept_pool;
 mod rays;
 mod rows;
 mod run;

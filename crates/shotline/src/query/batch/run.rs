@@ -9,8 +9,9 @@ use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use rayon::ThreadPool;
 
+use super::kept_pool::PoolInUse;
 use super::rays::Rows;
 use super::rows::Ragged;
 use super::worker::Worker;
@@ -27,8 +28,8 @@ pub struct Run<'a> {
     /// Number of threads, at most 256; 0 for one per core. With 1, and for batches of at most
     /// [`SEQUENTIAL_MAX`] rows, the calling thread does the work.
     pub threads: usize,
-    /// A thread pool of the caller. Where new threads would be started, all threads of this pool are used
-    /// instead.
+    /// A thread pool of the caller. Where threads would be used that are kept from batch to batch, all threads of this
+    /// pool are used instead.
     pub pool: Option<&'a ThreadPool>,
     /// Called from time to time, from any thread, with the number of rows completed since the last call. Called
     /// with 0 while a single ray takes long.
@@ -271,10 +272,10 @@ impl<'a, A: Rows> Batch<'a, A> {
         if let Some(pool) = self.run.pool {
             return pool.install(|| work(pool.current_num_threads()));
         }
-        match ThreadPoolBuilder::new().num_threads(self.run.pool_threads()).build() {
-            Ok(pool) => pool.install(|| work(pool.current_num_threads())),
+        match PoolInUse::of(self.run.pool_threads()) {
+            Some(pool) => pool.run(work),
             // If no threads can be started, the calling thread does the work.
-            Err(_) => work(1),
+            None => work(1),
         }
     }
 
