@@ -192,20 +192,32 @@ impl<'w> BlockCaster<'_, 'w> {
         memory: &mut BlockMemory<'w>,
         mut set: impl FnMut(usize, &[Segment], u64) -> Result<(), QueryError>,
     ) -> Result<(), BlockError> {
-        let BlockMemory { is_plain, queries, .. } = memory;
+        let BlockMemory { is_plain, few, queries } = memory;
         let is_plain = begin(is_plain, block);
-        self.caster.fold_intervals(block, queries, is_plain);
+        let only = self.plan.few.as_ref().and_then(FewMeshes::only).filter(|placed| placed.is_solid);
+        match only {
+            Some(placed) => few.make_lists(placed, block),
+            None => self.caster.fold_intervals(block, queries, is_plain),
+        }
         let (mut segments, mut intervals, mut rest) = (Vec::new(), Vec::new(), &queries.intervals[..]);
         for (row, &is_plain) in is_plain.iter().enumerate() {
-            let of_row = rows_of(&mut rest, row);
             segments.clear();
-            let count = plainly(block, row, |ray| {
-                if is_plain {
-                    return self.caster.segments(ray, block.scope.span, overlaps, &mut segments);
+            intervals.clear();
+            let is_made = match only {
+                Some(placed) => {
+                    few.intervals(placed, block, row, self.caster.limits.crossings, &mut intervals)
                 }
-                intervals.clear();
-                intervals.extend(of_row.iter().map(|(_, interval)| *interval));
-                self.caster.resolve(ray, &intervals, overlaps, &mut segments)
+                None => {
+                    intervals.extend(rows_of(&mut rest, row).iter().map(|(_, interval)| *interval));
+                    !is_plain
+                }
+            };
+            let count = plainly(block, row, |ray| {
+                if is_made {
+                    self.caster.resolve(ray, &intervals, overlaps, &mut segments)
+                } else {
+                    self.caster.segments(ray, block.scope.span, overlaps, &mut segments)
+                }
             })?;
             set(row, &segments, count).map_err(|error| BlockError { row, error: error.into() })?;
         }

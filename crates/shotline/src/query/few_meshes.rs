@@ -1,11 +1,15 @@
 //! Worlds of a few placed meshes and nothing else: their rays need no traversal of levels.
 
+use std::ops::ControlFlow;
+
 use super::first_boundaries::{ClosedMesh, First, FirstBoundaries};
 use super::hit_lists::HitLists;
 use super::placed_mesh::{FrameRows, PlacedMesh};
 use super::row_block::RowBlock;
 use super::row_hit::RowHit;
+use super::segments::Interval;
 use crate::compile::{Body, Target, World};
+use crate::crossing::Crossing;
 use crate::solid::mesh::kernel::{BlockQuery, KernelMemory, RayBlock};
 
 /// Worlds with more placements are left to the traversal of levels, which does not test every placement.
@@ -157,6 +161,31 @@ impl FewMemory {
         let query = if placed.is_solid { BlockQuery::Within } else { BlockQuery::All };
         placed.mesh.cast_block(&placed.block(block, None, &mut self.frame_rows), query, &mut self.kernel);
         self.lists.take(block.rays.len(), &mut self.kernel);
+    }
+
+    /// Appends the intervals of a ray inside a closed mesh, after [`FewMemory::make_lists`]. Returns `false` if it takes the
+    /// plain path, as with more than `most` hits.
+    pub fn intervals(
+        &mut self,
+        placed: &PlacedMesh,
+        block: &RowBlock,
+        row: usize,
+        most: usize,
+        out: &mut Vec<Interval>,
+    ) -> bool {
+        let line = placed.line(block.rays, &self.frame_rows, row);
+        let mut open: Option<Interval> = None;
+        self.lists.count(row) <= most
+            && self.lists.boundaries(placed.mesh, block.scope, row, line, |boundary, _| {
+                let end = Crossing { t: boundary.crossing.t + 0.0, ..boundary.crossing };
+                match open.take() {
+                    None => {
+                        open = Some(Interval { start: end, end, object: placed.object, path: placed.path })
+                    }
+                    Some(started) => out.push(Interval { end, ..started }),
+                }
+                ControlFlow::Continue(())
+            })
     }
 
     /// The crossings of a ray, after [`FewMemory::make_lists`]; `None` if it takes the plain path, as with more than `most`

@@ -70,6 +70,10 @@ pub(super) fn resolve(
         out[first..].sort_by(|a, b| a.t_in.total_cmp(&b.t_in).then(a.path.cmp(&b.path)));
         return Ok(0);
     }
+    if are_apart(intervals) {
+        out.extend(intervals.iter().map(|i| segment(i.start.t, i.end.t, i.object, Some(i.path))));
+        return Ok(0);
+    }
     let mut sweep = Ownership::new(world, intervals, scratch);
     let mut owned: Option<Owned> = None;
     let mut overlap_count = 0;
@@ -118,6 +122,14 @@ pub(super) fn resolve(
         });
     }
     Ok(overlap_count)
+}
+
+/// Whether intervals follow each other, and each of their ends is an event of its own: then the sweep would return each as a
+/// segment. So it is for almost every ray through one object.
+fn are_apart(intervals: &[Interval]) -> bool {
+    let is_apart = |interval: &Interval| !are_coincident(&interval.start, &interval.end);
+    intervals.iter().all(is_apart)
+        && intervals.windows(2).all(|pair| !are_coincident(&pair[0].end, &pair[1].start))
 }
 
 /// Appends the overlaps of equal priority, ascending and disjoint. Each is between the two intervals that rank
