@@ -52,15 +52,7 @@ pub(super) fn resolve(
     budget: &mut Budget,
     out: &mut Vec<Segment>,
 ) -> Result<u64, QueryError> {
-    let step = length(ray.direction());
-    let segment = |start: f64, end: f64, object: u32, path: Option<u64>| Segment {
-        t_in: start,
-        t_out: end,
-        length: (end - start) * step,
-        object,
-        material: world.object_material(object),
-        path,
-    };
+    let segment = segment_of(world, ray);
     if out.try_reserve(intervals.len()).is_err() {
         return Err(QueryError::OutOfMemory);
     }
@@ -74,6 +66,33 @@ pub(super) fn resolve(
         out.extend(intervals.iter().map(|i| segment(i.start.t, i.end.t, i.object, Some(i.path))));
         return Ok(0);
     }
+    sweep(world, ray, intervals, overlaps, scratch, budget, out)
+}
+
+/// Makes the segment from `start` to `end` of an object on a ray.
+fn segment_of(world: &World, ray: &Ray) -> impl Fn(f64, f64, u32, Option<u64>) -> Segment {
+    let step = length(ray.direction());
+    move |t_in, t_out, object, path| Segment {
+        t_in,
+        t_out,
+        length: (t_out - t_in) * step,
+        object,
+        material: world.object_material(object),
+        path,
+    }
+}
+
+/// Determines which interval owns each part of the ray, event by event.
+fn sweep(
+    world: &World,
+    ray: &Ray,
+    intervals: &[Interval],
+    overlaps: Overlaps,
+    scratch: &mut SegmentScratch,
+    budget: &mut Budget,
+    out: &mut Vec<Segment>,
+) -> Result<u64, QueryError> {
+    let segment = segment_of(world, ray);
     let mut sweep = Ownership::new(world, intervals, scratch);
     let mut owned: Option<Owned> = None;
     let mut overlap_count = 0;
@@ -253,5 +272,49 @@ impl Overlap {
         let name = |object: u32| world.object_names()[object as usize].clone();
         let Overlap { first, second, t_in, t_out, .. } = self;
         QueryError::Overlap { first: name(first), second: name(second), t_in, t_out }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Vec3;
+    use crate::scene::Scene;
+    use crate::shape::{Object, Shape};
+    use crate::testkit::random::Random;
+
+    /// Intervals whose ends coincide, abut, and lie apart: those that are apart give the segments of the sweep.
+    #[test]
+    fn intervals_that_are_apart_need_no_sweep() {
+        let ball = |name: &str| Object::new(name, Shape::sphere(1.0).expect("a ball"));
+        let world = Scene::of([ball("a"), ball("b")]).compile().expect("a world");
+        let ray = Ray::new(Vec3::ZERO, Vec3::new(0.0, 3.0, 4.0)).expect("a ray");
+        let mut random = Random::new(3);
+        let mut apart = 0;
+        for _ in 0..20_000 {
+            let mut t = random.number(-1.0, 1.0);
+            let mut next = |entering: bool, random: &mut Random| {
+                let t_err = [0.0, 1e-16, 1e-9][random.below(3)];
+                t += [0.0, 1e-9, 1e-8, 2e-8, 1.0, 1.0, 1.0][random.below(7)];
+                Crossing::new(t, t_err, entering, 0)
+            };
+            let mut interval = |_| {
+                let (start, end) = (next(true, &mut random), next(false, &mut random));
+                Interval { start, end, object: random.below(2) as u32, path: random.below(2) as u64 }
+            };
+            let intervals: Vec<Interval> = (0..4).map(&mut interval).collect();
+            apart += usize::from(are_apart(&intervals));
+            for overlaps in [Overlaps::Priority, Overlaps::Error] {
+                let (mut scratch, mut budget) = (SegmentScratch::default(), Budget::default());
+                budget.begin(1000);
+                let (mut found, mut expected) = (Vec::new(), Vec::new());
+                let of_sweep =
+                    sweep(&world, &ray, &intervals, overlaps, &mut scratch, &mut budget, &mut expected);
+                let outcome =
+                    resolve(&world, &ray, &intervals, overlaps, &mut scratch, &mut budget, &mut found);
+                assert_eq!((outcome, &found), (of_sweep, &expected), "{intervals:?}");
+            }
+        }
+        assert!(apart > 1000 && apart < 19_000, "{apart}");
     }
 }
