@@ -170,6 +170,39 @@ fn a_ray_beside_the_box_by_a_denormal_number() {
     }
 }
 
+/// The ray begins at -0.0 in the upper plane of the box of some faces, which lies there once it is padded, and enters that
+/// box at a depth of -0.0. The kernel once took that for a depth beyond the first hit, and lost the nearer one.
+#[test]
+fn a_ray_that_enters_a_box_at_minus_zero() {
+    let faces = [
+        [
+            [-0.1875, -1.0 / (1 << 22) as f64, -0.203125],
+            [0.203125, -0.390625, -0.203125],
+            [0.0, -0.40625, 0.25],
+        ],
+        [[-0.203125, -0.015625, -0.203125], [0.203125, -0.40625, -0.203125], [-0.015625, -0.40625, 0.25]],
+        [[-0.1875, -0.003, -0.203125], [0.203125, -0.390625, -0.203125], [0.0, -0.40625, 0.25]],
+        [[-0.09375, -0.703125, 0.0], [0.15625, -0.703125, 0.0], [-0.09375, -0.703125, 0.25]],
+        [[0.15625, -0.703125, 0.0], [0.15625, -0.703125, 0.25], [-0.09375, -0.703125, 0.25]],
+        [[-0.75, -0.75, -0.75], [-0.75, -0.734375, -0.75], [-0.734375, -0.75, -0.75]],
+        [[0.75, 0.75, 0.75], [0.75, 0.734375, 0.75], [0.734375, 0.75, 0.75]],
+    ];
+    // The axis is y, z or x in turn.
+    for turn in 0..3 {
+        let turned = |v: [f64; 3]| Vec3::new(v[turn], v[(turn + 1) % 3], v[(turn + 2) % 3]);
+        let vertices = faces.iter().flatten().map(|v| turned(*v)).collect();
+        let faces = (0..7).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let mesh = TriangleMesh { vertices, faces, polygons: Vec::new() };
+        let placed = place(&[(Arc::new(mesh), Affine::IDENTITY)], format!("turned by {turn}"));
+        let placed = placed.expect("a world");
+        for y in [-0.0, 0.0, -1e-60, -1e-20] {
+            let (o, d) = (turned([-0.019515734332457402, y, 0.11930328243256463]), turned([0.0, -1.0, 0.0]));
+            let rays = [Ray::new(o, d).expect("a ray")];
+            compare(&placed, &rays, Span::FORWARD.into(), 1).unwrap_or_else(|what| panic!("{y}: {what}"));
+        }
+    }
+}
+
 /// A `t` that underflows from below was returned as -0.0, where the plain path returns 0.0.
 #[test]
 fn a_negative_t_that_underflows_is_zero() {

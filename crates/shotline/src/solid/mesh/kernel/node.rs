@@ -37,8 +37,9 @@ pub(super) fn test_planes<S: Simd>(planes: &Planes<S::F32x8>, ray: &KernelRay) -
     let depth = |planes: &[S::F32x8; 3], axis: usize| {
         planes[axis].mul_sub(splat(ray.reciprocal(axis)), splat(ray.offset(axis)))
     };
-    let enter = depth(&planes.near, 0).greater(depth(&planes.near, 1));
-    let enter = depth(&planes.near, 2).greater(splat(0.0)).greater(enter);
+    let enter = depth(&planes.near, 0).greater(depth(&planes.near, 1)).greater(depth(&planes.near, 2));
+    // Last, so that it is not -0.0, which would be greater than all other keys.
+    let enter = enter.greater(splat(0.0));
     let exit = depth(&planes.far, 0).lesser(depth(&planes.far, 1));
     let exit = depth(&planes.far, 2).lesser(splat(ray.limit())).lesser(exit);
     const WIDEN: f32 = 1.0 + 1.0 / (1 << 21) as f32;
