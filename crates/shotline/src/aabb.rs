@@ -311,8 +311,9 @@ pub struct SphereRay {
     d: Vec3,
     /// 1 for axes that cull, else 0.
     culls: Vec3,
-    /// The reciprocal of the squared length of the direction.
+    /// The reciprocals of the squared length and of the length of the direction.
     inverse_squared: f64,
+    inverse_length: f64,
     /// An upper bound on the reciprocal of that length.
     inverse: f64,
     /// A bound on the distance by which the origin's error displaces the line.
@@ -337,6 +338,7 @@ impl SphereRay {
             d: ray.d,
             culls: Vec3::select(ray.inverse.is_nan_mask(), Vec3::ZERO, Vec3::ONE),
             inverse_squared: 1.0 / squared,
+            inverse_length: (1.0 / squared).sqrt(),
             inverse: inverse.x.min(inverse.y).min(inverse.z) * (1.0 + 8.0 * HALF_ULP),
             origin_error: (ray.ahead - ray.behind).abs().element_sum(),
             doubt: 2.0 * (ray.grow - 1.0 + 16.0 * HALF_ULP),
@@ -365,7 +367,8 @@ impl SphereRay {
         if within < 0.0 {
             return None;
         }
-        let half = (within * self.inverse_squared).sqrt() * (1.0 + 16.0 * HALF_ULP) + doubt * self.inverse;
+        // Not the root of a product, which may underflow.
+        let half = within.sqrt() * self.inverse_length * (1.0 + 16.0 * HALF_ULP) + doubt * self.inverse;
         let (enter, exit) = ((foot - half).max(self.span.t_min()), (foot + half).min(self.span.t_max()));
         (enter <= exit).then_some(enter)
     }
@@ -467,6 +470,24 @@ mod tests {
             let (c, r) = UNIT.transformed(&t).bounding_sphere();
             prop_assert!((t.point(p) - c).length() <= r);
         }
+    }
+
+    /// Also where the squares of the size and of the reciprocal direction have a product that underflows.
+    #[test]
+    fn a_sphere_is_met_where_a_box_in_it_is() {
+        let (mut random, mut met) = (crate::testkit::random::Random::new(6), 0);
+        for i in 0..6000 {
+            let (size, stretch) = ([1e-120, 1e-91, 1.0, 1e60][i % 4], [1e-130, 1.0, 1e91][i / 4 % 3]);
+            let a = random.point(-1.0, 1.0);
+            let b = Aabb::new(a * size, (a + random.point(0.0, 0.5)) * size);
+            let (o, aim) = (random.point(-3.0, 3.0), a + random.point(-0.2, 0.7));
+            let ray = BoxRay::new(&Line::exact(o * size, (aim - o) * stretch), Span::FORWARD);
+            let Some((enter, _)) = ray.enter_exit(&b) else { continue };
+            let (centre, radius) = b.bounding_sphere();
+            assert!(SphereRay::new(&ray).enter(centre, radius).is_some_and(|t| t <= enter), "{ray:?} {b:?}");
+            met += 1;
+        }
+        assert!(met > 500, "{met}");
     }
 
     #[test]
