@@ -3,6 +3,7 @@
 //! An accelerator sees only boxes and item numbers, never solids. The caller of a traversal knows what an item is,
 //! and tags the items that it has tested.
 
+mod beam;
 mod brute;
 mod bsp;
 mod bvh;
@@ -16,6 +17,8 @@ pub(crate) mod wide;
 
 use std::fmt::Debug;
 use std::ops::Range;
+
+pub use beam::{BEAM_RAYS, Beam, BeamRays, ByRay, MetRays};
 
 use crate::aabb::{Aabb, BoxRay};
 use crate::counters::Counters;
@@ -54,6 +57,18 @@ pub trait Accelerator: CloneBoxed + Send + Sync + Debug {
 
     /// Expands a node that was queued with the bound `t`: appends its children.
     fn expand(&self, node: u64, t: f64, ray: &BoxRay, out: &mut Vec<QueueEntry>, counters: &mut Counters);
+
+    /// Whether the structure can be traversed by a beam. It then proposes no item more than once.
+    fn takes_beams(&self) -> bool {
+        false
+    }
+
+    /// As [`Accelerator::roots`], for a beam: appends what any of its rays may meet. The bounds hold for all rays. Callers
+    /// test the boxes of items ray by ray.
+    fn beam_roots(&self, _beam: &Beam, _out: &mut Vec<QueueEntry>) {}
+
+    /// As [`Accelerator::expand`], for a beam.
+    fn expand_beam(&self, _node: u64, _beam: &Beam, _out: &mut Vec<QueueEntry>) {}
 
     /// Traverses the structure depth first, nearer children first. Calls `visit` with runs of items. Skips everything
     /// that begins after the `t` that `visit` returned last (initially the span's `t_max`).

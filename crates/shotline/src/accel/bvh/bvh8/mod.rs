@@ -9,13 +9,13 @@ mod node;
 mod refit;
 
 use collapse::collapse;
-use node::Node;
+use node::{Met, Node};
 use refit::RefitData;
 
 use super::binned_sah;
 use crate::aabb::{Aabb, BoxRay};
 use crate::accel::collapse::WIDTH;
-use crate::accel::{Accelerator, Child, QueueEntry, display};
+use crate::accel::{Accelerator, Beam, Child, QueueEntry, display};
 use crate::counters::Counters;
 use crate::simd::{Simd, Task, dispatch};
 
@@ -51,16 +51,37 @@ impl Task for Expand<'_> {
     #[inline(always)]
     fn run<S: Simd>(self) {
         let Expand { node, ray, out } = self;
-        let met = node.test::<S::Wide>(ray);
-        let mut rest = met.children;
-        while rest != 0 {
-            let slot = rest.trailing_zeros() as usize % WIDTH;
-            rest &= rest - 1;
-            let number = node.children[slot];
-            let is_node = slot < usize::from(node.nodes);
-            let child = if is_node { Child::Node(u64::from(number)) } else { Child::Entered(number) };
-            out.push(QueueEntry { t: met.enter[slot], child });
-        }
+        append(node, &node.test::<S::Wide>(ray), out);
+    }
+}
+
+/// Appends the children of a node that any ray of a beam may meet.
+struct ExpandBeam<'a> {
+    node: &'a Node,
+    beam: &'a Beam,
+    out: &'a mut Vec<QueueEntry>,
+}
+
+impl Task for ExpandBeam<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self) {
+        let ExpandBeam { node, beam, out } = self;
+        append(node, &node.test_beam::<S::Wide>(beam), out);
+    }
+}
+
+#[inline(always)]
+fn append(node: &Node, met: &Met, out: &mut Vec<QueueEntry>) {
+    let mut rest = met.children;
+    while rest != 0 {
+        let slot = rest.trailing_zeros() as usize % WIDTH;
+        rest &= rest - 1;
+        let number = node.children[slot];
+        let is_node = slot < usize::from(node.nodes);
+        let child = if is_node { Child::Node(u64::from(number)) } else { Child::Entered(number) };
+        out.push(QueueEntry { t: met.enter[slot], child });
     }
 }
 
@@ -77,6 +98,22 @@ impl Accelerator for Bvh8 {
         let node = &self.nodes[node as usize];
         counters.boxes += u64::from(node.count);
         dispatch(Expand { node, ray, out });
+    }
+
+    fn takes_beams(&self) -> bool {
+        true
+    }
+
+    fn beam_roots(&self, beam: &Beam, out: &mut Vec<QueueEntry>) {
+        let t = beam.t_min;
+        out.extend(self.unbounded.iter().map(|&i| QueueEntry { t, child: Child::Item(i) }));
+        if !self.nodes.is_empty() {
+            self.expand_beam(0, beam, out);
+        }
+    }
+
+    fn expand_beam(&self, node: u64, beam: &Beam, out: &mut Vec<QueueEntry>) {
+        dispatch(ExpandBeam { node: &self.nodes[node as usize], beam, out });
     }
 
     fn refit(&mut self, items: &[u32], boxes: &dyn Fn(u32) -> Aabb) -> bool {

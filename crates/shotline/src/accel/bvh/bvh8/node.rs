@@ -1,6 +1,7 @@
 //! A node, and the test of a ray against the boxes of its children.
 
 use crate::aabb::{Aabb, BoxRay};
+use crate::accel::Beam;
 use crate::accel::collapse::WIDTH;
 use crate::math::Vec3;
 use crate::simd::Doubles;
@@ -64,9 +65,22 @@ impl Node {
     /// Tests the boxes of all children: [`BoxRay::enter_exit`] lane by lane, so every `t` is the same.
     #[inline(always)]
     pub fn test<F: Doubles>(&self, ray: &BoxRay) -> Met {
+        self.met::<F>(|first| self.test_some::<F>(ray, first))
+    }
+
+    /// Tests the boxes of all children against all rays of a beam: a child is met if any ray may meet it, and no ray enters
+    /// it before.
+    #[inline(always)]
+    pub fn test_beam<F: Doubles>(&self, beam: &Beam) -> Met {
+        self.met::<F>(|first| self.test_some_by_beam::<F>(beam, first))
+    }
+
+    /// The children that are met, from a test of those from a position on.
+    #[inline(always)]
+    fn met<F: Doubles>(&self, test_some: impl Fn(usize) -> (F::Array, u8)) -> Met {
         let mut met = Met { enter: [0.0; WIDTH], children: 0 };
         for first in (0..WIDTH).step_by(F::LANES) {
-            let (enter, children) = self.test_some::<F>(ray, first);
+            let (enter, children) = test_some(first);
             for lane in 0..F::LANES {
                 met.enter[first + lane] = enter[lane];
             }
@@ -94,11 +108,34 @@ impl Node {
         let exit = (exit * shrink).greater(exit * grow).lesser(F::splat(ray.span.t_max()));
         (enter.store(), enter.is_at_most(exit) & F::ALL)
     }
+
+    /// Every rounded operation is monotone, so the bounds of the beam give bounds on what each ray gives.
+    #[inline(always)]
+    fn test_some_by_beam<F: Doubles>(&self, beam: &Beam, first: usize) -> (F::Array, u8) {
+        let (mut enter, mut exit) = (F::splat(f64::NEG_INFINITY), F::splat(f64::INFINITY));
+        for axis in 0..3 {
+            let [least, greatest] = beam.inverse[axis];
+            let upper_is_near = usize::from(least < 0.0);
+            let near = F::load_some(&self.planes[2 * axis + upper_is_near], first);
+            let far = F::load_some(&self.planes[2 * axis + 1 - upper_is_near], first);
+            let (least, greatest) = (F::splat(least), F::splat(greatest));
+            let near = near - F::splat(beam.ahead[axis]);
+            let far = far - F::splat(beam.behind[axis]);
+            // A NaN leaves the bound: such an axis does not cull.
+            enter = (near * least).lesser(near * greatest).greater(enter);
+            exit = (far * least).greater(far * greatest).lesser(exit);
+        }
+        let (shrink, grow) = (F::splat(beam.shrink), F::splat(beam.grow));
+        let enter = (enter * shrink).lesser(enter * grow).greater(F::splat(beam.t_min));
+        let exit = (exit * shrink).greater(exit * grow).lesser(F::splat(beam.t_max));
+        (enter.store(), enter.is_at_most(exit) & F::ALL)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::accel::BeamRays;
     use crate::ray::{Line, Span};
     use crate::simd::{Portable, Simd, Task, dispatch};
     use crate::testkit::random::Random;
@@ -161,5 +198,52 @@ mod tests {
             assert_eq!(u32::from(plain.children) >> boxes.len(), 0);
         }
         assert!(met > 5000, "{met} boxes were met");
+    }
+
+    struct TestBeam<'a>(&'a Node, &'a Beam);
+
+    impl Task for TestBeam<'_> {
+        type Output = Met;
+
+        #[inline(always)]
+        fn run<S: Simd>(self) -> Met {
+            self.0.test_beam::<S::Wide>(self.1)
+        }
+    }
+
+    /// A beam meets whatever one of its rays meets, and not behind it.
+    #[test]
+    fn a_beam_bounds_its_rays() {
+        let mut random = Random::new(12);
+        let (mut met, mut missed) = (0, 0);
+        for _ in 0..20_000 {
+            let mut node = Node::EMPTY;
+            let a_box = |random: &mut Random| Aabb::around([point(random), point(random)]);
+            (0..WIDTH).for_each(|_| node.push(0, &a_box(&mut random)));
+            let span = [Span::FORWARD, Span::new(-1.0, 0.5).expect("a span")][random.below(2)];
+            let (first, spread) = (line(&mut random), [0.0, 1e-6, 0.1, 1.0][random.below(4)]);
+            let ray = |_| {
+                let mut line = if random.below(20) == 0 { line(&mut random) } else { first };
+                line.o += random.point(-1.0, 1.0) * spread;
+                line.d += random.point(-1.0, 1.0) * spread * [0.0, 0.1][random.below(2)];
+                BoxRay::new(&line, span)
+            };
+            let rays: Vec<BoxRay> = (0..5).map(ray).collect();
+            let mut beam = BeamRays::default();
+            beam.fill(&rays[0]);
+            rays.iter().enumerate().for_each(|(place, ray)| beam.set(place, ray));
+            let beam = beam.beam();
+            let by_beam = dispatch(TestBeam(&node, &beam));
+            for ray in &rays {
+                let by_ray = dispatch(Test(&node, ray));
+                assert_eq!(by_ray.children & !by_beam.children, 0, "{ray:?} {beam:?} {node:?}");
+                for slot in (0..WIDTH).filter(|slot| by_ray.children >> slot & 1 == 1) {
+                    assert!(by_beam.enter[slot] <= by_ray.enter[slot], "{ray:?} {beam:?} {node:?}");
+                    met += 1;
+                }
+            }
+            missed += by_beam.children.count_zeros();
+        }
+        assert!(met > 5000 && missed > 5000, "{met} {missed}");
     }
 }
