@@ -144,6 +144,8 @@ impl Line {
             return *self;
         }
         let mut out = *self;
+        // Weighed, errors of zero are zero.
+        let is_exact = self.o_err == Vec3::ZERO && self.d_err == Vec3::ZERO;
         for i in 0..3 {
             let m = &local_from_parent.rows[i];
             let a = [m[0].abs(), m[1].abs(), m[2].abs()];
@@ -151,8 +153,12 @@ impl Line {
             out.o[i] = m[0] * self.o.x + m[1] * self.o.y + m[2] * self.o.z + m[3];
             out.d[i] = m[0] * self.d.x + m[1] * self.d.y + m[2] * self.d.z;
             // Half an ulp each for an entry, one product and up to three sums. The mean error is far less.
-            out.o_err[i] = 5.0 * HALF_ULP * (weigh(self.o) + m[3].abs()) + weigh(self.o_err);
-            out.d_err[i] = 4.0 * HALF_ULP * weigh(self.d) + weigh(self.d_err);
+            out.o_err[i] = 5.0 * HALF_ULP * (weigh(self.o) + m[3].abs());
+            out.d_err[i] = 4.0 * HALF_ULP * weigh(self.d);
+            if !is_exact {
+                out.o_err[i] += weigh(self.o_err);
+                out.d_err[i] += weigh(self.d_err);
+            }
         }
         out
     }

@@ -5,10 +5,11 @@ use super::block_fold::{BlockFold, BlockVisitor, FoldMemory, IN_FLIGHT, InFlight
 use super::caster::Caster;
 use super::fold_query::{FoldControl, FoldQuery};
 use super::hit::{normal, row_hit};
+use super::level_paths::LevelPaths;
 use super::row_block::RowBlock;
 use super::row_hit::RowHit;
 use super::segments::Interval;
-use super::traversal::{BodyEntry, Traversal};
+use super::traversal::BodyEntry;
 use crate::compile::World;
 use crate::csg::Boundary;
 use crate::math::Vec3;
@@ -39,7 +40,7 @@ fn zeros(counts: &mut Vec<u64>) -> &mut [u64] {
 /// A boundary as a hit, with its normal if that is needed.
 fn hit_of(
     world: &World,
-    traversal: &Traversal,
+    paths: &LevelPaths,
     block: &RowBlock,
     row: usize,
     (body_entry, boundary): (&BodyEntry, &Boundary),
@@ -47,7 +48,8 @@ fn hit_of(
     let mut hit = row_hit(world, body_entry, boundary);
     if block.wants_normals {
         let [.., x, y, z] = block.rays[row];
-        hit.normal = normal(world, traversal, Vec3::new(x, y, z), body_entry, boundary);
+        let world_normal = |normal| paths.world_normal(body_entry, normal);
+        hit.normal = normal(world, world_normal, Vec3::new(x, y, z), body_entry, boundary);
     }
     hit
 }
@@ -73,8 +75,8 @@ impl<'w> Caster<'w> {
         set: impl FnMut(usize, &RowHit),
     ) {
         let QueryMemory { fold, nearest, .. } = memory;
-        nearest.clear();
         nearest.resize(IN_FLIGHT, None);
+        nearest.iter_mut().for_each(|nearest| *nearest = None);
         let mut visitor = Closest { world: self.world, block, nearest, is_plain, set };
         self.fold_block(block, Wanted::First, fold, &mut visitor);
     }
@@ -149,24 +151,21 @@ impl<'w, S: FnMut(usize, &RowHit)> BlockVisitor<'w> for Closest<'_, S> {
     fn boundary(
         &mut self,
         ray: InFlight,
-        traversal: &mut Traversal<'w>,
+        _: &LevelPaths<'w>,
         body_entry: &BodyEntry,
         boundary: Boundary,
     ) -> FoldControl {
         let nearest = &mut self.nearest[ray.slot];
         let (t, path) = (boundary.crossing.t, body_entry.path);
         if nearest.is_none_or(|(of, b)| t < b.crossing.t || (t == b.crossing.t && path < of.path)) {
-            traversal.hold(body_entry);
-            if let Some((before, _)) = nearest.replace((*body_entry, boundary)) {
-                traversal.release_body(&before);
-            }
+            *nearest = Some((*body_entry, boundary));
         }
         FoldControl::Limit(t)
     }
 
-    fn end(&mut self, ray: InFlight, traversal: &Traversal<'w>) {
+    fn end(&mut self, ray: InFlight, paths: &LevelPaths<'w>) {
         if let Some((body_entry, boundary)) = self.nearest[ray.slot].take() {
-            let hit = hit_of(self.world, traversal, self.block, ray.row, (&body_entry, &boundary));
+            let hit = hit_of(self.world, paths, self.block, ray.row, (&body_entry, &boundary));
             (self.set)(ray.row, &hit);
         }
     }
@@ -185,7 +184,7 @@ struct Any<'v, S> {
 impl<'w, S: FnMut(usize)> BlockVisitor<'w> for Any<'_, S> {
     const IS_ANY: bool = true;
 
-    fn boundary(&mut self, ray: InFlight, _: &mut Traversal<'w>, _: &BodyEntry, _: Boundary) -> FoldControl {
+    fn boundary(&mut self, ray: InFlight, _: &LevelPaths<'w>, _: &BodyEntry, _: Boundary) -> FoldControl {
         self.any(ray);
         FoldControl::Stop
     }
@@ -206,12 +205,12 @@ struct Count<'v, S> {
 }
 
 impl<'w, S: FnMut(usize, u64)> BlockVisitor<'w> for Count<'_, S> {
-    fn boundary(&mut self, ray: InFlight, _: &mut Traversal<'w>, _: &BodyEntry, _: Boundary) -> FoldControl {
+    fn boundary(&mut self, ray: InFlight, _: &LevelPaths<'w>, _: &BodyEntry, _: Boundary) -> FoldControl {
         self.counts[ray.slot] += 1;
         FoldControl::Limit(f64::INFINITY)
     }
 
-    fn end(&mut self, ray: InFlight, _: &Traversal<'w>) {
+    fn end(&mut self, ray: InFlight, _: &LevelPaths<'w>) {
         (self.set)(ray.row, std::mem::take(&mut self.counts[ray.slot]));
     }
 
@@ -234,7 +233,7 @@ impl<'w> BlockVisitor<'w> for Crossings<'_> {
     fn boundary(
         &mut self,
         ray: InFlight,
-        traversal: &mut Traversal<'w>,
+        paths: &LevelPaths<'w>,
         body_entry: &BodyEntry,
         boundary: Boundary,
     ) -> FoldControl {
@@ -244,12 +243,12 @@ impl<'w> BlockVisitor<'w> for Crossings<'_> {
             return FoldControl::Stop;
         }
         *count += 1;
-        let hit = hit_of(self.world, traversal, self.block, ray.row, (body_entry, &boundary));
+        let hit = hit_of(self.world, paths, self.block, ray.row, (body_entry, &boundary));
         self.crossings.push((ray.row as u32, hit));
         FoldControl::Limit(f64::INFINITY)
     }
 
-    fn end(&mut self, ray: InFlight, _: &Traversal<'w>) {
+    fn end(&mut self, ray: InFlight, _: &LevelPaths<'w>) {
         self.counts[ray.slot] = 0;
     }
 
@@ -272,7 +271,7 @@ impl<'w> BlockVisitor<'w> for Intervals<'_> {
     fn boundary(
         &mut self,
         ray: InFlight,
-        _: &mut Traversal<'w>,
+        _: &LevelPaths<'w>,
         body_entry: &BodyEntry,
         boundary: Boundary,
     ) -> FoldControl {
@@ -293,7 +292,7 @@ impl<'w> BlockVisitor<'w> for Intervals<'_> {
         FoldControl::Limit(f64::INFINITY)
     }
 
-    fn end(&mut self, ray: InFlight, _: &Traversal<'w>) {
+    fn end(&mut self, ray: InFlight, _: &LevelPaths<'w>) {
         self.counts[ray.slot] = 0;
     }
 

@@ -36,8 +36,7 @@ use crate::trace::Trace;
 #[derive(Debug)]
 pub struct Caster<'w> {
     pub(super) world: &'w World,
-    /// Boxed, since those of the rays of a block take turns here.
-    pub(super) traversal: Box<Traversal<'w>>,
+    pub(super) traversal: Traversal<'w>,
     pub(super) stream: StreamScratch,
     pub(super) hits: Vec<Crossing>,
     pub(super) scratch: Scratch<'w>,
@@ -52,7 +51,7 @@ impl<'w> Caster<'w> {
     pub fn new(world: &'w World) -> Caster<'w> {
         Caster {
             world,
-            traversal: Box::default(),
+            traversal: Traversal::default(),
             stream: StreamScratch::default(),
             hits: Vec::new(),
             scratch: Scratch::default(),

@@ -56,7 +56,8 @@ pub(super) fn hit(
 ) -> Hit {
     let RowHit { t, t_err, object, surface, primitive, path, entering, kind, .. } =
         row_hit(world, body_entry, boundary);
-    let normal = normal(world, traversal, ray.direction(), body_entry, boundary);
+    let world_normal = |normal| traversal.world_normal(body_entry, normal);
+    let normal = normal(world, world_normal, ray.direction(), body_entry, boundary);
     let (mut polygon, mut barycentric) = (None, None);
     if let Some(primitive) = primitive {
         let leaf = BoundaryLeaf::of(world, body_entry, boundary);
@@ -88,9 +89,10 @@ pub(super) fn row_hit(world: &World, body_entry: &BodyEntry, boundary: &Boundary
 }
 
 /// The outward unit normal of a boundary in world coordinates, for a ray of a direction; NaN where there is no surface.
+/// `world_normal` transforms a normal from the frame of the body.
 pub(super) fn normal(
     world: &World,
-    traversal: &Traversal,
+    world_normal: impl FnOnce(Vec3) -> Vec3,
     direction: Vec3,
     body_entry: &BodyEntry,
     boundary: &Boundary,
@@ -102,7 +104,7 @@ pub(super) fn normal(
     let leaf = BoundaryLeaf::of(world, body_entry, boundary);
     let p = leaf.point(body_entry, boundary);
     let outward = leaf.solid.normal(p, crossing.surface, crossing.primitive);
-    let normal = unit(traversal.world_normal(body_entry, leaf.local_from_body.covector(outward)));
+    let normal = unit(world_normal(leaf.local_from_body.covector(outward)));
     if crossing.primitive == NO_PRIMITIVE {
         if leaf.is_subtracted { -normal } else { normal }
     } else if (normal.dot(direction) < 0.0) == entering {

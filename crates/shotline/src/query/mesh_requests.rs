@@ -10,16 +10,18 @@ use crate::ray::{Line, Span};
 use crate::solid::mesh::MeshSolid;
 use crate::solid::mesh::kernel::{BlockQuery, KernelMemory, Lines, RayBlock};
 
-/// A ray that needs a mesh of a body.
+/// The mesh that a ray needs, and the ray.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MeshRequest {
     pub body: u32,
     pub leaf: u32,
     pub slot: u32,
-    /// The line of the ray in the frame of the mesh.
-    pub line: Line,
-    /// The `t` behind which hits are not needed.
-    pub end: f64,
+}
+
+impl MeshRequest {
+    fn mesh(&self) -> (u32, u32) {
+        (self.body, self.leaf)
+    }
 }
 
 /// Requests, and the memory of casting their rays.
@@ -30,9 +32,12 @@ pub(super) struct MeshRequests {
     pub kernel: KernelMemory,
     pub lists: HitLists,
     pub boundaries: FirstBoundaries,
+    /// Memory for sorting.
+    order: Vec<u32>,
+    unsorted: (Vec<MeshRequest>, RequestRows),
 }
 
-/// The lines of a block of requests, row by row.
+/// The lines of requests in the frames of their meshes, row by row, and the `t` behind which hits are not needed.
 #[derive(Debug, Default)]
 pub(super) struct RequestRows {
     lines: Vec<[f64; 6]>,
@@ -41,23 +46,37 @@ pub(super) struct RequestRows {
 }
 
 impl RequestRows {
-    /// The rays of requests for the same mesh as a block, in the frame of the mesh. Hits behind the ends of requests are
+    fn clear(&mut self) {
+        self.lines.clear();
+        self.errors.clear();
+        self.ends.clear();
+    }
+
+    #[inline]
+    fn push(&mut self, Line { o, d, o_err, d_err }: &Line, end: f64) {
+        self.lines.push([o.x, o.y, o.z, d.x, d.y, d.z]);
+        self.errors.push([o_err.x, o_err.y, o_err.z, d_err.x, d_err.y, d_err.z]);
+        self.ends.push(end);
+    }
+
+    /// Takes the rows of others in an order.
+    fn reorder(&mut self, of: &RequestRows, order: &[u32]) {
+        self.clear();
+        self.lines.extend(order.iter().map(|&row| of.lines[row as usize]));
+        self.errors.extend(order.iter().map(|&row| of.errors[row as usize]));
+        self.ends.extend(order.iter().map(|&row| of.ends[row as usize]));
+    }
+
+    /// The rows of requests for the same mesh as a block, in the frame of the mesh. Hits behind the ends of requests are
     /// not needed.
     pub fn block<'a>(
-        &'a mut self,
-        requests: &[MeshRequest],
+        &'a self,
+        group: Range<usize>,
         span: Span,
         cancel: Option<&'a AtomicBool>,
     ) -> RayBlock<'a> {
-        let RequestRows { lines, errors, ends } = self;
-        lines.clear();
-        errors.clear();
-        ends.clear();
-        for MeshRequest { line: Line { o, d, o_err, d_err }, end, .. } in requests {
-            lines.push([o.x, o.y, o.z, d.x, d.y, d.z]);
-            errors.push([o_err.x, o_err.y, o_err.z, d_err.x, d_err.y, d_err.z]);
-            ends.push(*end);
-        }
+        let (lines, errors) = (&self.lines[group.clone()], &self.errors[group.clone()]);
+        let ends = &self.ends[group];
         let is_exact = errors.iter().flatten().all(|error| *error == 0.0);
         let is_limited = ends.iter().any(|end| *end < span.t_max());
         RayBlock {
@@ -72,22 +91,45 @@ impl RequestRows {
         }
     }
 
-    /// The line of a row, in the frame of the mesh.
-    pub fn line(&self, row: usize) -> [f64; 6] {
-        self.lines[row]
+    /// The line of a request, in the frame of the mesh.
+    pub fn line(&self, request: usize) -> [f64; 6] {
+        self.lines[request]
     }
 }
 
 impl MeshRequests {
-    /// Sorts the requests by mesh.
+    pub fn clear(&mut self) {
+        self.all.clear();
+        self.rows.clear();
+    }
+
+    /// Adds a request, with the line of the ray in the frame of the mesh and the `t` behind which hits are not needed.
+    #[inline]
+    pub fn push(&mut self, request: MeshRequest, line: &Line, end: f64) {
+        self.all.push(request);
+        self.rows.push(line, end);
+    }
+
+    /// Sorts the requests by mesh. Those for the same mesh keep their order.
     pub fn sort(&mut self) {
-        self.all.sort_unstable_by_key(|request| (request.body, request.leaf, request.slot));
+        let MeshRequests { all, rows, order, unsorted, .. } = self;
+        if all.is_sorted_by_key(MeshRequest::mesh) {
+            return;
+        }
+        order.clear();
+        order.extend(0..all.len() as u32);
+        order.sort_by_key(|&request| all[request as usize].mesh());
+        std::mem::swap(&mut unsorted.0, all);
+        std::mem::swap(&mut unsorted.1, rows);
+        all.clear();
+        all.extend(order.iter().map(|&request| unsorted.0[request as usize]));
+        rows.reorder(&unsorted.1, order);
     }
 
     /// The range of the requests for the same mesh that begin at `start`, in sorted requests; `None` behind the last.
     pub fn group(&self, start: usize) -> Option<Range<usize>> {
         let first = self.all.get(start)?;
-        let is_same = |request: &&MeshRequest| (request.body, request.leaf) == (first.body, first.leaf);
+        let is_same = |request: &&MeshRequest| request.mesh() == first.mesh();
         Some(start..start + self.all[start..].iter().take_while(is_same).count())
     }
 
@@ -101,8 +143,45 @@ impl MeshRequests {
         cancel: Option<&AtomicBool>,
     ) {
         let count = group.len();
-        let block = self.rows.block(&self.all[group], span, cancel);
+        let block = self.rows.block(group, span, cancel);
         mesh.cast_block(&RayBlock { ends: None, ..block }, query, &mut self.kernel);
         self.lists.take(count, &mut self.kernel);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Vec3;
+    use crate::testkit::random::Random;
+
+    #[test]
+    fn sorted_requests_keep_their_rows_and_their_order() {
+        let mut random = Random::new(6);
+        let mut requests = MeshRequests::default();
+        for meshes in [1, 2, 7] {
+            for count in [0, 1, 300] {
+                requests.clear();
+                for slot in 0..count {
+                    let [body, leaf] = [0, 1].map(|_| random.below(meshes) as u32);
+                    let line = Line::exact(Vec3::splat(f64::from(slot)), Vec3::X);
+                    requests.push(MeshRequest { body, leaf, slot }, &line, f64::from(slot));
+                }
+                requests.sort();
+                assert!(requests.all.is_sorted_by_key(|request| (request.mesh(), request.slot)));
+                let (mut seen, mut start) = (0, 0);
+                while let Some(group) = requests.group(start) {
+                    start = group.end;
+                    let block = requests.rows.block(group.clone(), Span::FORWARD, None);
+                    for (row, request) in group.enumerate() {
+                        let slot = f64::from(requests.all[request].slot);
+                        assert_eq!((block.lines.rows[row][0], block.end(row)), (slot, slot));
+                        assert_eq!(requests.rows.line(request)[0], slot);
+                        seen += 1;
+                    }
+                }
+                assert_eq!(seen, count);
+            }
+        }
     }
 }

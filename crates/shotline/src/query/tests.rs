@@ -1,6 +1,7 @@
 //! Tests of whole worlds: every query agrees with every other query, with membership, and with every accelerator.
 
 mod bounds;
+mod bundles;
 mod contacts;
 mod growth;
 mod limits;

@@ -49,8 +49,23 @@ pub(super) struct BodyEntry {
     pub path: u64,
     /// A lower bound on every `t` of the span at which the ray is in the body.
     pub enter: f64,
-    visit: u32,
-    placement: u32,
+    /// The visit or the path of the level in which it is placed, for the traversal that returned it, and its placement
+    /// there.
+    pub visit: u32,
+    pub placement: u32,
+}
+
+impl BodyEntry {
+    /// No body.
+    pub const NONE: BodyEntry = BodyEntry {
+        body: u32::MAX,
+        line: Line { o: Vec3::ZERO, d: Vec3::X, o_err: Vec3::ZERO, d_err: Vec3::ZERO },
+        object: 0,
+        path: 0,
+        enter: 0.0,
+        visit: 0,
+        placement: 0,
+    };
 }
 
 /// The ray in a placement, before its target is known to be a body or a level.

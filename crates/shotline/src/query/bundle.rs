@@ -1,0 +1,386 @@
+//! The traversal of levels by a bundle of rays: some rays that run close together, or one ray.
+//!
+//! It is depth first, nearer boxes first. Bodies are offered to each ray in about the order in which the ray enters their
+//! boxes; what is found does not depend on that order. While rays are cast at what they were offered, the traversal
+//! waits, so that it skips what is behind their hits.
+
+use super::level_paths::LevelPaths;
+use super::level_visit::{LevelVisit, ManyRays, OneRay, ones};
+use super::offers::{Offer, Offers};
+use super::traversal::BodyEntry;
+use crate::accel::{ByRay, Child, QueueEntry};
+use crate::compile::{Level, Placement, Target, World};
+use crate::ray::{Line, Span};
+use crate::scratch::Scratch;
+use crate::tags::VisitTags;
+
+/// With more paths to levels than this the rays of a bundle take the plain path, which forgets paths that it has left.
+const MAX_PATHS: usize = if cfg!(test) { 50 } else { 1 << 14 };
+
+/// A pending entry of a visit.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    /// No ray of the visit enters it before.
+    t: f64,
+    number: u64,
+    visit: u32,
+    kind: Kind,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    /// A node of the accelerator.
+    Node,
+    /// A placement that rays of a beam may meet.
+    Item,
+    /// A placement whose box the only ray of the visit enters at `t`.
+    Entered,
+}
+
+/// Why a traversal waits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Pause {
+    /// A ray has as many offers as it can have.
+    Offered,
+    /// There is nothing else.
+    Done,
+    /// It takes too many steps or too much memory, or has been cancelled.
+    Refused,
+}
+
+/// What an advance needs beside the bundle.
+pub(super) struct Advance<'a, 'w> {
+    pub world: &'w World,
+    pub span: Span,
+    /// How far each ray looks; -infinity for those that have ended.
+    pub limits: &'a ByRay,
+    /// The largest of the limits.
+    pub limit: f64,
+    /// The offers of each ray, all empty.
+    pub offers: &'a mut [Offers],
+    pub scratch: &'a mut Scratch<'w>,
+}
+
+/// The traversal of a bundle.
+#[derive(Debug, Default)]
+pub(super) struct Bundle<'w> {
+    visits: Vec<LevelVisit<'w>>,
+    /// The ray of each visit of only one ray; means nothing for other visits.
+    ones: Vec<OneRay>,
+    /// Visits that are not in use.
+    free: Vec<u32>,
+    stack: Vec<Entry>,
+    tags: VisitTags,
+    serial: u32,
+    /// Steps taken so far.
+    pub steps: u64,
+    pub paths: LevelPaths<'w>,
+}
+
+/// Memory that bundles share.
+#[derive(Debug, Default)]
+pub(super) struct BundleMemory {
+    /// The children of one entry.
+    children: Vec<QueueEntry>,
+    /// Rays that are not in use.
+    spare: Vec<Box<ManyRays>>,
+}
+
+impl BundleMemory {
+    fn rays(&mut self) -> Box<ManyRays> {
+        self.spare.pop().unwrap_or_default()
+    }
+
+    fn keep(&mut self, rays: Option<Box<ManyRays>>) {
+        self.spare.extend(rays);
+    }
+}
+
+impl<'w> Bundle<'w> {
+    /// Begins with the lines of some rays.
+    pub fn begin(
+        &mut self,
+        world: &'w World,
+        lines: &[Line],
+        span: Span,
+        memory: &mut BundleMemory,
+        scratch: &mut Scratch,
+    ) {
+        self.visits.iter_mut().for_each(|visit| memory.keep(visit.many.take()));
+        self.visits.clear();
+        self.free.clear();
+        self.stack.clear();
+        self.tags.begin();
+        (self.serial, self.steps) = (0, 0);
+        self.paths.begin(world.root());
+        let many = (lines.len() > 1).then(|| {
+            let mut rays = memory.rays();
+            rays.set_exact(lines, span);
+            rays
+        });
+        let root = self.new_visit(LevelVisit::new(world.root(), many), memory);
+        if lines.len() == 1 {
+            self.set_one(root, OneRay::new(0, lines[0], span));
+        }
+        self.enter(root, f64::INFINITY, memory, scratch);
+    }
+
+    /// Offers bodies to rays.
+    pub fn advance(
+        &mut self,
+        most_steps: u64,
+        memory: &mut BundleMemory,
+        advance: &mut Advance<'_, 'w>,
+    ) -> Pause {
+        advance.scratch.budget.begin(most_steps.saturating_sub(self.steps));
+        let pause = self.next_offers(memory, advance);
+        self.steps += advance.scratch.budget.used();
+        pause
+    }
+
+    fn next_offers(&mut self, memory: &mut BundleMemory, advance: &mut Advance<'_, 'w>) -> Pause {
+        while let Some(entry) = self.stack.pop() {
+            if entry.t > advance.limit {
+                self.release(entry.visit);
+                continue;
+            }
+            if !advance.scratch.budget.step() || self.paths.len() > MAX_PATHS {
+                return Pause::Refused;
+            }
+            let is_full = match entry.kind {
+                Kind::Node => {
+                    self.expand(&entry, memory, advance);
+                    false
+                }
+                Kind::Item | Kind::Entered => self.open(&entry, memory, advance),
+            };
+            self.release(entry.visit);
+            if is_full {
+                return Pause::Offered;
+            }
+        }
+        Pause::Done
+    }
+
+    /// Whether nothing is pending.
+    pub fn is_done(&self) -> bool {
+        self.stack.is_empty()
+    }
+
+    /// Queues the children of a node.
+    fn expand(&mut self, entry: &Entry, memory: &mut BundleMemory, advance: &mut Advance<'_, 'w>) {
+        let LevelVisit { level, many, .. } = &self.visits[entry.visit as usize];
+        let Some(accel) = &level.accel else { return };
+        match many {
+            None => {
+                let (one, counters) = (&self.ones[entry.visit as usize], &mut advance.scratch.counters);
+                accel.expand(entry.number, entry.t, &one.boxes, &mut memory.children, counters);
+            }
+            Some(rays) => accel.expand_beam(entry.number, &rays.beam, &mut memory.children),
+        }
+        self.push_children(entry.visit, advance.limit, memory);
+    }
+
+    /// Opens a placement for the rays that meet its box. Returns whether a ray has as many offers as it can have.
+    fn open(&mut self, entry: &Entry, memory: &mut BundleMemory, advance: &mut Advance<'_, 'w>) -> bool {
+        let LevelVisit { level, many, .. } = &self.visits[entry.visit as usize];
+        let placement = entry.number as u32;
+        let placed = &level.placements[placement as usize];
+        let mut is_full = false;
+        let mut count = 0;
+        let mut offer = |place: usize, enter: f64| {
+            let offers = &mut advance.offers[place];
+            offers.add(Offer { enter, visit: entry.visit, placement });
+            is_full |= offers.is_full();
+            count += 1;
+        };
+        let met = match many {
+            None => {
+                let one = &self.ones[entry.visit as usize];
+                let is_met = entry.t <= advance.limits[one.place / 8][one.place % 8];
+                if is_met && let Target::Body(_) = placed.target {
+                    offer(one.place, entry.t);
+                }
+                u32::from(is_met) << one.place
+            }
+            Some(rays) => {
+                let met = rays.boxes.enter(&placed.bounds, advance.limits);
+                let places = met.rays & rays.places;
+                if let Target::Body(_) = placed.target {
+                    ones(places).for_each(|place| offer(place, met.enter[place / 8][place % 8]));
+                }
+                places
+            }
+        };
+        self.visits[entry.visit as usize].uses += count;
+        if let Target::Level(level) = placed.target
+            && met != 0
+        {
+            let level = advance.world.level(level);
+            self.enter_level(level, entry, placed, met, memory, advance);
+        }
+        is_full
+    }
+
+    /// Enters a level with the rays of a mask: with each of them alone if its accelerator takes no beams.
+    fn enter_level(
+        &mut self,
+        level: &'w Level,
+        entry: &Entry,
+        placed: &Placement,
+        mut rays: u32,
+        memory: &mut BundleMemory,
+        advance: &mut Advance<'_, 'w>,
+    ) {
+        let span = advance.span;
+        let above = &self.visits[entry.visit as usize];
+        let path = self.paths.add(level, above.path, entry.number as u32);
+        let takes_beams = level.accel.as_ref().is_none_or(|accel| accel.takes_beams());
+        while rays != 0 {
+            let some = if takes_beams { rays } else { rays & rays.wrapping_neg() };
+            rays &= !some;
+            let above = &self.visits[entry.visit as usize];
+            let line = |place: usize| self.line(entry.visit, place).in_frame(&placed.local_from_parent);
+            let first = some.trailing_zeros() as usize;
+            let one = (some.count_ones() == 1).then(|| OneRay::new(first, line(first), span));
+            let many = one.is_none().then(|| {
+                let mut rays = memory.rays();
+                rays.set(some, line, span);
+                rays
+            });
+            let visit = LevelVisit {
+                path,
+                object: placed.object.unwrap_or(above.object),
+                first_path: above.first_path + placed.first_path,
+                ..LevelVisit::new(level, many)
+            };
+            let number = self.new_visit(visit, memory);
+            if let Some(one) = one {
+                self.set_one(number, one);
+            }
+            self.enter(number, advance.limit, memory, advance.scratch);
+        }
+    }
+
+    /// Makes a visit, with memory that is not in use.
+    fn new_visit(&mut self, visit: LevelVisit<'w>, memory: &mut BundleMemory) -> u32 {
+        match self.free.pop() {
+            Some(free) => {
+                memory.keep(self.visits[free as usize].many.take());
+                self.visits[free as usize] = visit;
+                free
+            }
+            None => {
+                self.visits.push(visit);
+                (self.visits.len() - 1) as u32
+            }
+        }
+    }
+
+    /// Sets the only ray of a visit.
+    fn set_one(&mut self, visit: u32, one: OneRay) {
+        match self.ones.get_mut(visit as usize) {
+            Some(ray) => *ray = one,
+            None => self.ones.resize(visit as usize + 1, one),
+        }
+    }
+
+    /// Queues the first entries of a visit.
+    fn enter(&mut self, number: u32, limit: f64, memory: &mut BundleMemory, scratch: &mut Scratch) {
+        self.serial = self.serial.wrapping_add(1);
+        let visit = &mut self.visits[number as usize];
+        (visit.serial, visit.uses) = (self.serial, 1);
+        if let Some(accel) = &visit.level.accel {
+            match &visit.many {
+                None => {
+                    let boxes = &self.ones[number as usize].boxes;
+                    accel.roots(boxes, &mut memory.children, &mut scratch.counters);
+                }
+                Some(rays) => accel.beam_roots(&rays.beam, &mut memory.children),
+            }
+            visit.has_duplicate_refs = accel.has_duplicate_refs();
+        }
+        self.push_children(number, limit, memory);
+        self.release(number);
+    }
+
+    /// The line of the ray at a place, in the frame of a visit.
+    fn line(&self, visit: u32, place: usize) -> &Line {
+        match &self.visits[visit as usize].many {
+            Some(rays) => &rays.lines[place],
+            None => &self.ones[visit as usize].line,
+        }
+    }
+
+    /// Queues what an accelerator has proposed, the nearest on top.
+    fn push_children(&mut self, number: u32, limit: f64, memory: &mut BundleMemory) {
+        let visit = &mut self.visits[number as usize];
+        let start = self.stack.len();
+        for child in memory.children.drain(..) {
+            let (t, number_of, kind) = match (child.child, &visit.many) {
+                (Child::Node(node), _) => (child.t, node, Kind::Node),
+                (Child::Entered(item) | Child::Item(item), Some(_)) => (child.t, u64::from(item), Kind::Item),
+                (Child::Entered(item), None) => (child.t, u64::from(item), Kind::Entered),
+                (Child::Item(item), None) => {
+                    if visit.has_duplicate_refs && !self.tags.is_first(visit.serial, item) {
+                        continue;
+                    }
+                    let placed = &visit.level.placements[item as usize];
+                    let Some((t, _)) = self.ones[number as usize].boxes.enter_exit(&placed.bounds) else {
+                        continue;
+                    };
+                    (t, u64::from(item), Kind::Entered)
+                }
+            };
+            if t > limit {
+                continue;
+            }
+            visit.uses += 1;
+            self.stack.push(Entry { t, number: number_of, visit: number, kind });
+        }
+        nearest_last(&mut self.stack[start..]);
+    }
+
+    /// The body of an offer to the ray at a place.
+    pub fn body(&mut self, offer: &Offer, place: usize) -> BodyEntry {
+        let visit = &self.visits[offer.visit as usize];
+        let placed = &visit.level.placements[offer.placement as usize];
+        let Target::Body(body) = placed.target else { unreachable!("levels are not offered") };
+        let body_entry = BodyEntry {
+            body,
+            line: self.line(offer.visit, place).in_frame(&placed.local_from_parent),
+            object: placed.object.unwrap_or(visit.object),
+            path: visit.first_path + placed.first_path,
+            enter: offer.enter,
+            visit: visit.path,
+            placement: offer.placement,
+        };
+        self.release(offer.visit);
+        body_entry
+    }
+
+    /// Removes one use of a visit, and frees the visit if none is left.
+    pub fn release(&mut self, visit: u32) {
+        let uses = &mut self.visits[visit as usize].uses;
+        *uses -= 1;
+        if *uses == 0 {
+            self.free.push(visit);
+        }
+    }
+}
+
+/// Sorts entries by descending `t`.
+fn nearest_last(entries: &mut [Entry]) {
+    // A node has at most eight children. Other structures may have many.
+    if entries.len() > 20 {
+        return entries.sort_unstable_by(|a, b| b.t.total_cmp(&a.t));
+    }
+    for end in 1..entries.len() {
+        let (entry, mut index) = (entries[end], end);
+        while index > 0 && entries[index - 1].t < entry.t {
+            entries[index] = entries[index - 1];
+            index -= 1;
+        }
+        entries[index] = entry;
+    }
+}
