@@ -47,7 +47,7 @@ pub(super) struct Preparation {
 }
 
 /// Rays that are prepared together, one for each lane.
-struct Into<'a> {
+struct LaneRays<'a> {
     rows: &'a [usize],
     slots: &'a [usize],
     rays: &'a mut [KernelRay],
@@ -73,8 +73,8 @@ impl Task for Prepare<'_> {
         for first in (0..AT_A_TIME).step_by(S::Wide::LANES) {
             let lanes = first..first + S::Wide::LANES;
             let (rows, slots) = (&self.rows[lanes.clone()], &self.slots[lanes.clone()]);
-            let mut into = Into { rows, slots, rays: self.rays, prepared: &mut prepared[lanes] };
-            self.preparation.prepare_lanes::<S::Wide>(self.mesh, self.block, &mut into);
+            let mut together = LaneRays { rows, slots, rays: self.rays, prepared: &mut prepared[lanes] };
+            self.preparation.prepare_lanes::<S::Wide>(self.mesh, self.block, &mut together);
         }
         prepared
     }
@@ -169,8 +169,8 @@ impl Preparation {
 
     /// Prepares the rays of some rows in some slots, one for each lane.
     #[inline(always)]
-    fn prepare_lanes<F: Doubles>(&self, mesh: &MeshFrame, block: &RayBlock, into: &mut Into) {
-        let Into { rows, .. } = *into;
+    fn prepare_lanes<F: Doubles>(&self, mesh: &MeshFrame, block: &RayBlock, together: &mut LaneRays) {
+        let rows = together.rows;
         let lines = scaled::<F>(mesh, block, rows);
         let in_box = self.in_box(&lines);
         let reach = self.reach::<F>(mesh, &lines.o);
@@ -181,9 +181,9 @@ impl Preparation {
         if (is_met | is_plain) & F::ALL == 0 {
             return;
         }
-        self.write_boxes(&lines, &in_box, [entry, exit], into);
-        self.write_triangles(&lines, &in_box, &window, reach, entry, into);
-        for (lane, prepared) in into.prepared.iter_mut().enumerate() {
+        self.write_boxes(&lines, &in_box, [entry, exit], together);
+        self.write_triangles(&lines, &in_box, &window, reach, entry, together);
+        for (lane, prepared) in together.prepared.iter_mut().enumerate() {
             *prepared = if is_plain >> lane & 1 == 1 {
                 Prepared::Plain
             } else if is_met >> lane & 1 == 0 {
@@ -294,7 +294,7 @@ impl Preparation {
         lines: &Scaled<F>,
         in_box: &InBox<F>,
         [entry, exit]: [F; 2],
-        into: &mut Into,
+        together: &mut LaneRays,
     ) {
         let (d, InBox { from_centre, inverse, longest, .. }) = (&lines.d, in_box);
         let per_size = F::splat(1.0 / self.frame.size);
@@ -305,7 +305,7 @@ impl Preparation {
         let limit = beyond_all((exit - entry) * (*longest * per_size));
         let [x, y, z] = reciprocal;
         let columns = [x, y, z, offset(0), offset(1), offset(2), limit, F::splat(0.0)];
-        F::store_singles(columns, |lane, row| into.rays[into.slots[lane]].boxes = row);
+        F::store_singles(columns, |lane, row| together.rays[together.slots[lane]].boxes = row);
     }
 
     /// Writes what the tests of triangles need. There is no hit yet.
@@ -317,7 +317,7 @@ impl Preparation {
         window: &Window<F>,
         reach: F,
         entry: F,
-        into: &mut Into,
+        together: &mut LaneRays,
     ) {
         let roles = &in_box.roles;
         let (o, d) = (roles.sorted(&lines.o), roles.sorted(&lines.d));
@@ -326,17 +326,17 @@ impl Preparation {
         let inverse = roles.pick(x, y, z);
         let [doubt, depth_doubt] = self.doubts(reach, window.near);
         let columns = [o[0], o[1], o[2], d[0] / d[2], d[1] / d[2], inverse, doubt, depth_doubt];
-        F::store_rows(columns, |lane, row| into.rays[into.slots[lane]].triangles = row);
+        F::store_rows(columns, |lane, row| together.rays[together.slots[lane]].triangles = row);
         let per_t = in_box.longest * F::splat(1.0 / self.frame.size);
         let best = F::splat(f64::INFINITY);
         let columns = [entry, per_t, window.from, window.to, window.margin, best, best, best];
-        F::store_rows(columns, |lane, row| into.rays[into.slots[lane]].ts = row);
+        F::store_rows(columns, |lane, row| together.rays[together.slots[lane]].ts = row);
         let zero = F::splat(0.0);
         let (z_is_longest, y_is_longer) =
             (zero.is_at_most(roles.z_is_shorter), zero.is_at_most(roles.y_is_shorter));
-        for (lane, (&slot, &row)) in into.slots.iter().zip(into.rows).enumerate() {
+        for (lane, (&slot, &row)) in together.slots.iter().zip(together.rows).enumerate() {
             let is_in = |mask: u8| usize::from(mask >> lane & 1);
-            let ray = &mut into.rays[slot];
+            let ray = &mut together.rays[slot];
             ray.axes = AXES[2 * is_in(z_is_longest) + is_in(y_is_longer)];
             (ray.row, ray.leaf, ray.lane, ray.may_coincide) = (row as u32, MISS, 0, false);
         }
