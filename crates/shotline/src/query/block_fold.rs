@@ -195,24 +195,21 @@ impl<'w> BlockFold<'_, 'w> {
         let slots = flight.range(bundle);
         for (place, (slot, row)) in slots.clone().zip(rows).enumerate() {
             let [ox, oy, oz, dx, dy, dz] = self.block.rays[row];
-            let in_flight = InFlight { row, slot };
-            let state = match Ray::new(Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz)) {
-                Ok(ray) => {
-                    flight.lines.push(Line::of(&ray));
-                    State::Ready
-                }
-                Err(_) => {
-                    visitor.refuse(in_flight);
-                    State::Ended
-                }
-            };
+            let ray = Ray::new(Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz));
+            flight.lines.extend(ray.iter().map(Line::of));
             flight.offers[slot] = Offers::default();
-            flight.slots[slot] = Slot { in_flight, bundle, place, limit: span.t_max(), steps: 0, state };
+            let (in_flight, limit) = (InFlight { row, slot }, span.t_max());
+            flight.slots[slot] = Slot { in_flight, bundle, place, limit, steps: 0, state: State::Ready };
         }
-        // Rays that are not valid are not bundled.
-        if flight.lines.len() == slots.len() {
-            let Flight { bundles, lines, memory, .. } = flight;
+        let Flight { slots: all, bundles, lines, memory, .. } = flight;
+        if lines.len() == slots.len() {
             bundles[bundle].begin(world, lines, span, memory, &mut self.caster.scratch);
+            return;
+        }
+        // A row is not valid: an array that is read in place may change.
+        for slot in &mut all[slots] {
+            slot.state = State::Ended;
+            visitor.refuse(slot.in_flight);
         }
     }
 

@@ -47,8 +47,8 @@ impl Bundling {
     fn are_near(&self, first: &Start, other: &Start) -> bool {
         let cosine = first.d.dot(other.d);
         let lengths = first.d.length_squared() * other.d.length_squared();
-        // Infinite products compare as false.
-        (other.o - first.o).abs().max_element() <= self.spread
+        // NaN compares as false, and infinite products do.
+        (other.o - first.o).abs().cmple(Vec3::splat(self.spread)).all()
             && cosine > 0.0
             && cosine * cosine >= SQUARED_COSINE * lengths
             && lengths < f64::INFINITY

@@ -59,13 +59,8 @@ impl<'w> Caster<'w> {
         fold: &mut Fold<'_, 'w>,
     ) -> ControlFlow<()> {
         let Scope { span, kinds } = query.scope;
-        // Boundaries beyond the limit do not matter, but those at the limit itself do. A span does not contain an
-        // entry at its end, so it ends one ulp beyond the limit.
-        let span = if *limit < span.t_max() {
-            Span::new(span.t_min(), limit.next_up()).unwrap_or(span)
-        } else {
-            span
-        };
+        // Boundaries beyond the limit do not matter, but those at the limit itself do.
+        let end = *limit;
         let traversal = &mut self.traversal;
         let mut emit = |mut boundary: Boundary| {
             // Turns -0.0 into 0.0, because -0.0 would sort before it.
@@ -89,7 +84,9 @@ impl<'w> Caster<'w> {
                     let line = &body_entry.line;
                     let mut stream =
                         Stream::new(body, line, span, wanted, &mut self.stream, &mut self.scratch);
-                    while let Some(boundary) = stream.next() {
+                    // The span is not cut at the limit: which crossings are one event, and so the first boundary,
+                    // would depend on the bodies that were visited before.
+                    while let Some(boundary) = stream.next().filter(|boundary| boundary.crossing.t <= end) {
                         stream.log().add(1, Some(boundary.crossing.t), || described(&boundary));
                         if kinds.hold(boundary.kind) {
                             emit(boundary)?;
@@ -109,6 +106,11 @@ impl<'w> Caster<'w> {
             Body::Surface(body) => {
                 self.hits.clear();
                 let line = body_entry.line.in_frame(&body.local_from_body);
+                let span = if end < span.t_max() {
+                    Span::new(span.t_min(), end.next_up()).unwrap_or(span)
+                } else {
+                    span
+                };
                 self.scratch.log.add(1, None, || Act::Test { item: "mesh".into() });
                 match query.wanted {
                     Wanted::All => body.mesh.hits(&line, span, &mut self.hits, &mut self.scratch),

@@ -93,3 +93,28 @@ fn bundles_find_what_single_rays_find() {
     }
     assert!(hits > 10_000, "{hits} hits");
 }
+
+/// A ray that is known so badly that all crossings of the small box are one event. Once its span was cut at the first hit
+/// so far, and then another boundary came first: the result depended on the order of the bodies.
+#[test]
+fn the_first_crossing_does_not_depend_on_the_order_of_bodies() {
+    let cube = |half: f64| Shape::cuboid([-half; 3], [half; 3]).expect("a box");
+    let mesh = Shape::triangles(Arc::new(ball(1))).expect("a mesh");
+    let small = Object::new("small", cube(0.5).translate([2.0, 0.0, 0.0]));
+    let large = Object::new("large", cube(2.0).translate([2.0, 0.0, 0.0]));
+    let half = Object::new("half", Shape::halfspace([0.0, 0.0, 1.0], 3.0).expect("a half-space"));
+    let far = Object::new("far", mesh.translate([-8.0, 0.0, 0.0]));
+    let near = Object::new("near", mesh.translate([1.0, 0.0, 0.0]));
+    let rays = [-1e-15, -1e-18, -1e-310].map(|z| [2.0, 0.0, 0.5, -0.19, 1.03, z]);
+    for objects in [vec![far, small.clone(), large], vec![small, near, half]] {
+        let scene = Scene::of(objects);
+        let mut expected = None;
+        for accel in crate::accel::NAMES {
+            let world = world(&scene, accel);
+            let found = batch::closest(&world, &RowsOfSix(&rays), Span::FORWARD, Run::default());
+            let found = found.expect("within limits");
+            let object_and_surface = (found.object, found.surface);
+            assert_eq!(expected.get_or_insert(object_and_surface.clone()), &object_and_surface, "{accel}");
+        }
+    }
+}
