@@ -23,9 +23,8 @@ use crate::{input, interrupt, output};
 ///
 /// Casts the same rays several times and reports the median, the best and the spread: the difference of the
 /// slowest and the fastest, relative to the median. Smaller differences are not significant. A first cast, which is
-/// not counted, warms the caches. Results are collected in memory and not written; each cast of `closest`
-/// and `crossings` uses the memory of the last. `segments` and
-/// `thickness` resolve overlaps by priority.
+/// not counted, warms the caches. Results are collected in memory and not written; each cast of `closest` and `crossings`
+/// uses the memory of the last. `segments` and `thickness` resolve overlaps by priority.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Command {

@@ -30,7 +30,7 @@ const NEAREST: f64 = 1.0 / (1 << 30) as f64;
 /// The number of rays that are prepared by one call.
 pub(super) const AT_A_TIME: usize = 8;
 
-/// The axes for triangles of directions that are largest along x, y, and twice z.
+/// The axes for triangles, by the axis in which the direction is largest: x, y or z, which has two entries.
 const AXES: [[u32; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
 
 /// What rays are prepared for: the numbers of a mesh that all of them need.
