@@ -25,14 +25,24 @@ pub(super) struct Tested {
     high: [f64; LEAF_SIZE],
 }
 
-/// Tests a block. Returns `None` if the ray misses all its triangles.
+/// The corners of the triangles of a block: their coordinates by role of the axis and by corner.
+#[derive(Clone, Copy)]
+pub(super) struct Corners<F>([[F; 3]; 3]);
+
+/// Loads the corners of a block, as rays see them whose direction is largest along the same axis.
 #[inline(always)]
-pub(super) fn test<S: Simd, C: Coordinate>(block: &Block<C>, ray: &KernelRay) -> Option<Tested> {
-    let splat = <S::F64x4 as Real>::splat;
+pub(super) fn corners<S: Simd, C: Coordinate>(block: &Block<C>, axes: [u32; 3]) -> Corners<S::F64x4> {
     // Not `map` or `from_fn`, which are not inlined where values are vector registers.
-    let load = |role: usize, corner: usize| {
-        C::load::<S>(&block.coordinates[ray.axes[role] as usize % 3][corner]) - splat(ray.origin(role))
-    };
+    let load = |role: usize, corner: usize| C::load::<S>(&block.coordinates[axes[role] as usize % 3][corner]);
+    let of_role = |role: usize| [load(role, 0), load(role, 1), load(role, 2)];
+    Corners([of_role(0), of_role(1), of_role(2)])
+}
+
+/// Tests the triangles of a block. Returns `None` if the ray misses all of them.
+#[inline(always)]
+pub(super) fn test<S: Simd>(corners: &Corners<S::F64x4>, ray: &KernelRay) -> Option<Tested> {
+    let splat = <S::F64x4 as Real>::splat;
+    let load = |role: usize, corner: usize| corners.0[role][corner] - splat(ray.origin(role));
     let z = [load(2, 0), load(2, 1), load(2, 2)];
     let sheared =
         |role: usize, corner: usize| splat(ray.slope(role)).neg_mul_add(z[corner], load(role, corner));
@@ -106,8 +116,13 @@ fn lanes(mut mask: u8) -> impl Iterator<Item = usize> {
 impl<C: Coordinate> Kernel<'_, C> {
     /// Takes the hits of a leaf that are nearer than the best one.
     #[inline(always)]
-    pub(super) fn closest_in_leaf<S: Simd>(&self, ray: &mut KernelRay, leaf: u32) {
-        let Some(tested) = test::<S, C>(&self.blocks[leaf as usize], ray) else { return };
+    pub(super) fn closest_in_leaf<S: Simd>(
+        &self,
+        corners: &Corners<S::F64x4>,
+        ray: &mut KernelRay,
+        leaf: u32,
+    ) {
+        let Some(tested) = test::<S>(corners, ray) else { return };
         for lane in lanes(tested.certain) {
             let (low, high) = (tested.low[lane], tested.high[lane]);
             if low > ray.best()[1] + ray.margin() || high < ray.from() || low > ray.to() {
@@ -153,11 +168,16 @@ impl<C: Coordinate> Kernel<'_, C> {
 
     /// Whether the ray has a hit in a leaf that counts; the ray takes it.
     #[inline(always)]
-    pub(super) fn any_in_leaf<S: Simd, M: Mode>(&self, ray: &mut KernelRay, leaf: u32) -> bool {
+    pub(super) fn any_in_leaf<S: Simd, M: Mode>(
+        &self,
+        corners: &Corners<S::F64x4>,
+        ray: &mut KernelRay,
+        leaf: u32,
+    ) -> bool {
         if M::OFF_EDGES {
-            return self.any_off_edges_in_leaf::<S>(ray, leaf);
+            return self.any_off_edges_in_leaf::<S>(corners, ray, leaf);
         }
-        let is_hit = self.is_hit_in_leaf::<S>(ray, leaf);
+        let is_hit = self.is_hit_in_leaf::<S>(corners, ray, leaf);
         if is_hit {
             ray.leaf = leaf;
         }
@@ -168,8 +188,13 @@ impl<C: Coordinate> Kernel<'_, C> {
     /// an event; the ray takes it. Other hits in the span, or near it, leave the ray to the plain path unless such a hit
     /// is found.
     #[inline(always)]
-    fn any_off_edges_in_leaf<S: Simd>(&self, ray: &mut KernelRay, leaf: u32) -> bool {
-        let Some(tested) = test::<S, C>(&self.blocks[leaf as usize], ray) else { return false };
+    fn any_off_edges_in_leaf<S: Simd>(
+        &self,
+        corners: &Corners<S::F64x4>,
+        ray: &mut KernelRay,
+        leaf: u32,
+    ) -> bool {
+        let Some(tested) = test::<S>(corners, ray) else { return false };
         for lane in lanes(tested.certain) {
             // The interval was widened by one margin: see `prepare`.
             let (low, high) = (tested.low[lane], tested.high[lane]);
@@ -187,8 +212,8 @@ impl<C: Coordinate> Kernel<'_, C> {
 
     /// Whether the ray hits any triangle of a leaf in the span.
     #[inline(always)]
-    fn is_hit_in_leaf<S: Simd>(&self, ray: &KernelRay, leaf: u32) -> bool {
-        let Some(tested) = test::<S, C>(&self.blocks[leaf as usize], ray) else { return false };
+    fn is_hit_in_leaf<S: Simd>(&self, corners: &Corners<S::F64x4>, ray: &KernelRay, leaf: u32) -> bool {
+        let Some(tested) = test::<S>(corners, ray) else { return false };
         let mut open = tested.doubtful;
         for lane in lanes(tested.certain) {
             if tested.low[lane] >= ray.from() && tested.high[lane] <= ray.to() {
@@ -203,8 +228,14 @@ impl<C: Coordinate> Kernel<'_, C> {
 
     /// Appends all hits of a leaf in the span.
     #[inline(always)]
-    pub(super) fn all_in_leaf<S: Simd>(&self, ray: &KernelRay, leaf: u32, found: &mut Found) {
-        let Some(tested) = test::<S, C>(&self.blocks[leaf as usize], ray) else { return };
+    pub(super) fn all_in_leaf<S: Simd>(
+        &self,
+        corners: &Corners<S::F64x4>,
+        ray: &KernelRay,
+        leaf: u32,
+        found: &mut Found,
+    ) {
+        let Some(tested) = test::<S>(corners, ray) else { return };
         let hits = &mut found.lane_hits;
         let mut take = |lane: usize| {
             let is_off_edges = tested.off_edges >> lane & 1 == 1;

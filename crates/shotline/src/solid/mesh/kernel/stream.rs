@@ -4,6 +4,7 @@
 use super::block::Coordinate;
 use super::context::Kernel;
 use super::found::{Found, Mode};
+use super::leaf::corners;
 use super::node::{planes, test_planes};
 use super::prepare::AT_A_TIME;
 use super::ray::{KernelRay, MISS};
@@ -59,7 +60,8 @@ pub(super) fn cast<S: Simd, C: Coordinate, M: Mode>(
     }
     let octant = |i: usize| [0, 1, 2].map(|axis| memory.rays[i].upper_is_near(axis));
     let first = octant(live.trailing_zeros() as usize);
-    let same_octant = bits(live).all(|i| octant(i) == first);
+    let axes = memory.rays[live.trailing_zeros() as usize].axes[2];
+    let same_octant = bits(live).all(|i| octant(i) == first && memory.rays[i].axes[2] == axes);
     if same_octant {
         traverse::<S, C, M, true>(kernel, live, memory, found);
     } else {
@@ -77,7 +79,7 @@ fn bits(mut mask: u64) -> impl Iterator<Item = usize> {
 }
 
 #[inline(always)]
-fn traverse<S: Simd, C: Coordinate, M: Mode, const SAME_OCTANT: bool>(
+fn traverse<S: Simd, C: Coordinate, M: Mode, const SAME: bool>(
     kernel: &Kernel<C>,
     live: u64,
     memory: &mut StreamMemory,
@@ -105,17 +107,20 @@ fn traverse<S: Simd, C: Coordinate, M: Mode, const SAME_OCTANT: bool>(
         }
         if child & LEAF != 0 {
             let leaf = child & !LEAF;
+            let block = &kernel.blocks[leaf as usize];
+            let of_first = corners::<S, C>(block, rays[first].axes);
             for i in bits(mask) {
                 let ray = &mut rays[i];
+                let of_ray = if SAME { of_first } else { corners::<S, C>(block, ray.axes) };
                 if M::CLOSEST {
-                    kernel.closest_in_leaf::<S>(ray, leaf);
+                    kernel.closest_in_leaf::<S>(&of_ray, ray, leaf);
                     limits[i / WIDTH][i % WIDTH] = ray.limit();
                 } else if M::ANY {
-                    if kernel.any_in_leaf::<S, M>(ray, leaf) {
+                    if kernel.any_in_leaf::<S, M>(&of_ray, ray, leaf) {
                         open &= !(1 << i);
                     }
                 } else {
-                    kernel.all_in_leaf::<S>(ray, leaf, found);
+                    kernel.all_in_leaf::<S>(&of_ray, ray, leaf, found);
                 }
             }
             continue;
@@ -126,7 +131,7 @@ fn traverse<S: Simd, C: Coordinate, M: Mode, const SAME_OCTANT: bool>(
         let of_first = planes::<S>(node, &rays[first]);
         for i in bits(mask) {
             let ray = &rays[i];
-            let of_ray = if SAME_OCTANT { of_first } else { planes::<S>(node, ray) };
+            let of_ray = if SAME { of_first } else { planes::<S>(node, ray) };
             let (children, enter) = test_planes::<S>(&of_ray, ray);
             hit_children[i] = children.bits();
             nearest = enter.lesser_where(children, nearest);

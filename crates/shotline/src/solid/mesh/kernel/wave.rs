@@ -6,6 +6,7 @@
 use super::block::Coordinate;
 use super::context::Kernel;
 use super::found::{Found, Mode};
+use super::leaf;
 use super::node::{push_eight, test_node};
 use super::prepare::AT_A_TIME;
 use super::ray::KernelRay;
@@ -185,21 +186,22 @@ fn visit_leaf<S: Simd, C: Coordinate, M: Mode>(
     }
     let mut height = slots.heights[slot] as usize;
     let leaf = child & !LEAF;
+    let corners = &leaf::corners::<S, C>(&kernel.blocks[leaf as usize], ray.axes);
     if M::CLOSEST {
         let before = ray.limit();
-        kernel.closest_in_leaf::<S>(ray, leaf);
+        kernel.closest_in_leaf::<S>(corners, ray, leaf);
         if ray.limit() != before {
             let limit = ray.limit().to_bits() + 16;
             let stacks = (&mut slots.children[slot * room..][..room], &mut slots.keys[slot * room..][..room]);
             height = drop_beyond::<S>(stacks.0, stacks.1, height, limit);
         }
     } else if M::ANY {
-        if kernel.any_in_leaf::<S, M>(ray, leaf) {
+        if kernel.any_in_leaf::<S, M>(corners, ray, leaf) {
             found.finish(ray);
             return None;
         }
     } else {
-        kernel.all_in_leaf::<S>(ray, leaf, found);
+        kernel.all_in_leaf::<S>(corners, ray, leaf, found);
     }
     Some(pop::<S, C>(kernel, slots, slot, room, height))
 }
