@@ -38,9 +38,26 @@ pub(super) fn corners<S: Simd, C: Coordinate>(block: &Block<C>, axes: [u32; 3]) 
     Corners([of_role(0), of_role(1), of_role(2)])
 }
 
-/// Tests the triangles of a block. Returns `None` if the ray misses all of them.
+/// The edge functions of a ray in the triangles of a block, and the depths of the corners.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Edges {
+    edges: [[f64; LEAF_SIZE]; 3],
+    depths: [[f64; LEAF_SIZE]; 3],
+    possible: u8,
+    certain: u8,
+}
+
+impl Edges {
+    /// Whether the ray may hit any of the triangles.
+    #[inline(always)]
+    pub fn is_possible(&self) -> bool {
+        self.possible != 0
+    }
+}
+
+/// Computes the edge functions of the triangles of a block.
 #[inline(always)]
-pub(super) fn test<S: Simd>(corners: &Corners<S::F64x4>, ray: &KernelRay) -> Option<Tested> {
+pub(super) fn edges<S: Simd>(corners: &Corners<S::F64x4>, ray: &KernelRay) -> Edges {
     let splat = <S::F64x4 as Real>::splat;
     let load = |role: usize, corner: usize| corners.0[role][corner] - splat(ray.origin(role));
     let z = [load(2, 0), load(2, 1), load(2, 2)];
@@ -54,24 +71,34 @@ pub(super) fn test<S: Simd>(corners: &Corners<S::F64x4>, ray: &KernelRay) -> Opt
     let doubt = splat(ray.doubt());
     // Neither is true of unused lanes, where all numbers are NaN.
     let possible = (-doubt).is_at_most(least) | most.is_at_most(doubt);
-    if possible == 0 {
-        return None;
-    }
     let certain = doubt.is_less(least) | most.is_less(-doubt);
+    let edges = [u.store(), v.store(), w.store()];
+    Edges { edges, depths: [z[0].store(), z[1].store(), z[2].store()], possible, certain }
+}
+
+/// Decides which triangles are hit.
+#[inline(always)]
+pub(super) fn test<S: Simd>(of: &Edges, ray: &KernelRay) -> Tested {
+    let splat = <S::F64x4 as Real>::splat;
+    let &Edges { edges, depths, possible, certain } = of;
+    let load = S::F64x4::load;
+    let [u, v, w] = [load(&edges[0]), load(&edges[1]), load(&edges[2])];
+    let depths = [load(&depths[0]), load(&depths[1]), load(&depths[2])];
     let doubtful = possible & !certain;
     let mut tested =
         Tested { certain, doubtful, off_edges: 0, low: [0.0; LEAF_SIZE], high: [0.0; LEAF_SIZE] };
     if certain != 0 {
         let sum = u + v + w;
-        let [low, high] = interval::<S>(ray, [u, v, w], sum, z);
+        let [low, high] = interval::<S>(ray, [u, v, w], sum, depths);
         (tested.low, tested.high) = (low.store(), high.store());
-        // All edge functions have one sign, so the least in size is one of these.
-        let share = least.abs().lesser(most.abs());
+        // All edge functions have one sign, so this is the size of the least.
+        let share = u.abs().lesser(v.abs()).lesser(w.abs());
         let of_sum = sum.abs() * splat(INSET);
         // The doubt changes a share of `INSET` by less than half of it.
-        tested.off_edges = certain & of_sum.is_at_most(share) & (doubt * splat(8.0)).is_at_most(of_sum);
+        let doubt = splat(ray.doubt() * 8.0);
+        tested.off_edges = certain & of_sum.is_at_most(share) & doubt.is_at_most(of_sum);
     }
-    Some(tested)
+    tested
 }
 
 /// An interval that contains the `t` of each lane that is hit: its depth is that of the corners, weighted with the edge
@@ -118,11 +145,11 @@ impl<C: Coordinate> Kernel<'_, C> {
     #[inline(always)]
     pub(super) fn closest_in_leaf<S: Simd>(
         &self,
-        corners: &Corners<S::F64x4>,
+        edges: &Edges,
         ray: &mut KernelRay,
         leaf: u32,
     ) {
-        let Some(tested) = test::<S>(corners, ray) else { return };
+        let tested = test::<S>(edges, ray);
         for lane in lanes(tested.certain) {
             let (low, high) = (tested.low[lane], tested.high[lane]);
             if low > ray.best()[1] + ray.margin() || high < ray.from() || low > ray.to() {
@@ -170,14 +197,14 @@ impl<C: Coordinate> Kernel<'_, C> {
     #[inline(always)]
     pub(super) fn any_in_leaf<S: Simd, M: Mode>(
         &self,
-        corners: &Corners<S::F64x4>,
+        edges: &Edges,
         ray: &mut KernelRay,
         leaf: u32,
     ) -> bool {
         if M::OFF_EDGES {
-            return self.any_off_edges_in_leaf::<S>(corners, ray, leaf);
+            return self.any_off_edges_in_leaf::<S>(edges, ray, leaf);
         }
-        let is_hit = self.is_hit_in_leaf::<S>(corners, ray, leaf);
+        let is_hit = self.is_hit_in_leaf::<S>(edges, ray, leaf);
         if is_hit {
             ray.leaf = leaf;
         }
@@ -190,11 +217,11 @@ impl<C: Coordinate> Kernel<'_, C> {
     #[inline(always)]
     fn any_off_edges_in_leaf<S: Simd>(
         &self,
-        corners: &Corners<S::F64x4>,
+        edges: &Edges,
         ray: &mut KernelRay,
         leaf: u32,
     ) -> bool {
-        let Some(tested) = test::<S>(corners, ray) else { return false };
+        let tested = test::<S>(edges, ray);
         for lane in lanes(tested.certain) {
             // The interval was widened by one margin: see `prepare`.
             let (low, high) = (tested.low[lane], tested.high[lane]);
@@ -212,8 +239,8 @@ impl<C: Coordinate> Kernel<'_, C> {
 
     /// Whether the ray hits any triangle of a leaf in the span.
     #[inline(always)]
-    fn is_hit_in_leaf<S: Simd>(&self, corners: &Corners<S::F64x4>, ray: &KernelRay, leaf: u32) -> bool {
-        let Some(tested) = test::<S>(corners, ray) else { return false };
+    fn is_hit_in_leaf<S: Simd>(&self, edges: &Edges, ray: &KernelRay, leaf: u32) -> bool {
+        let tested = test::<S>(edges, ray);
         let mut open = tested.doubtful;
         for lane in lanes(tested.certain) {
             if tested.low[lane] >= ray.from() && tested.high[lane] <= ray.to() {
@@ -230,12 +257,12 @@ impl<C: Coordinate> Kernel<'_, C> {
     #[inline(always)]
     pub(super) fn all_in_leaf<S: Simd>(
         &self,
-        corners: &Corners<S::F64x4>,
+        edges: &Edges,
         ray: &KernelRay,
         leaf: u32,
         found: &mut Found,
     ) {
-        let Some(tested) = test::<S>(corners, ray) else { return };
+        let tested = test::<S>(edges, ray);
         let hits = &mut found.lane_hits;
         let mut take = |lane: usize| {
             let is_off_edges = tested.off_edges >> lane & 1 == 1;

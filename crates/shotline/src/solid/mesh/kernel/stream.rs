@@ -4,7 +4,7 @@
 use super::block::Coordinate;
 use super::context::Kernel;
 use super::found::{Found, Mode};
-use super::leaf::corners;
+use super::leaf::{Edges, corners, edges};
 use super::node::{planes, test_planes};
 use super::prepare::AT_A_TIME;
 use super::ray::{KernelRay, MISS};
@@ -32,6 +32,8 @@ pub(super) struct StreamMemory {
     /// The limits of the rays, which are read much more often than the rest.
     limits: Vec<[f32; WIDTH]>,
     stack: Vec<Entry>,
+    /// The rays that may hit triangles of a leaf.
+    possible: Vec<(Edges, u32)>,
 }
 
 /// Casts the rays of at most [`SIZE`] rows.
@@ -43,6 +45,7 @@ pub(super) fn cast<S: Simd, C: Coordinate, M: Mode>(
     found: &mut Found,
 ) {
     memory.rays.resize(SIZE, KernelRay::default());
+    memory.possible.resize(SIZE, Default::default());
     memory.limits.resize(SIZE / WIDTH, [0.0; WIDTH]);
     let mut live = 0u64;
     for first in (0..rows.len()).step_by(AT_A_TIME) {
@@ -85,7 +88,8 @@ fn traverse<S: Simd, C: Coordinate, M: Mode, const SAME: bool>(
     memory: &mut StreamMemory,
     found: &mut Found,
 ) {
-    let StreamMemory { rays, limits, stack } = memory;
+    let StreamMemory { rays, limits, stack, possible } = memory;
+    let (Some(rays), Some(possible)) = (rays.first_chunk_mut::<SIZE>(), possible.first_chunk_mut::<SIZE>()) else { return };
     let first = live.trailing_zeros() as usize;
     // For `Any`: the rays without a hit.
     let mut open = live;
@@ -109,18 +113,26 @@ fn traverse<S: Simd, C: Coordinate, M: Mode, const SAME: bool>(
             let leaf = child & !LEAF;
             let block = &kernel.blocks[leaf as usize];
             let of_first = corners::<S, C>(block, rays[first].axes);
+            let mut count = 0;
             for i in bits(mask) {
-                let ray = &mut rays[i];
+                let ray = &rays[i];
                 let of_ray = if SAME { of_first } else { corners::<S, C>(block, ray.axes) };
+                let edges = edges::<S>(&of_ray, ray);
+                possible[count] = (edges, i as u32);
+                count += usize::from(edges.is_possible());
+            }
+            for (edges, i) in &possible[..count] {
+                let i = *i as usize % SIZE;
+                let ray = &mut rays[i];
                 if M::CLOSEST {
-                    kernel.closest_in_leaf::<S>(&of_ray, ray, leaf);
+                    kernel.closest_in_leaf::<S>(edges, ray, leaf);
                     limits[i / WIDTH][i % WIDTH] = ray.limit();
                 } else if M::ANY {
-                    if kernel.any_in_leaf::<S, M>(&of_ray, ray, leaf) {
+                    if kernel.any_in_leaf::<S, M>(edges, ray, leaf) {
                         open &= !(1 << i);
                     }
                 } else {
-                    kernel.all_in_leaf::<S>(&of_ray, ray, leaf, found);
+                    kernel.all_in_leaf::<S>(edges, ray, leaf, found);
                 }
             }
             continue;

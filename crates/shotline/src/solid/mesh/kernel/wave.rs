@@ -186,22 +186,26 @@ fn visit_leaf<S: Simd, C: Coordinate, M: Mode>(
     }
     let mut height = slots.heights[slot] as usize;
     let leaf = child & !LEAF;
-    let corners = &leaf::corners::<S, C>(&kernel.blocks[leaf as usize], ray.axes);
+    let corners = leaf::corners::<S, C>(&kernel.blocks[leaf as usize], ray.axes);
+    let edges = &leaf::edges::<S>(&corners, ray);
+    if !edges.is_possible() {
+        return Some(pop::<S, C>(kernel, slots, slot, room, height));
+    }
     if M::CLOSEST {
         let before = ray.limit();
-        kernel.closest_in_leaf::<S>(corners, ray, leaf);
+        kernel.closest_in_leaf::<S>(edges, ray, leaf);
         if ray.limit() != before {
             let limit = ray.limit().to_bits() + 16;
             let stacks = (&mut slots.children[slot * room..][..room], &mut slots.keys[slot * room..][..room]);
             height = drop_beyond::<S>(stacks.0, stacks.1, height, limit);
         }
     } else if M::ANY {
-        if kernel.any_in_leaf::<S, M>(corners, ray, leaf) {
+        if kernel.any_in_leaf::<S, M>(edges, ray, leaf) {
             found.finish(ray);
             return None;
         }
     } else {
-        kernel.all_in_leaf::<S>(corners, ray, leaf, found);
+        kernel.all_in_leaf::<S>(edges, ray, leaf, found);
     }
     Some(pop::<S, C>(kernel, slots, slot, room, height))
 }
