@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use super::block::Coordinate;
 use super::context::Kernel;
-use super::found::Mode;
+use super::found::{Mode, bits};
 use super::prepare::AT_A_TIME;
-use super::ray::{KernelRay, Prepared};
+use super::ray::KernelRay;
 use crate::simd::Simd;
 
 impl<C: Coordinate> Kernel<'_, C> {
@@ -23,11 +23,7 @@ impl<C: Coordinate> Kernel<'_, C> {
             let mut rays = [KernelRay::default(); AT_A_TIME];
             let of_group = std::array::from_fn(|i| (first + 8 * i).min(rows.end - 1));
             let prepared = self.prepare::<S>(of_group, std::array::from_fn(|i| i), &mut rays);
-            for (ray, prepared) in rays.iter().zip(prepared) {
-                if matches!(prepared, Prepared::Ready | Prepared::ReadyInside) {
-                    spread.add(ray);
-                }
-            }
+            bits(u64::from(prepared.ready)).for_each(|i| spread.add(&rays[i]));
             if spread.count > 1 {
                 groups += 1;
                 coherent += usize::from(spread.of_entries() < 0.25 && spread.of_directions() < most);

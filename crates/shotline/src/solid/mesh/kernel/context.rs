@@ -34,7 +34,7 @@ impl<C: Coordinate> Kernel<'_, C> {
         rows: [usize; AT_A_TIME],
         slots: [usize; AT_A_TIME],
         rays: &mut [KernelRay],
-    ) -> [Prepared; AT_A_TIME] {
+    ) -> Prepared {
         let Kernel { frame: mesh, block, preparation, .. } = self;
         S::call(Prepare { preparation, mesh, block, rows, slots, rays })
     }

@@ -56,19 +56,16 @@ impl Found {
         }
     }
 
-    /// Takes the row of a ray that is not cast now. Returns whether it is to be cast.
+    /// Takes the rows of rays that were prepared, of which only the first `count` are wanted. Returns a mask of those that
+    /// are to be cast.
     #[inline(always)]
-    pub fn is_ready(&mut self, row: usize, prepared: Prepared) -> bool {
-        match prepared {
-            Prepared::Ready => return true,
-            Prepared::Misses => {}
-            Prepared::ReadyInside => {
-                self.inside.push(row as u32);
-                return true;
-            }
-            Prepared::Plain => self.plain.push(row as u32),
-        }
-        false
+    pub fn take_prepared(&mut self, first_row: usize, count: usize, prepared: Prepared) -> u8 {
+        let wanted = if count < 8 { (1 << count) - 1 } else { u8::MAX };
+        let Prepared { ready, inside, plain } = prepared;
+        let row = |i: usize| (first_row + i) as u32;
+        self.inside.extend(bits(u64::from(inside & wanted)).map(row));
+        self.plain.extend(bits(u64::from(plain & wanted)).map(row));
+        ready & wanted
     }
 
     /// Takes the result of a ray that has no more to do.
@@ -81,6 +78,16 @@ impl Found {
             self.lane_hits.push(LaneHit { row, leaf, lane, is_off_edges });
         }
     }
+}
+
+/// The positions of the bits of a mask.
+#[inline(always)]
+pub(super) fn bits(mut mask: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let bit = mask.trailing_zeros() as usize;
+        mask &= mask.wrapping_sub(1);
+        (bit < u64::BITS as usize).then_some(bit)
+    })
 }
 
 /// How rays are traversed.

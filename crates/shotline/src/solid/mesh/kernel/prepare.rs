@@ -51,7 +51,6 @@ struct LaneRays<'a> {
     rows: &'a [usize],
     slots: &'a [usize],
     rays: &'a mut [KernelRay],
-    prepared: &'a mut [Prepared],
 }
 
 /// Rays to be prepared: see [`Kernel::prepare`](super::context::Kernel::prepare).
@@ -65,16 +64,17 @@ pub(super) struct Prepare<'a> {
 }
 
 impl Task for Prepare<'_> {
-    type Output = [Prepared; AT_A_TIME];
+    type Output = Prepared;
 
     #[inline(always)]
-    fn run<S: Simd>(self) -> [Prepared; AT_A_TIME] {
-        let mut prepared = [Prepared::Misses; AT_A_TIME];
+    fn run<S: Simd>(self) -> Prepared {
+        let mut prepared = Prepared::default();
         for first in (0..AT_A_TIME).step_by(S::Wide::LANES) {
             let lanes = first..first + S::Wide::LANES;
             let (rows, slots) = (&self.rows[lanes.clone()], &self.slots[lanes.clone()]);
-            let mut together = LaneRays { rows, slots, rays: self.rays, prepared: &mut prepared[lanes] };
-            self.preparation.prepare_lanes::<S::Wide>(self.mesh, self.block, &mut together);
+            let mut together = LaneRays { rows, slots, rays: self.rays };
+            let some = self.preparation.prepare_lanes::<S::Wide>(self.mesh, self.block, &mut together);
+            prepared = prepared.with(some, first);
         }
         prepared
     }
@@ -169,7 +169,12 @@ impl Preparation {
 
     /// Prepares the rays of some rows in some slots, one for each lane.
     #[inline(always)]
-    fn prepare_lanes<F: Doubles>(&self, mesh: &MeshFrame, block: &RayBlock, together: &mut LaneRays) {
+    fn prepare_lanes<F: Doubles>(
+        &self,
+        mesh: &MeshFrame,
+        block: &RayBlock,
+        together: &mut LaneRays,
+    ) -> Prepared {
         let rows = together.rows;
         let lines = scaled::<F>(mesh, block, rows);
         let in_box = self.in_box(&lines);
@@ -178,22 +183,14 @@ impl Preparation {
         let is_plain = lines.is_extreme | in_box.is_extreme | window.is_unbounded;
         let (entry, exit) = (in_box.enter.greater(window.from), in_box.exit.lesser(window.to));
         let is_met = entry.is_at_most(exit);
-        if (is_met | is_plain) & F::ALL == 0 {
-            return;
+        let plain = is_plain & F::ALL;
+        let ready = is_met & !plain & F::ALL;
+        if ready == 0 {
+            return Prepared { plain, ..Prepared::default() };
         }
         self.write_boxes(&lines, &in_box, [entry, exit], together);
         self.write_triangles(&lines, &in_box, &window, reach, entry, together);
-        for (lane, prepared) in together.prepared.iter_mut().enumerate() {
-            *prepared = if is_plain >> lane & 1 == 1 {
-                Prepared::Plain
-            } else if is_met >> lane & 1 == 0 {
-                Prepared::Misses
-            } else if window.may_be_inside >> lane & 1 == 1 {
-                Prepared::ReadyInside
-            } else {
-                Prepared::Ready
-            };
-        }
+        Prepared { ready, inside: ready & window.may_be_inside, plain }
     }
 
     /// Where lines are within the mesh's box.
@@ -325,7 +322,9 @@ impl Preparation {
         // No component is raised along the axis in which the direction is largest.
         let inverse = roles.pick(x, y, z);
         let [doubt, depth_doubt] = self.doubts(reach, window.near);
-        let columns = [o[0], o[1], o[2], d[0] / d[2], d[1] / d[2], inverse, doubt, depth_doubt];
+        // The slopes are off by two half-ulps instead of one, but their products with depths are not rounded: so the
+        // bound of `ShearedRay::new` holds.
+        let columns = [o[0], o[1], o[2], d[0] * inverse, d[1] * inverse, inverse, doubt, depth_doubt];
         F::store_rows(columns, |lane, row| together.rays[together.slots[lane]].triangles = row);
         let per_t = in_box.longest * F::splat(1.0 / self.frame.size);
         let best = F::splat(f64::INFINITY);
@@ -385,7 +384,9 @@ fn scaled<F: Doubles>(mesh: &MeshFrame, block: &RayBlock, rows: &[usize]) -> Sca
     // The scale of `t` after scaling, and its reciprocal.
     let size = power_of_two(mesh.size.exponent());
     let (of_o, of_d) = (F::splat(1.0 / size), longest.power_below_one());
-    let (per_t, of_t) = (F::splat(size) * of_d, F::splat(1.0) / of_d * of_o);
+    // The factors are powers of two: so this is the reciprocal of `of_d`, without a division.
+    let inverse_of_d = of_d.power_below_one() * F::splat(2.0);
+    let (per_t, of_t) = (F::splat(size) * of_d, inverse_of_d * of_o);
     let is_usual = of_t.is_at_most(F::splat(LARGEST_SCALE))
         & per_t.is_at_most(F::splat(LARGEST_SCALE))
         & F::splat(1.0 / HUGE).is_at_most(longest)

@@ -117,15 +117,27 @@ impl KernelRay {
     }
 }
 
-/// Whether a ray can hit the mesh, and who decides it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Prepared {
-    Ready,
-    Misses,
-    /// It may begin inside the solid.
-    ReadyInside,
-    /// The numbers are extreme: the plain path has to do it.
-    Plain,
+/// Which of some rays that were prepared together can hit the mesh, and who decides it: masks of them. The others miss
+/// it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Prepared {
+    pub ready: u8,
+    /// Those of the ready ones that may begin inside the solid.
+    pub inside: u8,
+    /// Those whose numbers are extreme: the plain path has to do them.
+    pub plain: u8,
+}
+
+impl Prepared {
+    /// These rays and others that follow at a position.
+    #[inline(always)]
+    pub fn with(self, others: Prepared, position: usize) -> Prepared {
+        Prepared {
+            ready: self.ready | others.ready << position,
+            inside: self.inside | others.inside << position,
+            plain: self.plain | others.plain << position,
+        }
+    }
 }
 
 /// Intervals of `t` are widened by this, so that `t` that underflow when they are scaled back count as equal.

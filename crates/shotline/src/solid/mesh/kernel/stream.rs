@@ -3,7 +3,7 @@
 
 use super::block::Coordinate;
 use super::context::Kernel;
-use super::found::{Found, Mode};
+use super::found::{Found, Mode, bits};
 use super::leaf::{Edges, corners, edges};
 use super::node::{planes, test_planes};
 use super::prepare::AT_A_TIME;
@@ -53,9 +53,9 @@ pub(super) fn cast<S: Simd, C: Coordinate, M: Mode>(
         let slots: [usize; AT_A_TIME] = std::array::from_fn(|i| first + i);
         let of_slots = slots.map(|slot| rows.start + slot.min(rows.len() - 1));
         let prepared = kernel.prepare::<S>(of_slots, slots, &mut memory.rays);
-        for (slot, prepared) in slots.into_iter().zip(prepared).take(rows.len() - first) {
-            live |= u64::from(found.is_ready(rows.start + slot, prepared)) << slot;
-            memory.limits[slot / WIDTH][slot % WIDTH] = memory.rays[slot].limit();
+        live |= u64::from(found.take_prepared(rows.start + first, rows.len() - first, prepared)) << first;
+        if M::CLOSEST {
+            memory.limits[first / WIDTH] = slots.map(|slot| memory.rays[slot].limit());
         }
     }
     if live == 0 {
@@ -71,14 +71,6 @@ pub(super) fn cast<S: Simd, C: Coordinate, M: Mode>(
         traverse::<S, C, M, false>(kernel, live, memory, found);
     }
     bits(live).for_each(|i| found.finish(&memory.rays[i]));
-}
-
-fn bits(mut mask: u64) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let bit = mask.trailing_zeros() as usize;
-        mask &= mask.wrapping_sub(1);
-        (bit < SIZE).then_some(bit)
-    })
 }
 
 #[inline(always)]

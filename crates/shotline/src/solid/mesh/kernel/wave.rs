@@ -79,8 +79,9 @@ pub(super) fn cast<S: Simd, C: Coordinate, M: Mode>(
                 std::array::from_fn(|i| usize::from(free.slots[free.len - 1 - i]) % IN_FLIGHT);
             let prepared = kernel.prepare::<S>(rows_of, into, &mut slots.rays);
             free.len -= AT_A_TIME;
-            for (i, (slot, prepared)) in into.into_iter().zip(prepared).enumerate() {
-                let is_ready = next + i < rows.end && found.is_ready(next + i, prepared);
+            let ready = found.take_prepared(next, rows.end - next, prepared);
+            for (i, slot) in into.into_iter().enumerate() {
+                let is_ready = ready >> i & 1 == 1;
                 slots.current[slot] = 0;
                 slots.heights[slot] = 1;
                 slots.children[slot * room] = END;
