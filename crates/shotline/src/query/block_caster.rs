@@ -32,7 +32,27 @@ pub(super) struct BlockMemory<'w> {
     is_plain: Vec<bool>,
     few: FewMemory,
     queries: QueryMemory<'w>,
+    lists: RowLists,
 }
+
+/// The crossings of rays that follow each other.
+#[derive(Debug, Default)]
+pub(super) struct RowLists {
+    pub hits: Vec<RowHit>,
+    /// Where those of each ray end.
+    pub ends: Vec<usize>,
+}
+
+impl RowLists {
+    fn clear(&mut self) {
+        self.hits.clear();
+        self.hits.shrink_to(2 * MOST_LISTED);
+        self.ends.clear();
+    }
+}
+
+/// Crossings are passed on when there are more of them than this.
+const MOST_LISTED: usize = 1 << 13;
 
 /// A caster, and how it casts blocks.
 pub(super) struct BlockCaster<'c, 'w> {
@@ -127,11 +147,13 @@ impl<'w> BlockCaster<'_, 'w> {
         let is_plain = begin(&mut memory.is_plain, block);
         match self.plan.few.as_ref().and_then(FewMeshes::only) {
             Some(placed) => {
-                memory.few.make_lists(placed, block);
+                let BlockMemory { few, lists: RowLists { hits, .. }, .. } = memory;
+                few.make_lists(placed, block);
                 for (row, is_plain) in is_plain.iter_mut().enumerate() {
-                    match memory.few.list(placed, block, row, self.caster.limits.crossings) {
-                        Some(list) => set(row, list.len() as u64),
-                        None => *is_plain = true,
+                    hits.clear();
+                    match few.list(placed, block, row, self.caster.limits.crossings, hits) {
+                        true => set(row, hits.len() as u64),
+                        false => *is_plain = true,
                     }
                 }
             }
@@ -143,42 +165,42 @@ impl<'w> BlockCaster<'_, 'w> {
         outcome(block)
     }
 
-    /// Passes the crossings of each ray to `set`, in order of the rays, as [`Caster::crossings`] finds them.
+    /// Passes the crossings of rays that follow each other to `add`, in order of the rays, as [`Caster::crossings`] finds
+    /// them: some rays at a time.
     pub(super) fn crossings(
         &mut self,
         block: &RowBlock,
         memory: &mut BlockMemory<'w>,
-        mut set: impl FnMut(&[RowHit]) -> Result<(), QueryError>,
+        mut add: impl FnMut(&RowLists) -> Result<(), QueryError>,
     ) -> Result<(), BlockError> {
-        let BlockMemory { is_plain, few, queries } = memory;
+        let BlockMemory { is_plain, few, queries, lists } = memory;
         let is_plain = begin(is_plain, block);
         let only = self.plan.few.as_ref().and_then(FewMeshes::only);
         match only {
             Some(placed) => few.make_lists(placed, block),
             None => self.caster.fold_crossings(block, queries, is_plain),
         }
-        let (mut hits, mut list, mut rest) = (Vec::<Hit>::new(), Vec::new(), &queries.crossings[..]);
+        lists.clear();
+        let (mut found, mut rest) = (Vec::<Hit>::new(), &queries.crossings[..]);
         for (row, &is_plain) in is_plain.iter().enumerate() {
-            let made = match only {
-                Some(placed) => few.list(placed, block, row, self.caster.limits.crossings),
+            let is_made = match only {
+                Some(placed) => few.list(placed, block, row, self.caster.limits.crossings, &mut lists.hits),
                 None => {
                     let of_row = rows_of(&mut rest, row);
-                    list.clear();
-                    list.extend(of_row.iter().map(|(_, hit)| *hit));
-                    (!is_plain).then_some(&list[..])
+                    lists.hits.extend(of_row.iter().filter(|_| !is_plain).map(|(_, hit)| *hit));
+                    !is_plain
                 }
             };
-            let list = match made {
-                Some(list) => list,
-                None => {
-                    hits.clear();
-                    plainly(block, row, |ray| self.caster.crossings(ray, block.scope, &mut hits))?;
-                    list.clear();
-                    list.extend(hits.iter().map(RowHit::from));
-                    &list
-                }
-            };
-            set(list).map_err(|error| BlockError { row, error: error.into() })?;
+            if !is_made {
+                found.clear();
+                plainly(block, row, |ray| self.caster.crossings(ray, block.scope, &mut found))?;
+                lists.hits.extend(found.iter().map(RowHit::from));
+            }
+            lists.ends.push(lists.hits.len());
+            if lists.hits.len() > MOST_LISTED || row + 1 == block.rays.len() {
+                add(lists).map_err(|error| BlockError { row, error: error.into() })?;
+                lists.clear();
+            }
         }
         outcome(block)
     }
@@ -192,7 +214,7 @@ impl<'w> BlockCaster<'_, 'w> {
         memory: &mut BlockMemory<'w>,
         mut set: impl FnMut(usize, &[Segment], u64) -> Result<(), QueryError>,
     ) -> Result<(), BlockError> {
-        let BlockMemory { is_plain, few, queries } = memory;
+        let BlockMemory { is_plain, few, queries, .. } = memory;
         let is_plain = begin(is_plain, block);
         let only = self.plan.few.as_ref().and_then(FewMeshes::only).filter(|placed| placed.is_solid);
         match only {

@@ -188,17 +188,17 @@ impl FewMemory {
             })
     }
 
-    /// The crossings of a ray, after [`FewMemory::make_lists`]; `None` if it takes the plain path, as with more than `most`
-    /// hits.
+    /// Appends the crossings of a ray, after [`FewMemory::make_lists`]. Returns `false` if it takes the plain path, as with
+    /// more than `most` hits.
     pub fn list(
         &mut self,
         placed: &PlacedMesh,
         block: &RowBlock,
         row: usize,
         most: usize,
-    ) -> Option<&[RowHit]> {
+        out: &mut Vec<RowHit>,
+    ) -> bool {
         let line = placed.line(block.rays, &self.frame_rows, row);
-        let is_made = self.lists.count(row) <= most && self.lists.make(placed, block.scope, row, line);
-        is_made.then_some(&self.lists.found[..])
+        self.lists.count(row) <= most && self.lists.make(placed, block.scope, row, line, out)
     }
 }

@@ -21,8 +21,6 @@ pub(super) struct HitLists {
     is_plain: Vec<bool>,
     crossings: Vec<Crossing>,
     sources: Vec<Option<u32>>,
-    /// The crossings of the ray that was made last.
-    pub found: Vec<RowHit>,
 }
 
 impl HitLists {
@@ -94,6 +92,18 @@ impl HitLists {
         line: &[f64; 6],
         mut take: impl FnMut(Boundary, Option<&MeshHit>) -> ControlFlow<()>,
     ) -> bool {
+        if self.is_plain[ray] {
+            return false;
+        }
+        let hits = &self.hits[self.range(ray)];
+        if are_crossings(hits, scope.span) {
+            for hit in hits {
+                if take(Boundary::of_leaf(hit.crossing), Some(hit)).is_break() {
+                    break;
+                }
+            }
+            return true;
+        }
         if self.crossings(mesh, scope.span, ray, line).is_none() {
             return false;
         }
@@ -111,25 +121,33 @@ impl HitLists {
         true
     }
 
-    /// Makes the list of a ray; `line` is its line in the frame of the mesh. Returns `false` if the plain path
-    /// has to make it.
-    pub fn make(&mut self, placed: &PlacedMesh, scope: Scope, ray: usize, line: &[f64; 6]) -> bool {
-        if self.is_plain[ray] {
-            return false;
-        }
-        let mut found = std::mem::take(&mut self.found);
-        found.clear();
-        let is_made = if placed.is_solid {
-            self.boundaries(placed.mesh, scope, ray, line, |boundary, hit| {
-                found.push(placed.row_boundary(&boundary, hit));
+    /// Appends the crossings of a ray; `line` is its line in the frame of the mesh. Returns `false` if the plain path has
+    /// to find them.
+    pub fn make(
+        &mut self,
+        placed: &PlacedMesh,
+        scope: Scope,
+        ray: usize,
+        line: &[f64; 6],
+        out: &mut Vec<RowHit>,
+    ) -> bool {
+        if placed.is_solid {
+            return self.boundaries(placed.mesh, scope, ray, line, |boundary, hit| {
+                out.push(placed.row_boundary(&boundary, hit));
                 ControlFlow::Continue(())
-            })
-        } else {
-            let hits = &self.hits[self.range(ray)];
-            found.extend(hits.iter().map(|hit| placed.row_hit(hit, &hit.crossing)));
-            true
-        };
-        self.found = found;
-        is_made
+            });
+        }
+        let Some(hits) = self.hits(ray) else { return false };
+        out.extend(hits.iter().map(|hit| placed.row_hit(hit, &hit.crossing)));
+        true
     }
+}
+
+/// Whether the sorted hits of a ray at a closed mesh are its crossings, which are then its boundaries: no two of them are
+/// one event, none is near an end of the span, and they enter and leave in turn. Almost all rays are so.
+fn are_crossings(hits: &[MeshHit], span: Span) -> bool {
+    let is_within = |hit: &MeshHit| hit.crossing.low() > span.t_min() && hit.crossing.high() < span.t_max();
+    hits.len().is_multiple_of(2)
+        && hits.iter().enumerate().all(|(i, hit)| is_within(hit) && hit.crossing.entering == (i % 2 == 0))
+        && hits.windows(2).all(|pair| pair[1].crossing.low() > pair[0].crossing.high())
 }

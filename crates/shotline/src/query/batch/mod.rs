@@ -223,9 +223,9 @@ pub fn crossings_into(
         return batch.gather_blocks(out, |worker, rays, rows| {
             let mut made = 0;
             let (mut blocks, memory) = worker.blocks(&plan);
-            blocks.crossings(&block(&run, rays, scope), memory, |hits| {
-                made += hits.len();
-                Ok(rows.push_ray(hits, run.fields)?)
+            blocks.crossings(&block(&run, rays, scope), memory, |lists| {
+                made += lists.hits.len();
+                Ok(rows.push_rays(&lists.hits, &lists.ends, run.fields)?)
             })?;
             Ok(made)
         });
@@ -235,7 +235,7 @@ pub fn crossings_into(
         empty(&mut worker.row_hits);
         worker.caster.crossings(ray, scope, &mut worker.hits)?;
         worker.row_hits.extend(worker.hits.iter().map(RowHit::from));
-        rows.push_ray(&worker.row_hits, run.fields)?;
+        rows.push_rays(&worker.row_hits, &[worker.row_hits.len()], run.fields)?;
         Ok(worker.hits.len())
     })
 }

@@ -321,8 +321,14 @@ impl CrossingRows {
         self.t_err.clear();
     }
 
-    /// Appends the crossings of the next ray.
-    pub(super) fn push_ray(&mut self, hits: &[RowHit], fields: Fields) -> Result<(), TryReserveError> {
+    /// Appends the crossings of the next rays; `ends` says where those of each of them end.
+    pub(super) fn push_rays(
+        &mut self,
+        hits: &[RowHit],
+        ends: &[usize],
+        fields: Fields,
+    ) -> Result<(), TryReserveError> {
+        let before = self.t.len();
         fn add<T>(
             column: &mut Vec<T>,
             hits: &[RowHit],
@@ -342,7 +348,7 @@ impl CrossingRows {
         add(&mut self.path, hits, fields.contains(Fields::PATH), |hit| hit.path as i64)?;
         add(&mut self.kind, hits, fields.contains(Fields::KIND), |hit| hit.kind as i8)?;
         add(&mut self.t_err, hits, fields.contains(Fields::T_ERR), |hit| hit.t_err)?;
-        push_split(&mut self.ray_splits, self.t.len())
+        extend(&mut self.ray_splits, ends.iter().map(|end| (before + end) as i64))
     }
 }
 

@@ -143,12 +143,7 @@ fn lanes(mut mask: u8) -> impl Iterator<Item = usize> {
 impl<C: Coordinate> Kernel<'_, C> {
     /// Takes the hits of a leaf that are nearer than the best one.
     #[inline(always)]
-    pub(super) fn closest_in_leaf<S: Simd>(
-        &self,
-        edges: &Edges,
-        ray: &mut KernelRay,
-        leaf: u32,
-    ) {
+    pub(super) fn closest_in_leaf<S: Simd>(&self, edges: &Edges, ray: &mut KernelRay, leaf: u32) {
         let tested = test::<S>(edges, ray);
         for lane in lanes(tested.certain) {
             let (low, high) = (tested.low[lane], tested.high[lane]);
@@ -215,12 +210,7 @@ impl<C: Coordinate> Kernel<'_, C> {
     /// an event; the ray takes it. Other hits in the span, or near it, leave the ray to the plain path unless such a hit
     /// is found.
     #[inline(always)]
-    fn any_off_edges_in_leaf<S: Simd>(
-        &self,
-        edges: &Edges,
-        ray: &mut KernelRay,
-        leaf: u32,
-    ) -> bool {
+    fn any_off_edges_in_leaf<S: Simd>(&self, edges: &Edges, ray: &mut KernelRay, leaf: u32) -> bool {
         let tested = test::<S>(edges, ray);
         for lane in lanes(tested.certain) {
             // The interval was widened by one margin: see `prepare`.
@@ -255,13 +245,7 @@ impl<C: Coordinate> Kernel<'_, C> {
 
     /// Appends all hits of a leaf in the span.
     #[inline(always)]
-    pub(super) fn all_in_leaf<S: Simd>(
-        &self,
-        edges: &Edges,
-        ray: &KernelRay,
-        leaf: u32,
-        found: &mut Found,
-    ) {
+    pub(super) fn all_in_leaf<S: Simd>(&self, edges: &Edges, ray: &KernelRay, leaf: u32, found: &mut Found) {
         let tested = test::<S>(edges, ray);
         let hits = &mut found.lane_hits;
         let mut take = |lane: usize| {

@@ -81,7 +81,10 @@ fn traverse<S: Simd, C: Coordinate, M: Mode, const SAME: bool>(
     found: &mut Found,
 ) {
     let StreamMemory { rays, limits, stack, possible } = memory;
-    let (Some(rays), Some(possible)) = (rays.first_chunk_mut::<SIZE>(), possible.first_chunk_mut::<SIZE>()) else { return };
+    let (Some(rays), Some(possible)) = (rays.first_chunk_mut::<SIZE>(), possible.first_chunk_mut::<SIZE>())
+    else {
+        return;
+    };
     let first = live.trailing_zeros() as usize;
     // For `Any`: the rays without a hit.
     let mut open = live;
