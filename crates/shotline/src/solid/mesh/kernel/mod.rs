@@ -21,6 +21,7 @@ mod node;
 mod prepare;
 mod ray;
 mod stream;
+mod walk;
 mod wave;
 mod widths;
 

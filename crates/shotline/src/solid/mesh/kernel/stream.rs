@@ -8,6 +8,7 @@ use super::leaf::{Edges, corners, edges};
 use super::node::{planes, test_planes};
 use super::prepare::AT_A_TIME;
 use super::ray::{KernelRay, MISS};
+use super::walk::{WalkStack, walk};
 use crate::accel::wide::{LEAF, WIDTH};
 use crate::simd::{Simd, Singles};
 
@@ -25,6 +26,9 @@ struct Entry {
     key: u32,
 }
 
+/// Rays that are no more than this go on alone.
+const FEW: u32 = 2;
+
 /// The memory of a stream.
 #[derive(Debug, Default)]
 pub(super) struct StreamMemory {
@@ -34,6 +38,7 @@ pub(super) struct StreamMemory {
     stack: Vec<Entry>,
     /// The rays that may hit triangles of a leaf.
     possible: Vec<(Edges, u32)>,
+    alone: WalkStack,
 }
 
 /// Casts the rays of at most [`SIZE`] rows.
@@ -80,7 +85,7 @@ fn traverse<S: Simd, C: Coordinate, M: Mode, const SAME: bool>(
     memory: &mut StreamMemory,
     found: &mut Found,
 ) {
-    let StreamMemory { rays, limits, stack, possible } = memory;
+    let StreamMemory { rays, limits, stack, possible, alone } = memory;
     let (Some(rays), Some(possible)) = (rays.first_chunk_mut::<SIZE>(), possible.first_chunk_mut::<SIZE>())
     else {
         return;
@@ -128,6 +133,17 @@ fn traverse<S: Simd, C: Coordinate, M: Mode, const SAME: bool>(
                     }
                 } else {
                     kernel.all_in_leaf::<S>(edges, ray, leaf, found);
+                }
+            }
+            continue;
+        }
+        if mask.count_ones() <= FEW {
+            for i in bits(mask) {
+                if walk::<S, C, M>(kernel, &mut rays[i], child, alone, found) {
+                    open &= !(1 << i);
+                }
+                if M::CLOSEST {
+                    limits[i / WIDTH][i % WIDTH] = rays[i].limit();
                 }
             }
             continue;
