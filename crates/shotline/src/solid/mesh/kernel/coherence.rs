@@ -11,11 +11,11 @@ use crate::simd::Simd;
 
 impl<C: Coordinate> Kernel<'_, C> {
     /// Whether rays that follow each other enter the mesh's box close together, and in similar directions where the
-    /// tree is larger than the inner caches. Four groups of eight rays are examined.
+    /// tree is larger than the caches. Four groups of eight rays are examined.
     #[inline(always)]
     pub(super) fn is_coherent<S: Simd, M: Mode>(&self, rows: Range<usize>) -> bool {
         let size = size_of_val(&self.tree.nodes[..]) + size_of_val(self.blocks);
-        let most = if size > if M::ANY { LARGE_FOR_ANY } else { LARGE } { 0.5 } else { 2.0 };
+        let most = if size > large::<M>() { 0.5 } else { f64::INFINITY };
         let (mut groups, mut coherent) = (0, 0);
         for group in 0..4 {
             let first = rows.start + rows.len() / 4 * group;
@@ -26,18 +26,24 @@ impl<C: Coordinate> Kernel<'_, C> {
             bits(u64::from(prepared.ready)).for_each(|i| spread.add(&rays[i]));
             if spread.count > 1 {
                 groups += 1;
-                coherent += usize::from(spread.of_entries() < 0.25 && spread.of_directions() < most);
+                coherent += usize::from(spread.of_entries() < 0.75 && spread.of_directions() <= most);
             }
         }
         2 * coherent >= groups
     }
 }
 
-/// Trees of more bytes than this do not fit into the inner caches.
-const LARGE: usize = 10_000_000;
-
-/// The same where any hit ends the traversal, so that less of the tree is visited.
-const LARGE_FOR_ANY: usize = 30_000_000;
+/// In a tree of more bytes than this a stream of rays in all directions waits for memory more than a wave. The fewer
+/// nodes a query visits, the larger the tree may be.
+fn large<M: Mode>() -> usize {
+    if M::ANY {
+        100_000_000
+    } else if M::CLOSEST {
+        30_000_000
+    } else {
+        10_000_000
+    }
+}
 
 /// How far apart rays enter, and how different their directions are, along the worst axis.
 #[derive(Default)]
