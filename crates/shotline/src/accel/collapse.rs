@@ -22,19 +22,24 @@ pub(super) trait Subtree: Copy {
 }
 
 /// Returns the costs of the forests of a leaf, given its own: it is one tree.
+#[inline(always)]
 pub(super) fn of_leaf(cost: f32) -> Costs {
     [cost; WIDTH]
 }
 
 /// Returns the best forests of a node with their costs, given its own and those of its children.
+#[inline(always)]
 pub(super) fn of_split(cost: f32, left: &Costs, right: &Costs) -> (Forests, Costs) {
+    // All numbers of trees at once. Fewer than none are too few for the right child.
+    let mut of_right = [f32::INFINITY; 2 * WIDTH];
+    of_right[WIDTH..].copy_from_slice(right);
     let (mut costs, mut split) = ([f32::INFINITY; WIDTH], [0; WIDTH]);
-    for trees in 2..=WIDTH {
-        for of_left in 1..trees {
-            let sum = left[of_left - 1] + right[trees - of_left - 1];
-            if sum < costs[trees - 1] {
-                (costs[trees - 1], split[trees - 1]) = (sum, of_left as u8);
-            }
+    for of_left in 1..WIDTH {
+        for i in 0..WIDTH {
+            let sum = left[of_left - 1] + of_right[WIDTH - of_left + i];
+            let is_less = sum < costs[i];
+            costs[i] = if is_less { sum } else { costs[i] };
+            split[i] = if is_less { of_left as u32 } else { split[i] };
         }
     }
     (costs[0], split[0]) = (costs[WIDTH - 1] + cost, split[WIDTH - 1]);
@@ -43,7 +48,7 @@ pub(super) fn of_split(cost: f32, left: &Costs, right: &Costs) -> (Forests, Cost
             (costs[trees - 1], split[trees - 1]) = (costs[trees - 2], 0);
         }
     }
-    (Forests { left: split }, costs)
+    (Forests { left: split.map(|of_left| of_left as u8) }, costs)
 }
 
 /// Appends the children of the wide node that a subtree becomes; a leaf at the root is its own child.

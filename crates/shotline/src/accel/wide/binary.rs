@@ -23,9 +23,10 @@ pub(super) enum Content {
 }
 
 impl BinaryNode {
+    #[inline(always)]
     pub fn new(bounds: &Bounds, count: usize, content: Content) -> BinaryNode {
-        let corner = |[x, y, z, _]: [f32; 4]| [x, y, z];
-        BinaryNode { low: corner(bounds.low), high: corner(bounds.high), count: count as u32, content }
+        let [low, high] = bounds.corners();
+        BinaryNode { low, high, count: count as u32, content }
     }
 }
 

@@ -6,11 +6,12 @@ use rayon::slice::ParallelSlice;
 
 use super::binary::{BinaryNode, Content, Part};
 use super::bins::{Binning, Bins, Split};
-use super::bounds::{Bounds, Extent, ItemBox};
+use super::bounds::{Centres, Extent, ItemBox};
 use super::emit::emit;
 use super::{Frame, LEAF_COST, LEAF_SIZE, MAX_HEURISTIC_DEPTH, NONE, PARALLEL, WideBvh};
 use crate::aabb::Aabb;
 use crate::accel::collapse::{self, Costs};
+use crate::simd::{Simd, Task, dispatch};
 
 /// Nodes of at least this many items are examined by several threads, this many at a time.
 const CHUNK: usize = 1 << 15;
@@ -39,58 +40,84 @@ fn build_part(items: &mut [ItemBox], extent: &Extent, depth: usize) -> (Part, Co
     let count = items.len();
     if count < PARALLEL {
         let mut nodes = Vec::with_capacity(count);
-        let costs = build_nodes(&mut nodes, items, extent, depth, &mut Bins::default());
+        let bins = &mut Bins::default();
+        let costs = dispatch(Nodes { nodes: &mut nodes, items, extent, depth, bins });
         return (Part::Whole(nodes), costs);
     }
     let split = if depth < MAX_HEURISTIC_DEPTH { best_split(items, &extent.centres) } else { None };
-    let (left_items, right_items) = divide(items, split);
-    let build_side = |items: &mut [ItemBox]| {
-        let extent = extent_of(items);
-        build_part(items, &extent, depth + 1)
-    };
-    let ((left, left_costs), (right, right_costs)) =
-        rayon::join(|| build_side(left_items), || build_side(right_items));
+    let [left, right] = dispatch(Divide { items, split });
+    let build_side = |(items, extent): (&mut [ItemBox], Extent)| build_part(items, &extent, depth + 1);
+    let ((left, left_costs), (right, right_costs)) = rayon::join(|| build_side(left), || build_side(right));
     let (forests, costs) = collapse::of_split(extent.bounds.half_area(), &left_costs, &right_costs);
     let node = BinaryNode::new(&extent.bounds, count, Content::Split { right: 0, forests });
     (Part::Split(node, Box::new([left, right])), costs)
 }
 
 /// Appends the nodes of a subtree.
-fn build_nodes(
-    nodes: &mut Vec<BinaryNode>,
-    items: &mut [ItemBox],
-    extent: &Extent,
+struct Nodes<'a> {
+    nodes: &'a mut Vec<BinaryNode>,
+    items: &'a mut [ItemBox],
+    extent: &'a Extent,
     depth: usize,
-    bins: &mut Bins,
-) -> Costs {
-    let count = items.len();
-    if count <= LEAF_SIZE {
-        let leaf = std::array::from_fn(|i| items.get(i).map_or(NONE, ItemBox::item));
-        nodes.push(BinaryNode::new(&extent.bounds, count, Content::Leaf(leaf)));
-        return collapse::of_leaf(extent.bounds.half_area() * LEAF_COST);
+    bins: &'a mut Bins,
+}
+
+impl Task for Nodes<'_> {
+    type Output = Costs;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Costs {
+        let Nodes { nodes, items, extent, depth, bins } = self;
+        let count = items.len();
+        if count <= LEAF_SIZE {
+            let leaf = std::array::from_fn(|i| items.get(i).map_or(NONE, ItemBox::item));
+            nodes.push(BinaryNode::new(&extent.bounds, count, Content::Leaf(leaf)));
+            return collapse::of_leaf(extent.bounds.half_area() * LEAF_COST);
+        }
+        let split = if depth < MAX_HEURISTIC_DEPTH {
+            bins.fill(items, Binning::of(count, &extent.centres));
+            bins.best_split()
+        } else {
+            None
+        };
+        let [left, right] = Divide { items, split }.run::<S>();
+        let index = nodes.len();
+        nodes.push(BinaryNode::new(&extent.bounds, count, Content::Leaf([NONE; LEAF_SIZE])));
+        let mut build_side = |nodes: &mut Vec<BinaryNode>, (items, extent): (&mut [ItemBox], Extent)| {
+            S::call(Nodes { nodes, items, extent: &extent, depth: depth + 1, bins })
+        };
+        let left_costs = build_side(nodes, left);
+        let right_index = nodes.len() as u32;
+        let right_costs = build_side(nodes, right);
+        let (forests, costs) = collapse::of_split(extent.bounds.half_area(), &left_costs, &right_costs);
+        nodes[index].content = Content::Split { right: right_index, forests };
+        costs
     }
-    let split = if depth < MAX_HEURISTIC_DEPTH {
-        bins.fill(items, Binning::of(count, &extent.centres));
-        bins.best_split()
-    } else {
-        None
-    };
-    let (left_items, right_items) = divide(items, split);
-    let index = nodes.len();
-    nodes.push(BinaryNode::new(&extent.bounds, count, Content::Leaf([NONE; LEAF_SIZE])));
-    let left_costs = build_nodes(nodes, left_items, &Extent::of(left_items), depth + 1, bins);
-    let right = nodes.len() as u32;
-    let right_costs = build_nodes(nodes, right_items, &Extent::of(right_items), depth + 1, bins);
-    let (forests, costs) = collapse::of_split(extent.bounds.half_area(), &left_costs, &right_costs);
-    nodes[index].content = Content::Split { right, forests };
-    costs
 }
 
 /// Sorts items to both sides of a split, or halves them without one. No side is empty.
-fn divide(items: &mut [ItemBox], split: Option<Split>) -> (&mut [ItemBox], &mut [ItemBox]) {
-    let half = items.len() / 2;
-    let left = split.map_or(half, |split| split.partition(items));
-    items.split_at_mut(if left > 0 && left < items.len() { left } else { half })
+struct Divide<'a> {
+    items: &'a mut [ItemBox],
+    split: Option<Split>,
+}
+
+impl<'a> Task for Divide<'a> {
+    type Output = [(&'a mut [ItemBox], Extent); 2];
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Self::Output {
+        let Divide { items, split } = self;
+        if let Some(split) = split {
+            let (count, [left_extent, right_extent]) = split.partition(items);
+            if count > 0 && count < items.len() {
+                let (left, right) = items.split_at_mut(count);
+                return [(left, left_extent), (right, right_extent)];
+            }
+        }
+        let (left, right) = items.split_at_mut(items.len() / 2);
+        let extents = [Extent::of(left), Extent::of(right)];
+        [(left, extents[0]), (right, extents[1])]
+    }
 }
 
 fn extent_of(items: &[ItemBox]) -> Extent {
@@ -98,12 +125,25 @@ fn extent_of(items: &[ItemBox]) -> Extent {
 }
 
 /// The best split of many items.
-fn best_split(items: &[ItemBox], centres: &Bounds) -> Option<Split> {
+fn best_split(items: &[ItemBox], centres: &Centres) -> Option<Split> {
     let binning = Binning::of(items.len(), centres);
-    let bins_of = |items: &[ItemBox]| {
-        let mut bins = Bins::default();
-        bins.fill(items, binning);
-        bins
-    };
+    let bins_of = |items| dispatch(BinsOf { items, binning });
     items.par_chunks(CHUNK).map(bins_of).reduce_with(|a, b| a.merged(&b))?.best_split()
+}
+
+/// Sorts items into bins.
+struct BinsOf<'a> {
+    items: &'a [ItemBox],
+    binning: Binning,
+}
+
+impl Task for BinsOf<'_> {
+    type Output = Bins;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Bins {
+        let mut bins = Bins::default();
+        bins.fill(self.items, self.binning);
+        bins
+    }
 }

@@ -1,6 +1,6 @@
 //! Bins along each axis, and the best split between two of them.
 
-use super::bounds::{Bounds, ItemBox};
+use super::bounds::{Bounds, Centres, Extent, ItemBox};
 use super::partition::partition;
 
 /// The number of bins along each axis.
@@ -19,7 +19,8 @@ pub(super) struct Binning {
 }
 
 impl Binning {
-    pub fn of(items: usize, centres: &Bounds) -> Binning {
+    #[inline(always)]
+    pub fn of(items: usize, centres: &Centres) -> Binning {
         // Few items need few bins.
         let count = if items < 2 * BINS { (items / 2 + 2).min(BINS) } else { BINS };
         let scale = |axis: usize| {
@@ -31,21 +32,24 @@ impl Binning {
     }
 
     #[inline(always)]
-    fn bins_of(&self, item: &ItemBox) -> [usize; 4] {
-        let centre = item.centre();
-        std::array::from_fn(|i| rounded_down((centre[i] - self.start[i]) * self.scale[i]))
+    fn bins_of(&self, item: &ItemBox) -> [u32; 4] {
+        let (centre, mut bins) = (item.centre(), [0; 4]);
+        for i in 0..4 {
+            bins[i] = rounded_down((centre[i] - self.start[i]) * self.scale[i]);
+        }
+        bins
     }
 
     #[inline(always)]
-    fn bin_of(&self, item: &ItemBox, axis: usize) -> usize {
+    fn bin_of(&self, item: &ItemBox, axis: usize) -> u32 {
         rounded_down((item.centre_along(axis) - self.start[axis]) * self.scale[axis])
     }
 }
 
 /// A number between 0 and [`BINS`], rounded down. Exactly which way a number next to an integer goes does not matter.
 #[inline(always)]
-fn rounded_down(x: f32) -> usize {
-    (x - 0.5 + ROUND).to_bits() as usize % BINS
+fn rounded_down(x: f32) -> u32 {
+    (x - 0.5 + ROUND).to_bits() % BINS as u32
 }
 
 /// A split: items in bins from `bin` on go right.
@@ -53,7 +57,7 @@ fn rounded_down(x: f32) -> usize {
 pub(super) struct Split {
     binning: Binning,
     axis: usize,
-    bin: usize,
+    bin: u32,
 }
 
 impl Split {
@@ -62,8 +66,9 @@ impl Split {
         self.binning.bin_of(item, self.axis) >= self.bin
     }
 
-    /// Sorts items to both sides; returns how many go left.
-    pub fn partition(&self, items: &mut [ItemBox]) -> usize {
+    /// Sorts items to both sides; returns how many go left, and the extents of both sides.
+    #[inline(always)]
+    pub fn partition(&self, items: &mut [ItemBox]) -> (usize, [Extent; 2]) {
         partition(items, |item| self.goes_right(item))
     }
 }
@@ -72,103 +77,102 @@ impl Split {
 #[derive(Clone, Debug)]
 pub(super) struct Bins {
     binning: Binning,
-    bounds: [[Bounds; BINS]; 3],
-    counts: [[u32; BINS]; 3],
+    bins: [Bin; BINS],
+}
+
+/// For each axis the items in one bin. The fourth count is not used.
+#[derive(Clone, Copy, Debug)]
+struct Bin {
+    bounds: [Bounds; 3],
+    counts: [i32; 4],
 }
 
 impl Default for Bins {
     fn default() -> Bins {
         let binning = Binning { count: BINS, start: [0.0; 4], scale: [0.0; 4] };
-        Bins { binning, bounds: [[Bounds::EMPTY; BINS]; 3], counts: [[0; BINS]; 3] }
+        Bins { binning, bins: [Bin::EMPTY; BINS] }
     }
 }
 
 impl Bins {
     /// Removes what is in the bins, and fills them with items.
+    #[inline(always)]
     pub fn fill(&mut self, items: &[ItemBox], binning: Binning) {
         self.binning = binning;
-        for axis in 0..3 {
-            self.bounds[axis][..binning.count].fill(Bounds::EMPTY);
-            self.counts[axis][..binning.count].fill(0);
+        for bin in &mut self.bins[..binning.count] {
+            *bin = Bin::EMPTY;
         }
         for item in items {
             let bounds = item.bounds();
             let [x, y, z, _] = binning.bins_of(item);
             for (axis, bin) in [x, y, z].into_iter().enumerate() {
-                self.bounds[axis][bin] = self.bounds[axis][bin].union(bounds);
-                self.counts[axis][bin] += 1;
+                let bin = &mut self.bins[bin as usize];
+                bin.bounds[axis] = bin.bounds[axis].union(bounds);
+                bin.counts[axis] += 1;
             }
         }
     }
 
     /// Adds the items of other bins.
     pub fn merged(mut self, other: &Bins) -> Bins {
-        for axis in 0..3 {
-            for bin in 0..BINS {
-                self.bounds[axis][bin] = self.bounds[axis][bin].union(other.bounds[axis][bin]);
-                self.counts[axis][bin] += other.counts[axis][bin];
-            }
+        for (bin, other) in self.bins.iter_mut().zip(&other.bins) {
+            bin.add(other);
         }
         self
     }
 
     /// The split with the least cost; `None` if all centres agree.
+    #[inline(always)]
     pub fn best_split(&self) -> Option<Split> {
-        let (mut best, mut least) = (None, f32::INFINITY);
-        for axis in (0..3).filter(|&axis| self.binning.scale[axis] != 0.0) {
-            let (before, behind) = self.sides(axis);
-            let costs: [f32; BINS] = std::array::from_fn(|bin| before.cost(bin) + behind.cost(bin));
-            for (bin, &cost) in costs.iter().enumerate().take(self.binning.count).skip(1) {
-                if cost < least && before.counts[bin] > 0.0 && behind.counts[bin] > 0.0 {
-                    least = cost;
-                    best = Some(Split { binning: self.binning, axis, bin });
-                }
+        let count = self.binning.count;
+        let mut before = [[f32::INFINITY; 4]; BINS];
+        let mut all = Bin::EMPTY;
+        for bin in 1..count {
+            all.add(&self.bins[bin - 1]);
+            before[bin] = all.costs();
+        }
+        // The least cost on each axis, and the bin.
+        let (mut least, mut first) = ([f32::INFINITY; 4], [0; 4]);
+        let mut all = Bin::EMPTY;
+        for bin in (1..count).rev() {
+            all.add(&self.bins[bin]);
+            let behind = all.costs();
+            for axis in 0..4 {
+                let cost = before[bin][axis] + behind[axis];
+                let is_best = cost <= least[axis];
+                least[axis] = if is_best { cost } else { least[axis] };
+                first[axis] = if is_best { bin as u32 } else { first[axis] };
             }
         }
-        best
-    }
-
-    /// What is before each bin, and what is in it and behind.
-    fn sides(&self, axis: usize) -> (Sides, Sides) {
-        let (bounds, counts) = (&self.bounds[axis], &self.counts[axis]);
-        let count = self.binning.count;
-        let (mut before, mut behind) = (Sides::default(), Sides::default());
-        let (mut all, mut items) = (Bounds::EMPTY, 0);
-        for bin in 1..count {
-            all = all.union(bounds[bin - 1]);
-            items += counts[bin - 1];
-            before.set(bin, &all, items);
-        }
-        let (mut all, mut items) = (Bounds::EMPTY, 0);
-        for bin in (1..count).rev() {
-            all = all.union(bounds[bin]);
-            items += counts[bin];
-            behind.set(bin, &all, items);
-        }
-        (before, behind)
+        let axis = if least[1] < least[0] { 1 } else { 0 };
+        let axis = if least[2] < least[axis] { 2 } else { axis };
+        (least[axis] < f32::INFINITY).then_some(Split { binning: self.binning, axis, bin: first[axis] })
     }
 }
 
-/// The sizes of boxes and the numbers of items on one side of every bin.
-#[derive(Default)]
-struct Sides {
-    sizes: [[f32; BINS]; 3],
-    counts: [f32; BINS],
-}
+impl Bin {
+    const EMPTY: Bin = Bin { bounds: [Bounds::EMPTY; 3], counts: [0; 4] };
 
-impl Sides {
     #[inline(always)]
-    fn set(&mut self, bin: usize, bounds: &Bounds, items: u32) {
+    fn add(&mut self, other: &Bin) {
         for axis in 0..3 {
-            self.sizes[axis][bin] = bounds.high[axis] - bounds.low[axis];
+            self.bounds[axis] = self.bounds[axis].union(other.bounds[axis]);
         }
-        self.counts[bin] = items as f32;
+        for axis in 0..4 {
+            self.counts[axis] += other.counts[axis];
+        }
     }
 
-    /// Half the area of the box times the number of items. It means nothing where there are none.
+    /// For each axis half the area of the box times the number of items; infinite if there are none.
     #[inline(always)]
-    fn cost(&self, bin: usize) -> f32 {
-        let [x, y, z] = [self.sizes[0][bin], self.sizes[1][bin], self.sizes[2][bin]];
-        (x * y + y * z + z * x) * self.counts[bin]
+    fn costs(&self) -> [f32; 4] {
+        let sizes = self.bounds.map(|bounds| bounds.sizes());
+        let mut costs = [f32::INFINITY; 4];
+        for axis in 0..3 {
+            let [x, y, z, _] = sizes[axis];
+            let cost = (x * y + y * z + z * x) * self.counts[axis] as f32;
+            costs[axis] = if self.counts[axis] > 0 { cost } else { f32::INFINITY };
+        }
+        costs
     }
 }

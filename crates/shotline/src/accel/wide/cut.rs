@@ -68,7 +68,7 @@ pub(super) fn best_plane(
 ) -> Option<Plane> {
     let mut best: Option<Plane> = None;
     for axis in 0..3 {
-        let (low, width) = (bounds.low[axis], (bounds.high[axis] - bounds.low[axis]) / BINS as f32);
+        let (low, width) = (bounds.low(axis), bounds.size(axis) / BINS as f32);
         if width <= 0.0 {
             continue;
         }
@@ -77,7 +77,7 @@ pub(super) fn best_plane(
         let mut bins = [Bin { bounds: Bounds::EMPTY, begun: 0, ended: 0 }; BINS];
         for reference in references {
             let mut rest = reference.bounds();
-            let (first, last) = (bin_of(rest.low[axis]), bin_of(rest.high[axis]));
+            let (first, last) = (bin_of(rest.low(axis)), bin_of(rest.high(axis)));
             bins[first].begun += 1;
             bins[last].ended += 1;
             if first < last {

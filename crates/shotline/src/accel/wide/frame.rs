@@ -39,21 +39,13 @@ impl Frame {
 
     /// The coordinates of a point.
     pub fn coordinates(&self, v: Vec3) -> Vec3 {
-        (v - self.centre) / self.size
+        (v - self.centre) * self.size.recip()
     }
 }
 
 /// A padded box, rounded outwards: the lower corner and the upper.
 pub(super) fn padded(low: Vec3, high: Vec3) -> [[f32; 3]; 2] {
-    [(low - PAD).to_array().map(rounded_down), (high + PAD).to_array().map(rounded_up)]
-}
-
-fn rounded_down(x: f64) -> f32 {
-    let rounded = x as f32;
-    if f64::from(rounded) > x { rounded.next_down() } else { rounded }
-}
-
-fn rounded_up(x: f64) -> f32 {
-    let rounded = x as f32;
-    if f64::from(rounded) < x { rounded.next_up() } else { rounded }
+    // Coordinates are at most slightly greater than 1, so rounding moves them by at most a quarter of the pad.
+    let pad = 1.25 * PAD;
+    [(low - pad).as_vec3().to_array(), (high + pad).as_vec3().to_array()]
 }

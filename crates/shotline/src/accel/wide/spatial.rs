@@ -104,7 +104,7 @@ impl Builder<'_> {
         } else {
             None
         };
-        let left = split.map_or(0, |split| split.partition(&mut references));
+        let left = split.map_or(0, |split| split.partition(&mut references).0);
         let left = if left > 0 && left < count { left } else { count / 2 };
         let [left_extent, right_extent] = [Extent::of(&references[..left]), Extent::of(&references[left..])];
         let area = |extent: &Extent, count: usize| extent.bounds.half_area() * count as f32;
@@ -140,9 +140,9 @@ impl Builder<'_> {
         let (mut below, mut above) = (Vec::new(), Vec::new());
         for reference in references {
             let bounds = reference.bounds();
-            if bounds.high[plane.axis] <= plane.at {
+            if bounds.high(plane.axis) <= plane.at {
                 below.push(*reference);
-            } else if bounds.low[plane.axis] >= plane.at {
+            } else if bounds.low(plane.axis) >= plane.at {
                 above.push(*reference);
             } else {
                 let parts = cut(&(self.triangle)(reference.item()), &bounds, plane.axis, plane.at);
