@@ -8,8 +8,6 @@
 //! All arithmetic uses the mesh and the direction scaled to size 1 by powers of two, which is exact. So no product
 //! overflows, and the results do not depend on the size of the mesh or the length of the direction.
 
-use rayon::iter::ParallelIterator;
-
 use super::plane::{PlaneHit, normal, worst_err};
 use super::sheared_ray::{Facing, ShearedRay, reach};
 use crate::aabb::{Aabb, BoxRay};
@@ -39,10 +37,16 @@ pub(super) struct PowerOfTwoScale {
 }
 
 impl PowerOfTwoScale {
-    /// Returns the scale for the corners of a mesh's faces. Vertices that no face uses must not affect it.
-    pub(super) fn of(corners: impl ParallelIterator<Item = Vec3>) -> PowerOfTwoScale {
-        let largest = corners.map(|v| v.abs().max_element()).reduce(|| 0.0, f64::max);
+    /// Returns the scale for the largest coordinate of the corners of a mesh's faces. Vertices that no face uses must not
+    /// affect it.
+    pub(super) fn of(largest: f64) -> PowerOfTwoScale {
         PowerOfTwoScale { exponent: exponent_within_range(largest) }
+    }
+
+    /// Whether scaling a vertex loses nothing, so that different ones stay different.
+    pub(super) fn is_exact(&self, v: Vec3) -> bool {
+        let smallest = f64::MIN_POSITIVE * power_of_two(self.exponent.max(0));
+        v.to_array().into_iter().all(|x| x == 0.0 || x.abs() >= smallest)
     }
 
     /// Sizes are divided by two to this power.

@@ -7,6 +7,7 @@
 
 mod contacts;
 mod containment;
+mod corners;
 mod distribute;
 mod doubt;
 mod edge_report;
@@ -88,7 +89,7 @@ impl TriangleMesh {
     /// # Errors
     /// [`MeshError`] says which face or vertex is wrong. An open mesh is not an error: see [`Topology`].
     pub fn check(&self) -> Result<(), MeshError> {
-        topology::check(self)?;
+        corners::Corners::of(self)?;
         let is_triangle = |[a, b, c]: [Vec3; 3]| a != b && b != c && c != a;
         let has_triangle = (0..self.faces.len()).any(|face| is_triangle(self.corners(face as u32)));
         if has_triangle { Ok(()) } else { Err(MeshError::Empty) }

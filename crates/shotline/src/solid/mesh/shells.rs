@@ -54,17 +54,13 @@ impl Shells {
     }
 }
 
-/// Counts the shells that faces make, given the root of each vertex. The first item is the first face of the second
-/// shell.
-pub(super) fn count(roots: &[u32], faces: &[Face]) -> Tally<u32> {
-    let (mut seen, mut found) = (vec![false; roots.len()], Tally::default());
-    for face in faces {
-        if !std::mem::replace(&mut seen[roots[face.corners[0] as usize] as usize], true) {
-            found.count += 1;
-            found.first = found.first.or((found.count == 2).then_some(face.number));
-        }
-    }
-    found
+/// Counts the shells that faces make, given the root of each vertex and the corners of the faces, each once. The first
+/// item is the first face of the second shell.
+pub(super) fn count(roots: &[u32], faces: &[Face], corners: impl ParallelIterator<Item = u32>) -> Tally<u32> {
+    let root = |face: &Face| roots[face.corners[0] as usize];
+    let count = corners.filter(|v| roots[*v as usize] == *v).count();
+    let second = || faces.par_iter().with_min_len(CHUNK).find_first(|face| root(face) != root(&faces[0]));
+    Tally { count, first: if count > 1 { second().map(|face| face.number) } else { None } }
 }
 
 /// Joins the sets of two vertices. Other threads may do so at the same time: a vertex never becomes a root again, and

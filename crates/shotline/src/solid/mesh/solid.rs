@@ -3,9 +3,7 @@
 use std::sync::atomic::AtomicUsize;
 use std::sync::{Arc, OnceLock};
 
-use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
-
-use super::distribute::CHUNK;
+use super::corners::Corners;
 use super::empty_cells::EmptyCells;
 use super::face_sides::{FaceSides, is_clear};
 use super::index::MeshIndex;
@@ -79,18 +77,23 @@ impl MeshSolid {
     fn with_index(
         mesh: Arc<TriangleMesh>,
         accel: &str,
-        reuse: impl FnOnce(&Triangles, &Aabb) -> Option<MeshIndex>,
+        reuse: impl FnOnce(&Triangles, &Aabb) -> Option<MeshIndex> + Send,
     ) -> Result<MeshSolid, MeshError> {
         let unknown = || MeshError::UnknownAccelerator { name: accel.to_string() };
-        let topology = Topology::of(&mesh)?;
-        let corners = |face: &[u32; 3]| face.map(|v| mesh.vertices[v as usize]);
-        let size = PowerOfTwoScale::of(mesh.faces.par_iter().with_min_len(CHUNK).flat_map_iter(corners));
-        let triangles = Triangles::of(mesh.clone(), size);
-        let [bounds, scaled_bounds] = triangles.bounds();
-        let accel = NAMES.iter().copied().find(|name| *name == accel).ok_or_else(unknown)?;
-        let index = reuse(&triangles, &scaled_bounds)
-            .or_else(|| MeshIndex::build(accel, &triangles, &scaled_bounds))
-            .ok_or_else(unknown)?;
+        let corners = Corners::of(&mesh)?;
+        let size = PowerOfTwoScale::of(corners.largest());
+        let name = NAMES.iter().copied().find(|name| *name == accel);
+        let index = || {
+            let triangles = Triangles::of(mesh.clone(), size, &corners);
+            let [bounds, scaled_bounds] = triangles.bounds(&corners);
+            let index = reuse(&triangles, &scaled_bounds)
+                .or_else(|| MeshIndex::build(name?, &triangles, &scaled_bounds));
+            (triangles, bounds, scaled_bounds, index)
+        };
+        let (topology, (triangles, bounds, scaled_bounds, index)) =
+            rayon::join(|| Topology::of_valid(&mesh), index);
+        let topology = topology?;
+        let (accel, index) = name.zip(index).ok_or_else(unknown)?;
         Ok(MeshSolid {
             bounds,
             scaled_bounds,

@@ -4,12 +4,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
+use super::corners::Corners;
 use super::distribute::CHUNK;
 use super::edge_report::EdgeReport;
 use super::mesh_line::PowerOfTwoScale;
 use super::shells::{self, Shells};
 use super::tetrahedra::signed_volume;
-use super::welded::{first_at, has_three_corners, welded};
+use super::welded::{Face, first_at, welded};
 use super::{Edge, MeshError, Tally, TriangleMesh};
 use crate::math::{Vec3, difference_of_products};
 
@@ -53,36 +54,47 @@ impl Topology {
     /// [`MeshError`] if an index is out of range, a face's corner has a coordinate that is not finite, or no face
     /// remains.
     pub fn of(mesh: &TriangleMesh) -> Result<Topology, MeshError> {
-        check(mesh)?;
+        Corners::of(mesh)?;
+        Topology::of_valid(mesh)
+    }
+
+    /// Examines a mesh whose corners are valid.
+    ///
+    /// # Errors
+    /// [`MeshError`] if no face remains.
+    pub(super) fn of_valid(mesh: &TriangleMesh) -> Result<Topology, MeshError> {
         let first_at = first_at(&mesh.vertices);
         let faces = welded(mesh, &first_at);
         if faces.is_empty() {
             return Err(MeshError::Empty);
         }
-        let in_use = used(mesh.vertices.len(), &mesh.faces, |face| *face);
-        let corners = faces.par_iter().with_min_len(CHUNK).flat_map_iter(|f| f.corners);
-        let size = PowerOfTwoScale::of(corners.map(|v| mesh.vertices[v as usize]));
+        let count = mesh.vertices.len();
+        let in_use = used(count, &mesh.faces, |face| *face);
+        let is_duplicate = |v: u32| first_at[v as usize] != v && in_use[v as usize];
+        let all_vertices = || (0..count as u32).into_par_iter().with_min_len(CHUNK);
+        let duplicate_vertices =
+            Tally::of(all_vertices().map(|v| is_duplicate(v).then(|| [v, first_at[v as usize]])));
+        let degenerate = mesh.faces.len() - faces.len();
+        // Whether vertices are in use at faces that are not degenerate, as the first ones at their positions.
+        let is_corner = if degenerate == 0 && duplicate_vertices.count == 0 {
+            in_use.clone()
+        } else {
+            used(count, &faces, |face| face.corners)
+        };
+        let corners = || all_vertices().filter(|v| is_corner[*v as usize]);
+        let largest =
+            corners().map(|v| mesh.vertices[v as usize].abs().max_element()).reduce(|| 0.0, f64::max);
+        let size = PowerOfTwoScale::of(largest);
         let scaled = |v: u32| size.scale(mesh.vertices[v as usize]);
-        let is_degenerate = |face: &[u32; 3]| !has_three_corners(&face.map(|v| first_at[v as usize]));
-        let is_unused = |v: u32| !in_use[v as usize];
-        let is_duplicate = |v: u32| first_at[v as usize] != v && !is_unused(v);
-        let all_vertices = || (0..mesh.vertices.len() as u32).into_par_iter().with_min_len(CHUNK);
         let edges = EdgeReport::of(&faces, &mesh.vertices);
-        let roots = Shells::of(mesh.vertices.len(), &faces).into_roots();
-        let vertices =
-            used(mesh.vertices.len(), &faces, |face| face.corners).iter().filter(|used| **used).count();
+        let roots = Shells::of(count, &faces).into_roots();
         let signed = signed_volume(&faces, |face| roots[face.corners[0] as usize], scaled);
         let report = Topology {
-            vertices: mesh.vertices.len(),
-            unused_vertices: Tally::of(all_vertices().map(|v| is_unused(v).then_some(v))),
-            duplicate_vertices: Tally::of(
-                all_vertices().map(|v| is_duplicate(v).then(|| [v, first_at[v as usize]])),
-            ),
+            vertices: count,
+            unused_vertices: Tally::of(all_vertices().map(|v| (!in_use[v as usize]).then_some(v))),
+            duplicate_vertices,
             faces: mesh.faces.len(),
-            degenerate_faces: Tally::of(
-                (mesh.faces.par_iter().enumerate().with_min_len(CHUNK))
-                    .map(|(number, face)| is_degenerate(face).then_some(number as u32)),
-            ),
+            degenerate_faces: Tally { count: degenerate, first: first_left_out(&faces, mesh.faces.len()) },
             zero_area_faces: Tally::of(
                 (faces.par_iter().with_min_len(CHUNK))
                     .map(|f| is_flat(f.corners.map(scaled)).then_some(f.number)),
@@ -91,9 +103,9 @@ impl Topology {
             open_edges: edges.open,
             non_manifold_edges: edges.non_manifold,
             inconsistent_edges: edges.inconsistent,
-            shells: shells::count(&roots, &faces),
+            shells: shells::count(&roots, &faces, corners()),
             signed_volume: size.volume(signed),
-            euler_characteristic: vertices as i64 - edges.edges as i64 + faces.len() as i64,
+            euler_characteristic: corners().count() as i64 - edges.edges as i64 + faces.len() as i64,
         };
         Ok(report)
     }
@@ -121,22 +133,12 @@ impl Topology {
     }
 }
 
-pub(super) fn check(mesh: &TriangleMesh) -> Result<(), MeshError> {
-    if mesh.faces.len() >= u32::MAX as usize {
-        return Err(MeshError::TooManyFaces { faces: mesh.faces.len() });
-    }
-    let count = mesh.vertices.len();
-    let wrong = |(face, corners): (usize, &[u32; 3])| {
-        corners.iter().find_map(|&vertex| match mesh.vertices.get(vertex as usize) {
-            None => Some(MeshError::VertexOutOfRange { face, vertex, count }),
-            Some(position) if !position.is_finite() => {
-                Some(MeshError::NotFinite { vertex: vertex as usize, face, position: *position })
-            }
-            Some(_) => None,
-        })
-    };
-    let first = mesh.faces.par_iter().enumerate().with_min_len(CHUNK).find_map_first(wrong);
-    first.map_or(Ok(()), Err)
+/// Returns the first of so many faces that is not listed.
+fn first_left_out(faces: &[Face], count: usize) -> Option<u32> {
+    (faces.len() < count).then(|| {
+        let first = (0..).zip(faces).find(|(number, face)| face.number != *number);
+        first.map_or(faces.len() as u32, |(number, _)| number)
+    })
 }
 
 /// Returns for each vertex whether a face uses it.
@@ -150,6 +152,14 @@ fn used<F: Sync>(vertices: usize, faces: &[F], corners: impl Fn(&F) -> [u32; 3] 
 /// Whether three points are collinear, by differences of products within 1.5 ulp.
 fn is_flat([a, b, c]: [Vec3; 3]) -> bool {
     let (u, v) = (b - a, c - a);
+    // Most triangles are far from it: rounding changes these differences by less.
+    let is_certain = |i: usize, j: usize| {
+        let (p, q) = (u[i] * v[j], u[j] * v[i]);
+        (p - q).abs() > 1e-14 * (p.abs() + q.abs()) + 1e-290
+    };
+    if is_certain(0, 1) || is_certain(1, 2) || is_certain(2, 0) {
+        return false;
+    }
     let area = |i: usize, j: usize| difference_of_products(u[i], v[j], u[j], v[i]);
     area(0, 1) == 0.0 && area(1, 2) == 0.0 && area(2, 0) == 0.0
 }

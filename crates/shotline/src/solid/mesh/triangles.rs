@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
-use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
+use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use super::TriangleMesh;
+use super::corners::Corners;
 use super::distribute::CHUNK;
 use super::mesh_line::{PowerOfTwoScale, Triangle};
 use crate::aabb::Aabb;
+use crate::math::Vec3;
 
 /// The faces with three different corners, numbered as items of an accelerator.
 #[derive(Clone, Debug)]
@@ -19,7 +21,10 @@ pub(super) struct Triangles {
 }
 
 impl Triangles {
-    pub(super) fn of(mesh: Arc<TriangleMesh>, size: PowerOfTwoScale) -> Triangles {
+    pub(super) fn of(mesh: Arc<TriangleMesh>, size: PowerOfTwoScale, corners: &Corners) -> Triangles {
+        if corners.are_different && mesh.vertices.par_iter().with_min_len(CHUNK).all(|v| size.is_exact(*v)) {
+            return Triangles { mesh, size, faces: None };
+        }
         // Scaling may underflow, so that corners become equal.
         let is_triangle = |face: &u32| {
             let [a, b, c] = mesh.corners(*face).map(|v| size.scale(v));
@@ -61,8 +66,17 @@ impl Triangles {
         (0..self.len() as u32).into_par_iter().with_min_len(CHUNK).map(|item| self.get(item))
     }
 
+    /// The scaled vertices of the mesh, also those that no face uses.
+    pub(super) fn vertices(&self) -> impl ParallelIterator<Item = Vec3> + '_ {
+        self.mesh.vertices.par_iter().with_min_len(CHUNK).map(|v| self.size.scale(*v))
+    }
+
     /// A box around the triangles before they are scaled, and one around the scaled ones.
-    pub(super) fn bounds(&self) -> [Aabb; 2] {
+    pub(super) fn bounds(&self, corners: &Corners) -> [Aabb; 2] {
+        if self.faces.is_none() {
+            let Aabb { min, max } = corners.bounds;
+            return [corners.bounds, Aabb::new(self.size.scale(min), self.size.scale(max))];
+        }
         let boxes = self.par_iter().map(|t| [Aabb::around(self.mesh.corners(t.face)), t.bounds()]);
         boxes.reduce(|| [Aabb::EMPTY; 2], |a, b| [a[0].union(&b[0]), a[1].union(&b[1])])
     }

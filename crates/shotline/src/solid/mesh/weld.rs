@@ -8,6 +8,7 @@
 
 use std::collections::HashMap;
 
+use super::corners::Corners;
 use super::nearest::Nearest;
 use super::welded::{first_at, has_three_corners};
 use super::{MeshError, TriangleMesh};
@@ -88,7 +89,7 @@ impl TriangleMesh {
     /// # Errors
     /// [`MeshError`] if an index is out of range or a corner is not finite.
     pub fn welded(&self, weld: Weld) -> Result<(TriangleMesh, Welded), MeshError> {
-        super::topology::check(self)?;
+        Corners::of(self)?;
         let used = Used::of(self);
         let targets = match weld {
             Weld::Within(distance) => Some((used.targets(distance), distance, None)),

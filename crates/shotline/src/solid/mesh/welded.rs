@@ -13,19 +13,24 @@ pub(super) fn first_at(vertices: &[Vec3]) -> Vec<u32> {
     let bits = (vertices.len() / 2048).max(1).ilog2().min(12);
     let hashes = Groups::new(vertices.len(), 1 << bits, |v| {
         let hash = hash(position(&vertices[v]));
-        [((hash >> 48) as usize >> (16 - bits), (hash, v as u32))]
+        [((hash >> 48) as usize >> (16 - bits), (hash as u32, v as u32))]
     });
     let first: Vec<AtomicU32> = (0..vertices.len() as u32).map(AtomicU32::new).collect();
     (0..hashes.count).into_par_iter().for_each(|group| {
-        let mut sorted: Vec<(u64, u32)> = hashes.group(group).copied().collect();
-        sorted.sort_unstable();
-        for alike in sorted.chunk_by(|a, b| a.0 == b.0).filter(|alike| alike.len() > 1) {
-            let with_position = |&(_, v): &(u64, u32)| (position(&vertices[v as usize]), v);
-            let mut alike: Vec<([u64; 3], u32)> = alike.iter().map(with_position).collect();
-            alike.sort_unstable();
-            for same in alike.chunk_by(|a, b| a.0 == b.0) {
-                same.iter().for_each(|(_, v)| first[*v as usize].store(same[0].1, Ordering::Relaxed));
+        let slots = (2 * hashes.group(group).count()).next_power_of_two();
+        let mut table: Vec<Option<(u32, u32)>> = vec![None; slots];
+        // Vertices ascend, so the first one at a position enters the table.
+        for &(hash, v) in hashes.group(group) {
+            let is_same = |other: u32| position(&vertices[other as usize]) == position(&vertices[v as usize]);
+            let mut slot = hash as usize & (slots - 1);
+            while let Some((other_hash, other)) = table[slot] {
+                if other_hash == hash && is_same(other) {
+                    first[v as usize].store(other, Ordering::Relaxed);
+                    break;
+                }
+                slot = (slot + 1) & (slots - 1);
             }
+            table[slot].get_or_insert((hash, v));
         }
     });
     first.into_iter().map(AtomicU32::into_inner).collect()

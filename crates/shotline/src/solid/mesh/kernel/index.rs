@@ -34,7 +34,10 @@ impl Blocks {
         faces_of: impl Fn(usize) -> [u32; LEAF_SIZE] + Sync,
     ) -> Blocks {
         let is_single = |v: Vec3| v.to_array().into_iter().all(block::is_single);
-        if triangles.par_iter().all(|t| t.corners.into_iter().all(is_single)) {
+        // It is faster to look at all vertices first, although those that no face uses do not matter.
+        if triangles.vertices().all(is_single)
+            || triangles.par_iter().all(|t| t.corners.into_iter().all(is_single))
+        {
             Blocks::Single(blocks(triangles, leaves, faces_of))
         } else {
             Blocks::Double(blocks(triangles, leaves, faces_of))
