@@ -77,3 +77,33 @@ fn append<T: Subtree>(tree: T, mut trees: usize, out: &mut Vec<T>) {
     }
     out.push(tree);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testkit::random::Random;
+
+    #[test]
+    fn no_other_division_of_the_trees_costs_less() {
+        let mut random = Random::new(1);
+        for _ in 0..1000 {
+            let mut costs = || {
+                let mut costs: Costs = std::array::from_fn(|_| random.number(1.0, 9.0) as f32);
+                costs.sort_by(|a, b| b.total_cmp(a));
+                costs
+            };
+            let (left, right) = (costs(), costs());
+            let (forests, found) = of_split(2.0, &left, &right);
+            let cost = |trees: usize, of_left: usize| left[of_left - 1] + right[trees - of_left - 1];
+            let least =
+                |trees: usize| (1..trees).map(|of_left| cost(trees, of_left)).fold(f32::INFINITY, f32::min);
+            assert_eq!(found[0], least(WIDTH) + 2.0);
+            assert_eq!(cost(WIDTH, usize::from(forests.left[0])), least(WIDTH));
+            for trees in 2..=WIDTH {
+                assert_eq!(found[trees - 1], least(trees).min(found[trees - 2]));
+                let of_left = usize::from(forests.left[trees - 1]);
+                assert!(of_left == 0 || cost(trees, of_left) == found[trees - 1]);
+            }
+        }
+    }
+}

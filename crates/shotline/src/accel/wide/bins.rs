@@ -127,9 +127,9 @@ impl Bins {
         let count = self.binning.count;
         let mut before = [[f32::INFINITY; 4]; BINS];
         let mut all = Bin::EMPTY;
-        for bin in 1..count {
-            all.add(&self.bins[bin - 1]);
-            before[bin] = all.costs();
+        for (bin, before) in self.bins[..count - 1].iter().zip(&mut before[1..]) {
+            all.add(bin);
+            *before = all.costs();
         }
         // The least cost on each axis, and the bin.
         let (mut least, mut first) = ([f32::INFINITY; 4], [0; 4]);

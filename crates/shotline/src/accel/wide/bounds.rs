@@ -202,3 +202,54 @@ impl Extent {
         Extent { bounds: self.bounds.union(other.bounds), centres: self.centres.union(other.centres) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testkit::random::Random;
+
+    fn corners(random: &mut Random) -> [[f32; 3]; 2] {
+        let [a, b] = [random.point(-1.0, 1.0), random.point(-1.0, 1.0)];
+        // Some boxes have no size along an axis.
+        let flat = random.below(9);
+        let high = a.max(b);
+        let mut low = a.min(b);
+        if flat < 3 {
+            low[flat] = high[flat];
+        }
+        [low, high].map(|v| v.as_vec3().to_array())
+    }
+
+    fn is_around(outer: [[f32; 3]; 2], inner: [[f32; 3]; 2]) -> bool {
+        (0..3).all(|axis| outer[0][axis] <= inner[0][axis] && inner[1][axis] <= outer[1][axis])
+    }
+
+    #[test]
+    fn boxes_hold_their_corners_and_little_more() {
+        let mut random = Random::new(2);
+        for _ in 0..10_000 {
+            let given = corners(&mut random);
+            let kept = Bounds::of(given).corners();
+            let larger = [given[0].map(|x| x - 3.0 * MARGIN), given[1].map(|x| x + 3.0 * MARGIN)];
+            assert!(is_around(kept, given) && is_around(larger, kept), "{given:?} {kept:?}");
+            assert_eq!(ItemBox::new(7, given).within(&Bounds::of(given)).bounds().corners(), kept);
+        }
+    }
+
+    #[test]
+    fn a_union_holds_both_boxes_and_an_intersection_is_in_both() {
+        let mut random = Random::new(3);
+        for _ in 0..1000 {
+            let [a, b] = [(); 2].map(|()| Bounds::of(corners(&mut random)));
+            let (union, shared) = (a.union(b), a.intersection(b));
+            for each in [a, b] {
+                assert!(is_around(union.corners(), each.corners()));
+                assert!(is_around(each.corners(), shared.corners()));
+            }
+            assert!(a.intersection(a.union(b)).corners() == a.corners() && !a.is_empty());
+            assert!(
+                Bounds::EMPTY.union(a).corners() == a.corners() && a.intersection(Bounds::EMPTY).is_empty()
+            );
+        }
+    }
+}

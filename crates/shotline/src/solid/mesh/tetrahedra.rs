@@ -142,3 +142,33 @@ impl<C: Fn(&Face) -> [Vec3; 4]> Task for SumOf<'_, C> {
         total
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::Portable;
+    use crate::testkit::random::Random;
+
+    #[test]
+    fn sums_have_the_same_bits_by_all_instructions_and_are_right() {
+        let mut random = Random::new(6);
+        for count in [0, 1, 7, 8, 9, 1000] {
+            let face = |number| Face { number, corners: [0, 1, 2].map(|k| 3 * number + k) };
+            let faces: Vec<Face> = (0..count).map(face).collect();
+            let vertices: Vec<Vec3> = (0..3 * count).map(|_| random.point(-1.0, 1.0)).collect();
+            let corners = |face: &Face| {
+                let [a, b, c] = face.corners.map(|v| vertices[v as usize]);
+                [vertices[0], a, b, c]
+            };
+            let sum_of = || SumOf { faces: &faces, corners: &corners };
+            let (sum, doubt) = dispatch(sum_of());
+            assert_eq!(Portable::call(sum_of()), (sum, doubt));
+            let exact = faces.iter().map(|face| {
+                let [apex, a, b, c] = corners(face);
+                exact_determinant(apex, [a, b, c]).0
+            });
+            let error = (exact.fold(Dd::ZERO, |sum, term| sum + term) - sum).hi.abs();
+            assert!(error <= doubt * f64::from(count) && doubt < 1e-24, "{count}: {error} {doubt}");
+        }
+    }
+}
