@@ -18,6 +18,9 @@ pub(super) const SIZE: usize = 64;
 /// Entries between two reads of the cancel flag: well below a millisecond.
 const POLL_INTERVAL: u32 = 256;
 
+/// Rays that are no more than this go on alone. With 4 there was no gain.
+const FEW: u32 = 2;
+
 /// A pending child, the rays that need it, and the key of where the first of them enters it.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
@@ -25,9 +28,6 @@ struct Entry {
     child: u32,
     key: u32,
 }
-
-/// Rays that are no more than this go on alone.
-const FEW: u32 = 2;
 
 /// The memory of a stream.
 #[derive(Debug, Default)]
@@ -66,95 +66,129 @@ pub(super) fn cast<S: Simd, C: Coordinate, M: Mode>(
     if live == 0 {
         return;
     }
-    let octant = |i: usize| [0, 1, 2].map(|axis| memory.rays[i].upper_is_near(axis));
-    let first = octant(live.trailing_zeros() as usize);
-    let axes = memory.rays[live.trailing_zeros() as usize].axes[2];
-    let same_octant = bits(live).all(|i| octant(i) == first && memory.rays[i].axes[2] == axes);
-    if same_octant {
-        traverse::<S, C, M, true>(kernel, live, memory, found);
-    } else {
-        traverse::<S, C, M, false>(kernel, live, memory, found);
-    }
-    bits(live).for_each(|i| found.finish(&memory.rays[i]));
-}
-
-#[inline(always)]
-fn traverse<S: Simd, C: Coordinate, M: Mode, const SAME: bool>(
-    kernel: &Kernel<C>,
-    live: u64,
-    memory: &mut StreamMemory,
-    found: &mut Found,
-) {
+    let first = live.trailing_zeros() as usize;
     let StreamMemory { rays, limits, stack, possible, alone } = memory;
     let (Some(rays), Some(possible)) = (rays.first_chunk_mut::<SIZE>(), possible.first_chunk_mut::<SIZE>())
     else {
         return;
     };
-    let first = live.trailing_zeros() as usize;
-    // For `Any`: the rays without a hit.
-    let mut open = live;
     stack.clear();
     stack.push(Entry { rays: live, child: 0, key: 0 });
-    let mut popped = 0;
-    while let Some(Entry { rays: mut mask, child, key }) = stack.pop() {
-        popped += 1;
-        if popped % POLL_INTERVAL == 0 && (kernel.block.is_cancelled() || found.is_full()) {
-            return;
-        }
-        if M::ANY {
-            mask &= open;
-        } else if M::CLOSEST {
-            mask &= not_before::<S>(limits, f32::from_bits(key & !15));
-        }
-        if mask == 0 {
-            continue;
-        }
-        if child & LEAF != 0 {
-            let leaf = child & !LEAF;
-            let block = &kernel.blocks[leaf as usize];
-            let of_first = corners::<S, C>(block, rays[first].axes);
-            let mut count = 0;
-            for i in bits(mask) {
-                let ray = &rays[i];
-                let of_ray = if SAME { of_first } else { corners::<S, C>(block, ray.axes) };
-                let edges = edges::<S>(&of_ray, ray);
-                possible[count] = (edges, i as u32);
-                count += usize::from(edges.is_possible());
+    let mut stream = Stream { kernel, rays, limits, stack, possible, alone, first, open: live };
+    if stream.is_alike(live) {
+        stream.traverse::<S, M, true>(found);
+    } else {
+        stream.traverse::<S, M, false>(found);
+    }
+    if M::ANY {
+        bits(stream.open).for_each(|i| stream.rays[i].leaf = MISS);
+    }
+    bits(live).for_each(|i| found.finish(&stream.rays[i]));
+}
+
+/// A traversal.
+struct Stream<'a, 'k, C> {
+    kernel: &'a Kernel<'k, C>,
+    rays: &'a mut [KernelRay; SIZE],
+    limits: &'a mut [[f32; WIDTH]],
+    stack: &'a mut Vec<Entry>,
+    possible: &'a mut [(Edges, u32); SIZE],
+    alone: &'a mut WalkStack,
+    /// The first of the rays.
+    first: usize,
+    /// For [`Any`](super::found::Any): the rays without a hit.
+    open: u64,
+}
+
+impl<C: Coordinate> Stream<'_, '_, C> {
+    /// Whether rays are in one octant and have the same axes. Then they see a node and a leaf alike, so that its numbers are
+    /// loaded once.
+    fn is_alike(&self, rays: u64) -> bool {
+        let view = |ray: &KernelRay| ([0, 1, 2].map(|axis| ray.upper_is_near(axis)), ray.axes[2]);
+        let of_first = view(&self.rays[self.first]);
+        bits(rays).all(|i| view(&self.rays[i]) == of_first)
+    }
+
+    #[inline(always)]
+    fn traverse<S: Simd, M: Mode, const ALIKE: bool>(&mut self, found: &mut Found) {
+        let mut popped = 0;
+        while let Some(Entry { rays: mut mask, child, key }) = self.stack.pop() {
+            popped += 1;
+            if popped % POLL_INTERVAL == 0 && (self.kernel.block.is_cancelled() || found.is_full()) {
+                return;
             }
-            for (edges, i) in &possible[..count] {
-                let i = *i as usize % SIZE;
-                let ray = &mut rays[i];
-                if M::CLOSEST {
-                    kernel.closest_in_leaf::<S>(edges, ray, leaf);
-                    limits[i / WIDTH][i % WIDTH] = ray.limit();
-                } else if M::ANY {
-                    if kernel.any_in_leaf::<S, M>(edges, ray, leaf) {
-                        open &= !(1 << i);
-                    }
-                } else {
-                    kernel.all_in_leaf::<S>(edges, ray, leaf, found);
-                }
+            if M::ANY {
+                mask &= self.open;
+            } else if M::CLOSEST {
+                mask &= not_before::<S>(self.limits, f32::from_bits(key & !15));
             }
-            continue;
-        }
-        if mask.count_ones() <= FEW {
-            for i in bits(mask) {
-                if walk::<S, C, M>(kernel, &mut rays[i], child, alone, found) {
-                    open &= !(1 << i);
-                }
-                if M::CLOSEST {
-                    limits[i / WIDTH][i % WIDTH] = rays[i].limit();
-                }
+            if mask == 0 {
+                continue;
             }
-            continue;
+            if child & LEAF != 0 {
+                self.visit_leaf::<S, M, ALIKE>(mask, child & !LEAF, found);
+            } else if mask.count_ones() <= FEW {
+                self.visit_alone::<S, M>(mask, child, found);
+            } else {
+                self.visit_node::<S, ALIKE>(mask, child);
+            }
         }
-        let node = &kernel.tree.nodes[child as usize];
+    }
+
+    /// Visits a leaf: first tests all rays, without a branch that depends on the result, and then looks at those that may
+    /// hit a triangle.
+    #[inline(always)]
+    fn visit_leaf<S: Simd, M: Mode, const ALIKE: bool>(&mut self, mask: u64, leaf: u32, found: &mut Found) {
+        let block = &self.kernel.blocks[leaf as usize];
+        let of_first = corners::<S, C>(block, self.rays[self.first].axes);
+        let mut count = 0;
+        for i in bits(mask) {
+            let ray = &self.rays[i];
+            let of_ray = if ALIKE { of_first } else { corners::<S, C>(block, ray.axes) };
+            let edges = edges::<S>(&of_ray, ray);
+            self.possible[count] = (edges, i as u32);
+            count += usize::from(edges.is_possible());
+        }
+        for (edges, i) in &self.possible[..count] {
+            let i = *i as usize % SIZE;
+            let ray = &mut self.rays[i];
+            if M::CLOSEST {
+                self.kernel.closest_in_leaf::<S>(edges, ray, leaf);
+                self.limits[i / WIDTH][i % WIDTH] = ray.limit();
+            } else if M::ANY {
+                if self.kernel.any_in_leaf::<S, M>(edges, ray, leaf) {
+                    self.open &= !(1 << i);
+                }
+            } else {
+                self.kernel.all_in_leaf::<S>(edges, ray, leaf, found);
+            }
+        }
+    }
+
+    /// Visits a node and all below it, ray by ray.
+    #[inline(always)]
+    fn visit_alone<S: Simd, M: Mode>(&mut self, mask: u64, child: u32, found: &mut Found) {
+        for i in bits(mask) {
+            let ray = &mut self.rays[i];
+            if walk::<S, C, M>(self.kernel, ray, child, self.alone, found) {
+                self.open &= !(1 << i);
+            }
+            if M::CLOSEST {
+                self.limits[i / WIDTH][i % WIDTH] = ray.limit();
+            }
+        }
+    }
+
+    /// Visits a node: pushes the children that any of the rays meet, the nearest last.
+    #[inline(always)]
+    fn visit_node<S: Simd, const ALIKE: bool>(&mut self, mask: u64, child: u32) {
+        let node = &self.kernel.tree.nodes[child as usize];
         let mut hit_children = [0u8; SIZE];
         let mut nearest = S::F32x8::splat(f32::INFINITY);
-        let of_first = planes::<S>(node, &rays[first]);
+        let of_first = planes::<S>(node, &self.rays[self.first]);
         for i in bits(mask) {
-            let ray = &rays[i];
-            let of_ray = if SAME { of_first } else { planes::<S>(node, ray) };
+            let ray = &self.rays[i];
+            let of_ray = if ALIKE { of_first } else { planes::<S>(node, ray) };
             let (children, enter) = test_planes::<S>(&of_ray, ray);
             hit_children[i] = children.bits();
             nearest = enter.lesser_where(children, nearest);
@@ -165,11 +199,8 @@ fn traverse<S: Simd, C: Coordinate, M: Mode, const SAME: bool>(
         S::store_u32(S::descending(nearest, met), &mut keys);
         for &key in &keys[..met.bits().count_ones() as usize] {
             let slot = key as usize % WIDTH;
-            stack.push(Entry { rays: rays_of[slot], child: node.children[slot], key: key - 8 });
+            self.stack.push(Entry { rays: rays_of[slot], child: node.children[slot], key: key - 8 });
         }
-    }
-    if M::ANY {
-        bits(open).for_each(|i| rays[i].leaf = MISS);
     }
 }
 
