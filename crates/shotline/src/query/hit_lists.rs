@@ -151,3 +151,51 @@ fn are_crossings(hits: &[MeshHit], span: Span) -> bool {
         && hits.iter().enumerate().all(|(i, hit)| is_within(hit) && hit.crossing.entering == (i % 2 == 0))
         && hits.windows(2).all(|pair| pair[1].crossing.low() > pair[0].crossing.high())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Vec3;
+    use crate::testkit::random::Random;
+
+    #[test]
+    fn hits_that_are_taken_as_they_are_make_the_boundaries_of_the_sweep() {
+        let mut random = Random::new(5);
+        let mut taken = 0;
+        for _ in 0..100_000 {
+            // Few distinct `t`, and bounds that reach from one hit to the next.
+            let hit = |i: usize, t: f64, t_err: f64, entering: bool| MeshHit {
+                row: 0,
+                crossing: Crossing::new(t, t_err, entering, i as u32),
+                is_off_edges: false,
+                normal: Vec3::X,
+                is_against: entering,
+            };
+            let mut hits: Vec<MeshHit> = (0..random.below(5))
+                .map(|i| {
+                    let (t, t_err) =
+                        (random.below(9) as f64 / 2.0, [0.0, 1e-17, 0.01, 0.04][random.below(4)]);
+                    hit(i, t, t_err, if random.below(8) == 0 { i % 2 == 1 } else { i % 2 == 0 })
+                })
+                .collect();
+            let mut ts: Vec<f64> = hits.iter().map(|hit| hit.crossing.t).collect();
+            ts.sort_by(f64::total_cmp);
+            hits.iter_mut().zip(ts).for_each(|(hit, t)| hit.crossing.t = t);
+            let [a, b] = [0, 1].map(|_| random.below(9) as f64 / 2.0 - 1.0);
+            let t_max = if random.below(2) == 0 { f64::INFINITY } else { a.max(b) };
+            let span = Span::new(a.min(b), t_max).expect("a span");
+            if !are_crossings(&hits, span) {
+                continue;
+            }
+            taken += usize::from(!hits.is_empty());
+            let (mut crossings, mut sources) = (Vec::new(), Vec::new());
+            hits_to_crossings(&hits, &mut crossings, &mut sources);
+            assert!(is_alternating(&crossings));
+            let mut single = SingleLeaf::begin(&crossings, span).expect("hits that are apart");
+            let boundaries: Vec<Boundary> = std::iter::from_fn(|| single.next(&crossings)).collect();
+            let expected: Vec<Boundary> = hits.iter().map(|hit| Boundary::of_leaf(hit.crossing)).collect();
+            assert_eq!(boundaries, expected, "{hits:?} {span:?}");
+        }
+        assert!(taken > 5_000, "{taken}");
+    }
+}
