@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use shotline::query::batch::{self, Run};
 use shotline::solid::mesh::{MeshSolid, Topology, Weld};
 
 use super::*;
@@ -121,4 +122,24 @@ fn welded_vertices_go_to_the_nearest_that_stays() {
     let (welded, report) = mesh.welded(Weld::Within(1.0)).unwrap();
     assert_eq!((report.merged, report.farthest, report.collapsed), (1, 0.5, 1));
     assert_eq!(welded.corners(0), [corners[0], corners[2], corners[3]]);
+}
+
+/// Corners that are closer than the least number times the size of the mesh become one when the mesh is scaled. A batch of
+/// rays at a mesh of which no triangle is left panicked.
+#[test]
+fn a_mesh_whose_triangles_vanish_has_no_hits() {
+    let vertices = vec![Vec3::ZERO, Vec3::X * f64::from_bits(1), Vec3::Y * 1e308];
+    let mesh = TriangleMesh { vertices, faces: vec![[0, 1, 2]], ..TriangleMesh::default() };
+    let world = world_of(shape_of(mesh));
+    let rays = vec![[0.0, 0.0, -1.0, 0.0, 0.0, 1.0]; 5000];
+    let rays = batch::RowsOfSix(&rays);
+    assert!(
+        batch::closest(&world, &rays, Span::FORWARD, Run::default())
+            .unwrap()
+            .t
+            .iter()
+            .all(|t| t.is_infinite())
+    );
+    assert!(batch::any(&world, &rays, Span::FORWARD, Run::default()).unwrap().iter().all(|is_hit| !is_hit));
+    assert!(batch::crossings(&world, &rays, Span::FORWARD, Run::default()).unwrap().t.is_empty());
 }

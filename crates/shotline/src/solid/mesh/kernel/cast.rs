@@ -83,6 +83,10 @@ impl WideIndex {
             return memory.leave_all(block.lines.rows.len());
         }
         memory.clear();
+        if self.tree.nodes.is_empty() {
+            // No triangle is left after scaling.
+            return;
+        }
         match &self.blocks {
             Blocks::Single(blocks) => self.cast_at(blocks, frame, block, query, memory),
             Blocks::Double(blocks) => self.cast_at(blocks, frame, block, query, memory),
