@@ -13,7 +13,8 @@ pub(super) fn first_at(vertices: &[Vec3]) -> Vec<u32> {
     let bits = (vertices.len() / 2048).max(1).ilog2().min(12);
     let hashes = Groups::new(vertices.len(), 1 << bits, |v| {
         let hash = hash(position(&vertices[v]));
-        [((hash >> 48) as usize >> (16 - bits), (hash as u32, v as u32))]
+        // The low bits are mixed badly where the coordinates have few digits.
+        [((hash >> 48) as usize >> (16 - bits), ((hash >> 24) as u32, v as u32))]
     });
     let first: Vec<AtomicU32> = (0..vertices.len() as u32).map(AtomicU32::new).collect();
     (0..hashes.count).into_par_iter().for_each(|group| {
