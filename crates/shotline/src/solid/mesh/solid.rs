@@ -4,6 +4,7 @@ use std::sync::atomic::AtomicUsize;
 use std::sync::{Arc, OnceLock};
 
 use super::corners::Corners;
+use super::distribute::CHUNK;
 use super::empty_cells::EmptyCells;
 use super::face_sides::{FaceSides, is_clear};
 use super::index::MeshIndex;
@@ -90,8 +91,10 @@ impl MeshSolid {
                 .or_else(|| MeshIndex::build(name?, &triangles, &scaled_bounds));
             (triangles, bounds, scaled_bounds, index)
         };
+        let topology = || Topology::of_valid(&mesh);
+        // As in loops, one thread does little work: a forked process has no others.
         let (topology, (triangles, bounds, scaled_bounds, index)) =
-            rayon::join(|| Topology::of_valid(&mesh), index);
+            if mesh.faces.len() < CHUNK { (topology(), index()) } else { rayon::join(topology, index) };
         let topology = topology?;
         let (accel, index) = name.zip(index).ok_or_else(unknown)?;
         Ok(MeshSolid {
