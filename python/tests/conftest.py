@@ -1,6 +1,11 @@
+import signal
+
 import numpy as np
 import pytest
 import shotline
+
+# A shell ignores interrupts for what it starts in the background, but some tests interrupt themselves.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture
