@@ -18,7 +18,7 @@ pub(super) const SIZE: usize = 64;
 /// Entries between two reads of the cancel flag: well below a millisecond.
 const POLL_INTERVAL: u32 = 256;
 
-/// Rays that are no more than this go on alone. With 4 there was no gain.
+/// At a node that no more than this many rays need, each of them goes on alone. With 4 there was no gain.
 const FEW: u32 = 2;
 
 /// A pending child, the rays that need it, and the key of where the first of them enters it.
