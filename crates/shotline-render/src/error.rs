@@ -47,14 +47,6 @@ pub enum RenderError {
     /// A ray of the picture exceeds a limit.
     #[error("a ray of the picture has no result: {0}; nest fewer parts in each other")]
     Ray(QueryError),
-    /// The threads could not be started.
-    #[error("cannot start {threads} threads: {why}")]
-    Threads {
-        /// The requested number; 0 for one per core.
-        threads: usize,
-        /// Why.
-        why: String,
-    },
     /// The caller cancelled.
     #[error("cancelled")]
     Cancelled,

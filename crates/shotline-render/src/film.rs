@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 use shotline::compile::World;
+use shotline::pool;
 use shotline::query::batch::Run;
 use shotline::ray::Ray;
 
@@ -91,12 +92,7 @@ impl Film<'_> {
         };
         let exposed: Vec<_> = match run.pool {
             Some(pool) => pool.install(all),
-            None => {
-                let pool = rayon::ThreadPoolBuilder::new().num_threads(run.pool_threads()).build();
-                let pool =
-                    pool.map_err(|e| RenderError::Threads { threads: run.threads, why: e.to_string() })?;
-                pool.install(all)
-            }
+            None => pool::on_threads(run.threads, |_| all()),
         };
         exposed.into_iter().collect()
     }

@@ -49,6 +49,7 @@
 //!   all cores.
 //! - [`solid`] has the solids and [`accel`] the accelerators. Adding one takes one file and one line.
 //! - [`measure`] computes the volume, mass, centroid and inertia of objects.
+//! - [`pool`] keeps threads for work that is divided.
 //! - [`region`] computes boxes around the region that planes and quadrics enclose together.
 //! - [`trace`] records what a ray did, step by step.
 //! - [`csg`] has the programs and the sweep that combine any number of operands.
@@ -75,6 +76,7 @@ pub mod csg;
 pub mod lecture;
 pub mod math;
 pub mod measure;
+pub mod pool;
 pub mod prelude;
 pub mod query;
 pub mod ray;

@@ -27,6 +27,7 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("budget", &[]),
     ("counters", &[]),
     ("tags", &[]),
+    ("pool", &[]),
     ("scratch", &["trace", "budget", "counters", "tags"]),
     ("simd", &["math"]),
     ("accel", &["math", "aabb", "counters", "simd"]),
@@ -34,7 +35,7 @@ const IMPORTS: &[(&str, &[&str])] = &[
         "solid",
         &[
             "math", "roots", "ray", "aabb", "region", "crossing", "contact", "trace", "counters", "scratch",
-            "tags", "simd", "accel",
+            "tags", "pool", "simd", "accel",
         ],
     ),
     ("csg", &["math", "ray", "aabb", "region", "crossing", "contact"]),
@@ -45,12 +46,12 @@ const IMPORTS: &[(&str, &[&str])] = &[
     (
         "query",
         &[
-            "math", "ray", "aabb", "crossing", "contact", "trace", "budget", "counters", "tags", "scratch",
-            "accel", "solid", "csg", "compile",
+            "math", "ray", "aabb", "crossing", "contact", "trace", "budget", "counters", "tags", "pool",
+            "scratch", "accel", "solid", "csg", "compile",
         ],
     ),
     ("prelude", &["math", "ray", "scene", "shape", "compile", "query"]),
-    ("measure", &["math", "ray", "aabb", "region", "scratch", "solid", "scene", "compile", "query"]),
+    ("measure", &["math", "ray", "aabb", "region", "pool", "scratch", "solid", "scene", "compile", "query"]),
     (
         "testkit",
         &[

@@ -7,6 +7,7 @@ use std::time::Instant;
 use clap::Args;
 use serde_json::json;
 use shotline::compile::World;
+use shotline::pool;
 use shotline::query::batch::{self, BatchError, By, ClosestRows, CrossingRows, Run};
 use shotline::query::{Overlaps, QueryError, Scope};
 use shotline::ray::{Ray, Span};
@@ -85,9 +86,12 @@ impl Command {
         let begin = Instant::now();
         let document = input::load_with_notes(&self.model, self.quiet)?;
         let load = begin.elapsed().as_secs_f64();
-        let begin = Instant::now();
-        let world = input::compile(&document, &self.build)?;
-        let build = begin.elapsed().as_secs_f64();
+        // The threads are started before the time is taken, as those of the casts are.
+        let (world, build) = pool::on_threads(self.threads.threads, |_| {
+            let begin = Instant::now();
+            let world = input::compile(&document, &self.build)?;
+            Ok::<_, Failure>((world, begin.elapsed().as_secs_f64()))
+        })?;
         let rays = match &self.rays {
             Some(path) => input::valid_rays(path)?,
             None => input::rays_of_picture(&self.model, &document, &world)?,

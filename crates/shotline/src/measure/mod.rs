@@ -54,6 +54,7 @@ pub use estimate::Estimate;
 
 use crate::aabb::Aabb;
 use crate::compile::World;
+use crate::pool;
 use crate::query::batch::Run;
 use crate::query::{Overlaps, QueryError};
 use crate::scene::Scene;
@@ -234,11 +235,7 @@ pub fn measure(
     if let Some(pool) = run.pool {
         return pool.install(work);
     }
-    // Even one thread needs its own pool: the global pool has more threads, and is gone after a fork.
-    match rayon::ThreadPoolBuilder::new().num_threads(run.pool_threads()).build() {
-        Ok(pool) => pool.install(work),
-        Err(_) => work(),
-    }
+    pool::on_threads(run.threads, |_| work())
 }
 
 fn measure_here(

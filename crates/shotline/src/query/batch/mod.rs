@@ -6,7 +6,6 @@
 
 mod batch_caster;
 mod fields;
-mod kept_pool;
 mod rays;
 mod rows;
 mod run;

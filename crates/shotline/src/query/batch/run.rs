@@ -11,7 +11,6 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 
 use rayon::ThreadPool;
 
-use super::kept_pool::PoolInUse;
 use super::rays::Rows;
 use super::rows::Ragged;
 use super::worker::Worker;
@@ -19,6 +18,7 @@ use super::{BatchError, Fields};
 use crate::budget::Watch;
 use crate::compile::World;
 use crate::counters::Counters;
+use crate::pool;
 use crate::query::QueryError;
 use crate::query::block_caster::{BlockError, BlockPlan, RayError};
 
@@ -66,11 +66,6 @@ impl<'a> Run<'a> {
     /// The cancel flag and the progress callback, for the queries of single rays.
     pub fn watch(&self) -> Watch<'a> {
         Watch { cancel: self.cancel, progress: self.progress }
-    }
-
-    /// The number of threads of a new pool. More than 256 threads take longer to start than they save.
-    pub fn pool_threads(&self) -> usize {
-        self.threads.min(256)
     }
 }
 
@@ -272,11 +267,7 @@ impl<'a, A: Rows> Batch<'a, A> {
         if let Some(pool) = self.run.pool {
             return pool.install(|| work(pool.current_num_threads()));
         }
-        match PoolInUse::of(self.run.pool_threads()) {
-            Some(pool) => pool.run(work),
-            // If no threads can be started, the calling thread does the work.
-            None => work(1),
-        }
+        pool::on_threads(self.run.threads, work)
     }
 
     /// Hands out tasks, in order, to `workers` workers until no task is left or a row has failed.

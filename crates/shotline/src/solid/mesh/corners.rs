@@ -3,7 +3,7 @@
 use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 use rayon::slice::ParallelSlice;
 
-use super::distribute::CHUNK;
+use super::distribute::{CHUNK, divided};
 use super::{MeshError, TriangleMesh};
 use crate::aabb::Aabb;
 use crate::math::Vec3;
@@ -28,16 +28,15 @@ impl Corners {
         if mesh.faces.len() >= u32::MAX as usize {
             return Err(MeshError::TooManyFaces { faces: mesh.faces.len() });
         }
-        let chunks = mesh.faces.par_chunks(CHUNK).enumerate();
-        chunks
-            .map(|(chunk, faces)| {
-                let mut found = Corners::NONE;
-                for (face, corners) in (chunk * CHUNK..).zip(faces) {
-                    found.add(mesh, face, corners)?;
-                }
-                Ok(found)
-            })
-            .reduce(|| Ok(Corners::NONE), |a, b| Ok(a?.merged(b?)))
+        let of_chunk = |(chunk, faces): (usize, &[[u32; 3]])| {
+            let mut found = Corners::NONE;
+            for (face, corners) in (chunk * CHUNK..).zip(faces) {
+                found.add(mesh, face, corners)?;
+            }
+            Ok(found)
+        };
+        let chunks = mesh.faces.par_chunks(CHUNK).enumerate().map(of_chunk);
+        divided(mesh.faces.len(), || chunks.reduce(|| Ok(Corners::NONE), |a, b| Ok(a?.merged(b?))))
     }
 
     /// The largest coordinate, whatever its sign.

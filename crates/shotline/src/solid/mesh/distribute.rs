@@ -1,9 +1,19 @@
-//! Sorts values into groups, by several threads.
+//! Divides work on a mesh among threads, and sorts values into groups.
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
+use crate::pool;
+
 /// How many elements a thread takes at a time. Loops over fewer run on one thread.
 pub(super) const CHUNK: usize = 1 << 14;
+
+/// Work on fewer faces or vertices is not divided: it takes less time than to wake threads.
+const MANY: usize = 2048;
+
+/// Does work on some faces or vertices, divided among threads if there are many of them.
+pub(super) fn divided<T: Send>(elements: usize, work: impl FnOnce() -> T + Send) -> T {
+    if elements < MANY { work() } else { pool::divided(work) }
+}
 
 /// Values sorted by the number of their group. Within a group they keep their order.
 pub(super) struct Groups<T> {

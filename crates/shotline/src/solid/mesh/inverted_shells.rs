@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::distribute::divided;
 use super::shells::Shells;
 use super::tetrahedra::signed_volume;
 use super::welded::{Face, first_at, welded};
@@ -20,6 +21,10 @@ impl MeshSolid {
         if !self.is_closed() {
             return Tally::default();
         }
+        divided(self.mesh.elements(), || self.find_inverted_shells())
+    }
+
+    fn find_inverted_shells(&self) -> Tally<u32> {
         let mesh = &self.mesh;
         let faces = welded(mesh, &first_at(&mesh.vertices));
         let roots = Shells::of(mesh.vertices.len(), &faces).into_roots();

@@ -100,6 +100,11 @@ impl TriangleMesh {
         self.polygons.get(face as usize).copied().unwrap_or(face)
     }
 
+    /// The number of faces or of vertices, if there are more of them.
+    fn elements(&self) -> usize {
+        self.faces.len().max(self.vertices.len())
+    }
+
     /// Returns the three corners of a face.
     ///
     /// # Panics

@@ -12,6 +12,7 @@ use super::tetrahedra::{determinant, exact_determinant, is_accurate};
 use super::welded::first_at;
 use crate::aabb::Aabb;
 use crate::math::{Affine, Dd, Vec3};
+use crate::pool;
 use crate::solid::Moments;
 
 /// What the faces of a closed mesh determine about its inside.
@@ -35,10 +36,13 @@ impl MeshSolid {
         if !self.is_closed() {
             return Ok(None);
         }
-        let stop = Stop::when(cancel);
+        pool::divided(|| self.find_enclosed(Stop::when(cancel))).map(Some)
+    }
+
+    fn find_enclosed(&self, stop: Stop) -> Result<Enclosed<'_>, Cancelled> {
         let patches = self.patches(stop)?;
         if self.face_contacts().crossings.count == 0 && patches.iter().all(Patch::is_sound) {
-            return Ok(Some(Enclosed::Exactly(self.by_tetrahedra(|_| f64::from(self.inside())))));
+            return Ok(Enclosed::Exactly(self.by_tetrahedra(|_| f64::from(self.inside()))));
         }
         if self.face_contacts().marks.iter().all(|marks| *marks == 0) && self.folds().is_empty() {
             // No faces meet, so the sides of each face have the winding numbers of its patch. It counts if the inside
@@ -50,10 +54,10 @@ impl MeshSolid {
                 patch.items.iter().for_each(|item| weights[*item as usize] = weight);
             }
             if patches.iter().all(|patch| patch.sides.is_some()) {
-                return Ok(Some(Enclosed::Exactly(self.by_tetrahedra(|item| weights[item]))));
+                return Ok(Enclosed::Exactly(self.by_tetrahedra(|item| weights[item])));
             }
         }
-        Ok(Some(Enclosed::Partly(Box::new(Doubt::of(self, &patches, stop)?))))
+        Ok(Enclosed::Partly(Box::new(Doubt::of(self, &patches, stop)?)))
     }
 
     /// The moments of the inside, if the faces determine them exactly.

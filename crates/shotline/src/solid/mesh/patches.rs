@@ -17,6 +17,7 @@ use super::stop::{Cancelled, Stop};
 use super::winding::sides_of;
 use super::{MeshSolid, Tally, mesh_line::Triangle};
 use crate::math::Vec3;
+use crate::pool;
 use crate::ray::{Line, Span};
 use crate::scratch::Scratch;
 
@@ -96,6 +97,10 @@ impl MeshSolid {
     /// # Errors
     /// [`Cancelled`].
     pub(super) fn patches(&self, stop: Stop) -> Result<Vec<Patch>, Cancelled> {
+        pool::divided(|| self.find_patches(stop))
+    }
+
+    fn find_patches(&self, stop: Stop) -> Result<Vec<Patch>, Cancelled> {
         self.find_face_contacts(stop)?;
         let edges = self.edges();
         let meets_others = self.meets_others(&edges);

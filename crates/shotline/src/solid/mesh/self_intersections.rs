@@ -8,6 +8,7 @@
 
 use std::sync::atomic::{AtomicU8, Ordering};
 
+use super::distribute::divided;
 use super::intersections::common_segment;
 use super::pairs::{Item, NONE, Pairs};
 use super::separation::{are_apart, sectors_are_apart};
@@ -29,7 +30,13 @@ impl MeshSolid {
 
     /// How faces meet; computed on the first call.
     pub(super) fn face_contacts(&self) -> &FaceContacts {
-        self.face_contacts.get_or_init(|| FaceContacts::of(self, Stop::NEVER))
+        match self.face_contacts.get() {
+            Some(known) => known,
+            None => {
+                let face_contacts = FaceContacts::of(self, Stop::NEVER);
+                self.face_contacts.get_or_init(|| face_contacts)
+            }
+        }
     }
 
     /// Computes how faces meet, unless that is known.
@@ -86,6 +93,10 @@ fn both(a: Tally<Intersection>, b: Tally<Intersection>) -> Tally<Intersection> {
 
 impl FaceContacts {
     fn of(solid: &MeshSolid, stop: Stop) -> FaceContacts {
+        divided(solid.mesh.elements(), || FaceContacts::of_all(solid, stop))
+    }
+
+    fn of_all(solid: &MeshSolid, stop: Stop) -> FaceContacts {
         let first_at = first_at(&solid.mesh.vertices);
         let corners = |face: u32| solid.mesh.faces[face as usize].map(|v| first_at[v as usize]);
         let search = Search {

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicUsize;
 use std::sync::{Arc, OnceLock};
 
 use super::corners::Corners;
-use super::distribute::CHUNK;
+use super::distribute::{CHUNK, divided};
 use super::empty_cells::EmptyCells;
 use super::face_sides::{FaceSides, is_clear};
 use super::index::MeshIndex;
@@ -92,9 +92,9 @@ impl MeshSolid {
             (triangles, bounds, scaled_bounds, index)
         };
         let topology = || Topology::of_valid(&mesh);
-        // As in loops, one thread does little work: a forked process has no others.
-        let (topology, (triangles, bounds, scaled_bounds, index)) =
-            if mesh.faces.len() < CHUNK { (topology(), index()) } else { rayon::join(topology, index) };
+        let both =
+            || if mesh.faces.len() < CHUNK { (topology(), index()) } else { rayon::join(topology, index) };
+        let (topology, (triangles, bounds, scaled_bounds, index)) = divided(mesh.elements(), both);
         let topology = topology?;
         let (accel, index) = name.zip(index).ok_or_else(unknown)?;
         Ok(MeshSolid {
@@ -293,8 +293,16 @@ impl MeshSolid {
 
     /// What is known of the sides of the faces, if that is of use.
     pub(crate) fn face_sides(&self) -> Option<&FaceSides> {
-        let sides = || FaceSides::of(&self.triangles, self.mesh.faces.len());
-        self.face_sides.get_or_init(sides).as_ref().filter(|sides| sides.are_useful())
+        let sides = match self.face_sides.get() {
+            Some(sides) => sides,
+            None => {
+                // Made before the cell is taken: while this thread waits for others, it may begin work that needs it.
+                let faces = self.mesh.faces.len();
+                let sides = divided(faces, || FaceSides::of(&self.triangles, faces));
+                self.face_sides.get_or_init(|| sides)
+            }
+        };
+        sides.as_ref().filter(|sides| sides.are_useful())
     }
 
     /// Takes the winding number on the front of a face where a ray of a block has hit it off the edges.

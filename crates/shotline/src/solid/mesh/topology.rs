@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use super::corners::Corners;
-use super::distribute::CHUNK;
+use super::distribute::{CHUNK, divided};
 use super::edge_report::EdgeReport;
 use super::mesh_line::PowerOfTwoScale;
 use super::shells::{self, Shells};
@@ -55,7 +55,7 @@ impl Topology {
     /// remains.
     pub fn of(mesh: &TriangleMesh) -> Result<Topology, MeshError> {
         Corners::of(mesh)?;
-        Topology::of_valid(mesh)
+        divided(mesh.elements(), || Topology::of_valid(mesh))
     }
 
     /// Examines a mesh whose corners are valid.

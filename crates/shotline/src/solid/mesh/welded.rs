@@ -5,11 +5,15 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use super::TriangleMesh;
-use super::distribute::{CHUNK, Groups};
+use super::distribute::{CHUNK, Groups, divided};
 use crate::math::Vec3;
 
 /// Returns for each vertex the first vertex at exactly the same position.
 pub(super) fn first_at(vertices: &[Vec3]) -> Vec<u32> {
+    divided(vertices.len(), || find_first_at(vertices))
+}
+
+fn find_first_at(vertices: &[Vec3]) -> Vec<u32> {
     let bits = (vertices.len() / 2048).max(1).ilog2().min(12);
     let hashes = Groups::new(vertices.len(), 1 << bits, |v| {
         let hash = hash(position(&vertices[v]));
