@@ -1,5 +1,6 @@
 //! A mesh with its exactly coincident vertices welded.
 
+use std::hash::{BuildHasher, RandomState};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
@@ -15,10 +16,10 @@ pub(super) fn first_at(vertices: &[Vec3]) -> Vec<u32> {
 
 fn find_first_at(vertices: &[Vec3]) -> Vec<u32> {
     let bits = (vertices.len() / 2048).max(1).ilog2().min(12);
+    let key = PositionKey::random();
     let hashes = Groups::new(vertices.len(), 1 << bits, |v| {
-        let hash = hash(position(&vertices[v]));
-        // The low bits are mixed badly where the coordinates have few digits.
-        [((hash >> 48) as usize >> (16 - bits), ((hash >> 24) as u32, v as u32))]
+        let hash = key.hash(position(&vertices[v]));
+        [((hash >> 48) as usize >> (16 - bits), (hash as u32, v as u32))]
     });
     let first: Vec<AtomicU32> = (0..vertices.len() as u32).map(AtomicU32::new).collect();
     (0..hashes.count).into_par_iter().for_each(|group| {
@@ -47,15 +48,27 @@ fn position(v: &Vec3) -> [u64; 3] {
     v.to_array().map(|x| (x + 0.0).to_bits())
 }
 
-/// A hash whose high bits are well mixed.
-fn hash(position: [u64; 3]) -> u64 {
-    position
-        .iter()
-        .fold(0, |hash: u64, x| {
-            let mixed = (hash.rotate_left(23) ^ x).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-            mixed ^ mixed >> 32
-        })
-        .wrapping_mul(0xd6e8_feb8_6659_fd93)
+/// A random key of a hash of positions. Without it, a file could be made whose vertices all have the same hash, so that
+/// each would be compared with all others.
+struct PositionKey([u64; 4]);
+
+impl PositionKey {
+    fn random() -> PositionKey {
+        let random = RandomState::new();
+        PositionKey(std::array::from_fn(|i| random.hash_one(i)))
+    }
+
+    /// A hash all of whose bits are well mixed.
+    fn hash(&self, [x, y, z]: [u64; 3]) -> u64 {
+        let [a, b, c, d] = self.0;
+        folded_product(x ^ a, y ^ b) ^ folded_product(z ^ c, d)
+    }
+}
+
+/// The upper and the lower half of a product, on each other: every bit depends on all bits of both factors.
+fn folded_product(a: u64, b: u64) -> u64 {
+    let product = u128::from(a) * u128::from(b);
+    (product >> 64) as u64 ^ product as u64
 }
 
 /// A face whose vertices are each the first at their position.
@@ -79,4 +92,54 @@ pub(super) fn welded(mesh: &TriangleMesh, first_at: &[u32]) -> Vec<Face> {
 /// Whether no two corners coincide.
 pub(super) fn has_three_corners([a, b, c]: &[u32; 3]) -> bool {
     a != b && b != c && c != a
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::{HashMap, HashSet};
+
+    use super::*;
+    use crate::testkit::random::Random;
+
+    /// Positions with the same value of a hash whose multiplier is known: any x and y, and the z that leads there.
+    fn positions_for_a_known_hash(count: usize) -> Vec<Vec3> {
+        let multiplied = |hash: u64, x: u64| {
+            let mixed = (hash.rotate_left(23) ^ x).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            mixed ^ mixed >> 32
+        };
+        let position = |i: u32| {
+            let [x, y] = [f64::from(i), 1.0];
+            let hash = multiplied(multiplied(0, x.to_bits()), y.to_bits());
+            Vec3::new(x, y, f64::from_bits(hash.rotate_left(23) ^ 0x1234_5678_9abc_def0))
+        };
+        (0..).map(position).filter(|v| v.is_finite()).take(count).collect()
+    }
+
+    #[test]
+    fn no_file_gives_its_vertices_the_same_hash() {
+        let few_digits = (0..20_000).map(|i| Vec3::new(f64::from(i % 50), f64::from(i / 50), 0.0)).collect();
+        for vertices in [positions_for_a_known_hash(20_000), few_digits] {
+            let key = PositionKey::random();
+            let hashes: Vec<u64> = vertices.iter().map(|v| key.hash(position(v))).collect();
+            // The bits that choose the group, and those that choose the slot.
+            for bits in [|hash: u64| hash >> 52, |hash: u64| hash & 0xfff] {
+                let different: HashSet<u64> = hashes.iter().map(|hash| bits(*hash)).collect();
+                // Of 4096 values, 20,000 random ones leave out 31.
+                assert!(different.len() > 4000, "{}", different.len());
+            }
+        }
+    }
+
+    #[test]
+    fn the_first_vertex_at_each_position_is_found_with_any_key() {
+        let mut random = Random::new(3);
+        let mut vertices = positions_for_a_known_hash(9_000);
+        vertices.extend((0..9_000).map(|_| random.point(-3.0, 3.0).round()));
+        let mut known = HashMap::new();
+        let expected: Vec<u32> =
+            (0..).zip(&vertices).map(|(v, at)| *known.entry(position(at)).or_insert(v)).collect();
+        for _ in 0..3 {
+            assert_eq!(first_at(&vertices), expected);
+        }
+    }
 }
