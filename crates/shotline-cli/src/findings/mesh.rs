@@ -186,7 +186,12 @@ impl Examination<'_> {
     }
 
     fn intersections(&mut self, solid: &MeshSolid) {
-        let found = solid.self_intersections();
+        let Some(found) = solid.self_intersections() else {
+            let why = "too many faces come near to each other";
+            return self
+                .report
+                .unexamined(format!("{}: faces that pass through each other: {why}", self.name));
+        };
         let Some(first) = found.first else { return };
         let [a, b] = first.faces;
         let pairs = counted(found.count as u64, "pair of faces", "pairs of faces");

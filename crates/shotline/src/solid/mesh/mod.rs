@@ -12,6 +12,7 @@ mod distribute;
 mod doubt;
 mod edge_report;
 mod edges;
+mod effort;
 mod empty_cells;
 mod exact;
 mod face_sides;

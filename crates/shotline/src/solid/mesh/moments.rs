@@ -41,7 +41,7 @@ impl MeshSolid {
 
     fn find_enclosed(&self, stop: Stop) -> Result<Enclosed<'_>, Cancelled> {
         let patches = self.patches(stop)?;
-        if self.face_contacts().crossings.count == 0 && patches.iter().all(Patch::is_sound) {
+        if !self.face_contacts().may_cross() && patches.iter().all(Patch::is_sound) {
             return Ok(Enclosed::Exactly(self.by_tetrahedra(|_| f64::from(self.inside()))));
         }
         if self.face_contacts().marks.iter().all(|marks| *marks == 0) && self.folds().is_empty() {

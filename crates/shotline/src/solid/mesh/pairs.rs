@@ -4,13 +4,15 @@
 //! items with a common corner, such as the faces of a fan, because all their boxes hold the corner. So corners of many
 //! items are *hubs*. Items are grouped by their hubs, and no pair with a common hub is visited; the caller must find
 //! those pairs by other means.
+//!
+//! Items without area are left out against each other: along a line there may be very many, and nothing is between them.
 
 use std::collections::HashMap;
 
 use rayon::prelude::*;
 
+use super::effort::{Effort, Steps};
 use super::obb::Obb;
-use super::stop::Stop;
 use crate::math::Vec3;
 
 /// A corner of more items than this is a hub.
@@ -25,6 +27,8 @@ pub(super) struct Item {
     pub(super) points: [Vec3; 4],
     /// The indices of its corners, each once; [`NONE`] in unused entries.
     pub(super) corners: [u32; 3],
+    /// Whether the face that it stands for has no area.
+    pub(super) has_no_area: bool,
 }
 
 /// Marks an unused entry.
@@ -33,12 +37,27 @@ pub(super) const NONE: u32 = u32::MAX;
 /// Items prepared for a search for pairs.
 pub(super) struct Pairs<'a> {
     items: &'a [Item],
-    /// The hubs of each group of items, in ascending order; [`NONE`] in unused entries.
-    groups: Vec<[u32; 3]>,
+    groups: Vec<Group>,
     root: Option<Node>,
-    stop: Stop<'a>,
+    effort: &'a Effort<'a>,
     /// The items at each hub.
     pub(super) hubs: Vec<(u32, Vec<u32>)>,
+}
+
+/// What the items of a group have in common.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+struct Group {
+    /// Their hubs in ascending order; [`NONE`] in unused entries.
+    hubs: [u32; 3],
+    have_no_area: bool,
+}
+
+impl Group {
+    /// Whether no pairs of one item of each group are visited.
+    fn is_left_out_against(&self, other: &Group) -> bool {
+        let is_shared = |hub: &u32| *hub != NONE && other.hubs.contains(hub);
+        self.have_no_area && other.have_no_area || self.hubs.iter().any(is_shared)
+    }
 }
 
 struct Node {
@@ -54,11 +73,11 @@ enum Below {
 }
 
 impl<'a> Pairs<'a> {
-    /// Prepares a search. Once `stop` is set, this and all later calls return early with incomplete results.
-    pub(super) fn of(items: &'a [Item], stop: Stop<'a>) -> Pairs<'a> {
+    /// Prepares a search. Once the effort is over, this and all later calls return early with incomplete results.
+    pub(super) fn of(items: &'a [Item], effort: &'a Effort<'a>) -> Pairs<'a> {
         let mut at_corner: HashMap<u32, Vec<u32>> = HashMap::new();
         for (i, item) in (0..).zip(items) {
-            if stop.is_set() {
+            if effort.is_over() {
                 break;
             }
             for corner in item.corners.into_iter().filter(|c| *c != NONE) {
@@ -66,25 +85,25 @@ impl<'a> Pairs<'a> {
             }
         }
         at_corner.retain(|_, items| items.len() > HUB);
-        let hubs_of = |item: &Item| {
+        let group_of = |item: &Item| {
             let mut hubs = item.corners.map(|c| if at_corner.contains_key(&c) { c } else { NONE });
             hubs.sort_unstable();
-            hubs
+            Group { hubs, have_no_area: item.has_no_area }
         };
-        let mut grouped: HashMap<[u32; 3], Vec<u32>> = HashMap::new();
-        let numbered = (0..).zip(items).take_while(|_| !stop.is_set());
-        numbered.for_each(|(i, item)| grouped.entry(hubs_of(item)).or_default().push(i));
+        let mut grouped: HashMap<Group, Vec<u32>> = HashMap::new();
+        let numbered = (0..).zip(items).take_while(|_| !effort.is_over());
+        numbered.for_each(|(i, item)| grouped.entry(group_of(item)).or_default().push(i));
         let mut grouped: Vec<_> = grouped.into_iter().collect();
         grouped.sort_unstable();
-        let nodes = (0..).zip(&mut grouped).map(|(g, (_, members))| within_group(items, members, g, stop));
+        let nodes = (0..).zip(&mut grouped).map(|(g, (_, members))| within_group(items, members, g, effort));
         let root = over_groups(nodes.collect());
         let mut hubs: Vec<_> = at_corner.into_iter().collect();
         hubs.sort_unstable();
-        Pairs { items, groups: grouped.into_iter().map(|(hubs, _)| hubs).collect(), root, stop, hubs }
+        Pairs { items, groups: grouped.into_iter().map(|(group, _)| group).collect(), root, effort, hubs }
     }
 
-    /// Visits once every pair of items whose hulls have a common point, except pairs with a common hub. Some other
-    /// pairs that are near to each other are visited too. `merge` combines the results of visits.
+    /// Visits once every pair of items whose hulls have a common point, except pairs with a common hub and pairs of items
+    /// without area. Some other pairs that are near to each other are visited too. `merge` combines the results of visits.
     pub(super) fn visit<S: Default + Send>(
         &self,
         visit: &(impl Fn(u32, u32, &mut S) + Sync),
@@ -94,21 +113,19 @@ impl<'a> Pairs<'a> {
         self.root.as_ref().map_or_else(S::default, |root| traversal.within(root, self.items.len()))
     }
 
-    fn share_a_hub(&self, a: Option<u32>, b: Option<u32>) -> bool {
-        let hubs = |group: Option<u32>| group.map(|g| self.groups[g as usize]);
-        match (hubs(a), hubs(b)) {
-            (Some(a), Some(b)) => a.iter().any(|hub| *hub != NONE && b.contains(hub)),
-            _ => false,
-        }
+    /// Whether no pairs of one item of each node are visited.
+    fn are_left_out(&self, a: &Node, b: &Node) -> bool {
+        let group = |node: &Node| node.group.map(|g| &self.groups[g as usize]);
+        group(a).zip(group(b)).is_some_and(|(a, b)| a.is_left_out_against(b))
     }
 }
 
 /// Builds a tree over the items of a group.
-fn within_group(items: &[Item], members: &mut [u32], group: u32, stop: Stop) -> Node {
+fn within_group(items: &[Item], members: &mut [u32], group: u32, effort: &Effort) -> Node {
     let points = |i: &u32| items[*i as usize].points;
     let bounds = Obb::around(members.iter().flat_map(points));
     let middle = |i: &u32| points(i).iter().sum::<Vec3>();
-    let below = if members.len() <= 2 || stop.is_set() {
+    let below = if members.len() <= 2 || effort.is_over() {
         Below::Items(members.to_vec())
     } else {
         let axis = bounds.widest_axis(members.iter().map(|i| middle(i) / 4.0));
@@ -119,7 +136,7 @@ fn within_group(items: &[Item], members: &mut [u32], group: u32, stop: Stop) -> 
         });
         let (a, b) = members.split_at_mut(half);
         let (mut build_a, mut build_b) =
-            ((|| within_group(items, a, group, stop)), (|| within_group(items, b, group, stop)));
+            ((|| within_group(items, a, group, effort)), (|| within_group(items, b, group, effort)));
         let (a, b) = if half > MANY { rayon::join(build_a, build_b) } else { (build_a(), build_b()) };
         Below::Nodes(Box::new([a, b]))
     };
@@ -147,37 +164,51 @@ struct PairTraversal<'a, V, M> {
 }
 
 impl<V, M> PairTraversal<'_, V, M> {
-    /// Visits the pairs below a node of about `items` items.
+    /// Visits the pairs below a node of about `items` items, distributed over threads.
     fn within<S: Default + Send>(&self, node: &Node, items: usize) -> S
     where
         V: Fn(u32, u32, &mut S) + Sync,
         M: Fn(S, S) -> S + Sync,
     {
+        let half = items / 2;
+        match &node.below {
+            Below::Nodes(nodes) if half > MANY && !self.pairs.are_left_out(node, node) => {
+                let [a, b] = &**nodes;
+                let (one, (other, both)) = rayon::join(
+                    || self.within(a, half),
+                    || rayon::join(|| self.within(b, half), || self.between_in_parallel(a, b)),
+                );
+                (self.merge)((self.merge)(one, other), both)
+            }
+            _ => self.alone(|found, steps| self.below(node, found, steps)),
+        }
+    }
+
+    /// The result of one thread.
+    fn alone<S: Default>(&self, visit: impl FnOnce(&mut S, &mut Steps)) -> S {
         let mut found = S::default();
-        if self.pairs.stop.is_set() || self.pairs.share_a_hub(node.group, node.group) {
-            return found;
+        visit(&mut found, &mut self.pairs.effort.steps());
+        found
+    }
+
+    /// Visits the pairs below a node.
+    fn below<S>(&self, node: &Node, found: &mut S, steps: &mut Steps)
+    where
+        V: Fn(u32, u32, &mut S) + Sync,
+    {
+        if !steps.step() || self.pairs.are_left_out(node, node) {
+            return;
         }
         match &node.below {
             Below::Items(items) => {
                 if let [i, j] = items[..] {
-                    (self.visit)(i, j, &mut found);
+                    self.visit(i, j, found, steps);
                 }
-                found
             }
             Below::Nodes(nodes) => {
                 let [a, b] = &**nodes;
-                let half = items / 2;
-                if half > MANY {
-                    let (one, (other, both)) = rayon::join(
-                        || self.within(a, half),
-                        || rayon::join(|| self.within(b, half), || self.between_in_parallel(a, b)),
-                    );
-                    (self.merge)((self.merge)(one, other), both)
-                } else {
-                    self.between(a, b, &mut found);
-                    let deeper = (self.merge)(self.within(a, half), self.within(b, half));
-                    (self.merge)(found, deeper)
-                }
+                self.between(a, b, found, steps);
+                nodes.iter().for_each(|n| self.below(n, found, steps));
             }
         }
     }
@@ -192,11 +223,7 @@ impl<V, M> PairTraversal<'_, V, M> {
         for _ in 0..6 {
             front = front.into_iter().flat_map(|(a, b)| self.opened(a, b)).collect();
         }
-        let one = |(a, b)| {
-            let mut found = S::default();
-            self.between(a, b, &mut found);
-            found
-        };
+        let one = |(a, b)| self.alone(|found, steps| self.between(a, b, found, steps));
         let results: Vec<S> = front.into_par_iter().map(one).collect();
         results.into_iter().reduce(self.merge).unwrap_or_default()
     }
@@ -204,7 +231,7 @@ impl<V, M> PairTraversal<'_, V, M> {
     /// Opens the larger of two nodes. Returns no pairs if the nodes are apart, and the pair itself if neither can be
     /// opened.
     fn opened<'n>(&self, a: &'n Node, b: &'n Node) -> Vec<(&'n Node, &'n Node)> {
-        if self.pairs.share_a_hub(a.group, b.group) || a.bounds.is_apart_from(&b.bounds) {
+        if self.pairs.are_left_out(a, b) || a.bounds.is_apart_from(&b.bounds) {
             return Vec::new();
         }
         match (&a.below, &b.below) {
@@ -218,27 +245,35 @@ impl<V, M> PairTraversal<'_, V, M> {
         }
     }
 
-    fn between<S>(&self, a: &Node, b: &Node, found: &mut S)
+    fn between<S>(&self, a: &Node, b: &Node, found: &mut S, steps: &mut Steps)
     where
         V: Fn(u32, u32, &mut S) + Sync,
     {
-        if self.pairs.stop.is_set()
-            || self.pairs.share_a_hub(a.group, b.group)
-            || a.bounds.is_apart_from(&b.bounds)
-        {
+        if !steps.step() || self.pairs.are_left_out(a, b) || a.bounds.is_apart_from(&b.bounds) {
             return;
         }
         match (&a.below, &b.below) {
             (Below::Items(of_a), Below::Items(of_b)) => {
                 for i in of_a {
-                    of_b.iter().for_each(|j| (self.visit)(*i.min(j), *i.max(j), found));
+                    of_b.iter().for_each(|j| self.visit(*i.min(j), *i.max(j), found, steps));
                 }
             }
             (Below::Nodes(nodes), Below::Nodes(_)) if a.bounds.size() > b.bounds.size() => {
-                nodes.iter().for_each(|n| self.between(n, b, found));
+                nodes.iter().for_each(|n| self.between(n, b, found, steps));
             }
-            (_, Below::Nodes(nodes)) => nodes.iter().for_each(|n| self.between(a, n, found)),
-            (Below::Nodes(nodes), Below::Items(_)) => nodes.iter().for_each(|n| self.between(n, b, found)),
+            (_, Below::Nodes(nodes)) => nodes.iter().for_each(|n| self.between(a, n, found, steps)),
+            (Below::Nodes(nodes), Below::Items(_)) => {
+                nodes.iter().for_each(|n| self.between(n, b, found, steps));
+            }
+        }
+    }
+
+    fn visit<S>(&self, i: u32, j: u32, found: &mut S, steps: &mut Steps)
+    where
+        V: Fn(u32, u32, &mut S) + Sync,
+    {
+        if steps.step() {
+            (self.visit)(i, j, found);
         }
     }
 }

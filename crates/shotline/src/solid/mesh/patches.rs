@@ -58,7 +58,7 @@ pub struct Winding {
 
 impl MeshSolid {
     /// Computes the winding numbers on both sides of all faces, and what follows from them; `None` for a mesh that is
-    /// not closed. Takes as long as [`MeshSolid::self_intersections`].
+    /// not closed. Takes as long as [`MeshSolid::self_intersections`], and if that has no result, nothing is known.
     ///
     /// Exact where faces meet only at their edges and corners. The sides of a face that others touch or pass through
     /// are those at its centroid.
@@ -76,7 +76,7 @@ impl MeshSolid {
         };
         let negative = faces(|sides| sides.iter().any(|w| *w < 0));
         let is_positive = |patch: &Patch| patch.sides.is_some_and(|sides| sides.iter().any(|w| *w > 0));
-        let crosses = self.face_contacts().crossings.count > 0;
+        let crosses = self.face_contacts().may_cross();
         let ends = |patch: &Patch| patch.sides.is_none_or(|[front, back]| (front == 0) != (back == 0));
         Some(Winding {
             once: !crosses && patches.iter().all(Patch::is_sound),
@@ -102,6 +102,12 @@ impl MeshSolid {
 
     fn find_patches(&self, stop: Stop) -> Result<Vec<Patch>, Cancelled> {
         self.find_face_contacts(stop)?;
+        let inside = self.inside();
+        if self.face_contacts().crossings.is_none() {
+            // Every face would be a patch of its own, and every line may meet all of them.
+            let items = (0..self.triangles.len() as u32).collect();
+            return Ok(vec![Patch { items, sides: None, inside }]);
+        }
         let edges = self.edges();
         let meets_others = self.meets_others(&edges);
         let (patches, patch_of) = grouped(self.joined_by_edges(&edges, &meets_others), self.triangles.len());
@@ -110,7 +116,6 @@ impl MeshSolid {
             links.into_iter().map(|link| Link { items: link.items.map(|i| patch_of[i as usize]), ..link });
         let sides = self.sides_of_patches(&patches, &links.collect::<Vec<_>>(), stop);
         stop.check()?;
-        let inside = self.inside();
         Ok(patches.into_iter().zip(sides).map(|(items, sides)| Patch { items, sides, inside }).collect())
     }
 

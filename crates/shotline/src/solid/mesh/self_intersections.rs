@@ -4,12 +4,14 @@
 //! elsewhere if the sectors of directions that they cover from it meet. These are arcs on a sphere; they have a tree of
 //! their own if too many faces share the corner to compare all pairs. Two faces that share an edge never pass through
 //! each other; they meet only if one is folded onto the other. So the time grows with the number of faces, its
-//! logarithm and the number of contacts, however many faces share a corner and however long and thin they are.
+//! logarithm and the number of contacts, however many faces share a corner and however long and thin they are. Where too
+//! many faces come near to each other, the search ends without a result.
 
 use std::sync::atomic::{AtomicU8, Ordering};
 
 use super::distribute::divided;
-use super::intersections::common_segment;
+use super::effort::Effort;
+use super::intersections::{common_segment, has_no_area};
 use super::pairs::{Item, NONE, Pairs};
 use super::separation::{are_apart, sectors_are_apart};
 use super::stop::{Cancelled, Stop};
@@ -21,10 +23,14 @@ use crate::math::Vec3;
 /// Pairs beyond this number are counted but not listed.
 const MAX_PAIRS: usize = 1 << 20;
 
+/// A search may take so many steps, some seconds of one thread, and more for each face.
+const STEPS: u64 = if cfg!(test) { 1 << 20 } else { 1 << 23 };
+const STEPS_PER_FACE: u64 = 256;
+
 impl MeshSolid {
-    /// Returns the pairs of faces that pass through each other. By the rule of the winding number such a mesh still has
-    /// an inside.
-    pub fn self_intersections(&self) -> Tally<Intersection> {
+    /// Returns the pairs of faces that pass through each other; `None` if so many faces come near to each other that it
+    /// would take too long to find them. By the rule of the winding number such a mesh still has an inside.
+    pub fn self_intersections(&self) -> Option<Tally<Intersection>> {
         self.face_contacts().crossings
     }
 
@@ -93,22 +99,27 @@ fn both(a: Tally<Intersection>, b: Tally<Intersection>) -> Tally<Intersection> {
 
 impl FaceContacts {
     fn of(solid: &MeshSolid, stop: Stop) -> FaceContacts {
-        divided(solid.mesh.elements(), || FaceContacts::of_all(solid, stop))
+        let steps = STEPS + STEPS_PER_FACE * solid.triangles.len() as u64;
+        divided(solid.mesh.elements(), || FaceContacts::within(steps, solid, stop))
     }
 
-    fn of_all(solid: &MeshSolid, stop: Stop) -> FaceContacts {
+    fn within(steps: u64, solid: &MeshSolid, stop: Stop) -> FaceContacts {
         let first_at = first_at(&solid.mesh.vertices);
         let corners = |face: u32| solid.mesh.faces[face as usize].map(|v| first_at[v as usize]);
+        let items = solid.triangles.len();
         let search = Search {
             solid,
             first_at: solid.triangles.iter().map(|t| corners(t.face)).collect(),
             marks: solid.triangles.iter().map(|_| AtomicU8::new(0)).collect(),
-            stop,
+            effort: Effort::new(steps, stop),
         };
         let mut found = search.all();
+        if search.effort.is_exhausted() {
+            return FaceContacts { crossings: None, pairs: None, marks: vec![TOUCHES; items] };
+        }
         found.pairs.sort_unstable();
         FaceContacts {
-            crossings: found.crossings,
+            crossings: Some(found.crossings),
             pairs: (!found.too_many).then_some(found.pairs),
             marks: search.marks.into_iter().map(AtomicU8::into_inner).collect(),
         }
@@ -120,7 +131,7 @@ struct Search<'a> {
     /// The corners of each item; coincident vertices have one index.
     first_at: Vec<[u32; 3]>,
     marks: Vec<AtomicU8>,
-    stop: Stop<'a>,
+    effort: Effort<'a>,
 }
 
 impl Search<'_> {
@@ -129,9 +140,10 @@ impl Search<'_> {
             .map(|(t, &corners)| Item {
                 points: [t.corners[0], t.corners[1], t.corners[2], t.corners[2]],
                 corners,
+                has_no_area: has_no_area(t.corners),
             })
             .collect();
-        let pairs = Pairs::of(&items, self.stop);
+        let pairs = Pairs::of(&items, &self.effort);
         let visit = |i: u32, j: u32, found: &mut PartialResult| self.examine([i, j], found);
         let mut found = pairs.visit(&visit, &PartialResult::and);
         for (hub, members) in &pairs.hubs {
@@ -140,7 +152,7 @@ impl Search<'_> {
                 let [i, j] = [members[i as usize], members[j as usize]];
                 self.examine([i.min(j), i.max(j)], found);
             };
-            found = found.and(Pairs::of(&arcs, self.stop).visit(&visit, &PartialResult::and));
+            found = found.and(Pairs::of(&arcs, &self.effort).visit(&visit, &PartialResult::and));
         }
         found
     }
@@ -149,13 +161,15 @@ impl Search<'_> {
     /// faces meet elsewhere, their arcs have at least one direction in common.
     fn arc(&self, item: u32, hub: u32) -> Item {
         let (corners, first_at) = (self.solid.triangles.get(item).corners, self.first_at[item as usize]);
+        let has_no_area = has_no_area(corners);
         let k = first_at.iter().position(|intersection| *intersection == hub).unwrap_or(0);
         let [tip, a, b] = [0, 1, 2].map(|i| corners[(k + i) % 3]);
         let (a, b) = ((a - tip).normalize(), (b - tip).normalize());
         let middle = (a + b).normalize();
         let rise = middle * (1.0 - middle.dot(a));
         let points = if rise.is_finite() { [a, b, a + rise, b + rise] } else { AROUND_THE_SPHERE };
-        Item { points, corners: [first_at[(k + 1) % 3], first_at[(k + 2) % 3], NONE] }
+        let corners = [first_at[(k + 1) % 3], first_at[(k + 2) % 3], NONE];
+        Item { points, corners, has_no_area }
     }
 
     /// Examines how two items meet; they may share corners.
@@ -206,7 +220,7 @@ mod tests {
 
     use super::*;
     use crate::solid::mesh::TriangleMesh;
-    use crate::solid::mesh::shapes::{fan, needle};
+    use crate::solid::mesh::shapes::{ball, fan, needle};
     use crate::testkit::random::Random;
 
     /// The reference by all pairs.
@@ -225,7 +239,7 @@ mod tests {
 
     fn agrees(mesh: TriangleMesh) -> usize {
         let solid = MeshSolid::new(Arc::new(mesh), "bvh").unwrap();
-        let (fast, plain) = (solid.self_intersections(), plainly(&solid));
+        let (fast, plain) = (solid.self_intersections().unwrap(), plainly(&solid));
         assert_eq!(fast.count, plain.count);
         assert_eq!(fast.first.map(|f| f.faces), plain.first.map(|f| f.faces));
         let listed = solid.face_contacts().pairs.as_ref().map_or(0, |pairs| {
@@ -286,6 +300,47 @@ mod tests {
         assert_eq!((agrees(fan(100)), agrees(needle(100))), (0, 0));
     }
 
+    fn steps_of(mesh: &TriangleMesh) -> u64 {
+        let solid = MeshSolid::new(Arc::new(mesh.clone()), "bvh").unwrap();
+        let fits = |steps: &u64| FaceContacts::within(*steps, &solid, Stop::NEVER).crossings.is_some();
+        (0..40).map(|bits| 1 << bits).find(fits).expect("a search that ends")
+    }
+
+    #[test]
+    fn faces_along_a_line_are_not_compared_with_each_other() {
+        let mut random = Random::new(9);
+        let n = 3000;
+        let mut along = || f64::from(random.below(1 << 20) as u32) / f64::from(1 << 18) - 2.0;
+        let vertices = (0..3 * n).map(|_| Vec3::new(1.0, 2.0, 4.0) * along());
+        let line =
+            TriangleMesh::new(vertices.collect(), (0..n).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect());
+        assert!(steps_of(&line) < 64, "{}", steps_of(&line));
+        // Faces with an area are still compared with them.
+        let (ball, faces) = (ball(3), ball(3).faces.len());
+        let both = MeshSolid::new(Arc::new(ball.with(&line)), "bvh").unwrap();
+        assert_eq!(both.self_intersections(), Some(Tally::default()));
+        let marks = &both.face_contacts().marks;
+        assert!(marks[..faces].contains(&TOUCHES) && marks[faces..].contains(&TOUCHES));
+    }
+
+    #[test]
+    fn a_search_among_too_many_faces_ends_without_a_result_on_any_number_of_threads() {
+        let mut random = Random::new(10);
+        let mut mesh = TriangleMesh::default();
+        for i in 0..2500 {
+            // Long and thin, through the origin.
+            let (along, across) = (random.direction() * 10.0, random.direction() * 1e-3);
+            mesh.vertices.extend([along, across - along, -across - along]);
+            mesh.faces.push([3 * i, 3 * i + 1, 3 * i + 2]);
+        }
+        let all_pairs = 2500 * 2499 / 2;
+        assert!(STEPS + 2500 * STEPS_PER_FACE < all_pairs);
+        for threads in [1, 3] {
+            let solid = MeshSolid::new(Arc::new(mesh.clone()), "bvh").unwrap();
+            assert_eq!(crate::pool::on_threads(threads, |_| solid.self_intersections()), None);
+        }
+    }
+
     /// Counts visited pairs instead of measuring time: they must be few compared to all pairs.
     #[test]
     fn few_pairs_are_visited_however_many_faces_share_a_corner() {
@@ -295,17 +350,20 @@ mod tests {
                 .map(|t| Item {
                     points: [t.corners[0], t.corners[1], t.corners[2], t.corners[2]],
                     corners: solid.mesh.faces[t.face as usize],
+                    has_no_area: false,
                 })
                 .collect();
             let count = |items: &[Item]| {
-                let pairs = Pairs::of(items, Stop::NEVER);
+                let effort = Effort::new(u64::MAX, Stop::NEVER);
+                let pairs = Pairs::of(items, &effort);
                 pairs.visit(&|_, _, n: &mut usize| *n += 1, &|a, b| a + b)
             };
             let n = items.len();
             assert!(count(&items) < 40 * n, "{} of {n}", count(&items));
             let first_at = items.iter().map(|i| i.corners).collect();
-            let search = Search { solid: &solid, first_at, marks: vec![], stop: Stop::NEVER };
-            for (hub, members) in Pairs::of(&items, Stop::NEVER).hubs {
+            let effort = Effort::new(u64::MAX, Stop::NEVER);
+            let search = Search { solid: &solid, first_at, marks: vec![], effort };
+            for (hub, members) in Pairs::of(&items, &search.effort).hubs {
                 let arcs: Vec<Item> = members.iter().map(|&item| search.arc(item, hub)).collect();
                 assert!(count(&arcs) < 40 * arcs.len(), "{} of {}", count(&arcs), arcs.len());
             }

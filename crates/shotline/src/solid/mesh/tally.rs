@@ -78,13 +78,20 @@ pub(super) const CROSSES: u8 = 1;
 /// A face touches another, or is within rounding of it.
 pub(super) const TOUCHES: u8 = 2;
 
-/// How faces meet. Items are triangles of the solid.
+/// How faces meet. Items are triangles of the solid, those without area only where they meet items with an area.
 #[derive(Debug, Default)]
 pub(super) struct FaceContacts {
-    /// Pairs of faces that pass through each other.
-    pub(super) crossings: Tally<Intersection>,
+    /// Pairs of faces that pass through each other; `None` if it would take too long to find them. Then any two may.
+    pub(super) crossings: Option<Tally<Intersection>>,
     /// Pairs of items that meet, in ascending order; `None` if there are too many to list.
     pub(super) pairs: Option<Vec<[u32; 2]>>,
     /// For each item, the flags [`CROSSES`] and [`TOUCHES`].
     pub(super) marks: Vec<u8>,
+}
+
+impl FaceContacts {
+    /// Whether faces pass through each other, or may.
+    pub(super) fn may_cross(&self) -> bool {
+        self.crossings.is_none_or(|crossings| crossings.count > 0)
+    }
 }
