@@ -38,16 +38,19 @@ pub(super) fn corners<S: Simd, C: Coordinate>(block: &Block<C>, axes: [u32; 3]) 
     Corners([of_role(0), of_role(1), of_role(2)])
 }
 
-/// The edge functions of a ray in the triangles of a block, and the depths of the corners.
+/// The triangles of a block, projected along a ray.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Edges {
+pub(super) struct Projection {
+    /// The edge functions: for each corner, that of the opposite edge.
     edges: [[f64; LEAF_SIZE]; 3],
+    /// The depths of the corners.
     depths: [[f64; LEAF_SIZE]; 3],
+    /// The lanes that the ray may hit, and those whose edge functions exceed the bound on their rounding.
     possible: u8,
     certain: u8,
 }
 
-impl Edges {
+impl Projection {
     /// Whether the ray may hit any of the triangles.
     #[inline(always)]
     pub fn is_possible(&self) -> bool {
@@ -55,9 +58,9 @@ impl Edges {
     }
 }
 
-/// Computes the edge functions of the triangles of a block.
+/// Projects the triangles of a block.
 #[inline(always)]
-pub(super) fn edges<S: Simd>(corners: &Corners<S::F64x4>, ray: &KernelRay) -> Edges {
+pub(super) fn project<S: Simd>(corners: &Corners<S::F64x4>, ray: &KernelRay) -> Projection {
     let splat = <S::F64x4 as Real>::splat;
     let load = |role: usize, corner: usize| corners.0[role][corner] - splat(ray.origin(role));
     let z = [load(2, 0), load(2, 1), load(2, 2)];
@@ -73,14 +76,14 @@ pub(super) fn edges<S: Simd>(corners: &Corners<S::F64x4>, ray: &KernelRay) -> Ed
     let possible = (-doubt).is_at_most(least) | most.is_at_most(doubt);
     let certain = doubt.is_less(least) | most.is_less(-doubt);
     let edges = [u.store(), v.store(), w.store()];
-    Edges { edges, depths: [z[0].store(), z[1].store(), z[2].store()], possible, certain }
+    Projection { edges, depths: [z[0].store(), z[1].store(), z[2].store()], possible, certain }
 }
 
 /// Decides which triangles are hit.
 #[inline(always)]
-pub(super) fn test<S: Simd>(of: &Edges, ray: &KernelRay) -> Tested {
+pub(super) fn test<S: Simd>(projection: &Projection, ray: &KernelRay) -> Tested {
     let splat = <S::F64x4 as Real>::splat;
-    let &Edges { edges, depths, possible, certain } = of;
+    let &Projection { edges, depths, possible, certain } = projection;
     let load = S::F64x4::load;
     let [u, v, w] = [load(&edges[0]), load(&edges[1]), load(&edges[2])];
     let depths = [load(&depths[0]), load(&depths[1]), load(&depths[2])];
@@ -143,8 +146,8 @@ fn lanes(mut mask: u8) -> impl Iterator<Item = usize> {
 impl<C: Coordinate> Kernel<'_, C> {
     /// Takes the hits of a leaf that are nearer than the best one.
     #[inline(always)]
-    pub(super) fn closest_in_leaf<S: Simd>(&self, edges: &Edges, ray: &mut KernelRay, leaf: u32) {
-        let tested = test::<S>(edges, ray);
+    pub(super) fn closest_in_leaf<S: Simd>(&self, projection: &Projection, ray: &mut KernelRay, leaf: u32) {
+        let tested = test::<S>(projection, ray);
         for lane in lanes(tested.certain) {
             let (low, high) = (tested.low[lane], tested.high[lane]);
             if low > ray.best()[1] + ray.margin() || high < ray.from() || low > ray.to() {
@@ -192,14 +195,14 @@ impl<C: Coordinate> Kernel<'_, C> {
     #[inline(always)]
     pub(super) fn any_in_leaf<S: Simd, M: Mode>(
         &self,
-        edges: &Edges,
+        projection: &Projection,
         ray: &mut KernelRay,
         leaf: u32,
     ) -> bool {
         if M::OFF_EDGES {
-            return self.any_off_edges_in_leaf::<S>(edges, ray, leaf);
+            return self.any_off_edges_in_leaf::<S>(projection, ray, leaf);
         }
-        let is_hit = self.is_hit_in_leaf::<S>(edges, ray, leaf);
+        let is_hit = self.is_hit_in_leaf::<S>(projection, ray, leaf);
         if is_hit {
             ray.leaf = leaf;
         }
@@ -210,8 +213,13 @@ impl<C: Coordinate> Kernel<'_, C> {
     /// an event; the ray takes it. Other hits in the span, or near it, leave the ray to the plain path unless such a hit
     /// is found.
     #[inline(always)]
-    fn any_off_edges_in_leaf<S: Simd>(&self, edges: &Edges, ray: &mut KernelRay, leaf: u32) -> bool {
-        let tested = test::<S>(edges, ray);
+    fn any_off_edges_in_leaf<S: Simd>(
+        &self,
+        projection: &Projection,
+        ray: &mut KernelRay,
+        leaf: u32,
+    ) -> bool {
+        let tested = test::<S>(projection, ray);
         for lane in lanes(tested.certain) {
             // The interval was widened by one margin: see `prepare`.
             let (low, high) = (tested.low[lane], tested.high[lane]);
@@ -229,8 +237,8 @@ impl<C: Coordinate> Kernel<'_, C> {
 
     /// Whether the ray hits any triangle of a leaf in the span.
     #[inline(always)]
-    fn is_hit_in_leaf<S: Simd>(&self, edges: &Edges, ray: &KernelRay, leaf: u32) -> bool {
-        let tested = test::<S>(edges, ray);
+    fn is_hit_in_leaf<S: Simd>(&self, projection: &Projection, ray: &KernelRay, leaf: u32) -> bool {
+        let tested = test::<S>(projection, ray);
         let mut open = tested.doubtful;
         for lane in lanes(tested.certain) {
             if tested.low[lane] >= ray.from() && tested.high[lane] <= ray.to() {
@@ -245,8 +253,14 @@ impl<C: Coordinate> Kernel<'_, C> {
 
     /// Appends all hits of a leaf in the span.
     #[inline(always)]
-    pub(super) fn all_in_leaf<S: Simd>(&self, edges: &Edges, ray: &KernelRay, leaf: u32, found: &mut Found) {
-        let tested = test::<S>(edges, ray);
+    pub(super) fn all_in_leaf<S: Simd>(
+        &self,
+        projection: &Projection,
+        ray: &KernelRay,
+        leaf: u32,
+        found: &mut Found,
+    ) {
+        let tested = test::<S>(projection, ray);
         let hits = &mut found.lane_hits;
         let mut take = |lane: usize| {
             let is_off_edges = tested.off_edges >> lane & 1 == 1;

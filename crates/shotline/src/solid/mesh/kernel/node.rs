@@ -1,5 +1,6 @@
 //! Tests a ray against the boxes of a node's children.
 
+use super::found::Mode;
 use super::ray::KernelRay;
 use crate::accel::wide::{Node, WIDTH};
 use crate::simd::{Simd, Singles};
@@ -50,6 +51,27 @@ pub(super) fn test_planes<S: Simd>(planes: &Planes<S::F32x8>, ray: &KernelRay) -
 #[inline(always)]
 pub(super) fn test_node<S: Simd>(node: &Node, ray: &KernelRay) -> (S::F32x8, S::F32x8) {
     test_planes::<S>(&planes::<S>(node, ray), ray)
+}
+
+/// Pushes the children of a node that the ray meets onto a stack of some height, the nearest last if the nearest hit is
+/// wanted; then `keys` is a stack of where they begin. Returns the new height.
+#[inline(always)]
+pub(super) fn push_met<S: Simd, M: Mode>(
+    node: &Node,
+    ray: &KernelRay,
+    (pending, keys): (&mut [u32], &mut [u32]),
+    height: usize,
+) -> usize {
+    let (met, enter) = test_node::<S>(node, ray);
+    let (mask, children) = (met.bits(), S::load_u32(&node.children));
+    if M::CLOSEST {
+        let sorted = S::descending(enter, met);
+        push_eight::<S>(S::permute(children, sorted), pending, height);
+        push_eight::<S>(sorted, keys, height);
+    } else {
+        push_eight::<S>(S::compress(children, mask), pending, height);
+    }
+    height + mask.count_ones() as usize
 }
 
 /// Writes eight numbers onto a stack.

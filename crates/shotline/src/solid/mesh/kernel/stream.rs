@@ -4,7 +4,7 @@
 use super::block::Coordinate;
 use super::context::Kernel;
 use super::found::{Found, Mode, bits};
-use super::leaf::{Edges, corners, edges};
+use super::leaf::{Projection, corners, project};
 use super::node::{planes, test_planes};
 use super::prepare::AT_A_TIME;
 use super::ray::{KernelRay, MISS};
@@ -37,7 +37,7 @@ pub(super) struct StreamMemory {
     limits: Vec<[f32; WIDTH]>,
     stack: Vec<Entry>,
     /// The rays that may hit triangles of a leaf.
-    possible: Vec<(Edges, u32)>,
+    possible: Vec<(Projection, u32)>,
     alone: WalkStack,
 }
 
@@ -92,7 +92,7 @@ struct Stream<'a, 'k, C> {
     rays: &'a mut [KernelRay; SIZE],
     limits: &'a mut [[f32; WIDTH]],
     stack: &'a mut Vec<Entry>,
-    possible: &'a mut [(Edges, u32); SIZE],
+    possible: &'a mut [(Projection, u32); SIZE],
     alone: &'a mut WalkStack,
     /// The first of the rays.
     first: usize,
@@ -145,22 +145,22 @@ impl<C: Coordinate> Stream<'_, '_, C> {
         for i in bits(mask) {
             let ray = &self.rays[i];
             let of_ray = if ALIKE { of_first } else { corners::<S, C>(block, ray.axes) };
-            let edges = edges::<S>(&of_ray, ray);
-            self.possible[count] = (edges, i as u32);
-            count += usize::from(edges.is_possible());
+            let projection = project::<S>(&of_ray, ray);
+            self.possible[count] = (projection, i as u32);
+            count += usize::from(projection.is_possible());
         }
-        for (edges, i) in &self.possible[..count] {
+        for (projection, i) in &self.possible[..count] {
             let i = *i as usize % SIZE;
             let ray = &mut self.rays[i];
             if M::CLOSEST {
-                self.kernel.closest_in_leaf::<S>(edges, ray, leaf);
+                self.kernel.closest_in_leaf::<S>(projection, ray, leaf);
                 self.limits[i / WIDTH][i % WIDTH] = ray.limit();
             } else if M::ANY {
-                if self.kernel.any_in_leaf::<S, M>(edges, ray, leaf) {
+                if self.kernel.any_in_leaf::<S, M>(projection, ray, leaf) {
                     self.open &= !(1 << i);
                 }
             } else {
-                self.kernel.all_in_leaf::<S>(edges, ray, leaf, found);
+                self.kernel.all_in_leaf::<S>(projection, ray, leaf, found);
             }
         }
     }

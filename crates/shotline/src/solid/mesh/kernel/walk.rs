@@ -4,11 +4,11 @@
 use super::block::Coordinate;
 use super::context::Kernel;
 use super::found::{Found, Mode};
-use super::leaf::{corners, edges};
-use super::node::{push_eight, test_node};
+use super::leaf::{corners, project};
+use super::node::push_met;
 use super::ray::KernelRay;
 use crate::accel::wide::{LEAF, WIDTH};
-use crate::simd::{Simd, Singles};
+use crate::simd::Simd;
 
 /// Steps between two reads of the cancel flag: well below a millisecond.
 const POLL_INTERVAL: u32 = 1024;
@@ -39,16 +39,7 @@ pub(super) fn walk<S: Simd, C: Coordinate, M: Mode>(
         }
         if child & LEAF == 0 {
             let node = &kernel.tree.nodes[child as usize];
-            let (met, enter) = test_node::<S>(node, ray);
-            let (mask, children) = (met.bits(), S::load_u32(&node.children));
-            if M::CLOSEST {
-                let keys = S::descending(enter, met);
-                push_eight::<S>(S::permute(children, keys), &mut stack.children, height);
-                push_eight::<S>(keys, &mut stack.keys, height);
-            } else {
-                push_eight::<S>(S::compress(children, mask), &mut stack.children, height);
-            }
-            height += mask.count_ones() as usize;
+            height = push_met::<S, M>(node, ray, (&mut stack.children[..], &mut stack.keys[..]), height);
         } else if visit_leaf::<S, C, M>(kernel, ray, child & !LEAF, found) {
             return true;
         }
@@ -73,17 +64,17 @@ fn visit_leaf<S: Simd, C: Coordinate, M: Mode>(
     found: &mut Found,
 ) -> bool {
     let corners = corners::<S, C>(&kernel.blocks[leaf as usize], ray.axes);
-    let edges = &edges::<S>(&corners, ray);
-    if !edges.is_possible() {
+    let projection = &project::<S>(&corners, ray);
+    if !projection.is_possible() {
         return false;
     }
     if M::ANY {
-        return kernel.any_in_leaf::<S, M>(edges, ray, leaf);
+        return kernel.any_in_leaf::<S, M>(projection, ray, leaf);
     }
     if M::CLOSEST {
-        kernel.closest_in_leaf::<S>(edges, ray, leaf);
+        kernel.closest_in_leaf::<S>(projection, ray, leaf);
     } else {
-        kernel.all_in_leaf::<S>(edges, ray, leaf, found);
+        kernel.all_in_leaf::<S>(projection, ray, leaf, found);
     }
     false
 }

@@ -7,11 +7,11 @@ use super::block::Coordinate;
 use super::context::Kernel;
 use super::found::{Found, Mode};
 use super::leaf;
-use super::node::{push_eight, test_node};
+use super::node::{push_eight, push_met};
 use super::prepare::AT_A_TIME;
 use super::ray::KernelRay;
 use crate::accel::wide::{LEAF, WIDTH};
-use crate::simd::{Simd, Singles};
+use crate::simd::Simd;
 
 /// The number of rays in flight. 16 and 64 were slower.
 pub(super) const IN_FLIGHT: usize = 32;
@@ -127,19 +127,9 @@ fn step<S: Simd, C: Coordinate, M: Mode>(
 ) -> u32 {
     let ray = &slots.rays[slot];
     let node = &kernel.tree.nodes[slots.current[slot] as usize];
-    let (met, enter) = test_node::<S>(node, ray);
-    let mask = met.bits();
-    let children = S::load_u32(&node.children);
-    let stack = &mut slots.children[slot * room..][..room];
-    let height = slots.heights[slot] as usize;
-    if M::CLOSEST {
-        let keys = S::descending(enter, met);
-        push_eight::<S>(S::permute(children, keys), stack, height);
-        push_eight::<S>(keys, &mut slots.keys[slot * room..][..room], height);
-    } else {
-        push_eight::<S>(S::compress(children, mask), stack, height);
-    }
-    pop::<S, C>(kernel, slots, slot, room, height + mask.count_ones() as usize)
+    let stack = (&mut slots.children[slot * room..][..room], &mut slots.keys[slot * room..][..room]);
+    let height = push_met::<S, M>(node, ray, stack, slots.heights[slot] as usize);
+    pop::<S, C>(kernel, slots, slot, room, height)
 }
 
 /// Pops the top of a stack of the given height, which is what the ray stands before from now on. Asks for it, since it
@@ -188,25 +178,25 @@ fn visit_leaf<S: Simd, C: Coordinate, M: Mode>(
     let mut height = slots.heights[slot] as usize;
     let leaf = child & !LEAF;
     let corners = leaf::corners::<S, C>(&kernel.blocks[leaf as usize], ray.axes);
-    let edges = &leaf::edges::<S>(&corners, ray);
-    if !edges.is_possible() {
+    let projection = &leaf::project::<S>(&corners, ray);
+    if !projection.is_possible() {
         return Some(pop::<S, C>(kernel, slots, slot, room, height));
     }
     if M::CLOSEST {
         let before = ray.limit();
-        kernel.closest_in_leaf::<S>(edges, ray, leaf);
+        kernel.closest_in_leaf::<S>(projection, ray, leaf);
         if ray.limit() != before {
             let limit = ray.limit().to_bits() + 16;
             let stacks = (&mut slots.children[slot * room..][..room], &mut slots.keys[slot * room..][..room]);
             height = drop_beyond::<S>(stacks.0, stacks.1, height, limit);
         }
     } else if M::ANY {
-        if kernel.any_in_leaf::<S, M>(edges, ray, leaf) {
+        if kernel.any_in_leaf::<S, M>(projection, ray, leaf) {
             found.finish(ray);
             return None;
         }
     } else {
-        kernel.all_in_leaf::<S>(edges, ray, leaf, found);
+        kernel.all_in_leaf::<S>(projection, ray, leaf, found);
     }
     Some(pop::<S, C>(kernel, slots, slot, room, height))
 }
