@@ -278,12 +278,36 @@ const fn set_lanes() -> [[u8; 8]; 256] {
     table
 }
 
-/// Sorts pairs of lanes: the greater goes to the lanes that are not in `LESSER`.
+/// The step of a sorting network.
+pub(super) trait Exchange {
+    /// Sorts pairs of lanes: the greater goes to the lanes that are not in `LESSER`.
+    fn exchange<const LESSER: i32>(keys: __m256i, partners: __m256i) -> __m256i;
+}
+
+impl Exchange for Avx2 {
+    #[inline(always)]
+    fn exchange<const LESSER: i32>(keys: __m256i, partners: __m256i) -> __m256i {
+        unsafe {
+            let (lesser, greater) = (_mm256_min_epu32(keys, partners), _mm256_max_epu32(keys, partners));
+            _mm256_blend_epi32::<LESSER>(greater, lesser)
+        }
+    }
+}
+
+/// [`Simd::descending`] by a bitonic network (Batcher 1968, "Sorting networks and their applications").
 #[inline(always)]
-fn exchange<const LESSER: i32>(keys: __m256i, partners: __m256i) -> __m256i {
+pub(super) fn descending<E: Exchange>(numbers: F32x8, lanes: F32x8) -> __m256i {
     unsafe {
-        let (lesser, greater) = (_mm256_min_epu32(keys, partners), _mm256_max_epu32(keys, partners));
-        _mm256_blend_epi32::<LESSER>(greater, lesser)
+        let bits = _mm256_andnot_si256(_mm256_set1_epi32(7), _mm256_castps_si256(numbers.0));
+        let keys = _mm256_add_epi32(bits, _mm256_setr_epi32(8, 9, 10, 11, 12, 13, 14, 15));
+        let v = _mm256_and_si256(keys, _mm256_castps_si256(lanes.0));
+        let v = E::exchange::<0xAA>(v, _mm256_shuffle_epi32::<0xB1>(v));
+        let v = E::exchange::<0xCC>(v, _mm256_shuffle_epi32::<0x1B>(v));
+        let v = E::exchange::<0xAA>(v, _mm256_shuffle_epi32::<0xB1>(v));
+        let reversed = _mm256_setr_epi32(7, 6, 5, 4, 3, 2, 1, 0);
+        let v = E::exchange::<0xF0>(v, _mm256_permutevar8x32_epi32(v, reversed));
+        let v = E::exchange::<0xCC>(v, _mm256_shuffle_epi32::<0x4E>(v));
+        E::exchange::<0xAA>(v, _mm256_shuffle_epi32::<0xB1>(v))
     }
 }
 
@@ -314,21 +338,9 @@ impl Simd for Avx2 {
         unsafe { _mm256_storeu_si256(to.as_mut_ptr().cast(), values) }
     }
 
-    /// A bitonic network (Batcher 1968, "Sorting networks and their applications").
     #[inline(always)]
     fn descending(numbers: F32x8, lanes: F32x8) -> __m256i {
-        unsafe {
-            let bits = _mm256_andnot_si256(_mm256_set1_epi32(7), _mm256_castps_si256(numbers.0));
-            let keys = _mm256_add_epi32(bits, _mm256_setr_epi32(8, 9, 10, 11, 12, 13, 14, 15));
-            let v = _mm256_and_si256(keys, _mm256_castps_si256(lanes.0));
-            let v = exchange::<0xAA>(v, _mm256_shuffle_epi32::<0xB1>(v));
-            let v = exchange::<0xCC>(v, _mm256_shuffle_epi32::<0x1B>(v));
-            let v = exchange::<0xAA>(v, _mm256_shuffle_epi32::<0xB1>(v));
-            let reversed = _mm256_setr_epi32(7, 6, 5, 4, 3, 2, 1, 0);
-            let v = exchange::<0xF0>(v, _mm256_permutevar8x32_epi32(v, reversed));
-            let v = exchange::<0xCC>(v, _mm256_shuffle_epi32::<0x4E>(v));
-            exchange::<0xAA>(v, _mm256_shuffle_epi32::<0xB1>(v))
-        }
+        descending::<Avx2>(numbers, lanes)
     }
 
     #[inline(always)]

@@ -5,7 +5,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::avx2::{self, Avx2, F32x8, F64x4};
+use super::avx2::{self, Avx2, Exchange, F32x8, F64x4};
 use super::{Doubles, Simd, Task};
 use crate::math::Real;
 
@@ -203,10 +203,11 @@ fn joined(a: __m512d, b: __m512d, c: __m512d, d: __m512d) -> [__m512d; 4] {
     }
 }
 
-/// Sorts pairs of lanes: the greater goes to the lanes that are not in `LESSER`.
-#[inline(always)]
-fn exchange<const LESSER: u8>(keys: __m256i, partners: __m256i) -> __m256i {
-    unsafe { _mm256_mask_min_epu32(_mm256_max_epu32(keys, partners), LESSER, keys, partners) }
+impl Exchange for Avx512 {
+    #[inline(always)]
+    fn exchange<const LESSER: i32>(keys: __m256i, partners: __m256i) -> __m256i {
+        unsafe { _mm256_mask_min_epu32(_mm256_max_epu32(keys, partners), LESSER as u8, keys, partners) }
+    }
 }
 
 impl Simd for Avx512 {
@@ -236,21 +237,9 @@ impl Simd for Avx512 {
         Avx2::store_u32(values, to);
     }
 
-    /// A bitonic network, as in [`super::avx2`].
     #[inline(always)]
     fn descending(numbers: F32x8, lanes: F32x8) -> __m256i {
-        unsafe {
-            let bits = _mm256_andnot_si256(_mm256_set1_epi32(7), _mm256_castps_si256(numbers.0));
-            let keys = _mm256_add_epi32(bits, _mm256_setr_epi32(8, 9, 10, 11, 12, 13, 14, 15));
-            let v = _mm256_and_si256(keys, _mm256_castps_si256(lanes.0));
-            let v = exchange::<0xAA>(v, _mm256_shuffle_epi32::<0xB1>(v));
-            let v = exchange::<0xCC>(v, _mm256_shuffle_epi32::<0x1B>(v));
-            let v = exchange::<0xAA>(v, _mm256_shuffle_epi32::<0xB1>(v));
-            let reversed = _mm256_setr_epi32(7, 6, 5, 4, 3, 2, 1, 0);
-            let v = exchange::<0xF0>(v, _mm256_permutevar8x32_epi32(v, reversed));
-            let v = exchange::<0xCC>(v, _mm256_shuffle_epi32::<0x4E>(v));
-            exchange::<0xAA>(v, _mm256_shuffle_epi32::<0xB1>(v))
-        }
+        avx2::descending::<Avx512>(numbers, lanes)
     }
 
     #[inline(always)]
