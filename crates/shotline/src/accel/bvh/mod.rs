@@ -105,7 +105,7 @@ pub(super) struct Bvh<V = Aabb> {
     /// Whether an item may be in several leaves, each with a piece of its box.
     has_duplicate_refs: bool,
     /// Data for refitting; `None` until the first refit.
-    refit_data: Option<Box<RefitData>>,
+    refit_data: Option<Box<RefitData<u32>>>,
 }
 
 impl Bvh {

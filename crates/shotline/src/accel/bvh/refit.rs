@@ -8,56 +8,110 @@ use crate::accel::prim_ref::BoundsClass;
 
 /// A refit fails where the sum of the inner volumes' areas exceeds this multiple of the sum of the tree as built. The
 /// number of volumes that a line meets is proportional to the sum, so at twice the sum a ray costs twice as much.
-pub(super) const MAX_AREA_GROWTH: f64 = 2.0;
+const MAX_AREA_GROWTH: f64 = 2.0;
 
-/// Used in place of a leaf's index, for unbounded items and for items with an empty box.
-const UNBOUNDED: u32 = u32::MAX;
-const EMPTY: u32 = u32::MAX - 1;
+/// Where an item is in the tree.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Stored<P> {
+    /// It is not in the tree: its box is empty.
+    Not,
+    At(P),
+    Unbounded,
+}
 
 /// The links from items and nodes towards the root. The first refit computes them.
 #[derive(Clone, Debug)]
-pub(super) struct RefitData {
+pub(super) struct RefitData<P> {
     /// The parent of each node; unused for the root.
-    parents: Vec<u32>,
-    /// The leaf of each item.
-    leaves: Vec<u32>,
+    pub(super) parents: Vec<P>,
+    pub(super) items: Vec<Stored<P>>,
     /// The sum of the areas of all inner volumes: as built, and now.
     built: f64,
-    now: f64,
+    pub(super) now: f64,
 }
 
-impl RefitData {
-    fn of<V: Volume>(bvh: &Bvh<V>) -> RefitData {
-        let count = bvh.items.iter().chain(&bvh.unbounded).max().map_or(0, |&last| last as usize + 1);
-        let (mut parents, mut leaves) = (vec![0; bvh.nodes.len()], vec![EMPTY; count]);
-        let mut built = 0.0;
-        for (index, node) in (0..).zip(&bvh.nodes) {
-            if node.count == 0 {
-                parents[node.first as usize..][..2].fill(index);
-                built += node.bounds.area();
-            } else {
-                bvh.leaf_items(node).iter().for_each(|&item| leaves[item as usize] = index);
-            }
-        }
-        bvh.unbounded.iter().for_each(|&item| leaves[item as usize] = UNBOUNDED);
-        RefitData { parents, leaves, built, now: built }
+impl<P: Copy> RefitData<P> {
+    /// The links of a tree in which nothing but the unbounded items has been entered; `bounded` are its other items, and
+    /// `root` stands for all parents.
+    pub(super) fn new<'a>(
+        nodes: usize,
+        root: P,
+        bounded: impl Iterator<Item = &'a u32>,
+        unbounded: &'a [u32],
+    ) -> RefitData<P> {
+        let count = bounded.chain(unbounded).max().map_or(0, |&last| last as usize + 1);
+        let mut items = vec![Stored::Not; count];
+        unbounded.iter().for_each(|&item| items[item as usize] = Stored::Unbounded);
+        RefitData { parents: vec![root; nodes], items, built: 0.0, now: 0.0 }
     }
 
-    /// The leaf of an item; `None` if it is in no leaf.
-    fn leaf(&self, item: u32) -> Option<u32> {
-        self.leaves.get(item as usize).copied().filter(|&leaf| leaf < EMPTY)
+    /// Adds the area of a volume of the tree as built.
+    pub(super) fn add_area(&mut self, area: f64) {
+        self.built += area;
+        self.now = self.built;
     }
 
-    fn kind(&self, item: u32) -> BoundsClass {
-        match self.leaves.get(item as usize) {
-            None | Some(&EMPTY) => BoundsClass::Empty,
-            Some(&UNBOUNDED) => BoundsClass::Unbounded,
-            Some(_) => BoundsClass::Bounded,
+    /// Where an item is, if it is in the tree and bounded.
+    pub(super) fn place(&self, item: u32) -> Option<P> {
+        match self.items.get(item as usize) {
+            Some(Stored::At(place)) => Some(*place),
+            _ => None,
         }
+    }
+
+    /// Whether the box of an item is of another [`BoundsClass`] than the one that it was built with.
+    pub(super) fn is_misplaced(&self, item: u32, bounds: &Aabb) -> bool {
+        let class = match self.items.get(item as usize) {
+            None | Some(Stored::Not) => BoundsClass::Empty,
+            Some(Stored::At(_)) => BoundsClass::Bounded,
+            Some(Stored::Unbounded) => BoundsClass::Unbounded,
+        };
+        class != BoundsClass::of(bounds)
+    }
+
+    /// Whether the tree has not become too slow.
+    pub(super) fn is_fast_enough(&self) -> bool {
+        self.now <= MAX_AREA_GROWTH * self.built
     }
 
     pub(super) fn memory(&self) -> usize {
-        size_of::<RefitData>() + size_of_val(self.parents.as_slice()) + size_of_val(self.leaves.as_slice())
+        size_of::<RefitData<P>>() + size_of_val(self.parents.as_slice()) + size_of_val(self.items.as_slice())
+    }
+}
+
+/// The nodes whose volumes are to be computed again. Children have larger indices than their parents: taking the largest
+/// index first computes each volume once.
+#[derive(Debug, Default)]
+pub(super) struct ChangedNodes(BinaryHeap<u32>);
+
+impl ChangedNodes {
+    pub(super) fn add(&mut self, node: u32) {
+        self.0.push(node);
+    }
+
+    /// Takes the node with the largest index.
+    pub(super) fn take_last(&mut self) -> Option<u32> {
+        let last = self.0.pop()?;
+        while self.0.peek() == Some(&last) {
+            self.0.pop();
+        }
+        Some(last)
+    }
+}
+
+impl RefitData<u32> {
+    fn of<V: Volume>(bvh: &Bvh<V>) -> RefitData<u32> {
+        let mut data = RefitData::new(bvh.nodes.len(), 0, bvh.items.iter(), &bvh.unbounded);
+        for (index, node) in (0..).zip(&bvh.nodes) {
+            if node.count == 0 {
+                data.parents[node.first as usize..][..2].fill(index);
+                data.add_area(node.bounds.area());
+            } else {
+                let items = bvh.leaf_items(node);
+                items.iter().for_each(|&item| data.items[item as usize] = Stored::At(index));
+            }
+        }
+        data
     }
 }
 
@@ -66,15 +120,12 @@ impl<V: Volume> Bvh<V> {
     /// if the tree has become too slow.
     pub(super) fn refit_bounds(&mut self, items: &[u32], boxes: &dyn Fn(u32) -> Aabb) -> bool {
         let mut refit_data = self.refit_data.take().unwrap_or_else(|| Box::new(RefitData::of(self)));
-        if items.iter().any(|&item| refit_data.kind(item) != BoundsClass::of(&boxes(item))) {
+        if items.iter().any(|&item| refit_data.is_misplaced(item, &boxes(item))) {
             return false;
         }
-        let mut changed: BinaryHeap<u32> = items.iter().filter_map(|&item| refit_data.leaf(item)).collect();
-        // Children have larger indices than their parents. Taking the largest index first computes each volume once.
-        while let Some(index) = changed.pop() {
-            while changed.peek() == Some(&index) {
-                changed.pop();
-            }
+        let mut changed = ChangedNodes::default();
+        items.iter().filter_map(|&item| refit_data.place(item)).for_each(|leaf| changed.add(leaf));
+        while let Some(index) = changed.take_last() {
             let bounds = self.node_bounds(index, boxes);
             let node = &mut self.nodes[index as usize];
             let old = std::mem::replace(&mut node.bounds, bounds);
@@ -85,10 +136,10 @@ impl<V: Volume> Bvh<V> {
                 refit_data.now += bounds.area() - old.area();
             }
             if index > 0 {
-                changed.push(refit_data.parents[index as usize]);
+                changed.add(refit_data.parents[index as usize]);
             }
         }
-        let is_fast_enough = refit_data.now <= MAX_AREA_GROWTH * refit_data.built;
+        let is_fast_enough = refit_data.is_fast_enough();
         self.refit_data = Some(refit_data);
         is_fast_enough
     }

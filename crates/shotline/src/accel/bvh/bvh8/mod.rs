@@ -10,9 +10,10 @@ mod refit;
 
 use collapse::collapse;
 use node::{Met, Node};
-use refit::RefitData;
+use refit::Slot;
 
 use super::binned_sah;
+use super::refit::RefitData;
 use crate::aabb::{Aabb, BoxRay};
 use crate::accel::collapse::WIDTH;
 use crate::accel::{Accelerator, Beam, Child, QueueEntry, display};
@@ -27,7 +28,7 @@ pub(in crate::accel) struct Bvh8 {
     /// Items without finite bounds, proposed first.
     unbounded: Vec<u32>,
     /// Data for refitting; `None` until the first refit.
-    refit_data: Option<Box<RefitData>>,
+    refit_data: Option<Box<RefitData<Slot>>>,
 }
 
 impl Bvh8 {

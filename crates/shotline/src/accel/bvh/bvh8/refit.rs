@@ -1,81 +1,34 @@
 //! Refitting to items that move, as for the binary tree: boxes are computed again from the leaves up, and the tree stays
 //! as it is.
 
-use std::collections::BinaryHeap;
-
-use super::super::refit::MAX_AREA_GROWTH;
+use super::super::refit::{ChangedNodes, RefitData, Stored};
 use super::Bvh8;
 use super::node::Node;
 use crate::aabb::Aabb;
-use crate::accel::prim_ref::BoundsClass;
 
 /// A child, by its node and its slot there.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Place {
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Slot {
     node: u32,
     slot: u32,
 }
 
-/// How an item is stored.
-#[derive(Clone, Copy, Debug)]
-enum Stored {
-    Not,
-    At(Place),
-    Unbounded,
-}
-
-impl Stored {
-    fn class(self) -> BoundsClass {
-        match self {
-            Stored::Not => BoundsClass::Empty,
-            Stored::At(_) => BoundsClass::Bounded,
-            Stored::Unbounded => BoundsClass::Unbounded,
-        }
-    }
-}
-
-/// The links from items and nodes towards the root. The first refit computes them.
-#[derive(Clone, Debug)]
-pub(super) struct RefitData {
-    /// The place of each node; unused for the root.
-    nodes: Vec<Place>,
-    items: Vec<Stored>,
-    /// The sum of the areas of all nodes but the root: as built, and now.
-    built: f64,
-    now: f64,
-}
-
-impl RefitData {
-    fn of(bvh: &Bvh8) -> RefitData {
-        let items = bvh.nodes.iter().flat_map(Node::items).chain(&bvh.unbounded);
-        let count = items.max().map_or(0, |&last| last as usize + 1);
-        let mut data = RefitData {
-            nodes: vec![Place { node: 0, slot: 0 }; bvh.nodes.len()],
-            items: vec![Stored::Not; count],
-            built: 0.0,
-            now: 0.0,
-        };
+impl RefitData<Slot> {
+    fn of(bvh: &Bvh8) -> RefitData<Slot> {
+        let items = bvh.nodes.iter().flat_map(Node::items);
+        let mut data = RefitData::new(bvh.nodes.len(), Slot { node: 0, slot: 0 }, items, &bvh.unbounded);
         for (index, node) in (0..).zip(&bvh.nodes) {
             for (slot, &child) in (0..).zip(&node.children[..usize::from(node.count)]) {
-                let place = Place { node: index, slot };
+                let place = Slot { node: index, slot };
                 if slot < u32::from(node.nodes) {
-                    data.nodes[child as usize] = place;
-                    data.built += node.child_box(slot as usize).half_area();
+                    data.parents[child as usize] = place;
+                    data.add_area(node.child_box(slot as usize).half_area());
                 } else {
                     data.items[child as usize] = Stored::At(place);
                 }
             }
         }
-        bvh.unbounded.iter().for_each(|&item| data.items[item as usize] = Stored::Unbounded);
-        RefitData { now: data.built, ..data }
-    }
-
-    fn stored(&self, item: u32) -> Stored {
-        self.items.get(item as usize).copied().unwrap_or(Stored::Not)
-    }
-
-    pub(super) fn memory(&self) -> usize {
-        size_of::<RefitData>() + size_of_val(self.nodes.as_slice()) + size_of_val(self.items.as_slice())
+        data
     }
 }
 
@@ -84,36 +37,32 @@ impl Bvh8 {
     /// the tree has become too slow.
     pub(super) fn refit_boxes(&mut self, items: &[u32], boxes: &dyn Fn(u32) -> Aabb) -> bool {
         let mut data = self.refit_data.take().unwrap_or_else(|| Box::new(RefitData::of(self)));
-        if items.iter().any(|&item| data.stored(item).class() != BoundsClass::of(&boxes(item))) {
+        if items.iter().any(|&item| data.is_misplaced(item, &boxes(item))) {
             return false;
         }
         // The nodes that hold a box that has changed.
-        let mut changed = BinaryHeap::new();
+        let mut changed = ChangedNodes::default();
         for &item in items {
-            if let Stored::At(Place { node, slot }) = data.stored(item) {
+            if let Some(Slot { node, slot }) = data.place(item) {
                 self.nodes[node as usize].set_box(slot as usize, &boxes(item));
-                changed.push(node);
+                changed.add(node);
             }
         }
-        // Children have larger indices than their parents. Taking the largest index first computes each box once.
-        while let Some(index) = changed.pop() {
-            while changed.peek() == Some(&index) {
-                changed.pop();
-            }
+        while let Some(index) = changed.take_last() {
             if index == 0 {
                 break;
             }
             let bounds = self.nodes[index as usize].bounds();
-            let Place { node, slot } = data.nodes[index as usize];
+            let Slot { node, slot } = data.parents[index as usize];
             let parent = &mut self.nodes[node as usize];
             let old = parent.child_box(slot as usize);
             if bounds != old {
                 parent.set_box(slot as usize, &bounds);
                 data.now += bounds.half_area() - old.half_area();
-                changed.push(node);
+                changed.add(node);
             }
         }
-        let is_fast_enough = data.now <= MAX_AREA_GROWTH * data.built;
+        let is_fast_enough = data.is_fast_enough();
         self.refit_data = Some(data);
         is_fast_enough
     }
