@@ -148,6 +148,11 @@ fn mark(grid: &Grid, triangle: &Triangle, cells: &mut [i8]) -> usize {
 }
 
 impl EmptyCells {
+    /// Bytes used.
+    pub(super) fn memory(&self) -> usize {
+        size_of_val(self.winding.as_slice())
+    }
+
     /// Finds the empty cells of a closed mesh, given its scaled triangles and their box. `winding` returns the winding
     /// number at a point before scaling. Returns `None` if the coordinates do not allow a grid.
     pub(super) fn of(

@@ -78,6 +78,11 @@ impl FaceSides {
         }
     }
 
+    /// Bytes used.
+    pub(super) fn memory(&self) -> usize {
+        size_of_val(self.states.as_slice())
+    }
+
     /// Whether at least half of the faces are clear.
     pub(crate) fn are_useful(&self) -> bool {
         let (examined, clear) = (self.examined.load(Ordering::Relaxed), self.clear.load(Ordering::Relaxed));
@@ -112,6 +117,7 @@ mod tests {
 
     use super::*;
     use crate::math::{Affine, Vec3};
+    use crate::solid::Solid;
     use crate::solid::mesh::shapes::{ball, cubes, ring};
     use crate::solid::mesh::{MeshSolid, TriangleMesh};
 
@@ -132,6 +138,19 @@ mod tests {
         for mesh in [ball(3), ring(9, 5), ball(2).with(&moved(ball(1), 3.0)), nested] {
             assert!(clear(mesh).iter().all(|is_clear| *is_clear));
         }
+    }
+
+    #[test]
+    fn what_is_computed_for_rays_and_checks_counts_as_memory() {
+        let solid = MeshSolid::new(Arc::new(ball(3)), "bvh").expect("a mesh");
+        let built = solid.memory();
+        assert!(solid.face_sides().is_some());
+        assert_eq!(solid.memory() - built, solid.mesh.faces.len());
+        let with_sides = solid.memory();
+        solid.make_cells();
+        let with_cells = solid.memory();
+        solid.self_intersections();
+        assert!(with_sides < with_cells && with_cells < solid.memory());
     }
 
     #[test]

@@ -461,5 +461,8 @@ impl Solid for MeshSolid {
             + size_of_val(self.mesh.polygons.as_slice())
             + self.triangles.memory()
             + self.index.memory()
+            + self.face_sides.get().and_then(Option::as_ref).map_or(0, FaceSides::memory)
+            + self.empty_cells.get().and_then(Option::as_ref).map_or(0, EmptyCells::memory)
+            + self.face_contacts.get().map_or(0, FaceContacts::memory)
     }
 }

@@ -90,6 +90,11 @@ pub(super) struct FaceContacts {
 }
 
 impl FaceContacts {
+    /// Bytes used.
+    pub(super) fn memory(&self) -> usize {
+        self.pairs.as_deref().map_or(0, size_of_val) + size_of_val(self.marks.as_slice())
+    }
+
     /// Whether faces pass through each other, or may.
     pub(super) fn may_cross(&self) -> bool {
         self.crossings.is_none_or(|crossings| crossings.count > 0)
