@@ -73,6 +73,7 @@ pub mod contact;
 pub mod counters;
 pub mod crossing;
 pub mod csg;
+mod lanes;
 pub mod lecture;
 pub mod math;
 pub mod measure;

@@ -30,15 +30,16 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("pool", &[]),
     ("scratch", &["trace", "budget", "counters", "tags"]),
     ("simd", &["math"]),
-    ("accel", &["math", "aabb", "counters", "simd"]),
+    ("lanes", &["math", "ray", "aabb", "simd"]),
+    ("accel", &["math", "aabb", "counters", "pool", "simd", "lanes"]),
     (
         "solid",
         &[
             "math", "roots", "ray", "aabb", "region", "crossing", "contact", "trace", "counters", "scratch",
-            "tags", "pool", "simd", "accel",
+            "tags", "pool", "simd", "lanes", "accel",
         ],
     ),
-    ("csg", &["math", "ray", "aabb", "region", "crossing", "contact"]),
+    ("csg", &["math", "ray", "aabb", "region", "crossing", "contact", "simd", "lanes"]),
     ("lecture", &["math", "roots", "crossing", "solid", "csg"]),
     ("scene", &["math", "solid", "csg"]),
     ("shape", &["math", "solid", "scene"]),
@@ -47,7 +48,7 @@ const IMPORTS: &[(&str, &[&str])] = &[
         "query",
         &[
             "math", "ray", "aabb", "crossing", "contact", "trace", "budget", "counters", "tags", "pool",
-            "scratch", "accel", "solid", "csg", "compile",
+            "scratch", "simd", "lanes", "accel", "solid", "csg", "compile",
         ],
     ),
     ("prelude", &["math", "ray", "scene", "shape", "compile", "query"]),

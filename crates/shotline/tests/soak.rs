@@ -7,6 +7,8 @@
 
 #[path = "mesh_blocks/mod.rs"]
 mod blocks;
+#[path = "soak/bundles.rs"]
+mod bundles;
 #[path = "soak/exact.rs"]
 mod exact;
 #[path = "soak/mesh.rs"]
@@ -141,4 +143,10 @@ fn blocks_of_rays_at_meshes() {
 fn thin_meshes_and_spans() {
     let meshes = thin::Meshes::new();
     soak("thin meshes and spans", 10_000, |random, rays, tally| meshes.run(random, rays, tally));
+}
+
+/// Rays that are cast at solids together, compared with single rays.
+#[test]
+fn bundles_of_rays_at_solids() {
+    soak("bundles of rays at solids", 20_000, bundles::run);
 }

@@ -1,7 +1,9 @@
 //! Beams: some rays of one frame that run close together. A structure tests all of them at once against each of its boxes,
 //! and only the boxes of items are tested ray by ray, many rays at a time.
 
+use super::Child;
 use crate::aabb::{Aabb, BoxRay};
+use crate::lanes::BoxLanes;
 use crate::math::Vec3;
 use crate::simd::{Doubles, Simd, Task, dispatch};
 
@@ -15,13 +17,13 @@ pub type ByRay = [[f64; 8]; BEAM_RAYS / 8];
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub struct BeamRays {
-    ahead: [ByRay; 3],
-    behind: [ByRay; 3],
-    inverse: [ByRay; 3],
-    shrink: ByRay,
-    grow: ByRay,
-    t_min: f64,
-    t_max: f64,
+    pub(super) ahead: [ByRay; 3],
+    pub(super) behind: [ByRay; 3],
+    pub(super) inverse: [ByRay; 3],
+    pub(super) shrink: ByRay,
+    pub(super) grow: ByRay,
+    pub(super) t_min: f64,
+    pub(super) t_max: f64,
 }
 
 /// The rays that meet a box.
@@ -31,6 +33,30 @@ pub struct MetRays {
     pub enter: ByRay,
     /// A mask of them.
     pub rays: u32,
+}
+
+/// Some rays of a beam.
+#[derive(Clone, Copy, Debug)]
+pub struct BeamSome<'a> {
+    /// All rays of the beam, and bounds on them.
+    pub rays: &'a BeamRays,
+    /// Bounds on all of them.
+    pub beam: &'a Beam,
+    /// A mask of the rays that count.
+    pub places: u32,
+    /// How far each of them looks.
+    pub limits: &'a ByRay,
+}
+
+/// A child that rays of a beam may meet.
+#[derive(Clone, Copy, Debug)]
+pub struct BeamEntry {
+    /// No ray enters it before.
+    pub t: f64,
+    /// The child.
+    pub child: Child,
+    /// A mask of the rays.
+    pub places: u32,
 }
 
 /// Bounds on the numbers of all rays of a beam.
@@ -45,6 +71,15 @@ pub struct Beam {
     pub(super) grow: f64,
     pub(super) t_min: f64,
     pub(super) t_max: f64,
+    /// Whether the rays run apart. Each of them is then tested alone, since the bounds would cull nothing.
+    pub is_loose: bool,
+}
+
+impl Beam {
+    /// The beam of rays that run apart, without bounds.
+    pub fn loose(t_min: f64, t_max: f64) -> Beam {
+        Beam { is_loose: true, t_min, t_max, ..Beam::default() }
+    }
 }
 
 impl Default for BeamRays {
@@ -77,6 +112,24 @@ impl BeamRays {
             }
         }
         dispatch(Invert(self))
+    }
+
+    /// Sets the span of all rays.
+    pub(crate) fn set_span(&mut self, t_min: f64, t_max: f64) {
+        (self.t_min, self.t_max) = (t_min, t_max);
+    }
+
+    /// Sets the rays at the places from `first` on, which is a multiple of the number of lanes.
+    #[inline(always)]
+    pub(crate) fn set_lanes<F: Doubles>(&mut self, first: usize, rays: &BoxLanes<F>) {
+        let (chunk, lane) = (first / 8, first % 8);
+        for axis in 0..3 {
+            rays.ahead[axis].store_some(&mut self.ahead[axis][chunk], lane);
+            rays.behind[axis].store_some(&mut self.behind[axis][chunk], lane);
+            rays.inverse[axis].store_some(&mut self.inverse[axis][chunk], lane);
+        }
+        rays.shrink.store_some(&mut self.shrink[chunk], lane);
+        rays.grow.store_some(&mut self.grow[chunk], lane);
     }
 
     /// Sets one ray, which must have the span of the others.
@@ -182,19 +235,17 @@ impl Enter<'_> {
     fn some<F: Doubles>(&self, chunk: usize, first: usize) -> (F::Array, u8) {
         let Enter { rays, bounds, limits } = self;
         let load = |numbers: &ByRay| F::load_some(&numbers[chunk], first);
-        let (mut enter, mut exit) = (F::splat(f64::NEG_INFINITY), F::splat(f64::INFINITY));
-        for axis in 0..3 {
-            let inverse = load(&rays.inverse[axis]);
-            let (lower, upper) = (F::splat(bounds.min[axis]), F::splat(bounds.max[axis]));
-            let near = upper.where_negative(inverse, lower);
-            let far = lower.where_negative(inverse, upper);
-            // A NaN leaves the bound: such an axis does not cull.
-            enter = ((near - load(&rays.ahead[axis])) * inverse).greater(enter);
-            exit = ((far - load(&rays.behind[axis])) * inverse).lesser(exit);
-        }
-        let (shrink, grow) = (load(&rays.shrink), load(&rays.grow));
-        let enter = (enter * shrink).lesser(enter * grow).greater(F::splat(rays.t_min));
-        let exit = (exit * shrink).greater(exit * grow).lesser(F::splat(rays.t_max));
+        let vector = |of: &[ByRay; 3]| [load(&of[0]), load(&of[1]), load(&of[2])];
+        let boxes = BoxLanes {
+            ahead: vector(&rays.ahead),
+            behind: vector(&rays.behind),
+            inverse: vector(&rays.inverse),
+            shrink: load(&rays.shrink),
+            grow: load(&rays.grow),
+            t_min: rays.t_min,
+            t_max: rays.t_max,
+        };
+        let (enter, exit) = boxes.enter_exit(bounds);
         (enter.store(), enter.is_at_most(exit.lesser(load(limits))) & F::ALL)
     }
 }
@@ -215,6 +266,7 @@ impl Task for Bound<'_> {
             grow: ends::<S::Wide>(&rays.grow)[1],
             t_min: rays.t_min,
             t_max: rays.t_max,
+            is_loose: false,
         };
         for axis in 0..3 {
             let all = [&rays.inverse[axis], &rays.ahead[axis], &rays.behind[axis]];

@@ -18,7 +18,7 @@ pub(crate) mod wide;
 use std::fmt::Debug;
 use std::ops::Range;
 
-pub use beam::{BEAM_RAYS, Beam, BeamRays, ByRay, MetRays};
+pub use beam::{BEAM_RAYS, Beam, BeamEntry, BeamRays, BeamSome, ByRay, MetRays};
 
 use crate::aabb::{Aabb, BoxRay};
 use crate::counters::Counters;
@@ -65,10 +65,10 @@ pub trait Accelerator: CloneBoxed + Send + Sync + Debug {
 
     /// As [`Accelerator::roots`], for a beam: appends what any of its rays may meet. The bounds hold for all rays. Callers
     /// test the boxes of items ray by ray.
-    fn beam_roots(&self, _beam: &Beam, _out: &mut Vec<QueueEntry>) {}
+    fn beam_roots(&self, _some: &BeamSome, _out: &mut Vec<BeamEntry>) {}
 
     /// As [`Accelerator::expand`], for a beam.
-    fn expand_beam(&self, _node: u64, _beam: &Beam, _out: &mut Vec<QueueEntry>) {}
+    fn expand_beam(&self, _node: u64, _some: &BeamSome, _out: &mut Vec<BeamEntry>) {}
 
     /// Traverses the structure depth first, nearer children first. Calls `visit` with runs of items. Skips everything
     /// that begins after the `t` that `visit` returned last (initially the span's `t_max`).

@@ -266,6 +266,8 @@ impl<'s> Builder<'s> {
         world.stats.memory_bytes = world.memory();
         world.surface = world.find_surface();
         world.casts_blocks = world.bodies.iter().any(|body| body.block_meshes().next().is_some());
+        let takes_beams = world.root().accel.as_ref().is_some_and(|accel| accel.takes_beams());
+        world.casts_lanes = takes_beams && world.bodies.iter().any(|body| body.takes_bundles());
         world
     }
 }
@@ -282,6 +284,7 @@ impl World {
             names: Arc::default(),
             surface: None,
             casts_blocks: false,
+            casts_lanes: false,
             stats: Stats::default(),
         }
     }

@@ -8,7 +8,8 @@ use crate::aabb::Aabb;
 use crate::accel;
 
 impl World {
-    /// Returns the same world with every body under the accelerator `name`, and with counters for every program.
+    /// Returns the same world with every body under the accelerator `name`, with counters for every program, and
+    /// with rays one by one.
     ///
     /// # Panics
     /// If bodies are shared with another world.
@@ -19,8 +20,10 @@ impl World {
                 let boxes: Vec<Aabb> = body.leaves.iter().map(|leaf| leaf.bounds).collect();
                 body.accel = accel::build(name, &boxes);
                 body.program.forget_table();
+                (body.takes_lanes, body.takes_bundles) = (false, false);
             }
         }
+        self.casts_lanes = false;
         self
     }
 }

@@ -42,6 +42,8 @@ pub struct World {
     pub(super) surface: Option<(u32, u32)>,
     /// Whether there is a mesh at which blocks of rays can be cast.
     pub(super) casts_blocks: bool,
+    /// Whether rays that run close together can be cast at bodies in lanes.
+    pub(super) casts_lanes: bool,
     pub(super) stats: Stats,
 }
 
@@ -101,6 +103,10 @@ pub(crate) struct SolidBody {
     pub accel: Option<Box<dyn Accelerator>>,
     pub bounds: Aabb,
     pub first_surface: u32,
+    /// Whether rays can be cast at it in lanes: it has few leaves, and no meshes.
+    pub takes_lanes: bool,
+    /// Whether the rays of a bundle can share a traversal of its accelerator: it has no meshes.
+    pub takes_bundles: bool,
 }
 
 /// A placed solid.
@@ -282,6 +288,11 @@ impl World {
         self.casts_blocks
     }
 
+    /// Whether rays that run close together can be cast at bodies in lanes.
+    pub(crate) fn casts_lanes(&self) -> bool {
+        self.casts_lanes
+    }
+
     /// All levels. A level comes after the levels that it places; the root is the last.
     pub(crate) fn levels(&self) -> &[Arc<Level>] {
         &self.levels
@@ -380,6 +391,17 @@ impl Body {
                 Some(BodyMesh { mesh: solid.as_mesh()?, leaf, local_from_body, bounds })
             });
         of_surface.into_iter().chain(of_leaves).filter(|body_mesh| body_mesh.mesh.casts_blocks())
+    }
+
+    /// Whether the rays of a bundle are cast at it together.
+    #[inline]
+    pub(crate) fn takes_bundles(&self) -> bool {
+        matches!(self, Body::Solid(body) if body.takes_lanes || body.takes_bundles)
+    }
+
+    /// Whether rays are cast at it in lanes.
+    pub(crate) fn takes_lanes(&self) -> bool {
+        matches!(self, Body::Solid(SolidBody { takes_lanes: true, .. }))
     }
 
     pub(super) fn first_surface(&self) -> u32 {

@@ -6,6 +6,9 @@ mod bounds;
 mod chain;
 mod contact;
 mod event;
+pub(crate) mod lanes;
+#[cfg(test)]
+mod lanes_tests;
 pub mod op;
 mod program;
 mod single_leaf;

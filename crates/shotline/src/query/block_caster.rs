@@ -1,4 +1,4 @@
-//! Casts blocks of rays at worlds with meshes.
+//! Casts blocks of rays at worlds.
 //!
 //! The results have the bits of [`Caster`], which casts the rays that the kernel of a mesh leaves open.
 
@@ -19,9 +19,9 @@ pub(super) struct BlockPlan<'w> {
 }
 
 impl<'w> BlockPlan<'w> {
-    /// The plan for a world; `None` if it has no meshes: then its rays are cast one by one.
+    /// The plan for a world; `None` if its rays are cast one by one.
     pub(super) fn of(world: &'w World) -> Option<BlockPlan<'w>> {
-        world.casts_blocks().then(|| BlockPlan { few: FewMeshes::of(world) })
+        (world.casts_blocks() || world.casts_lanes()).then(|| BlockPlan { few: FewMeshes::of(world) })
     }
 }
 

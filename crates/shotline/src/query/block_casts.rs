@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::block_fold::{BlockFold, BlockVisitor, Flight, Slot, State};
+use super::block_fold::{BlockFold, BlockVisitor, Flight, Found, Normal, Slot, State, is_before_box};
 use super::first_boundaries::{ClosedMesh, First};
 use super::fold_query::FoldControl;
 use super::mesh_requests::{MeshRequest, MeshRequests};
@@ -208,13 +208,19 @@ impl<'w> BlockFold<'_, 'w> {
         if slot.state != State::Waiting {
             return;
         }
+        let is_closest = self.is_closest::<V>();
         for mut boundary in boundaries {
             if !self.query.scope.kinds.hold(boundary.kind) {
                 continue;
             }
             // Turns -0.0 into 0.0, as in the fold of a single ray.
             boundary.crossing.t += 0.0;
-            match visitor.boundary(slot.in_flight, &bundle.paths, body_entry, boundary) {
+            if is_closest && is_before_box(&boundary, body_entry.enter) {
+                return slot.refuse(visitor);
+            }
+            let (placed, normal) = (body_entry.placed, Normal::Open(body_entry));
+            let found = Found { paths: &bundle.paths, placed, boundary, normal };
+            match visitor.boundary(slot.in_flight, found) {
                 FoldControl::Limit(t) => slot.limit = slot.limit.min(t),
                 FoldControl::Stop => {
                     slot.state = State::Ended;

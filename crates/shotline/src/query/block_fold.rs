@@ -8,20 +8,24 @@ use std::ops::Range;
 
 use super::Limits;
 use super::bundle::{Advance, Bundle, BundleMemory, Pause};
-use super::bundles::Bundling;
+use super::bundle_stream::BundleStream;
+use super::bundles::{Bundling, Rows};
 use super::caster::Caster;
 use super::fold_query::{FoldControl, FoldQuery};
+use super::lane_cast::LaneFinds;
 use super::level_paths::LevelPaths;
+use super::level_visit::ManyRays;
 use super::mesh_requests::{MeshRequest, MeshRequests};
 use super::offers::Offers;
 use super::row_block::RowBlock;
-use super::traversal::{BodyEntry, Traversal};
+use super::traversal::{BodyEntry, PlacedBody, Traversal};
 use crate::aabb::BoxRay;
 use crate::accel::{BEAM_RAYS, ByRay};
 use crate::compile::{Body, SurfaceBody};
 use crate::csg::Boundary;
 use crate::math::{Affine, Vec3};
 use crate::ray::{Line, Ray};
+use crate::solid::Wanted;
 
 /// The most bundles in flight.
 const BUNDLES: usize = 64;
@@ -36,19 +40,29 @@ pub(super) struct InFlight {
     pub slot: usize,
 }
 
+/// A boundary of a ray.
+pub(super) struct Found<'f, 'w> {
+    pub paths: &'f LevelPaths<'w>,
+    pub placed: PlacedBody,
+    pub boundary: Boundary,
+    pub normal: Normal<'f>,
+}
+
+/// The normal of a boundary.
+pub(super) enum Normal<'f> {
+    /// In world coordinates, if normals are needed.
+    Known(Vec3),
+    /// Can be computed, given the ray in the body.
+    Open(&'f BodyEntry),
+}
+
 /// What a query does with the boundaries of the rays of a block.
 pub(super) trait BlockVisitor<'w> {
     /// Whether any boundary is enough, and nothing needs to be known of it.
     const IS_ANY: bool = false;
 
     /// Takes a boundary. Those of one ray and body come one after the other.
-    fn boundary(
-        &mut self,
-        ray: InFlight,
-        paths: &LevelPaths<'w>,
-        body_entry: &BodyEntry,
-        boundary: Boundary,
-    ) -> FoldControl;
+    fn boundary(&mut self, ray: InFlight, found: Found<'_, 'w>) -> FoldControl;
 
     /// Takes a ray that has a boundary, which ends it.
     fn any(&mut self, _ray: InFlight) {}
@@ -73,6 +87,14 @@ pub(super) struct Slot {
     pub state: State,
 }
 
+impl Slot {
+    /// Leaves the ray to the plain path.
+    pub fn refuse<'w>(&mut self, visitor: &mut impl BlockVisitor<'w>) {
+        self.state = State::Ended;
+        visitor.refuse(self.in_flight);
+    }
+}
+
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum State {
     /// The ray has ended.
@@ -93,13 +115,19 @@ pub(super) struct Flight<'w> {
     /// The offers of each slot.
     offers: Vec<Offers>,
     /// The bundles, each with [`BEAM_RAYS`] slots, and how many of these it uses.
-    bundles: Vec<Bundle<'w>>,
+    pub bundles: Vec<Bundle<'w>>,
     counts: Vec<usize>,
     /// The bundles with rays that have not ended, and the others.
     pub active: Vec<usize>,
     free: Vec<usize>,
     memory: BundleMemory,
     lines: Vec<Line>,
+    pub finds: LaneFinds,
+    pub stream: BundleStream,
+    /// The rays of a bundle in a body.
+    pub body_rays: Box<ManyRays>,
+    /// The transforms into the body that is cast at.
+    pub frames: Vec<&'w Affine>,
 }
 
 impl<'w> Flight<'w> {
@@ -164,9 +192,20 @@ impl<'w> BlockFold<'_, 'w> {
             while next < self.block.rays.len()
                 && let Some(bundle) = flight.free.pop()
             {
-                let rows = bundling.next(self.block.rays, next);
+                let (rows, is_loose) = match bundling.next(self.block.rays, next) {
+                    Rows::Close(rows) => (rows, false),
+                    Rows::Loose(rows) => (rows, true),
+                    Rows::Single(row) => (row..row + 1, false),
+                    Rows::Plain(rows) => {
+                        flight.free.push(bundle);
+                        next = rows.end;
+                        let slot = bundle * BEAM_RAYS;
+                        rows.for_each(|row| visitor.refuse(InFlight { row, slot }));
+                        continue;
+                    }
+                };
                 next = rows.end;
-                self.begin(bundle, rows, flight, visitor);
+                self.begin(bundle, (rows, is_loose), flight, visitor);
                 if self.advance(bundle, flight, requests, visitor) {
                     active.push(bundle);
                 } else {
@@ -185,7 +224,7 @@ impl<'w> BlockFold<'_, 'w> {
     fn begin<V: BlockVisitor<'w>>(
         &mut self,
         bundle: usize,
-        rows: Range<usize>,
+        (rows, is_loose): (Range<usize>, bool),
         flight: &mut Flight<'w>,
         visitor: &mut V,
     ) {
@@ -203,7 +242,7 @@ impl<'w> BlockFold<'_, 'w> {
         }
         let Flight { slots: all, bundles, lines, memory, .. } = flight;
         if lines.len() == slots.len() {
-            bundles[bundle].begin(world, lines, span, memory, &mut self.caster.scratch);
+            bundles[bundle].begin(world, (lines, is_loose), span, memory, &mut self.caster.scratch);
             return;
         }
         // A row is not valid: an array that is read in place may change.
@@ -223,11 +262,11 @@ impl<'w> BlockFold<'_, 'w> {
         visitor: &mut V,
     ) -> bool {
         let range = flight.range(number);
-        let Flight { slots, offers, bundles, memory, waiting, .. } = flight;
-        let bundle = &mut bundles[number];
-        let (slots, offers) = (&mut slots[range.clone()], &mut offers[range.clone()]);
-        let waiting = &mut waiting[range];
         loop {
+            let Flight { slots, offers, bundles, memory, waiting, .. } = &mut *flight;
+            let bundle = &mut bundles[number];
+            let (slots, offers) = (&mut slots[range.clone()], &mut offers[range.clone()]);
+            let waiting = &mut waiting[range.clone()];
             let (mut wait, mut have_ended) = (false, true);
             for (place, (slot, offers)) in slots.iter_mut().zip(&mut *offers).enumerate() {
                 if !offers.is_empty() {
@@ -240,8 +279,16 @@ impl<'w> BlockFold<'_, 'w> {
             if wait || have_ended {
                 return wait;
             }
-            let pause =
-                if bundle.is_done() { Pause::Done } else { self.offer(slots, offers, bundle, memory) };
+            let mut reach = Reach::of(slots);
+            let mut pause = self.offer(&reach, offers, bundle, memory);
+            while pause == Pause::Met {
+                self.cast_together(number, &mut reach, flight, visitor);
+                let Flight { offers, bundles, memory, .. } = &mut *flight;
+                pause = self.offer(&reach, &mut offers[range.clone()], &mut bundles[number], memory);
+            }
+            let Flight { slots, offers, bundles, .. } = &mut *flight;
+            let (slots, offers) = (&mut slots[range.clone()], &offers[range.clone()]);
+            let bundle = &bundles[number];
             let is_done = pause == Pause::Done && offers.iter().all(Offers::is_empty);
             if !is_done && pause != Pause::Refused {
                 continue;
@@ -262,22 +309,18 @@ impl<'w> BlockFold<'_, 'w> {
     /// Offers bodies to the rays of a bundle.
     fn offer(
         &mut self,
-        slots: &[Slot],
+        reach: &Reach,
         offers: &mut [Offers],
         bundle: &mut Bundle<'w>,
         memory: &mut BundleMemory,
     ) -> Pause {
-        let mut limits: ByRay = [[f64::NEG_INFINITY; 8]; BEAM_RAYS / 8];
-        let mut limit = f64::NEG_INFINITY;
-        for (place, slot) in slots.iter().enumerate() {
-            if slot.state == State::Ready {
-                limits[place / 8][place % 8] = slot.limit;
-                limit = limit.max(slot.limit);
-            }
+        if bundle.is_done() {
+            return Pause::Done;
         }
         let Caster { world, scratch, limits: Limits { steps, .. }, .. } = &mut *self.caster;
         let span = self.query.scope.span;
-        let mut advance = Advance { world, span, limits: &limits, limit, offers, scratch };
+        let (limits, limit) = (&reach.limits, reach.largest());
+        let mut advance = Advance { world, span, limits, limit, offers, scratch };
         bundle.advance(*steps, memory, &mut advance)
     }
 
@@ -307,6 +350,11 @@ impl<'w> BlockFold<'_, 'w> {
         }
     }
 
+    /// Whether the query is for the closest crossing.
+    pub(super) fn is_closest<V: BlockVisitor<'w>>(&self) -> bool {
+        self.query.wanted == Wanted::First && !V::IS_ANY
+    }
+
     /// Folds a body by the plain path.
     pub(super) fn fold_body<V: BlockVisitor<'w>>(
         &mut self,
@@ -317,12 +365,19 @@ impl<'w> BlockFold<'_, 'w> {
     ) {
         let (in_flight, paths, most) = (slot.in_flight, &bundle.paths, self.caster.limits.steps);
         self.caster.scratch.budget.begin(most.saturating_sub(bundle.steps + slot.steps));
-        let mut fold = |_: &mut Traversal<'w>, body_entry: &BodyEntry, boundary| {
-            visitor.boundary(in_flight, paths, body_entry, boundary)
+        let (is_closest, mut is_early) = (self.is_closest::<V>(), false);
+        let mut fold = |_: &mut Traversal<'w>, body_entry: &BodyEntry, boundary: Boundary| {
+            is_early = is_closest && is_before_box(&boundary, body_entry.enter);
+            if is_early {
+                return FoldControl::Stop;
+            }
+            let found =
+                Found { paths, placed: body_entry.placed, boundary, normal: Normal::Open(body_entry) };
+            visitor.boundary(in_flight, found)
         };
         let stops = self.caster.fold_body(body_entry, &self.query, &mut slot.limit, &mut fold).is_break();
         slot.steps += self.caster.scratch.budget.used();
-        let fails = self.caster.outcome().is_err();
+        let fails = is_early || self.caster.outcome().is_err();
         slot.state = if stops || fails { State::Ended } else { State::Ready };
         if fails {
             visitor.refuse(in_flight);
@@ -333,13 +388,13 @@ impl<'w> BlockFold<'_, 'w> {
 
     /// Requests what a ray needs of the meshes of a body. Returns `false` if that is nothing.
     fn request(&mut self, slot: &Slot, body_entry: &BodyEntry, requests: &mut MeshRequests) -> bool {
-        let (body, span) = (self.caster.world.body(body_entry.body), self.query.scope.span);
+        let (body, span) = (self.caster.world.body(body_entry.placed.body), self.query.scope.span);
         // As for a single ray: the limit itself counts.
         let end = if slot.limit < span.t_max() { slot.limit.next_up() } else { span.t_max() };
         let mut request = |leaf: u32, local_from_body: &Affine| {
             let slot = slot.in_flight.slot as u32;
             let line = body_entry.line.in_frame(local_from_body);
-            requests.push(MeshRequest { body: body_entry.body, leaf, slot }, &line, end);
+            requests.push(MeshRequest { body: body_entry.placed.body, leaf, slot }, &line, end);
         };
         if let Body::Surface(SurfaceBody { mesh, local_from_body, .. }) = body {
             let casts_blocks = mesh.casts_blocks();
@@ -360,5 +415,42 @@ impl<'w> BlockFold<'_, 'w> {
             }
         }
         is_requested
+    }
+}
+
+/// Whether a boundary lies before the box of its body, where only the bound of its `t` reaches the box. Whether a single ray
+/// finds it as its closest depends on the order in which it enters boxes, which is not that of a bundle: the ray takes the
+/// plain path.
+pub(super) fn is_before_box(boundary: &Boundary, enter: f64) -> bool {
+    boundary.crossing.t < enter
+}
+
+/// How far the rays of a bundle look.
+pub(super) struct Reach {
+    /// How far each of them looks; -infinity for those that do not go on now.
+    pub limits: ByRay,
+}
+
+impl Reach {
+    fn of(slots: &[Slot]) -> Reach {
+        let mut reach = Reach { limits: [[f64::NEG_INFINITY; 8]; BEAM_RAYS / 8] };
+        slots.iter().enumerate().for_each(|(place, slot)| reach.set(place, slot));
+        reach
+    }
+
+    pub fn set(&mut self, place: usize, slot: &Slot) {
+        let limit = if slot.state == State::Ready { slot.limit } else { f64::NEG_INFINITY };
+        self.limits[place / 8][place % 8] = limit;
+    }
+
+    fn largest(&self) -> f64 {
+        let mut largest = [f64::NEG_INFINITY; 8];
+        for limits in &self.limits {
+            largest
+                .iter_mut()
+                .zip(limits)
+                .for_each(|(most, &limit)| *most = if limit > *most { limit } else { *most });
+        }
+        largest.into_iter().fold(f64::NEG_INFINITY, f64::max)
     }
 }

@@ -1,7 +1,7 @@
 //! The queries of blocks of rays in worlds of any kind, by the fold of blocks. Rays that are refused are marked for the
 //! plain path.
 
-use super::block_fold::{BlockFold, BlockVisitor, FoldMemory, IN_FLIGHT, InFlight};
+use super::block_fold::{BlockFold, BlockVisitor, FoldMemory, Found, IN_FLIGHT, InFlight, Normal};
 use super::caster::Caster;
 use super::fold_query::{FoldControl, FoldQuery};
 use super::hit::{normal, row_hit};
@@ -9,9 +9,9 @@ use super::level_paths::LevelPaths;
 use super::row_block::RowBlock;
 use super::row_hit::RowHit;
 use super::segments::Interval;
-use super::traversal::BodyEntry;
+use super::traversal::{BodyEntry, PlacedBody};
 use crate::compile::World;
-use crate::csg::Boundary;
+use crate::csg::{Boundary, HitKind};
 use crate::math::Vec3;
 use crate::solid::Wanted;
 
@@ -23,11 +23,21 @@ const MAX_BOUNDARIES: usize = if cfg!(test) { 20_000 } else { 1 << 20 };
 #[derive(Debug, Default)]
 pub(super) struct QueryMemory<'w> {
     fold: FoldMemory<'w>,
-    nearest: Vec<Option<(BodyEntry, Boundary)>>,
+    nearest: Vec<Option<Nearest>>,
+    /// The nearest boundaries whose normals are still open.
+    open: Vec<(BodyEntry, Boundary)>,
     counts: Vec<u64>,
     /// By row: the crossings, or the intervals, in the order of the traversal.
     pub crossings: Vec<(u32, RowHit)>,
+    unsorted: Vec<(u32, RowHit)>,
     pub intervals: Vec<(u32, Interval)>,
+}
+
+/// The nearest boundary of a ray so far.
+#[derive(Clone, Copy, Debug)]
+struct Nearest {
+    hit: RowHit,
+    has_normal: bool,
 }
 
 /// A count of zero for each ray in flight.
@@ -37,21 +47,17 @@ fn zeros(counts: &mut Vec<u64>) -> &mut [u64] {
     counts
 }
 
-/// A boundary as a hit, with its normal if that is needed.
-fn hit_of(
+/// The normal of a boundary in world coordinates.
+fn normal_of(
     world: &World,
     paths: &LevelPaths,
     block: &RowBlock,
     row: usize,
     (body_entry, boundary): (&BodyEntry, &Boundary),
-) -> RowHit {
-    let mut hit = row_hit(world, body_entry, boundary);
-    if block.wants_normals {
-        let [.., x, y, z] = block.rays[row];
-        let world_normal = |normal| paths.world_normal(body_entry, normal);
-        hit.normal = normal(world, world_normal, Vec3::new(x, y, z), body_entry, boundary);
-    }
-    hit
+) -> Vec3 {
+    let [.., x, y, z] = block.rays[row];
+    let world_normal = |normal| paths.world_normal(&body_entry.placed, normal);
+    normal(world, world_normal, Vec3::new(x, y, z), body_entry, boundary)
 }
 
 impl<'w> Caster<'w> {
@@ -74,10 +80,11 @@ impl<'w> Caster<'w> {
         is_plain: &mut [bool],
         set: impl FnMut(usize, &RowHit),
     ) {
-        let QueryMemory { fold, nearest, .. } = memory;
+        let QueryMemory { fold, nearest, open, .. } = memory;
+        nearest.clear();
         nearest.resize(IN_FLIGHT, None);
-        nearest.iter_mut().for_each(|nearest| *nearest = None);
-        let mut visitor = Closest { world: self.world, block, nearest, is_plain, set };
+        open.resize(IN_FLIGHT, (BodyEntry::NONE, Boundary::of_span_end(HitKind::End, 0.0)));
+        let mut visitor = Closest { world: self.world, block, nearest, open, is_plain, set };
         self.fold_block(block, Wanted::First, fold, &mut visitor);
     }
 
@@ -111,16 +118,17 @@ impl<'w> Caster<'w> {
         memory: &mut QueryMemory<'w>,
         is_plain: &mut [bool],
     ) {
-        let QueryMemory { fold, counts, crossings, .. } = memory;
+        let QueryMemory { fold, counts, crossings, unsorted, .. } = memory;
         crossings.clear();
         let most = self.limits.crossings as u64;
         let world = self.world;
         let mut visitor = Crossings { world, block, most, counts: zeros(counts), crossings, is_plain };
         self.fold_block(block, Wanted::All, fold, &mut visitor);
+        by_row(block.rays.len(), crossings, unsorted);
         // Stable: boundaries of one body keep their order.
-        crossings.sort_by(|(row, a), (other, b)| {
-            row.cmp(other).then(a.t.total_cmp(&b.t)).then(a.path.cmp(&b.path))
-        });
+        for of_row in crossings.chunk_by_mut(|(row, _), (other, _)| row == other) {
+            of_row.sort_by(|(_, a), (_, b)| a.t.total_cmp(&b.t).then(a.path.cmp(&b.path)));
+        }
     }
 
     /// Collects the intervals of all rays inside bodies, each ray's in the order of its traversal.
@@ -139,33 +147,57 @@ impl<'w> Caster<'w> {
     }
 }
 
+/// Sorts crossings by row, by counting. Those of a row keep their order.
+fn by_row(rows: usize, crossings: &mut Vec<(u32, RowHit)>, unsorted: &mut Vec<(u32, RowHit)>) {
+    let Some(&any) = crossings.first() else { return };
+    std::mem::swap(crossings, unsorted);
+    let mut next = vec![0_usize; rows + 1];
+    unsorted.iter().for_each(|(row, _)| next[*row as usize + 1] += 1);
+    (0..rows).for_each(|row| next[row + 1] += next[row]);
+    crossings.clear();
+    crossings.resize(unsorted.len(), any);
+    for crossing in unsorted.iter() {
+        let at = &mut next[crossing.0 as usize];
+        crossings[*at] = *crossing;
+        *at += 1;
+    }
+}
+
 struct Closest<'v, S> {
     world: &'v World,
     block: &'v RowBlock<'v>,
-    nearest: &'v mut [Option<(BodyEntry, Boundary)>],
+    nearest: &'v mut [Option<Nearest>],
+    open: &'v mut [(BodyEntry, Boundary)],
     is_plain: &'v mut [bool],
     set: S,
 }
 
 impl<'w, S: FnMut(usize, &RowHit)> BlockVisitor<'w> for Closest<'_, S> {
-    fn boundary(
-        &mut self,
-        ray: InFlight,
-        _: &LevelPaths<'w>,
-        body_entry: &BodyEntry,
-        boundary: Boundary,
-    ) -> FoldControl {
+    fn boundary(&mut self, ray: InFlight, found: Found<'_, 'w>) -> FoldControl {
+        let Found { placed, boundary, normal, .. } = found;
         let nearest = &mut self.nearest[ray.slot];
-        let (t, path) = (boundary.crossing.t, body_entry.path);
-        if nearest.is_none_or(|(of, b)| t < b.crossing.t || (t == b.crossing.t && path < of.path)) {
-            *nearest = Some((*body_entry, boundary));
+        let (t, path) = (boundary.crossing.t, placed.path);
+        if nearest.is_none_or(|Nearest { hit, .. }| t < hit.t || (t == hit.t && path < hit.path)) {
+            let mut hit = row_hit(self.world, &placed, &boundary);
+            let mut has_normal = true;
+            match normal {
+                Normal::Known(normal) => hit.normal = normal,
+                Normal::Open(body_entry) => {
+                    self.open[ray.slot] = (*body_entry, boundary);
+                    has_normal = false;
+                }
+            }
+            *nearest = Some(Nearest { hit, has_normal });
         }
         FoldControl::Limit(t)
     }
 
     fn end(&mut self, ray: InFlight, paths: &LevelPaths<'w>) {
-        if let Some((body_entry, boundary)) = self.nearest[ray.slot].take() {
-            let hit = hit_of(self.world, paths, self.block, ray.row, (&body_entry, &boundary));
+        if let Some(Nearest { mut hit, has_normal }) = self.nearest[ray.slot].take() {
+            if !has_normal && self.block.wants_normals {
+                let (body_entry, boundary) = &self.open[ray.slot];
+                hit.normal = normal_of(self.world, paths, self.block, ray.row, (body_entry, boundary));
+            }
             (self.set)(ray.row, &hit);
         }
     }
@@ -184,7 +216,7 @@ struct Any<'v, S> {
 impl<'w, S: FnMut(usize)> BlockVisitor<'w> for Any<'_, S> {
     const IS_ANY: bool = true;
 
-    fn boundary(&mut self, ray: InFlight, _: &LevelPaths<'w>, _: &BodyEntry, _: Boundary) -> FoldControl {
+    fn boundary(&mut self, ray: InFlight, _: Found<'_, 'w>) -> FoldControl {
         self.any(ray);
         FoldControl::Stop
     }
@@ -205,7 +237,7 @@ struct Count<'v, S> {
 }
 
 impl<'w, S: FnMut(usize, u64)> BlockVisitor<'w> for Count<'_, S> {
-    fn boundary(&mut self, ray: InFlight, _: &LevelPaths<'w>, _: &BodyEntry, _: Boundary) -> FoldControl {
+    fn boundary(&mut self, ray: InFlight, _: Found<'_, 'w>) -> FoldControl {
         self.counts[ray.slot] += 1;
         FoldControl::Limit(f64::INFINITY)
     }
@@ -230,20 +262,22 @@ struct Crossings<'v> {
 }
 
 impl<'w> BlockVisitor<'w> for Crossings<'_> {
-    fn boundary(
-        &mut self,
-        ray: InFlight,
-        paths: &LevelPaths<'w>,
-        body_entry: &BodyEntry,
-        boundary: Boundary,
-    ) -> FoldControl {
+    fn boundary(&mut self, ray: InFlight, found: Found<'_, 'w>) -> FoldControl {
+        let Found { paths, placed, boundary, normal } = found;
         let count = &mut self.counts[ray.slot];
         if *count >= self.most || self.crossings.len() >= MAX_BOUNDARIES {
             self.is_plain[ray.row] = true;
             return FoldControl::Stop;
         }
         *count += 1;
-        let hit = hit_of(self.world, paths, self.block, ray.row, (body_entry, &boundary));
+        let mut hit = row_hit(self.world, &placed, &boundary);
+        match normal {
+            Normal::Known(normal) => hit.normal = normal,
+            Normal::Open(body_entry) if self.block.wants_normals => {
+                hit.normal = normal_of(self.world, paths, self.block, ray.row, (body_entry, &boundary));
+            }
+            Normal::Open(_) => {}
+        }
         self.crossings.push((ray.row as u32, hit));
         FoldControl::Limit(f64::INFINITY)
     }
@@ -268,17 +302,11 @@ struct Intervals<'v> {
 }
 
 impl<'w> BlockVisitor<'w> for Intervals<'_> {
-    fn boundary(
-        &mut self,
-        ray: InFlight,
-        _: &LevelPaths<'w>,
-        body_entry: &BodyEntry,
-        boundary: Boundary,
-    ) -> FoldControl {
-        let end = boundary.crossing;
+    fn boundary(&mut self, ray: InFlight, found: Found<'_, 'w>) -> FoldControl {
+        let end = found.boundary.crossing;
         // The boundaries of one body arrive one after the other, in pairs of an entry and an exit.
         let Some(started) = self.open.take() else {
-            let BodyEntry { object, path, .. } = *body_entry;
+            let PlacedBody { object, path, .. } = found.placed;
             self.open = Some(Interval { start: end, end, object, path });
             return FoldControl::Limit(f64::INFINITY);
         };

@@ -7,15 +7,19 @@
 use super::level_paths::LevelPaths;
 use super::level_visit::{LevelVisit, ManyRays, OneRay, ones};
 use super::offers::{Offer, Offers};
-use super::traversal::BodyEntry;
-use crate::accel::{ByRay, Child, QueueEntry};
+use super::traversal::{BodyEntry, PlacedBody};
+use crate::accel::{BEAM_RAYS, BeamEntry, ByRay, Child, MetRays, QueueEntry};
 use crate::compile::{Level, Placement, Target, World};
+use crate::math::Affine;
 use crate::ray::{Line, Span};
 use crate::scratch::Scratch;
 use crate::tags::VisitTags;
 
 /// With more paths to levels than this the rays of a bundle take the plain path, which forgets paths that it has left.
 const MAX_PATHS: usize = if cfg!(test) { 50 } else { 1 << 14 };
+
+/// Fewer rays than this are cast at a body one by one.
+const FEWEST_IN_LANES: u32 = 2;
 
 /// A pending entry of a visit.
 #[derive(Clone, Copy, Debug)]
@@ -24,6 +28,8 @@ struct Entry {
     t: f64,
     number: u64,
     visit: u32,
+    /// The rays of the visit that may meet it.
+    places: u32,
     kind: Kind,
 }
 
@@ -42,10 +48,20 @@ enum Kind {
 pub(super) enum Pause {
     /// A ray has as many offers as it can have.
     Offered,
+    /// Rays have met a body at which they are cast together.
+    Met,
     /// There is nothing else.
     Done,
     /// It takes too many steps or too much memory, or has been cancelled.
     Refused,
+}
+
+/// A body whose box some rays of a visit meet.
+#[derive(Clone, Debug)]
+pub(super) struct Meeting {
+    pub visit: u32,
+    pub placement: u32,
+    pub rays: MetRays,
 }
 
 /// What an advance needs beside the bundle.
@@ -75,13 +91,19 @@ pub(super) struct Bundle<'w> {
     /// Steps taken so far.
     pub steps: u64,
     pub paths: LevelPaths<'w>,
+    /// What was met last, after [`Pause::Met`]. Its visit is in use until it is released.
+    pub meeting: Option<Meeting>,
 }
+
+/// Rays that look as far as their span goes.
+const NO_LIMITS: ByRay = [[f64::INFINITY; 8]; BEAM_RAYS / 8];
 
 /// Memory that bundles share.
 #[derive(Debug, Default)]
 pub(super) struct BundleMemory {
-    /// The children of one entry.
+    /// The children of one entry, for one ray and for several.
     children: Vec<QueueEntry>,
+    beam_children: Vec<BeamEntry>,
     /// Rays that are not in use.
     spare: Vec<Box<ManyRays>>,
 }
@@ -97,11 +119,11 @@ impl BundleMemory {
 }
 
 impl<'w> Bundle<'w> {
-    /// Begins with the lines of some rays.
+    /// Begins with the lines of some rays, which may run apart: then they are loose.
     pub fn begin(
         &mut self,
         world: &'w World,
-        lines: &[Line],
+        (lines, is_loose): (&[Line], bool),
         span: Span,
         memory: &mut BundleMemory,
         scratch: &mut Scratch,
@@ -115,14 +137,14 @@ impl<'w> Bundle<'w> {
         self.paths.begin(world.root());
         let many = (lines.len() > 1).then(|| {
             let mut rays = memory.rays();
-            rays.set_exact(lines, span);
+            rays.set_exact(lines, is_loose, span);
             rays
         });
         let root = self.new_visit(LevelVisit::new(world.root(), many), memory);
         if lines.len() == 1 {
             self.set_one(root, OneRay::new(0, lines[0], span));
         }
-        self.enter(root, f64::INFINITY, memory, scratch);
+        self.enter(root, (f64::INFINITY, &NO_LIMITS), memory, scratch);
     }
 
     /// Offers bodies to rays.
@@ -147,16 +169,16 @@ impl<'w> Bundle<'w> {
             if !advance.scratch.budget.step() || self.paths.len() > MAX_PATHS {
                 return Pause::Refused;
             }
-            let is_full = match entry.kind {
+            let pause = match entry.kind {
                 Kind::Node => {
                     self.expand(&entry, memory, advance);
-                    false
+                    None
                 }
                 Kind::Item | Kind::Entered => self.open(&entry, memory, advance),
             };
             self.release(entry.visit);
-            if is_full {
-                return Pause::Offered;
+            if let Some(pause) = pause {
+                return pause;
             }
         }
         Pause::Done
@@ -176,13 +198,21 @@ impl<'w> Bundle<'w> {
                 let (one, counters) = (&self.ones[entry.visit as usize], &mut advance.scratch.counters);
                 accel.expand(entry.number, entry.t, &one.boxes, &mut memory.children, counters);
             }
-            Some(rays) => accel.expand_beam(entry.number, &rays.beam, &mut memory.children),
+            Some(rays) => {
+                let some = rays.some(entry.places, advance.limits);
+                accel.expand_beam(entry.number, &some, &mut memory.beam_children);
+            }
         }
         self.push_children(entry.visit, advance.limit, memory);
     }
 
-    /// Opens a placement for the rays that meet its box. Returns whether a ray has as many offers as it can have.
-    fn open(&mut self, entry: &Entry, memory: &mut BundleMemory, advance: &mut Advance<'_, 'w>) -> bool {
+    /// Opens a placement for the rays that meet its box. Returns why the traversal waits, if it does.
+    fn open(
+        &mut self,
+        entry: &Entry,
+        memory: &mut BundleMemory,
+        advance: &mut Advance<'_, 'w>,
+    ) -> Option<Pause> {
         let LevelVisit { level, many, .. } = &self.visits[entry.visit as usize];
         let placement = entry.number as u32;
         let placed = &level.placements[placement as usize];
@@ -205,7 +235,16 @@ impl<'w> Bundle<'w> {
             }
             Some(rays) => {
                 let met = rays.boxes.enter(&placed.bounds, advance.limits);
-                let places = met.rays & rays.places;
+                let places = met.rays & entry.places;
+                if let Target::Body(body) = placed.target
+                    && places.count_ones() >= FEWEST_IN_LANES
+                    && advance.world.body(body).takes_bundles()
+                {
+                    let rays = MetRays { rays: places, ..met };
+                    self.meeting = Some(Meeting { visit: entry.visit, placement, rays });
+                    self.visits[entry.visit as usize].uses += 1;
+                    return Some(Pause::Met);
+                }
                 if let Target::Body(_) = placed.target {
                     ones(places).for_each(|place| offer(place, met.enter[place / 8][place % 8]));
                 }
@@ -219,7 +258,7 @@ impl<'w> Bundle<'w> {
             let level = advance.world.level(level);
             self.enter_level(level, entry, placed, met, memory, advance);
         }
-        is_full
+        is_full.then_some(Pause::Offered)
     }
 
     /// Enters a level with the rays of a mask: with each of them alone if its accelerator takes no beams.
@@ -240,14 +279,18 @@ impl<'w> Bundle<'w> {
             let some = if takes_beams { rays } else { rays & rays.wrapping_neg() };
             rays &= !some;
             let above = &self.visits[entry.visit as usize];
-            let line = |place: usize| self.line(entry.visit, place).in_frame(&placed.local_from_parent);
-            let first = some.trailing_zeros() as usize;
-            let one = (some.count_ones() == 1).then(|| OneRay::new(first, line(first), span));
-            let many = one.is_none().then(|| {
-                let mut rays = memory.rays();
-                rays.set(some, line, span);
-                rays
-            });
+            let (frame, mut one, mut many) = (&placed.local_from_parent, None, None);
+            match &above.many {
+                Some(rays_above) if some.count_ones() > 1 => {
+                    let mut rays = memory.rays();
+                    rays.set_below(rays_above, some, frame, span);
+                    many = Some(rays);
+                }
+                _ => {
+                    let first = some.trailing_zeros() as usize;
+                    one = Some(OneRay::new(first, self.line(entry.visit, first).in_frame(frame), span));
+                }
+            }
             let visit = LevelVisit {
                 path,
                 object: placed.object.unwrap_or(above.object),
@@ -258,7 +301,7 @@ impl<'w> Bundle<'w> {
             if let Some(one) = one {
                 self.set_one(number, one);
             }
-            self.enter(number, advance.limit, memory, advance.scratch);
+            self.enter(number, (advance.limit, advance.limits), memory, advance.scratch);
         }
     }
 
@@ -286,7 +329,13 @@ impl<'w> Bundle<'w> {
     }
 
     /// Queues the first entries of a visit.
-    fn enter(&mut self, number: u32, limit: f64, memory: &mut BundleMemory, scratch: &mut Scratch) {
+    fn enter(
+        &mut self,
+        number: u32,
+        (limit, limits): (f64, &ByRay),
+        memory: &mut BundleMemory,
+        scratch: &mut Scratch,
+    ) {
         self.serial = self.serial.wrapping_add(1);
         let visit = &mut self.visits[number as usize];
         (visit.serial, visit.uses) = (self.serial, 1);
@@ -296,7 +345,7 @@ impl<'w> Bundle<'w> {
                     let boxes = &self.ones[number as usize].boxes;
                     accel.roots(boxes, &mut memory.children, &mut scratch.counters);
                 }
-                Some(rays) => accel.beam_roots(&rays.beam, &mut memory.children),
+                Some(rays) => accel.beam_roots(&rays.some(rays.places, limits), &mut memory.beam_children),
             }
             visit.has_duplicate_refs = accel.has_duplicate_refs();
         }
@@ -305,58 +354,88 @@ impl<'w> Bundle<'w> {
     }
 
     /// The line of the ray at a place, in the frame of a visit.
-    fn line(&self, visit: u32, place: usize) -> &Line {
+    fn line(&self, visit: u32, place: usize) -> Line {
         match &self.visits[visit as usize].many {
-            Some(rays) => &rays.lines[place],
-            None => &self.ones[visit as usize].line,
+            Some(rays) => rays.line(place),
+            None => self.ones[visit as usize].line,
         }
     }
 
     /// Queues what an accelerator has proposed, the nearest on top.
     fn push_children(&mut self, number: u32, limit: f64, memory: &mut BundleMemory) {
-        let visit = &mut self.visits[number as usize];
         let start = self.stack.len();
-        for child in memory.children.drain(..) {
-            let (t, number_of, kind) = match (child.child, &visit.many) {
-                (Child::Node(node), _) => (child.t, node, Kind::Node),
-                (Child::Entered(item) | Child::Item(item), Some(_)) => (child.t, u64::from(item), Kind::Item),
-                (Child::Entered(item), None) => (child.t, u64::from(item), Kind::Entered),
-                (Child::Item(item), None) => {
-                    if visit.has_duplicate_refs && !self.tags.is_first(visit.serial, item) {
+        let LevelVisit { level, uses, serial, has_duplicate_refs, .. } = &mut self.visits[number as usize];
+        let BundleMemory { children, beam_children, .. } = memory;
+        let mut push = |t: f64, number_of: u64, places: u32, kind: Kind| {
+            if t <= limit {
+                *uses += 1;
+                self.stack.push(Entry { t, number: number_of, visit: number, places, kind });
+            }
+        };
+        for BeamEntry { t, child, places } in beam_children.drain(..) {
+            match child {
+                Child::Node(node) => push(t, node, places, Kind::Node),
+                Child::Entered(item) | Child::Item(item) => push(t, u64::from(item), places, Kind::Item),
+            }
+        }
+        for child in children.drain(..) {
+            match child.child {
+                Child::Node(node) => push(child.t, node, 0, Kind::Node),
+                Child::Entered(item) => push(child.t, u64::from(item), 0, Kind::Entered),
+                Child::Item(item) => {
+                    if *has_duplicate_refs && !self.tags.is_first(*serial, item) {
                         continue;
                     }
-                    let placed = &visit.level.placements[item as usize];
-                    let Some((t, _)) = self.ones[number as usize].boxes.enter_exit(&placed.bounds) else {
-                        continue;
-                    };
-                    (t, u64::from(item), Kind::Entered)
+                    let placed = &level.placements[item as usize];
+                    if let Some((t, _)) = self.ones[number as usize].boxes.enter_exit(&placed.bounds) {
+                        push(t, u64::from(item), 0, Kind::Entered);
+                    }
                 }
-            };
-            if t > limit {
-                continue;
             }
-            visit.uses += 1;
-            self.stack.push(Entry { t, number: number_of, visit: number, kind });
         }
         nearest_last(&mut self.stack[start..]);
     }
 
     /// The body of an offer to the ray at a place.
     pub fn body(&mut self, offer: &Offer, place: usize) -> BodyEntry {
-        let visit = &self.visits[offer.visit as usize];
-        let placed = &visit.level.placements[offer.placement as usize];
-        let Target::Body(body) = placed.target else { unreachable!("levels are not offered") };
-        let body_entry = BodyEntry {
-            body,
-            line: self.line(offer.visit, place).in_frame(&placed.local_from_parent),
-            object: placed.object.unwrap_or(visit.object),
-            path: visit.first_path + placed.first_path,
-            enter: offer.enter,
-            visit: visit.path,
-            placement: offer.placement,
-        };
+        let body_entry = self.body_entry(offer, place);
         self.release(offer.visit);
         body_entry
+    }
+
+    /// The rays of a visit, if it has several.
+    pub fn rays(&self, visit: u32) -> Option<&ManyRays> {
+        self.visits[visit as usize].many.as_deref()
+    }
+
+    /// The transform into a placement in the level of a visit.
+    pub fn frame(&self, visit: u32, placement: u32) -> &'w Affine {
+        &self.visits[visit as usize].level.placements[placement as usize].local_from_parent
+    }
+
+    /// A body that is placed in the level of a visit.
+    pub fn placed_body(&self, visit: u32, placement: u32) -> PlacedBody {
+        let visit = &self.visits[visit as usize];
+        let placed = &visit.level.placements[placement as usize];
+        let Target::Body(body) = placed.target else { unreachable!("levels are not offered") };
+        PlacedBody {
+            body,
+            object: placed.object.unwrap_or(visit.object),
+            path: visit.first_path + placed.first_path,
+            visit: visit.path,
+            placement,
+        }
+    }
+
+    /// The body of an offer to the ray at a place, which stays in use.
+    pub fn body_entry(&self, offer: &Offer, place: usize) -> BodyEntry {
+        let level = self.visits[offer.visit as usize].level;
+        let local_from_parent = &level.placements[offer.placement as usize].local_from_parent;
+        BodyEntry {
+            placed: self.placed_body(offer.visit, offer.placement),
+            line: self.line(offer.visit, place).in_frame(local_from_parent),
+            enter: offer.enter,
+        }
     }
 
     /// Removes one use of a visit, and frees the visit if none is left.

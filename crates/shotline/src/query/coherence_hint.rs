@@ -26,11 +26,11 @@ impl CoherenceHint {
     /// Stores the body that a ray hit for the next ray, and counts whether the hint was right for this ray.
     pub(super) fn keep(&mut self, met: &BodyEntry, traversal: &Traversal, counters: &mut Counters) {
         counters.hinted += 1;
-        if !self.placements.is_empty() && self.path == met.path {
+        if !self.placements.is_empty() && self.path == met.placed.path {
             counters.hint_hits += 1;
             return;
         }
         traversal.placements_on_path(met, &mut self.placements);
-        self.path = met.path;
+        self.path = met.placed.path;
     }
 }

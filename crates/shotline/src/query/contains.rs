@@ -21,10 +21,10 @@ impl Caster<'_> {
         self.traversal.begin(self.world, line_at(p), here);
         self.traversal.enter_root(self.world, &mut self.scratch);
         while let Some(body_entry) = self.traversal.next(self.world, 0.0, &mut self.scratch) {
-            if let Body::Solid(body) = self.world.body(body_entry.body)
+            if let Body::Solid(body) = self.world.body(body_entry.placed.body)
                 && self.membership.holds(body, &body_entry.line, here, &mut self.scratch)
             {
-                out.push(body_entry.object);
+                out.push(body_entry.placed.object);
             }
         }
         if let Err(error) = self.outcome() {

@@ -42,7 +42,7 @@ impl<'w> Caster<'w> {
         }
         self.traversal.enter_root(self.world, &mut self.scratch);
         while let Some(body_entry) = self.traversal.next(self.world, limit, &mut self.scratch) {
-            let again = hinted.is_some_and(|a| a.path == body_entry.path);
+            let again = hinted.is_some_and(|a| a.placed.path == body_entry.placed.path);
             if !again {
                 self.fold_body(&body_entry, query, &mut limit, fold)?;
             }
@@ -73,7 +73,7 @@ impl<'w> Caster<'w> {
                 FoldControl::Stop => ControlFlow::Break(()),
             }
         };
-        match self.world.body(body_entry.body) {
+        match self.world.body(body_entry.placed.body) {
             Body::Solid(body) => {
                 // If the span may begin inside the body, its first boundary may be of a kind that is not in the
                 // scope.

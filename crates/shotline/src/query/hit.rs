@@ -2,7 +2,7 @@
 
 use super::Hit;
 use super::row_hit::RowHit;
-use super::traversal::{BodyEntry, Traversal};
+use super::traversal::{BodyEntry, PlacedBody, Traversal};
 use crate::compile::{Body, World};
 use crate::crossing::NO_PRIMITIVE;
 use crate::csg::{Boundary, HitKind};
@@ -19,9 +19,9 @@ struct BoundaryLeaf<'w> {
 }
 
 impl<'w> BoundaryLeaf<'w> {
-    fn of(world: &'w World, body_entry: &BodyEntry, boundary: &Boundary) -> BoundaryLeaf<'w> {
+    fn of(world: &'w World, placed: &PlacedBody, boundary: &Boundary) -> BoundaryLeaf<'w> {
         let leaf = boundary.leaf;
-        match world.body(body_entry.body) {
+        match world.body(placed.body) {
             Body::Surface(body) => BoundaryLeaf {
                 solid: &*body.mesh,
                 local_from_body: &body.local_from_body,
@@ -55,12 +55,12 @@ pub(super) fn hit(
     boundary: &Boundary,
 ) -> Hit {
     let RowHit { t, t_err, object, surface, primitive, path, entering, kind, .. } =
-        row_hit(world, body_entry, boundary);
-    let world_normal = |normal| traversal.world_normal(body_entry, normal);
+        row_hit(world, &body_entry.placed, boundary);
+    let world_normal = |normal| traversal.world_normal(&body_entry.placed, normal);
     let normal = normal(world, world_normal, ray.direction(), body_entry, boundary);
     let (mut polygon, mut barycentric) = (None, None);
     if let Some(primitive) = primitive {
-        let leaf = BoundaryLeaf::of(world, body_entry, boundary);
+        let leaf = BoundaryLeaf::of(world, &body_entry.placed, boundary);
         polygon = leaf.solid.polygon(primitive);
         barycentric = leaf.solid.barycentric(leaf.point(body_entry, boundary), primitive);
     }
@@ -68,21 +68,21 @@ pub(super) fn hit(
 }
 
 /// The numbers of the [`hit`] of a boundary that a batch has columns for, without the normal.
-pub(super) fn row_hit(world: &World, body_entry: &BodyEntry, boundary: &Boundary) -> RowHit {
+pub(super) fn row_hit(world: &World, placed: &PlacedBody, boundary: &Boundary) -> RowHit {
     let Boundary { kind, entering, crossing, .. } = *boundary;
     let (mut surface, mut primitive) = (None, None);
     if kind == HitKind::Surface {
-        surface = Some(BoundaryLeaf::of(world, body_entry, boundary).first_surface + crossing.surface);
+        surface = Some(BoundaryLeaf::of(world, placed, boundary).first_surface + crossing.surface);
         primitive = (crossing.primitive != NO_PRIMITIVE).then_some(crossing.primitive);
     }
     RowHit {
         t: crossing.t,
         t_err: crossing.t_err,
         normal: Vec3::NAN,
-        object: body_entry.object,
+        object: placed.object,
         surface,
         primitive,
-        path: body_entry.path,
+        path: placed.path,
         entering,
         kind,
     }
@@ -101,7 +101,7 @@ pub(super) fn normal(
     if kind != HitKind::Surface {
         return Vec3::NAN;
     }
-    let leaf = BoundaryLeaf::of(world, body_entry, boundary);
+    let leaf = BoundaryLeaf::of(world, &body_entry.placed, boundary);
     let p = leaf.point(body_entry, boundary);
     let outward = leaf.solid.normal(p, crossing.surface, crossing.primitive);
     let normal = unit(world_normal(leaf.local_from_body.covector(outward)));

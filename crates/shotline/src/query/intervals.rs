@@ -97,8 +97,12 @@ impl Caster<'_> {
             // The boundaries of one body arrive one after the other, in pairs of an entry and an exit.
             match open.take() {
                 None => {
-                    open =
-                        Some(Interval { start: end, end, object: body_entry.object, path: body_entry.path })
+                    open = Some(Interval {
+                        start: end,
+                        end,
+                        object: body_entry.placed.object,
+                        path: body_entry.placed.path,
+                    })
                 }
                 Some(_) if 2 * intervals.len() >= most => refused = Some(QueryError::TooMany { most }),
                 Some(_) if intervals.try_reserve(1).is_err() => refused = Some(QueryError::OutOfMemory),
@@ -130,7 +134,7 @@ impl Caster<'_> {
         self.traversal.begin(self.world, Line::of(ray), span);
         self.traversal.enter_root(self.world, &mut self.scratch);
         while let Some(body_entry) = self.traversal.next_unordered(self.world, &mut self.scratch) {
-            if body_entry.object == object {
+            if body_entry.placed.object == object {
                 // The boundaries of one body alternate, so they can be paired.
                 let _ = self.fold_body(&body_entry, &query, &mut limit, &mut |_, _, boundary| {
                     ends.push(boundary.crossing.t);

@@ -1,8 +1,8 @@
 //! The paths on which bodies are reached through levels.
 
-use super::traversal::BodyEntry;
+use super::traversal::PlacedBody;
 use crate::compile::Level;
-use crate::math::Vec3;
+use crate::math::{Affine, Vec3};
 
 /// The path to a level.
 #[derive(Clone, Copy, Debug)]
@@ -39,15 +39,19 @@ impl<'w> LevelPaths<'w> {
         self.steps.len()
     }
 
-    /// Transforms a normal from the frame of a body to world coordinates, as the traversal of a single ray does.
-    pub fn world_normal(&self, body_entry: &BodyEntry, normal: Vec3) -> Vec3 {
-        let mut at = Some((body_entry.visit, body_entry.placement));
-        let mut n = normal;
-        while let Some((path, placement)) = at {
+    /// The transforms into the frame of a placed body, innermost first.
+    pub fn frames(&self, placed: &PlacedBody) -> impl Iterator<Item = &'w Affine> {
+        let mut at = Some((placed.visit, placed.placement));
+        std::iter::from_fn(move || {
+            let (path, placement) = at?;
             let Step { level, above } = &self.steps[path as usize];
-            n = level.placements[placement as usize].local_from_parent.covector(n);
             at = *above;
-        }
-        n
+            Some(&level.placements[placement as usize].local_from_parent)
+        })
+    }
+
+    /// Transforms a normal from the frame of a body to world coordinates, as the traversal of a single ray does.
+    pub fn world_normal(&self, placed: &PlacedBody, normal: Vec3) -> Vec3 {
+        self.frames(placed).fold(normal, |n, local_from_parent| local_from_parent.covector(n))
     }
 }

@@ -7,6 +7,7 @@ mod block_casts;
 mod block_fold;
 mod block_queries;
 mod bundle;
+mod bundle_stream;
 mod bundles;
 mod caster;
 mod coherence_hint;
@@ -19,8 +20,11 @@ mod heap;
 mod hit;
 mod hit_lists;
 mod intervals;
+mod lane_cast;
+mod lane_leaf;
 mod level_paths;
 mod level_visit;
+mod meetings;
 mod membership;
 mod mesh_requests;
 mod nearest;
@@ -117,7 +121,7 @@ pub enum Overlaps {
 /// What one ray may cost. Realistic models stay far below the defaults; a ray that reaches them takes a few seconds
 /// and less than 1 GB.
 ///
-/// Blocks of rays, which [`batch`] casts at meshes, do not count the boxes and triangles of a mesh as steps.
+/// Rays that [`batch`] casts together do not count what they do at a mesh, or at a body of solids, as steps.
 ///
 /// The depth of a combination is not counted as steps. Each crossing of an operand nested `n` deep on the right, as in
 /// `a - (b - (c - ...))`, may take time in proportion to `n`; chains as `a - b - c` have no depth.

@@ -50,8 +50,9 @@ impl Caster<'_> {
         let query = FoldQuery { scope, wanted: Wanted::First, hint };
         self.fold(ray, &query, &mut |traversal, body_entry, boundary| {
             let t = boundary.crossing.t;
-            let nearer =
-                best.is_none_or(|(m, b)| t < b.crossing.t || (t == b.crossing.t && body_entry.path < m.path));
+            let nearer = best.is_none_or(|(m, b)| {
+                t < b.crossing.t || (t == b.crossing.t && body_entry.placed.path < m.placed.path)
+            });
             if nearer {
                 traversal.hold(body_entry);
                 if let Some((before, _)) = best.replace((*body_entry, boundary)) {

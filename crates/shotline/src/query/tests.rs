@@ -4,6 +4,7 @@ mod bounds;
 mod bundles;
 mod contacts;
 mod growth;
+mod lanes;
 mod limits;
 mod rulings;
 mod small_body;

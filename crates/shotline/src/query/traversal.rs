@@ -39,32 +39,34 @@ struct Entry {
     is_node: bool,
 }
 
-/// A placed body whose box the ray hits.
+/// A placed body that a traversal returned.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct BodyEntry {
+pub(super) struct PlacedBody {
     pub body: u32,
-    /// The ray's line in the frame of the body.
-    pub line: Line,
     pub object: u32,
     pub path: u64,
-    /// A lower bound on every `t` of the span at which the ray is in the body.
-    pub enter: f64,
     /// The visit or the path of the level in which it is placed, for the traversal that returned it, and its placement
     /// there.
     pub visit: u32,
     pub placement: u32,
 }
 
+/// A placed body whose box the ray hits.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BodyEntry {
+    pub placed: PlacedBody,
+    /// The ray's line in the frame of the body.
+    pub line: Line,
+    /// A lower bound on every `t` of the span at which the ray is in the body.
+    pub enter: f64,
+}
+
 impl BodyEntry {
     /// No body.
     pub const NONE: BodyEntry = BodyEntry {
-        body: u32::MAX,
+        placed: PlacedBody { body: u32::MAX, object: 0, path: 0, visit: 0, placement: 0 },
         line: Line { o: Vec3::ZERO, d: Vec3::X, o_err: Vec3::ZERO, d_err: Vec3::ZERO },
-        object: 0,
-        path: 0,
         enter: 0.0,
-        visit: 0,
-        placement: 0,
     };
 }
 
@@ -82,7 +84,7 @@ struct PlacementEntry {
 impl PlacementEntry {
     fn into_body(self, body: u32) -> BodyEntry {
         let PlacementEntry { line, object, path, enter, visit, placement, .. } = self;
-        BodyEntry { body, line, object, path, enter, visit, placement }
+        BodyEntry { placed: PlacedBody { body, object, path, visit, placement }, line, enter }
     }
 }
 
@@ -160,8 +162,8 @@ impl<'w> Traversal<'w> {
     /// Writes the path from the root to a body: the index of the placement in each level.
     pub(super) fn placements_on_path(&self, body_entry: &BodyEntry, placements_on_path: &mut Vec<u32>) {
         placements_on_path.clear();
-        placements_on_path.push(body_entry.placement);
-        let mut visit = &self.visits[body_entry.visit as usize];
+        placements_on_path.push(body_entry.placed.placement);
+        let mut visit = &self.visits[body_entry.placed.visit as usize];
         while let Some((above, placement)) = visit.above {
             placements_on_path.push(placement);
             visit = &self.visits[above as usize];
@@ -259,12 +261,12 @@ impl<'w> Traversal<'w> {
 
     /// Keeps the visits on the path to a body until [`Traversal::release_body`] or the end of the ray.
     pub(super) fn hold(&mut self, body: &BodyEntry) {
-        self.visits[body.visit as usize].uses += 1;
+        self.visits[body.placed.visit as usize].uses += 1;
     }
 
     /// Undoes a [`Traversal::hold`].
     pub(super) fn release_body(&mut self, body: &BodyEntry) {
-        self.release(body.visit);
+        self.release(body.placed.visit);
     }
 
     /// Removes one use of a visit, and frees the visit if none is left.
@@ -353,8 +355,8 @@ impl<'w> Traversal<'w> {
 
     /// Transforms a normal from the frame of a body to world coordinates: `(T^-1)^T n` on every level of the path
     /// upwards.
-    pub(super) fn world_normal(&self, body_entry: &BodyEntry, normal: Vec3) -> Vec3 {
-        let mut at = Some((body_entry.visit, body_entry.placement));
+    pub(super) fn world_normal(&self, placed: &PlacedBody, normal: Vec3) -> Vec3 {
+        let mut at = Some((placed.visit, placed.placement));
         let mut n = normal;
         while let Some((visit, placement)) = at {
             let LevelVisit { level, above, .. } = &self.visits[visit as usize];

@@ -7,7 +7,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::{Doubles, Simd, Singles, Task};
+use super::{Doubles, Simd, Singles, Task, UPPER_HALF};
 use crate::math::Real;
 
 /// Whether the CPU has these instructions.
@@ -193,6 +193,21 @@ impl Doubles for F64x4 {
     #[inline(always)]
     fn where_negative(self, sign: F64x4, other: F64x4) -> F64x4 {
         F64x4(unsafe { _mm256_blendv_pd(other.0, self.0, sign.0) })
+    }
+
+    #[inline(always)]
+    fn where_set(self, lanes: u8, other: F64x4) -> F64x4 {
+        F64x4(unsafe {
+            let bits = _mm256_setr_epi64x(1, 2, 4, 8);
+            let set = _mm256_and_si256(_mm256_set1_epi64x(i64::from(lanes)), bits);
+            let set = _mm256_castsi256_pd(_mm256_cmpeq_epi64(set, bits));
+            _mm256_blendv_pd(other.0, self.0, set)
+        })
+    }
+
+    #[inline(always)]
+    fn upper_half(self) -> F64x4 {
+        F64x4(unsafe { _mm256_and_pd(self.0, _mm256_set1_pd(f64::from_bits(UPPER_HALF))) })
     }
 
     #[inline(always)]

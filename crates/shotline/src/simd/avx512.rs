@@ -6,7 +6,7 @@ use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::avx2::{self, Avx2, Exchange, F32x8, F64x4};
-use super::{Doubles, Simd, Task};
+use super::{Doubles, Simd, Task, UPPER_HALF};
 use crate::math::Real;
 
 /// Whether the CPU has these instructions.
@@ -159,6 +159,16 @@ impl Doubles for F64x8 {
             let negative = _mm512_movepi64_mask(_mm512_castpd_si512(sign.0));
             _mm512_mask_blend_pd(negative, other.0, self.0)
         })
+    }
+
+    #[inline(always)]
+    fn where_set(self, lanes: u8, other: F64x8) -> F64x8 {
+        F64x8(unsafe { _mm512_mask_blend_pd(lanes, other.0, self.0) })
+    }
+
+    #[inline(always)]
+    fn upper_half(self) -> F64x8 {
+        F64x8(unsafe { _mm512_and_pd(self.0, _mm512_set1_pd(f64::from_bits(UPPER_HALF))) })
     }
 
     #[inline(always)]

@@ -100,6 +100,12 @@ pub(crate) trait Doubles: Real + Debug {
     /// The numbers of eight from the position `first`, which must be a multiple of the number of lanes.
     fn load_some(from: &[f64; 8], first: usize) -> Self;
     fn store(self) -> Self::Array;
+    /// To the numbers of eight from the position `first`, which must be a multiple of the number of lanes.
+    #[inline(always)]
+    fn store_some(self, to: &mut [f64; 8], first: usize) {
+        let stored = self.store();
+        (0..Self::LANES).for_each(|lane| to[first + lane] = stored[lane]);
+    }
     /// Passes the numbers of each lane in eight vectors to `row`.
     fn store_rows(columns: [Self; 8], row: impl FnMut(usize, [f64; 8]));
     /// As [`Doubles::store_rows`], rounded to float32.
@@ -120,9 +126,16 @@ pub(crate) trait Doubles: Real + Debug {
     fn sqrt(self) -> Self;
     /// `self` in lanes in which `sign` has its sign bit set, else `other`.
     fn where_negative(self, sign: Self, other: Self) -> Self;
+    /// `self` in the lanes of a mask, else `other`.
+    fn where_set(self, lanes: u8, other: Self) -> Self;
+    /// Without the lower 27 bits of the mantissa, the upper half of the number.
+    fn upper_half(self) -> Self;
     fn is_less(self, other: Self) -> u8;
     fn is_at_most(self, other: Self) -> u8;
 }
+
+/// The bits that [`Doubles::upper_half`] keeps.
+const UPPER_HALF: u64 = !0x7ff_ffff;
 
 /// Eight float32 numbers. A comparison sets all bits of the lanes in which it holds: that is a mask.
 pub(crate) trait Singles: Copy + Debug {

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::{Doubles, Simd, Singles, Task};
+use super::{Doubles, Simd, Singles, Task, UPPER_HALF};
 use crate::math::Real;
 
 /// Plain Rust.
@@ -140,6 +140,16 @@ impl Doubles for F64x4 {
     fn where_negative(self, sign: F64x4, other: F64x4) -> F64x4 {
         let pick = |i: usize| if sign.0[i].is_sign_negative() { self.0[i] } else { other.0[i] };
         F64x4(std::array::from_fn(pick))
+    }
+
+    #[inline(always)]
+    fn where_set(self, lanes: u8, other: F64x4) -> F64x4 {
+        F64x4(std::array::from_fn(|i| if lanes >> i & 1 == 1 { self.0[i] } else { other.0[i] }))
+    }
+
+    #[inline(always)]
+    fn upper_half(self) -> F64x4 {
+        F64x4(self.0.map(|x| f64::from_bits(x.to_bits() & UPPER_HALF)))
     }
 
     #[inline(always)]

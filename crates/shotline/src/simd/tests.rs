@@ -119,6 +119,8 @@ fn doubles<F: Doubles>(of: &Operands, out: &mut Vec<u64>) {
             a.to_single(),
             F::from_fn(|lane| of.doubles[1][first + lane]),
             of_power(a),
+            a.where_set(of.lanes >> first, b),
+            a.upper_half(),
         ];
         let masks = [a.is_less(b), a.is_at_most(b), a.is_less(a), a.is_at_most(a)];
         let columns = [a, b, c, a + b, a - b, a * b, a / b, -a];

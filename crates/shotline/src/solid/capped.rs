@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use super::form::{Form, rounded};
 use super::interval::{Interval, Slab};
+use super::lanes::InLanes;
 use super::quadric_matrix::QuadricMatrix;
 use super::{Moments, Solid, definite};
 use crate::aabb::Aabb;
@@ -127,6 +128,10 @@ impl Solid for Capped {
         let q = self.form.quadric_matrix().rows;
         let is_plane = self.caps.is_none() && (0..3).all(|i| (0..3).all(|j| q[i][j] == 0.0));
         is_plane.then(|| vec![Plane::new(2.0 * Vec3::new(q[0][3], q[1][3], q[2][3]), q[3][3])])
+    }
+
+    fn in_lanes(&self) -> Option<InLanes<'_>> {
+        Some(InLanes::quadric(&self.form, self.caps.as_ref()))
     }
 
     fn quadric_matrix(&self, surface: u32) -> Option<QuadricMatrix> {

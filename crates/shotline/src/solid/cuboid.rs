@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::interval::{Interval, Slab};
+use super::lanes::InLanes;
 use super::{Kind, Moments, Param, ParamError, Solid, constructors};
 use crate::aabb::Aabb;
 use crate::contact::{Contact, Sector, Sheet};
@@ -102,6 +103,10 @@ impl Solid for Cuboid {
 
     fn contains(&self, p: Vec3) -> bool {
         self.min.cmplt(p).all() && p.cmplt(self.max).all()
+    }
+
+    fn in_lanes(&self) -> Option<InLanes<'_>> {
+        Some(InLanes::slabs(self.slabs()))
     }
 
     fn half_spaces(&self) -> Option<Vec<Plane>> {

@@ -19,6 +19,7 @@ mod hyperboloid;
 mod hyperboloid2;
 mod interval;
 mod kind;
+pub(crate) mod lanes;
 pub mod mesh;
 mod moments;
 mod paraboloid;
@@ -137,6 +138,12 @@ pub trait Solid: Send + Sync + Debug {
 
     /// The solid as a mesh, if it is one. A mesh that intersects itself can still report most of its moments.
     fn as_mesh(&self) -> Option<&mesh::MeshSolid> {
+        None
+    }
+
+    /// How several lines are intersected at once; `None` for one by one.
+    #[doc(hidden)]
+    fn in_lanes(&self) -> Option<lanes::InLanes<'_>> {
         None
     }
 

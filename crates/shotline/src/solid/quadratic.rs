@@ -5,7 +5,7 @@ use crate::math::HALF_ULP;
 /// The factor by which a discriminant must exceed its error. The roots are `2 sqrt(D) / a` apart, and each has an
 /// error of about `error / (2 a sqrt(D))`. The gap is then 256 bounds wide; 16 would still make the roots
 /// coincident.
-const SEPARATION: f64 = 64.0;
+pub(super) const SEPARATION: f64 = 64.0;
 
 /// The polynomial `a x^2 + 2 b x + c`, with bounds on its rounding errors.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -15,15 +15,15 @@ use crate::ray::Line;
 
 /// The relative error of a term of a coefficient in f64. A term has a chain of up to seven roundings (the number,
 /// two products, sums of three), whose error is far smaller on average, and the discriminant adds two.
-const TERM_ERROR: f64 = 5.0 * HALF_ULP;
+pub(super) const TERM_ERROR: f64 = 5.0 * HALF_ULP;
 /// The same in double-double, with a margin.
 pub(super) const TERM_ERROR_WIDE: f64 = HALF_ULP * HALF_ULP * 64.0;
 /// Roots are recomputed in double-double if rounding moved them by more than this multiple of what rounding of
 /// the line itself could.
-const WELL_CONDITIONED: f64 = 8.0;
+pub(super) const WELL_CONDITIONED: f64 = 8.0;
 /// The end of a root's doubt is searched for if the doubt seems to cover more than this fraction of the way from
 /// the root back to the closest approach.
-const FAR_REACHING: f64 = 0.5;
+pub(super) const FAR_REACHING: f64 = 0.5;
 
 /// A line in the coordinates of a form: `p + (s - s0) d`, with `s` proportional to `t`.
 pub(super) struct LocalLine {

@@ -31,10 +31,19 @@ fn material_world(random: &mut Random) -> World {
 }
 
 fn ball() -> World {
+    ball_with("bvh")
+}
+
+/// A ball at which rays are cast one by one.
+fn plain_ball() -> World {
+    ball_with("grid")
+}
+
+fn ball_with(accel: &'static str) -> World {
     let mut scene = Scene::default();
     let ball = scene.add_solid("sphere", &[&[1.0]]).expect("a sphere");
     scene.add_object("ball", None, ball);
-    world(&scene)
+    compile(&scene, Options { accel: Some(accel) }).expect("a world")
 }
 
 fn some_rays(random: &mut Random, n: usize) -> Vec<Ray> {
@@ -231,7 +240,7 @@ fn bad_rows_are_named_before_any_work() {
 
 #[test]
 fn a_row_that_is_spoiled_on_the_way_is_an_error() {
-    let (world, n) = (ball(), 5_000);
+    let (world, n) = (plain_ball(), 5_000);
     for threads in [1, 2] {
         let mut rows = Rows::new(&some_rays(&mut Random::new(33), n));
         rows.spoiled_from = n;
@@ -269,7 +278,7 @@ fn the_first_ray_without_an_answer_is_named() {
 /// The flag is checked every few rows, not every chunk, because rays may be expensive.
 #[test]
 fn a_batch_that_is_cancelled_ends_soon() {
-    let (world, rays) = (ball(), some_rays(&mut Random::new(34), 20_000));
+    let (world, rays) = (plain_ball(), some_rays(&mut Random::new(34), 20_000));
     for threads in [1, 2] {
         let (cancel, done) = (AtomicBool::new(false), AtomicU64::new(0));
         let progress = |n| {

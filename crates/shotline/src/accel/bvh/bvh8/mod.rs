@@ -16,7 +16,7 @@ use super::binned_sah;
 use super::refit::RefitData;
 use crate::aabb::{Aabb, BoxRay};
 use crate::accel::collapse::WIDTH;
-use crate::accel::{Accelerator, Beam, Child, QueueEntry, display};
+use crate::accel::{Accelerator, BeamEntry, BeamSome, Child, QueueEntry, display};
 use crate::counters::Counters;
 use crate::simd::{Simd, Task, dispatch};
 
@@ -52,15 +52,16 @@ impl Task for Expand<'_> {
     #[inline(always)]
     fn run<S: Simd>(self) {
         let Expand { node, ray, out } = self;
-        append(node, &node.test::<S::Wide>(ray), out);
+        let met = node.test::<S::Wide>(ray);
+        each_child(node, &met, |_, t, child| out.push(QueueEntry { t, child }));
     }
 }
 
-/// Appends the children of a node that any ray of a beam may meet.
+/// Appends the children of a node that rays of a beam may meet.
 struct ExpandBeam<'a> {
     node: &'a Node,
-    beam: &'a Beam,
-    out: &'a mut Vec<QueueEntry>,
+    some: &'a BeamSome<'a>,
+    out: &'a mut Vec<BeamEntry>,
 }
 
 impl Task for ExpandBeam<'_> {
@@ -68,13 +69,24 @@ impl Task for ExpandBeam<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self) {
-        let ExpandBeam { node, beam, out } = self;
-        append(node, &node.test_beam::<S::Wide>(beam), out);
+        let ExpandBeam { node, some, out } = self;
+        if some.beam.is_loose {
+            let met = node.test_each::<S::Wide>(some);
+            each_child(node, &met.any, |slot, t, child| {
+                out.push(BeamEntry { t, child, places: met.places[slot] });
+            });
+        } else {
+            let places = some.places;
+            each_child(node, &node.test_beam::<S::Wide>(some.beam), |_, t, child| {
+                out.push(BeamEntry { t, child, places });
+            });
+        }
     }
 }
 
+/// Passes the children that are met, each with its slot and the `t` at which it is entered.
 #[inline(always)]
-fn append(node: &Node, met: &Met, out: &mut Vec<QueueEntry>) {
+fn each_child(node: &Node, met: &Met, mut take: impl FnMut(usize, f64, Child)) {
     let mut rest = met.children;
     while rest != 0 {
         let slot = rest.trailing_zeros() as usize % WIDTH;
@@ -82,7 +94,7 @@ fn append(node: &Node, met: &Met, out: &mut Vec<QueueEntry>) {
         let number = node.children[slot];
         let is_node = slot < usize::from(node.nodes);
         let child = if is_node { Child::Node(u64::from(number)) } else { Child::Entered(number) };
-        out.push(QueueEntry { t: met.enter[slot], child });
+        take(slot, met.enter[slot], child);
     }
 }
 
@@ -105,16 +117,16 @@ impl Accelerator for Bvh8 {
         true
     }
 
-    fn beam_roots(&self, beam: &Beam, out: &mut Vec<QueueEntry>) {
-        let t = beam.t_min;
-        out.extend(self.unbounded.iter().map(|&i| QueueEntry { t, child: Child::Item(i) }));
+    fn beam_roots(&self, some: &BeamSome, out: &mut Vec<BeamEntry>) {
+        let (t, places) = (some.beam.t_min, some.places);
+        out.extend(self.unbounded.iter().map(|&i| BeamEntry { t, child: Child::Item(i), places }));
         if !self.nodes.is_empty() {
-            self.expand_beam(0, beam, out);
+            self.expand_beam(0, some, out);
         }
     }
 
-    fn expand_beam(&self, node: u64, beam: &Beam, out: &mut Vec<QueueEntry>) {
-        dispatch(ExpandBeam { node: &self.nodes[node as usize], beam, out });
+    fn expand_beam(&self, node: u64, some: &BeamSome, out: &mut Vec<BeamEntry>) {
+        dispatch(ExpandBeam { node: &self.nodes[node as usize], some, out });
     }
 
     fn refit(&mut self, items: &[u32], boxes: &dyn Fn(u32) -> Aabb) -> bool {

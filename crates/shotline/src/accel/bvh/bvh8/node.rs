@@ -1,8 +1,8 @@
 //! A node, and the test of a ray against the boxes of its children.
 
 use crate::aabb::{Aabb, BoxRay};
-use crate::accel::Beam;
 use crate::accel::collapse::WIDTH;
+use crate::accel::{Beam, BeamSome};
 use crate::math::Vec3;
 use crate::simd::Doubles;
 
@@ -26,6 +26,14 @@ pub(super) struct Met {
     pub enter: [f64; WIDTH],
     /// A mask of the children that it meets.
     pub children: u8,
+}
+
+/// The children that rays of a beam meet.
+pub(super) struct MetByEach {
+    /// Those that any of them meets, and where the first of them enters each child.
+    pub any: Met,
+    /// For each child a mask of the rays that meet it.
+    pub places: [u32; WIDTH],
 }
 
 impl Node {
@@ -75,9 +83,53 @@ impl Node {
         self.met::<F>(|first| self.test_some_by_beam::<F>(beam, first))
     }
 
+    /// Tests the boxes of all children against each ray of some up to its limit.
+    #[inline(always)]
+    pub fn test_each<F: Doubles>(&self, some: &BeamSome) -> MetByEach {
+        let mut places = [0; WIDTH];
+        let any = self.met::<F>(|first| {
+            let mut least = F::splat(f64::INFINITY);
+            let (mut any, mut rest) = (0, some.places);
+            while rest != 0 {
+                let place = rest.trailing_zeros() as usize;
+                let (enter, met) = self.test_some_by_place::<F>(some, place, first);
+                least = enter.where_set(met & enter.is_less(least), least);
+                any |= met;
+                for (lane, places) in places[first..first + F::LANES].iter_mut().enumerate() {
+                    *places |= u32::from(met >> lane & 1) << place;
+                }
+                rest &= rest - 1;
+            }
+            (least.store(), any)
+        });
+        MetByEach { any, places }
+    }
+
+    /// As [`BoxRay::enter_exit`], for the ray at a place.
+    #[inline(always)]
+    fn test_some_by_place<F: Doubles>(&self, some: &BeamSome, place: usize, first: usize) -> (F, u8) {
+        let (rays, chunk, lane) = (some.rays, place / 8, place % 8);
+        let (mut enter, mut exit) = (F::splat(f64::NEG_INFINITY), F::splat(f64::INFINITY));
+        for axis in 0..3 {
+            let inverse = rays.inverse[axis][chunk][lane];
+            let upper_is_near = usize::from(inverse < 0.0);
+            let near = F::load_some(&self.planes[2 * axis + upper_is_near], first);
+            let far = F::load_some(&self.planes[2 * axis + 1 - upper_is_near], first);
+            let inverse = F::splat(inverse);
+            // A NaN leaves the bound: such an axis does not cull.
+            enter = ((near - F::splat(rays.ahead[axis][chunk][lane])) * inverse).greater(enter);
+            exit = ((far - F::splat(rays.behind[axis][chunk][lane])) * inverse).lesser(exit);
+        }
+        let (shrink, grow) = (F::splat(rays.shrink[chunk][lane]), F::splat(rays.grow[chunk][lane]));
+        let end = F::splat(rays.t_max.min(some.limits[chunk][lane]));
+        let enter = (enter * shrink).lesser(enter * grow).greater(F::splat(rays.t_min));
+        let exit = (exit * shrink).greater(exit * grow).lesser(end);
+        (enter, enter.is_at_most(exit) & F::ALL)
+    }
+
     /// The children that are met, from a test of those from a position on.
     #[inline(always)]
-    fn met<F: Doubles>(&self, test_some: impl Fn(usize) -> (F::Array, u8)) -> Met {
+    fn met<F: Doubles>(&self, mut test_some: impl FnMut(usize) -> (F::Array, u8)) -> Met {
         let mut met = Met { enter: [0.0; WIDTH], children: 0 };
         for first in (0..WIDTH).step_by(F::LANES) {
             let (enter, children) = test_some(first);

@@ -33,7 +33,7 @@ impl RefitData<Slot> {
 }
 
 impl Bvh8 {
-    /// Computes the boxes above some items again. Returns `false` if the [`BoundsClass`] of an item has changed, or if
+    /// Computes the boxes above some items again. Returns `false` if the class of the bounds of an item has changed, or if
     /// the tree has become too slow.
     pub(super) fn refit_boxes(&mut self, items: &[u32], boxes: &dyn Fn(u32) -> Aabb) -> bool {
         let mut data = self.refit_data.take().unwrap_or_else(|| Box::new(RefitData::of(self)));

@@ -1,0 +1,174 @@
+//! Casts the rays of a bundle that have met a body at it, together.
+
+use super::block_fold::{BlockFold, BlockVisitor, Flight, Found, Normal, Reach, State, is_before_box};
+use super::bundle::Meeting;
+use super::bundle_stream::StreamRequest;
+use super::fold_query::FoldControl;
+use super::lane_cast::{LaneCast, LaneFind};
+use super::level_visit::ones;
+use super::offers::Offer;
+use super::traversal::BodyEntry;
+use crate::compile::{Body, SolidBody};
+use crate::simd::dispatch;
+
+/// A meeting, and the body.
+struct Met<'m, 'w> {
+    meeting: &'m Meeting,
+    body: &'w SolidBody,
+    /// The bundle, and its first slot.
+    bundle: usize,
+    first_slot: usize,
+}
+
+impl Met<'_, '_> {
+    /// The ray at a place in the body.
+    fn entry(&self, flight: &Flight, place: usize) -> BodyEntry {
+        let Meeting { visit, placement, ref rays } = *self.meeting;
+        let enter = rays.enter[place / 8][place % 8];
+        flight.bundles[self.bundle].body_entry(&Offer { enter, visit, placement }, place)
+    }
+}
+
+impl<'w> BlockFold<'_, 'w> {
+    /// Casts the rays of a bundle that have met a body at it, and passes their boundaries.
+    pub(super) fn cast_together<V: BlockVisitor<'w>>(
+        &mut self,
+        bundle: usize,
+        reach: &mut Reach,
+        flight: &mut Flight<'w>,
+        visitor: &mut V,
+    ) {
+        let Some(meeting) = flight.bundles[bundle].meeting.take() else { return };
+        let placed = flight.bundles[bundle].placed_body(meeting.visit, meeting.placement);
+        let Body::Solid(body) = self.caster.world.body(placed.body) else {
+            unreachable!("only solids are cast at together")
+        };
+        let met = Met { meeting: &meeting, body, bundle, first_slot: flight.range(bundle).start };
+        let open = if body.takes_lanes {
+            self.cast_in_lanes(&met, reach, flight, visitor)
+        } else {
+            self.stream(&met, reach, flight, visitor)
+        };
+        for place in ones(open) {
+            let entry = met.entry(flight, place);
+            let slot = &mut flight.slots[met.first_slot + place];
+            self.fold_body(slot, &flight.bundles[bundle], &entry, visitor);
+            reach.set(place, slot);
+        }
+        flight.bundles[bundle].release(meeting.visit);
+    }
+
+    /// Casts at a body of few leaves. Returns the rays that are left open.
+    fn cast_in_lanes<V: BlockVisitor<'w>>(
+        &mut self,
+        met: &Met<'_, 'w>,
+        reach: &mut Reach,
+        flight: &mut Flight<'w>,
+        visitor: &mut V,
+    ) -> u32 {
+        let Flight { bundles, slots, finds, frames, .. } = flight;
+        let bundle = &bundles[met.bundle];
+        let Some(rays) = bundle.rays(met.meeting.visit) else { return met.meeting.rays.rays };
+        let placed = bundle.placed_body(met.meeting.visit, met.meeting.placement);
+        frames.clear();
+        frames.extend(bundle.paths.frames(&placed));
+        dispatch(LaneCast {
+            body: met.body,
+            rays,
+            places: met.meeting.rays.rays,
+            frames,
+            scope: self.query.scope,
+            wanted: self.query.wanted,
+            wants_normals: self.block.wants_normals,
+            limits: &reach.limits,
+            finds,
+            scratch: &mut self.caster.scratch,
+        });
+        let is_closest = self.is_closest::<V>();
+        for find in &finds.all {
+            let LaneFind { place, mut boundary, normal } = *find;
+            let slot = &mut slots[met.first_slot + place as usize];
+            if slot.state != State::Ready || !self.query.scope.kinds.hold(boundary.kind) {
+                continue;
+            }
+            // Turns -0.0 into 0.0, as in the fold of a single ray.
+            boundary.crossing.t += 0.0;
+            let place = place as usize;
+            if is_closest && is_before_box(&boundary, met.meeting.rays.enter[place / 8][place % 8]) {
+                slot.refuse(visitor);
+                reach.set(place, slot);
+                continue;
+            }
+            let found = Found { paths: &bundle.paths, placed, boundary, normal: Normal::Known(normal) };
+            match visitor.boundary(slot.in_flight, found) {
+                FoldControl::Limit(t) => slot.limit = slot.limit.min(t),
+                FoldControl::Stop => {
+                    slot.state = State::Ended;
+                    visitor.end(slot.in_flight, &bundle.paths);
+                }
+            }
+            reach.set(place, slot);
+        }
+        finds.open
+    }
+
+    /// Casts at a body of many leaves. Returns the rays that are left open.
+    fn stream<V: BlockVisitor<'w>>(
+        &mut self,
+        met: &Met<'_, 'w>,
+        reach: &mut Reach,
+        flight: &mut Flight<'w>,
+        visitor: &mut V,
+    ) -> u32 {
+        let places = met.meeting.rays.rays;
+        let bundle = &flight.bundles[met.bundle];
+        let Some(rays) = bundle.rays(met.meeting.visit) else { return places };
+        let placed = bundle.placed_body(met.meeting.visit, met.meeting.placement);
+        let frame = bundle.frame(met.meeting.visit, met.meeting.placement);
+        let span = self.query.scope.span;
+        let rays = if frame.is_identity() {
+            rays
+        } else {
+            flight.body_rays.set_below(rays, places, frame, span);
+            &*flight.body_rays
+        };
+        let request = StreamRequest {
+            body: met.body,
+            rays,
+            places,
+            scope: self.query.scope,
+            wanted: self.query.wanted,
+            limits: &reach.limits,
+            cancel: self.block.cancel,
+        };
+        let is_closest = self.is_closest::<V>();
+        let open = flight.stream.run(&request, &mut self.caster.scratch);
+        for place in ones(places & !open) {
+            if flight.stream.boundaries(place).is_empty() {
+                continue;
+            }
+            let entry = met.entry(flight, place);
+            let Flight { bundles, slots, stream, .. } = flight;
+            let (bundle, slot) = (&bundles[met.bundle], &mut slots[met.first_slot + place]);
+            for &boundary in stream.boundaries(place) {
+                let mut boundary = boundary;
+                boundary.crossing.t += 0.0;
+                if is_closest && is_before_box(&boundary, entry.enter) {
+                    slot.refuse(visitor);
+                    break;
+                }
+                let found = Found { paths: &bundle.paths, placed, boundary, normal: Normal::Open(&entry) };
+                match visitor.boundary(slot.in_flight, found) {
+                    FoldControl::Limit(t) => slot.limit = slot.limit.min(t),
+                    FoldControl::Stop => {
+                        slot.state = State::Ended;
+                        visitor.end(slot.in_flight, &bundle.paths);
+                        break;
+                    }
+                }
+            }
+            reach.set(place, slot);
+        }
+        open
+    }
+}

@@ -1,0 +1,123 @@
+//! Rays that are cast in lanes find what single rays find.
+
+use super::*;
+use crate::prelude::{Object, Shape};
+use crate::query::Scope;
+use crate::query::batch::RowsOfSix;
+use crate::solid::{KINDS, Params};
+
+/// A solid of any kind, or a box on a grid: then faces coincide.
+fn solid(random: &mut Random) -> Shape {
+    let on_grid = |random: &mut Random| f64::from(random.below(5) as i32 - 2) * 0.5;
+    match random.below(3) {
+        0 => {
+            let low = [0; 3].map(|_| on_grid(random));
+            let high = low.map(|x| x + 0.5 * (1 + random.below(3)) as f64);
+            Shape::cuboid(low, high).expect("a box")
+        }
+        1 => {
+            let z = on_grid(random);
+            Shape::cylinder([0.5, 1.0][random.below(2)], z, z + 1.0).expect("a cylinder")
+        }
+        _ => {
+            let kind = KINDS[random.below(KINDS.len())];
+            let values: Vec<&[f64]> = kind.examples[0].to_vec();
+            Shape::solid(kind, Params::of(kind, &values)).expect("an example")
+        }
+    }
+}
+
+/// A combination of a few solids.
+fn body(random: &mut Random) -> Shape {
+    let mut shape = solid(random);
+    for _ in 0..[0, 0, 1, 2, 4][random.below(5)] {
+        let mut other = solid(random);
+        if random.below(2) == 0 {
+            other = other.translate([0.5 * random.below(3) as f64, 0.0, 0.5]);
+        }
+        if random.below(4) == 0 {
+            other = other.rotate(random.point(-90.0, 90.0));
+        }
+        shape = match random.below(4) {
+            0 => Shape::union([shape, other]),
+            1 => Shape::intersection([shape, other]),
+            _ => shape.difference([other]),
+        };
+    }
+    shape
+}
+
+fn scene(random: &mut Random) -> Scene {
+    let parts: Vec<Shape> = (0..4).map(|_| body(random)).collect();
+    let group = Shape::group(parts[..2].iter().map(|part| part.translate(random.point(-2.0, 2.0))));
+    let count = [2, 6, 30][random.below(3)];
+    let objects = (0..count).map(|i| {
+        let part = if random.below(5) == 0 { group.clone() } else { parts[random.below(4)].clone() };
+        let part = match random.below(3) {
+            0 => part,
+            1 => part.translate([0.5 * random.below(9) as f64 - 2.0, 0.0, 0.5]),
+            _ => part.rotate(random.point(-90.0, 90.0)).translate(random.point(-3.0, 3.0)),
+        };
+        Object::new(format!("part {i}"), part)
+    });
+    Scene::of(objects.collect::<Vec<_>>())
+}
+
+/// Grids of rays along an axis or almost, some of them in the planes of faces; pencils; and rays that run anywhere.
+fn rays(random: &mut Random) -> Vec<[f64; 6]> {
+    let mut rays = Vec::new();
+    for _ in 0..12 {
+        let (axis, step) = (random.below(3), [0.125, 0.02, 0.011][random.below(3)]);
+        let tilt = [Vec3::ZERO, random.point(-1e-3, 1e-3), random.point(-0.3, 0.3)][random.below(3)];
+        let corner = Vec3::from([0; 3].map(|_| 0.5 * random.below(9) as f64 - 2.0));
+        let back = [6.0, 0.5, 0.0][random.below(3)];
+        for i in 0..40 {
+            let mut d = Vec3::AXES[axis] + tilt;
+            let o = corner + Vec3::AXES[(axis + 1) % 3] * (step * f64::from(i)) - d * back;
+            if random.below(40) == 0 {
+                d = -d;
+            }
+            rays.push([o.x, o.y, o.z, d.x, d.y, d.z]);
+        }
+    }
+    for _ in 0..70 {
+        let (o, to) = (random.direction() * 6.0, random.point(-2.0, 2.0));
+        rays.push([o.x, o.y, o.z, to.x - o.x, to.y - o.y, to.z - o.z]);
+    }
+    rays
+}
+
+#[test]
+fn rays_in_lanes_find_what_single_rays_find() {
+    let mut random = Random::new(47);
+    let (mut hits, mut in_lanes) = (0, 0);
+    for case in 0..60 {
+        let scene = scene(&mut random);
+        let Ok(world) = compile(&scene, Options::default()) else { continue };
+        in_lanes += usize::from(world.casts_lanes());
+        let rays = rays(&mut random);
+        let rays = RowsOfSix(&rays);
+        let counters = Default::default();
+        let run = Run { threads: 1, ..Run::default() };
+        // Rays are cast one by one where work is counted.
+        let runs = [run, Run { counters: Some(&counters), ..run }];
+        let [short, back] = [(2.0, 6.5), (-3.0, 4.0)].map(|(a, b)| Span::new(a, b).expect("a span"));
+        for scope in [Span::FORWARD.into(), short.into(), back.into(), Scope::surfaces(Span::FORWARD)] {
+            // As text, so that NaN normals are equal.
+            let [found, expected] = runs.map(|run| {
+                [
+                    format!("{:?}", batch::closest(&world, &rays, scope, run)),
+                    format!("{:?}", batch::any(&world, &rays, scope, run)),
+                    format!("{:?}", batch::count(&world, &rays, scope, run)),
+                    format!("{:?}", batch::crossings(&world, &rays, scope, run)),
+                    format!("{:?}", batch::segments(&world, &rays, scope.span, Overlaps::All, run)),
+                ]
+            });
+            for (query, (found, expected)) in found.iter().zip(&expected).enumerate() {
+                assert!(found == expected, "case {case}, query {query}, {scope:?}");
+            }
+            hits += batch::crossings(&world, &rays, scope, run).expect("within limits").t.len();
+        }
+    }
+    assert!(hits > 50_000 && in_lanes > 50, "{hits} hits, {in_lanes} worlds");
+}
