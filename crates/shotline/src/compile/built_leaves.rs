@@ -26,8 +26,12 @@ pub(super) enum BuiltLeaf {
 /// The leaves by node number.
 #[derive(Debug)]
 pub(super) struct BuiltLeaves {
-    leaves: Vec<Option<BuiltLeaf>>,
+    leaves: Vec<BuiltLeaf>,
+    /// For each node the number of its leaf, or [`NO_LEAF`]: most nodes of large scenes are no leaves.
+    numbers: Vec<u32>,
 }
+
+const NO_LEAF: u32 = u32::MAX;
 
 /// What a combination needs to know of its operands.
 #[derive(Clone, Copy, Default)]
@@ -49,16 +53,17 @@ impl BuiltLeaves {
         graph: &Graph,
         choice: AccelChoice,
     ) -> Result<BuiltLeaves, Vec<SceneError>> {
-        let mut out = BuiltLeaves { leaves: vec![None; scene.nodes.len()] };
+        let mut out = BuiltLeaves { leaves: Vec::new(), numbers: vec![NO_LEAF; scene.nodes.len()] };
         let mut below = vec![SubtreeSummary::default(); scene.nodes.len()];
         let mut errors = Vec::new();
         for &id in &graph.postorder {
             let node = scene.node(id);
             match build_leaf(node, id, choice) {
-                Ok(leaf) => out.leaves[id.0 as usize] = leaf,
+                Ok(Some(leaf)) => out.add(id, leaf),
+                Ok(None) => {}
                 Err(error) => errors.push(error),
             }
-            let found = gather(node, id, &below, out.leaves[id.0 as usize].as_ref());
+            let found = gather(node, id, &below, out.get(id));
             let before = errors.len();
             check(scene, &out, id, &found, &mut errors);
             let reported = errors.len() > before && matches!(node, Node::Csg { .. });
@@ -69,7 +74,12 @@ impl BuiltLeaves {
     }
 
     pub(super) fn get(&self, id: NodeId) -> Option<&BuiltLeaf> {
-        self.leaves[id.0 as usize].as_ref()
+        self.leaves.get(self.numbers[id.0 as usize] as usize)
+    }
+
+    fn add(&mut self, id: NodeId, leaf: BuiltLeaf) {
+        self.numbers[id.0 as usize] = self.leaves.len() as u32;
+        self.leaves.push(leaf);
     }
 }
 
@@ -133,6 +143,7 @@ fn check(
             errors.push(SceneError::at(id, "a combination needs at least one operand".into()));
         }
         Node::Csg { .. } => check_combination(leaves, id, below, errors),
+        Node::Transform { transform, .. } if transform.is_clearly_invertible() => {}
         Node::Transform { transform, .. } if !transform.is_finite() => {
             let hint = "check for a division by zero, and for an axis of length 0";
             let message = "the transform has a number that is not finite".into();

@@ -143,8 +143,29 @@ impl Affine {
         // Scaled to size 1 first, so that the cubes in the determinant neither overflow nor underflow.
         let unit = power_of_two_near(size);
         let scaled = Affine { rows: self.rows.map(|r| r.map(|x| x / unit)) };
-        let det = scaled.determinant();
-        if det == 0.0 { f64::INFINITY } else { norm(&linear) / unit * (norm(&scaled.adjugate()) / det.abs()) }
+        let scaled = widen(&scaled);
+        let adjugate = adjugate(&scaled);
+        let det = determinant_by(&scaled, &adjugate).hi;
+        let adjugate = adjugate.map(|row| row.map(|x| x.hi));
+        if det == 0.0 { f64::INFINITY } else { norm(&linear) / unit * (norm(&adjugate) / det.abs()) }
+    }
+
+    /// Whether the condition number is certainly far below [`MAX_CONDITION`], and every number far from overflow. Much
+    /// faster than [`Affine::condition`], and true of nearly every transform.
+    pub(crate) fn is_clearly_invertible(&self) -> bool {
+        let m = self.rows.map(|r| [r[0], r[1], r[2]]);
+        let largest =
+            |numbers: &mut dyn Iterator<Item = f64>| numbers.fold(0.0, |most: f64, x| most.max(x.abs()));
+        let size = largest(&mut m.iter().flatten().copied());
+        let reach = largest(&mut self.rows.iter().map(|r| r[3]));
+        let minor = |r: usize, c: usize| m[1][r] * m[2][c] - m[1][c] * m[2][r];
+        let determinant = m[0][0] * minor(1, 2) - m[0][1] * minor(0, 2) + m[0][2] * minor(0, 1);
+        // Cofactors are at most 2 where the entries are at most 1. There the error of the determinant is below 1e-14, so
+        // the condition number is at most 3 * 6 / 0.99e-6.
+        let is_moderate = (1e-90..1e90).contains(&size) && reach < 1e90;
+        is_moderate
+            && determinant.abs() > 1e-6 * size * size * size
+            && self.rows.iter().flatten().all(|x| x.is_finite())
     }
 
     /// The inverse in closed form by the adjugate. Each entry is correctly rounded unless the condition number is
@@ -199,6 +220,7 @@ impl ComposedTransform {
     ]);
 
     /// The product with a further transform, which is applied before those so far.
+    #[inline]
     pub fn then(&self, inner: &Affine) -> ComposedTransform {
         if inner.is_identity() { *self } else { ComposedTransform(compose(&self.0, &widen(inner))) }
     }
@@ -238,10 +260,34 @@ fn round(m: &Wide) -> Affine {
 fn compose(outer: &Wide, inner: &Wide) -> Wide {
     let mut out = [[Dd::ZERO; 4]; 3];
     for (row, o) in out.iter_mut().zip(outer) {
-        *row = std::array::from_fn(|j| o[0] * inner[0][j] + o[1] * inner[1][j] + o[2] * inner[2][j]);
-        row[3] = row[3] + o[3];
+        *row = std::array::from_fn(|j| dot([o[0], o[1], o[2]], [inner[0][j], inner[1][j], inner[2][j]]));
+        row[3] = plus(row[3], o[3]);
     }
     out
+}
+
+/// The product. Most matrices have many zeros, and a product with zero needs no more than this test. One of zero and a
+/// number that is not finite is not zero.
+#[inline(always)]
+fn times(a: Dd, b: Dd) -> Dd {
+    if a.hi * b.hi == 0.0 && (a.hi == 0.0 || b.hi == 0.0) { Dd::ZERO } else { a * b }
+}
+
+/// The sum; that with zero needs no more than a test.
+#[inline(always)]
+fn plus(a: Dd, b: Dd) -> Dd {
+    if b.hi == 0.0 {
+        a
+    } else if a.hi == 0.0 {
+        b
+    } else {
+        a + b
+    }
+}
+
+#[inline(always)]
+fn dot(a: [Dd; 3], b: [Dd; 3]) -> Dd {
+    plus(plus(times(a[0], b[0]), times(a[1], b[1])), times(a[2], b[2]))
 }
 
 /// Transposed cofactors: `adj[i][j]` is the minor of row `j`, column `i`; cyclic indices carry the sign.
@@ -249,14 +295,18 @@ fn adjugate(m: &Wide) -> [[Dd; 3]; 3] {
     std::array::from_fn(|i| {
         std::array::from_fn(|j| {
             let (r1, r2, c1, c2) = ((j + 1) % 3, (j + 2) % 3, (i + 1) % 3, (i + 2) % 3);
-            m[r1][c1] * m[r2][c2] - m[r1][c2] * m[r2][c1]
+            plus(times(m[r1][c1], m[r2][c2]), -times(m[r1][c2], m[r2][c1]))
         })
     })
 }
 
 fn determinant(m: &Wide) -> Dd {
-    let a = adjugate(m);
-    m[0][0] * a[0][0] + m[0][1] * a[1][0] + m[0][2] * a[2][0]
+    determinant_by(m, &adjugate(m))
+}
+
+/// The determinant, given the adjugate.
+fn determinant_by(m: &Wide, adjugate: &[[Dd; 3]; 3]) -> Dd {
+    dot([m[0][0], m[0][1], m[0][2]], adjugate.map(|row| row[0]))
 }
 
 /// The inverse of a matrix whose condition has been checked.
@@ -265,11 +315,11 @@ fn inverse(m: &Wide) -> Wide {
     let size = m.iter().flat_map(|r| &r[..3]).fold(0.0, |a: f64, x| a.max(x.hi.abs()));
     let unit = 1.0 / power_of_two_near(size);
     let scaled: Wide = m.map(|r| [r[0] * unit, r[1] * unit, r[2] * unit, r[3]]);
-    let over_det = determinant(&scaled).recip();
     let a = adjugate(&scaled);
+    let over_det = determinant_by(&scaled, &a).recip();
     std::array::from_fn(|i| {
-        let row: [Dd; 3] = std::array::from_fn(|j| a[i][j] * over_det * unit);
-        let moved = row[0] * m[0][3] + row[1] * m[1][3] + row[2] * m[2][3];
+        let row: [Dd; 3] = std::array::from_fn(|j| times(a[i][j], over_det) * unit);
+        let moved = dot(row, [m[0][3], m[1][3], m[2][3]]);
         [row[0], row[1], row[2], -moved]
     })
 }
@@ -331,6 +381,81 @@ pub(crate) mod tests {
             prop_assert!(moved.dot(t.vector(tangent)).abs() <= 1e-13 * t.condition());
             let by_adjugate = crate::lecture::normals::normal_by_adjugate(&t, n);
             prop_assert!(moved.normalize().dot(by_adjugate.normalize()) > 1.0 - 1e-12);
+        }
+    }
+
+    /// The product and the adjugate as they are written down, without a look at zeros.
+    fn dense_product(outer: &Wide, inner: &Wide) -> Wide {
+        let mut out = [[Dd::ZERO; 4]; 3];
+        for (row, o) in out.iter_mut().zip(outer) {
+            *row = std::array::from_fn(|j| o[0] * inner[0][j] + o[1] * inner[1][j] + o[2] * inner[2][j]);
+            row[3] = row[3] + o[3];
+        }
+        out
+    }
+
+    fn dense_adjugate(m: &Wide) -> [[Dd; 3]; 3] {
+        std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                let (r1, r2, c1, c2) = ((j + 1) % 3, (j + 2) % 3, (i + 1) % 3, (i + 2) % 3);
+                m[r1][c1] * m[r2][c2] - m[r1][c2] * m[r2][c1]
+            })
+        })
+    }
+
+    /// Products of random matrices, most of them with many zeros of either sign.
+    #[test]
+    fn zeros_that_are_passed_over_change_no_bit() {
+        let mut random = crate::testkit::random::Random::new(31);
+        let bits = |x: &Dd| [x.hi.to_bits(), (x.lo + 0.0).to_bits()];
+        for case in 0..4000 {
+            let mut matrix = || {
+                Affine::from_row_major(std::array::from_fn(|_| match random.below(4 + case % 9) {
+                    0 | 1 => 0.0,
+                    2 => -0.0,
+                    3 => 1.0,
+                    4 => -1.0,
+                    _ => random.number(-3.0, 3.0),
+                }))
+            };
+            let mut product = widen(&matrix());
+            for _ in 0..3 {
+                let inner = widen(&matrix());
+                let dense = dense_product(&product, &inner);
+                product = compose(&product, &inner);
+                assert!(product.iter().flatten().map(bits).eq(dense.iter().flatten().map(bits)), "{dense:?}");
+                let (found, dense) = (adjugate(&product), dense_adjugate(&product));
+                assert!(found.iter().flatten().map(bits).eq(dense.iter().flatten().map(bits)), "{dense:?}");
+            }
+        }
+        let mut not_a_number = Affine::IDENTITY;
+        not_a_number.rows[0][1] = f64::NAN;
+        assert!(not_a_number.determinant().is_nan());
+    }
+
+    #[test]
+    fn what_is_clearly_invertible_is_invertible() {
+        let mut random = crate::testkit::random::Random::new(32);
+        let mut clear = 0;
+        for case in 0..20_000 {
+            let thin = 10f64.powi(-(case % 16));
+            let numbers: [f64; 12] = std::array::from_fn(|i| {
+                random.number(-1.0, 1.0) * if (4..8).contains(&i) { thin } else { 1.0 }
+            });
+            let size = 10f64.powi(case % 37 * 10 - 180);
+            let matrix = Affine::from_row_major(numbers.map(|x| x * size));
+            if matrix.is_clearly_invertible() {
+                clear += 1;
+                assert!(TransformPair::new(&matrix).is_ok_and(|pair| pair.condition < 1e8), "{matrix:?}");
+            }
+        }
+        assert!(clear > 2000, "{clear}");
+        for broken in [f64::NAN, f64::INFINITY, 1e200] {
+            for entry in 0..12 {
+                let mut matrix = Affine::scaling(Vec3::splat(2.0));
+                matrix.rows[entry / 4][entry % 4] = broken;
+                assert!(!matrix.is_clearly_invertible(), "{matrix:?}");
+            }
         }
     }
 

@@ -50,18 +50,24 @@ impl LocalTransform {
 
     /// The product of a chain of outer transforms with this transform inside it.
     pub fn inside(&self, composed: &ComposedTransform) -> ComposedTransform {
-        self.matrices().iter().fold(*composed, |composed, m| composed.then(m))
+        self.matrices().fold(*composed, |composed, m| composed.then(&m))
     }
 
     /// Whether all numbers of its matrices are finite.
     pub(crate) fn is_finite(&self) -> bool {
-        self.matrices().iter().all(|m| m.rows.iter().flatten().all(|x| x.is_finite()))
+        self.matrices().all(|m| m.rows.iter().flatten().all(|x| x.is_finite()))
+    }
+
+    /// Whether [`Affine::is_clearly_invertible`] holds, by the one matrix that it is. Of several it is not known.
+    pub(crate) fn is_clearly_invertible(&self) -> bool {
+        let mut matrices = self.matrices();
+        matches!((matrices.next(), matrices.next()), (Some(matrix), None) if matrix.is_clearly_invertible())
     }
 
     /// The matrices, outermost first; at most three.
-    fn matrices(&self) -> Vec<Affine> {
-        match *self {
-            LocalTransform::Matrix(m) => vec![m],
+    fn matrices(&self) -> impl Iterator<Item = Affine> {
+        let matrices = match *self {
+            LocalTransform::Matrix(m) => [Some(m), None, None],
             LocalTransform::Steps { scale, rotate, translate } => [
                 translate.map(Affine::translation),
                 rotate.map(|r| match r {
@@ -69,10 +75,8 @@ impl LocalTransform {
                     Rotation::About { axis, degrees } => Affine::rotation_about(axis, degrees),
                 }),
                 scale.map(Affine::scaling),
-            ]
-            .into_iter()
-            .flatten()
-            .collect(),
-        }
+            ],
+        };
+        matrices.into_iter().flatten()
     }
 }
