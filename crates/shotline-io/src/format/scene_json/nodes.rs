@@ -346,9 +346,10 @@ impl<'r, 't> Graph<'r, 't> {
     fn combination(&mut self, value: ValueId, todo: &mut Vec<Task>) -> Option<Node> {
         let known: Vec<_> = ["op", "args", ACCEL.name].into_iter().chain(names(PLACEMENT)).collect();
         self.values.only(value, "an operation", &known);
-        let ops: Vec<_> = OPS.iter().map(|(op, _)| format!("\"{op}\"")).collect();
-        let takes = format!("one of {}", ops.join(", "));
-        let op_at = self.values.required(value, "this operation", "op", &takes);
+        let op_at = self.values.tree.get(value, "op").or_else(|| {
+            let ops: Vec<_> = OPS.iter().map(|(op, _)| format!("\"{op}\"")).collect();
+            self.values.required(value, "this operation", "op", &format!("one of {}", ops.join(", ")))
+        });
         let op = op_at.and_then(|at| Some((at, self.values.text(at, "\"op\"")?)));
         let args_at =
             self.values.required(value, "this operation", "args", "a list of nodes: [{...}, ...]")?;

@@ -16,7 +16,15 @@ pub(super) const MAX_DEPTH: usize = 20_000;
 
 /// Parses a text. Returns `None` if its brackets are not balanced; all errors are in `diagnostics`.
 pub(super) fn parse<'t>(text: &'t str, diagnostics: &mut Diagnostics) -> Option<(Tree<'t>, ValueId)> {
-    let mut parser = Parser { text, at: 0, tree: Tree::default(), open: Vec::new(), diagnostics };
+    let mut parser = Parser {
+        text,
+        at: 0,
+        tree: Tree::default(),
+        open: Vec::new(),
+        elements: Vec::new(),
+        members: Vec::new(),
+        diagnostics,
+    };
     match parser.document() {
         Ok(root) => Some((parser.tree, root)),
         Err(diagnostic) => {
@@ -31,6 +39,10 @@ struct Parser<'t, 'f> {
     at: usize,
     tree: Tree<'t>,
     open: Vec<Open>,
+    /// The elements of all open arrays, those of the innermost last: so a closed one takes no more memory than it needs.
+    elements: Vec<ValueId>,
+    /// The same for the members of open objects.
+    members: Vec<Member<'t>>,
     diagnostics: &'f mut Diagnostics,
 }
 
@@ -38,6 +50,8 @@ struct Parser<'t, 'f> {
 struct Open {
     id: ValueId,
     brace: bool,
+    /// The number of its first element or member.
+    first: usize,
     /// Whether a member may begin: after the opening bracket or a comma.
     ready: bool,
 }
@@ -87,14 +101,13 @@ impl<'t> Parser<'t, '_> {
             self.diagnostics.push(RawDiagnostic::text(self.here(c), "a comma is missing before this"));
         }
         let key = if brace { Some(self.key()?) } else { None };
-        let value = self.begin_value()?;
-        match (self.tree.content_mut(id), key) {
-            (Content::Object(members), Some((key, key_range))) => {
-                members.push(Member { key, key_range, value })
-            }
-            (Content::Array(elements), _) => elements.push(value),
-            _ => {}
+        // It is added here before it begins, as its own content follows if it is a container.
+        let value = self.tree.next();
+        match key {
+            Some((key, range)) => self.members.push(Member::new(key, range, value)),
+            None => self.elements.push(value),
         }
+        self.begin_value()?;
         Ok(())
     }
 
@@ -106,9 +119,14 @@ impl<'t> Parser<'t, '_> {
             return Err(diagnostic.help(format!("use '{expected}', or is one missing before?")));
         }
         self.at += 1;
-        self.tree.end_at(id, self.at);
-        self.open.pop();
-        report_duplicates(self.tree.members(id), self.diagnostics);
+        let first = self.open.pop().map_or(0, |open| open.first);
+        let content = if brace {
+            report_duplicates(&self.members[first..], self.diagnostics);
+            Content::Object(self.members.drain(first..).collect())
+        } else {
+            Content::Array(self.elements.drain(first..).collect())
+        };
+        self.tree.complete(id, self.at, content);
         Ok(())
     }
 
@@ -145,9 +163,9 @@ impl<'t> Parser<'t, '_> {
             );
             return Err(diagnostic.help("name the inner parts in \"defs\" and use {\"ref\": NAME}"));
         }
-        let content = if brace { Content::Object(Vec::new()) } else { Content::Array(Vec::new()) };
-        let id = self.tree.add(self.at..self.at + 1, content);
-        self.open.push(Open { id, brace, ready: true });
+        let id = self.tree.add(self.at..self.at + 1, Content::Null);
+        let first = if brace { self.members.len() } else { self.elements.len() };
+        self.open.push(Open { id, brace, first, ready: true });
         self.at += 1;
         Ok(id)
     }
@@ -249,12 +267,19 @@ impl<'t> Parser<'t, '_> {
     }
 }
 
+/// Up to this many keys are compared one by one, which is faster than a hash.
+const FEW_KEYS: usize = 8;
+
 fn report_duplicates(members: &[Member], diagnostics: &mut Diagnostics) {
+    let has_twin = |(i, member): (usize, &Member)| members[..i].iter().any(|other| other.key == member.key);
+    if members.len() <= FEW_KEYS && !members.iter().enumerate().any(has_twin) {
+        return;
+    }
     let mut seen = HashSet::new();
     for member in members {
         if !seen.insert(&member.key) {
             let diagnostic = RawDiagnostic::text(
-                member.key_range.clone(),
+                member.key_range(),
                 format!("the key '{}' stands here twice", member.key),
             );
             diagnostics.push(diagnostic.help("keep one of them"));
@@ -290,6 +315,28 @@ mod tests {
     fn all_errors_are_reported() {
         let found = messages("{\"a\": NaN, \"a\": 1e400, b: 'x' \"c\": 01, \"d\": \"\\ud800\",, \"e\": +1}");
         assert_eq!(found.len(), 10, "{found:#?}");
+    }
+
+    #[test]
+    fn containers_have_their_own_content() {
+        let mut diagnostics = Diagnostics::default();
+        let text = "{\"a\": [1, [2, 3], {\"b\": [], \"c\": [4]}, 5], \"d\": {}, \"e\": 6}";
+        let (tree, root) = parse(text, &mut diagnostics).expect("it is balanced");
+        let keys = |id| tree.members(id).iter().map(|member| member.key.as_ref()).collect::<Vec<_>>();
+        let elements = |id| match tree.content(id) {
+            Content::Array(elements) => elements.to_vec(),
+            other => panic!("{other:?}"),
+        };
+        let written = |id| &text[tree.range(id)];
+        assert_eq!(keys(root), ["a", "d", "e"]);
+        let of_a = elements(tree.get(root, "a").unwrap());
+        assert_eq!(of_a.iter().map(|&id| written(id)).collect::<Vec<_>>()[..2], ["1", "[2, 3]"]);
+        assert_eq!((of_a.len(), written(of_a[3])), (4, "5"));
+        assert_eq!(keys(of_a[2]), ["b", "c"]);
+        assert_eq!(elements(tree.get(of_a[2], "b").unwrap()), []);
+        assert_eq!(elements(tree.get(of_a[2], "c").unwrap()).len(), 1);
+        assert_eq!(&text[tree.members(root)[2].key_range()], "\"e\"");
+        assert_eq!(keys(tree.get(root, "d").unwrap()).len(), 0);
     }
 
     #[test]

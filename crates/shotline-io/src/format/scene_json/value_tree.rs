@@ -23,8 +23,8 @@ pub(super) enum Content<'t> {
     Bool(bool),
     Number(f64),
     Text(Cow<'t, str>),
-    Array(Vec<ValueId>),
-    Object(Vec<Member<'t>>),
+    Array(Box<[ValueId]>),
+    Object(Box<[Member<'t>]>),
     /// An invalid value, which has been reported already.
     Wrong,
 }
@@ -33,8 +33,20 @@ pub(super) enum Content<'t> {
 #[derive(Debug)]
 pub(super) struct Member<'t> {
     pub(super) key: Cow<'t, str>,
-    pub(super) key_range: Range<usize>,
     pub(super) value: ValueId,
+    key_span: (u32, u32),
+}
+
+impl<'t> Member<'t> {
+    pub(super) fn new(key: Cow<'t, str>, range: Range<usize>, value: ValueId) -> Member<'t> {
+        Member { key, value, key_span: (range.start as u32, range.end as u32) }
+    }
+
+    /// The bytes of the key, with its quotes.
+    pub(super) fn key_range(&self) -> Range<usize> {
+        let (start, end) = self.key_span;
+        start as usize..end as usize
+    }
 }
 
 /// All values of a text.
@@ -45,7 +57,7 @@ pub(super) struct Tree<'t> {
 
 impl<'t> Tree<'t> {
     pub(super) fn add(&mut self, range: Range<usize>, content: Content<'t>) -> ValueId {
-        let id = ValueId(self.values.len() as u32);
+        let id = self.next();
         self.values.push(Value { span: (range.start as u32, range.end as u32), content });
         id
     }
@@ -54,8 +66,9 @@ impl<'t> Tree<'t> {
         &self.values[id.0 as usize].content
     }
 
-    pub(super) fn content_mut(&mut self, id: ValueId) -> &mut Content<'t> {
-        &mut self.values[id.0 as usize].content
+    /// The id of the value that is added next.
+    pub(super) fn next(&self) -> ValueId {
+        ValueId(self.values.len() as u32)
     }
 
     pub(super) fn range(&self, id: ValueId) -> Range<usize> {
@@ -63,8 +76,11 @@ impl<'t> Tree<'t> {
         start as usize..end as usize
     }
 
-    pub(super) fn end_at(&mut self, id: ValueId, end: usize) {
-        self.values[id.0 as usize].span.1 = end as u32;
+    /// Completes a container, whose end and content were not known when it was added.
+    pub(super) fn complete(&mut self, id: ValueId, end: usize, content: Content<'t>) {
+        let value = &mut self.values[id.0 as usize];
+        value.span.1 = end as u32;
+        value.content = content;
     }
 
     /// The members of an object; empty for any other value.

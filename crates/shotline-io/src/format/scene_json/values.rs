@@ -76,9 +76,17 @@ impl<'r, 't> Values<'r, 't> {
     pub(super) fn numbers(&mut self, at: ValueId, what: &str, count: usize) -> Option<Vec<f64>> {
         match self.tree.content(at) {
             Content::Array(elements) if elements.len() == count => {
-                let each: Vec<_> =
-                    elements.iter().map(|e| self.number(*e, &format!("each of {what}"))).collect();
-                each.into_iter().collect()
+                let mut numbers = Some(Vec::with_capacity(count));
+                for element in elements {
+                    match self.tree.content(*element) {
+                        Content::Number(x) => numbers.iter_mut().for_each(|numbers| numbers.push(*x)),
+                        _ => {
+                            self.mismatch(*element, &format!("each of {what}"), "a number");
+                            numbers = None;
+                        }
+                    }
+                }
+                numbers
             }
             _ => {
                 self.mismatch(at, what, &format!("an array of {count} numbers"));
@@ -171,7 +179,7 @@ impl<'r, 't> Values<'r, 't> {
             }
             let message = format!("{what} has no key '{key}'");
             let help = help_with_key(key, known).unwrap_or_else(|| self.hint(key, known.iter().copied()));
-            self.diagnostics.push(RawDiagnostic::text(member.key_range.clone(), message).help(help));
+            self.diagnostics.push(RawDiagnostic::text(member.key_range(), message).help(help));
             if self.diagnostics.is_full() {
                 continue;
             }
