@@ -75,7 +75,7 @@ struct Builder<'s> {
     recorder: &'s mut dyn Recorder,
 }
 
-/// A pending node on the path down from a level's root.
+/// A node on the path down from a level's root.
 struct Visit {
     node: NodeId,
     composed: ComposedTransform,
@@ -85,27 +85,23 @@ struct Visit {
     occurrence: Option<OccurrenceId>,
 }
 
-/// The placements of each group that is flattened into a level. They are a contiguous range because members are
-/// visited depth first.
-#[derive(Default)]
-struct Groups {
-    ranges: Vec<Range<u32>>,
-    /// Groups that are being visited: the index of the range, and the height of the stack at which the group ends.
-    open: Vec<(usize, usize)>,
+/// Members that are being visited: those of the level itself, or those of a group that is flattened into it. They are
+/// visited one by one, so a group of a million members needs no room for a million visits.
+struct Members<'s> {
+    nodes: &'s [NodeId],
+    /// How many have been visited.
+    visited: usize,
+    /// Whether their names contain their index.
+    indexed: bool,
+    /// The group; `None` for the level itself.
+    group: Option<Group>,
 }
 
-impl Groups {
-    /// Begins a group. It ends when the stack of pending visits has shrunk back to `height`.
-    fn begin(&mut self, height: usize, placed: usize) {
-        self.open.push((self.ranges.len(), height));
-        self.ranges.push(placed as u32..placed as u32);
-    }
-
-    fn end(&mut self, height: usize, placed: usize) {
-        while let Some((range, _)) = self.open.pop_if(|(_, end)| *end == height) {
-            self.ranges[range].end = placed as u32;
-        }
-    }
+/// A group that is flattened into a level.
+struct Group {
+    visit: Visit,
+    /// The index of its range among those of all groups of the level.
+    range: usize,
 }
 
 impl<'s> Builder<'s> {
@@ -128,6 +124,7 @@ impl<'s> Builder<'s> {
             self.targets.insert(id, target);
         }
         self.world.root = self.level(&scene.objects, false, self.bodies.choice.general())?;
+        Arc::make_mut(&mut self.world.names).shrink();
         Ok(())
     }
 
@@ -163,66 +160,83 @@ impl<'s> Builder<'s> {
     }
 
     /// Builds the level of some members. If `indexed`, their names contain their index in the group.
-    fn level(&mut self, members: &[NodeId], indexed: bool, accel: &'static str) -> Result<u32, SceneError> {
+    fn level(
+        &mut self,
+        members: &'s [NodeId],
+        indexed: bool,
+        accel: &'static str,
+    ) -> Result<u32, SceneError> {
         let mut level = Level { accel_name: accel, ..Level::default() };
-        let mut stack = Vec::new();
-        self.push_members(&mut stack, members, None, indexed);
-        let mut groups = Groups::default();
-        loop {
-            groups.end(stack.len(), level.placements.len());
-            let Some(visit) = stack.pop() else { break };
-            let scene = self.bodies.scene;
-            match scene.node(visit.node) {
-                Node::Transform { transform, child } => {
-                    let composed = transform.inside(&visit.composed);
-                    let occurrence = self.recorder.add(visit.node, visit.occurrence);
-                    stack.push(Visit { node: *child, composed, occurrence, ..visit });
+        // The placements of each group. They are a contiguous range because members are visited depth first.
+        let mut ranges: Vec<Range<u32>> = Vec::new();
+        let mut open = vec![Members { nodes: members, visited: 0, indexed, group: None }];
+        while let Some(members) = open.last_mut() {
+            let placed = level.placements.len() as u32;
+            let Some(visit) = self.next_visit(members) else {
+                if let Some(group) = &members.group {
+                    ranges[group.range].end = placed;
                 }
-                Node::Object { node, .. } => {
-                    let object = self.objects.get(&visit.node).copied();
-                    stack.push(Visit { node: *node, object, ..visit });
-                }
+                open.pop();
+                continue;
+            };
+            let visit = self.pass_transforms(visit);
+            match self.bodies.scene.node(visit.node) {
                 Node::Group { members } if !self.graph.is_shared(visit.node) => {
-                    groups.begin(stack.len(), level.placements.len());
-                    self.push_members(&mut stack, members, Some(&visit), true);
+                    let group = Some(Group { visit, range: ranges.len() });
+                    ranges.push(placed..placed);
+                    open.push(Members { nodes: members, visited: 0, indexed: true, group });
                 }
                 _ => self.place(&mut level, visit)?,
             }
         }
         self.recorder.end_level();
+        level.placements.shrink_to_fit();
         let boxes: Vec<Aabb> = level.placements.iter().map(|p| p.bounds).collect();
         level.bounds = boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(b));
-        level.accel = accel::build(accel, Items { boxes: &boxes, groups: Some(&groups.ranges) });
+        level.accel = accel::build(accel, Items { boxes: &boxes, groups: Some(&ranges) });
         self.world.levels.push(Arc::new(level));
         Ok((self.world.levels.len() - 1) as u32)
     }
 
-    /// Pushes members that are to be visited: those of the level itself, or those of a group that is flattened into
-    /// it.
-    fn push_members(
-        &mut self,
-        stack: &mut Vec<Visit>,
-        members: &[NodeId],
-        group: Option<&Visit>,
-        indexed: bool,
-    ) {
-        let start = stack.len();
-        let composed = group.map_or(ComposedTransform::IDENTITY, |g| g.composed);
-        let object = group.and_then(|g| g.object);
-        let occurrence = group.and_then(|g| g.occurrence);
-        for (i, &node) in members.iter().enumerate() {
-            let parent = group.map(|g| g.name);
-            let name =
-                Arc::make_mut(&mut self.world.names).add(parent, self.labels.of(node), indexed.then_some(i));
-            stack.push(Visit { node, composed, object, name, occurrence });
+    /// The visit of the next member, if there is one left.
+    fn next_visit(&mut self, members: &mut Members) -> Option<Visit> {
+        let (index, group) = (members.visited, members.group.as_ref().map(|group| &group.visit));
+        let node = *members.nodes.get(index)?;
+        members.visited += 1;
+        let names = Arc::make_mut(&mut self.world.names);
+        let index = members.indexed.then_some(index);
+        Some(Visit {
+            node,
+            composed: group.map_or(ComposedTransform::IDENTITY, |group| group.composed),
+            object: group.and_then(|group| group.object),
+            name: names.add(group.map(|group| group.name), self.labels.of(node), index),
+            occurrence: group.and_then(|group| group.occurrence),
+        })
+    }
+
+    /// Goes on to the first node below that is no transform and no object.
+    fn pass_transforms(&mut self, mut visit: Visit) -> Visit {
+        let scene = self.bodies.scene;
+        loop {
+            match scene.node(visit.node) {
+                Node::Transform { transform, child } => {
+                    visit.composed = transform.inside(&visit.composed);
+                    visit.occurrence = self.recorder.add(visit.node, visit.occurrence);
+                    visit.node = *child;
+                }
+                Node::Object { node, .. } => {
+                    visit.object = self.objects.get(&visit.node).copied();
+                    visit.node = *node;
+                }
+                _ => return visit,
+            }
         }
-        stack[start..].reverse();
     }
 
     /// Places a body or a shared group. A body that is not shared has its transforms baked in, so that rays are
     /// transformed only once, by the matrix of each leaf.
     fn place(&mut self, level: &mut Level, visit: Visit) -> Result<(), SceneError> {
-        let shared = self.targets.get(&visit.node);
+        let shared = self.graph.is_shared(visit.node).then(|| self.targets.get(&visit.node)).flatten();
         let baked = shared.is_none();
         let (target, placement) = match shared {
             Some(&target) => (target, self.bodies.placed(visit.node, &visit.composed)?),

@@ -10,10 +10,12 @@ use crate::scene::{Node, NodeId, Scene};
 pub(super) struct NameId(u32);
 
 const NO_INDEX: u32 = u32::MAX;
+const NO_PARENT: NameId = NameId(u32::MAX);
 
 #[derive(Clone, Copy, Debug)]
 struct Link {
-    parent: Option<NameId>,
+    /// The name above; `NO_PARENT` for a name that begins with this link.
+    parent: NameId,
     label: u32,
     /// The index among the members of a group; `NO_INDEX` where the name has none.
     index: u32,
@@ -30,7 +32,20 @@ pub(super) struct PathNames {
 impl PathNames {
     /// Adds a name below another.
     pub(super) fn add(&mut self, parent: Option<NameId>, label: &str, index: Option<usize>) -> NameId {
-        let label = match self.by_label.get(label) {
+        let label = self.label(label);
+        let index = index.map_or(NO_INDEX, |i| i as u32);
+        self.links.push(Link { parent: parent.unwrap_or(NO_PARENT), label, index });
+        NameId((self.links.len() - 1) as u32)
+    }
+
+    /// The number of a label.
+    fn label(&mut self, label: &str) -> u32 {
+        // A neighbour, or its parent's neighbour, mostly has the same label, and then no hash is needed.
+        let mut last = self.links.iter().rev().take(2).map(|link| link.label);
+        if let Some(same) = last.find(|&last| self.labels[last as usize] == label) {
+            return same;
+        }
+        match self.by_label.get(label) {
             Some(&known) => known,
             None => {
                 let new = self.labels.len() as u32;
@@ -38,10 +53,12 @@ impl PathNames {
                 self.by_label.insert(label.to_owned(), new);
                 new
             }
-        };
-        let index = index.map_or(NO_INDEX, |i| i as u32);
-        self.links.push(Link { parent, label, index });
-        NameId((self.links.len() - 1) as u32)
+        }
+    }
+
+    /// Gives back memory that was reserved for more names.
+    pub(super) fn shrink(&mut self) {
+        self.links.shrink_to_fit();
     }
 
     /// Appends the full name to `out`, outermost component first, with a slash before each component unless `out` is
@@ -52,7 +69,7 @@ impl PathNames {
         while let Some(id) = next {
             let link = &self.links[id.0 as usize];
             links.push(link);
-            next = link.parent;
+            next = Some(link.parent).filter(|&parent| parent != NO_PARENT);
         }
         for link in links.iter().rev() {
             if !out.is_empty() {
@@ -73,19 +90,28 @@ impl PathNames {
 /// Finds the labels of nodes: the name of their definition, the name of their object, or their kind.
 pub(super) struct Labels<'s> {
     scene: &'s Scene,
-    defs: HashMap<NodeId, &'s str>,
+    /// Sorted by node; the last of several names of a node counts. A search is faster than a hash where there are few.
+    defs: Vec<(NodeId, &'s str)>,
 }
 
 impl<'s> Labels<'s> {
     pub(super) fn new(scene: &'s Scene) -> Labels<'s> {
-        let defs = scene.defs.iter().map(|(name, node)| (*node, name.as_str())).collect();
+        let mut defs: Vec<_> = scene.defs.iter().map(|(name, node)| (*node, name.as_str())).collect();
+        defs.sort_by_key(|(node, _)| *node);
         Labels { scene, defs }
+    }
+
+    /// The name of a definition.
+    fn def(&self, node: NodeId) -> Option<&'s str> {
+        let end = self.defs.partition_point(|(other, _)| *other <= node);
+        let (last, name) = *self.defs.get(end.checked_sub(1)?)?;
+        (last == node).then_some(name)
     }
 
     pub(super) fn of(&self, node: NodeId) -> &'s str {
         let mut at = node;
         loop {
-            if let Some(name) = self.defs.get(&at) {
+            if let Some(name) = self.def(at) {
                 return name;
             }
             match self.scene.node(at) {
@@ -97,5 +123,40 @@ impl<'s> Labels<'s> {
                 Node::Csg { op, .. } => return op.name(),
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_written_from_the_outermost() {
+        let mut names = PathNames::default();
+        let world = names.add(None, "world", None);
+        let arms: Vec<NameId> = (0..3).map(|i| names.add(Some(world), "arm", Some(i))).collect();
+        let bolt = names.add(Some(arms[2]), "bolt", Some(0));
+        let other = names.add(Some(arms[1]), "arm", Some(7));
+        let written = |name| {
+            let mut out = String::new();
+            names.write(name, &mut out);
+            out
+        };
+        assert_eq!(written(bolt), "world/arm[2]/bolt[0]");
+        assert_eq!(written(other), "world/arm[1]/arm[7]");
+        assert_eq!(written(world), "world");
+        assert_eq!(names.labels.len(), 3);
+    }
+
+    #[test]
+    fn the_last_name_of_a_definition_is_its_label() {
+        let mut scene = Scene::default();
+        let ball = scene.add_solid("sphere", &[&[1.0]]).unwrap();
+        let other = scene.add_solid("sphere", &[&[2.0]]).unwrap();
+        let plain = scene.add_solid("sphere", &[&[3.0]]).unwrap();
+        let def = |name: &str, node| (name.to_owned(), node);
+        scene.defs = vec![def("b", other), def("first", ball), def("second", ball), def("a", other)];
+        let labels = Labels::new(&scene);
+        assert_eq!([ball, other, plain].map(|node| labels.of(node)), ["second", "a", "sphere"]);
     }
 }
