@@ -5,6 +5,7 @@ use super::{Bvh, MAX_DEPTH, Node};
 use crate::aabb::Aabb;
 use crate::accel::prim_ref::{PrimRef, partition_unbounded};
 use crate::math::Vec3;
+use crate::pool;
 
 pub(super) const BINS: usize = 16;
 /// The cost of a box test, in units of an item test.
@@ -60,7 +61,12 @@ pub(super) fn build(boxes: &[Aabb], max_leaf: usize) -> Bvh {
         Vec::new()
     } else {
         let extent = Extent::of(&entries);
-        build_part(&mut entries, 0, &extent, 0, max_leaf).into_nodes()
+        let entries = &mut entries[..];
+        if entries.len() < PARALLEL {
+            build_part(entries, 0, &extent, 0, max_leaf).into_nodes()
+        } else {
+            pool::divided(|| build_part(entries, 0, &extent, 0, max_leaf).into_nodes())
+        }
     };
     Bvh {
         nodes,
@@ -120,15 +126,17 @@ impl Part {
                 right.append(first + 1, nodes);
             }
             Part::Whole(part) => {
-                let moved = |node: &Node<Aabb>| {
-                    let shift = if node.count == 0 { first - 1 } else { 0 };
-                    Node { first: node.first + shift as u32, ..*node }
-                };
-                nodes[root] = moved(&part[0]);
-                nodes.extend(part[1..].iter().map(moved));
+                nodes[root] = moved(&part[0], first);
+                nodes.extend(part[1..].iter().map(|node| moved(node, first)));
             }
         }
     }
+}
+
+/// A node of a part whose nodes below the root come from number `first` on.
+fn moved(node: &Node<Aabb>, first: usize) -> Node<Aabb> {
+    let shift = if node.count == 0 { first - 1 } else { 0 };
+    Node { first: node.first + shift as u32, ..*node }
 }
 
 fn leaf(bounds: &Aabb, entries: &[PrimRef], start: usize) -> Node<Aabb> {
@@ -278,8 +286,8 @@ impl Bins {
         self.counts = [[0; BINS]; 3];
         for entry in entries {
             let centre = entry.bounds.centre();
-            for axis in 0..3 {
-                let bin = binnings[axis].of(centre);
+            for (axis, binning) in binnings.iter().enumerate() {
+                let bin = binning.of(centre);
                 let (of_bin, count) = (&mut self.boxes[axis][bin], &mut self.counts[axis][bin]);
                 *of_bin = if *count == 0 { entry.bounds } else { of_bin.union(&entry.bounds) };
                 *count += 1;
@@ -292,9 +300,9 @@ impl Bins {
     fn sweep(&self, axis: usize, best: &mut Option<Split>) {
         let (boxes, counts) = (&self.boxes[axis], &self.counts[axis]);
         let (mut filled, mut number) = ([0; BINS], 0);
-        for bin in 0..BINS {
+        for (bin, &count) in counts.iter().enumerate() {
             filled[number] = bin;
-            number += usize::from(counts[bin] > 0);
+            number += usize::from(count > 0);
         }
         let filled = &filled[..number];
         // A sweep from the right computes the cost right of each border. A sweep from the left adds the rest.
