@@ -177,7 +177,8 @@ impl BundleStream {
         let program = &request.body.program;
         for place in ones(active.places) {
             let ray = &mut self.rays[place];
-            ray.take_waiting(program, f64::INFINITY);
+            // What begins behind the span does not count, even if it is one event with something before its end.
+            ray.take_waiting(program, request.scope.span.t_max().next_up());
             ray.sweep.finish(program);
             ray.is_done(request, place);
         }

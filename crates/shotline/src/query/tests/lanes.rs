@@ -121,3 +121,21 @@ fn rays_in_lanes_find_what_single_rays_find() {
     }
     assert!(hits > 50_000 && in_lanes > 50, "{hits} hits, {in_lanes} worlds");
 }
+
+/// A crossing that is known so badly that it reaches over the end of the span: what begins behind the end is not one event
+/// with it. (The ray runs almost in a face.)
+#[test]
+fn what_begins_behind_the_span_of_a_bundle_does_not_count() {
+    let block = Shape::cuboid([-1.0, 0.0, -0.5], [2.0, 1.0, 1.5]).expect("a box");
+    let pin = Shape::sphere(0.01).expect("a ball");
+    let pins = (0..9).map(|i| pin.translate([0.1 * f64::from(i), 0.5, 1.0]));
+    let body = block.difference(pins).translate([0.0, 0.0, -0.5]);
+    let world = compile(&Scene::of([Object::new("part", body)]), Options::default()).expect("a world");
+    let rays = [[1.23, 0.06, -1.0, 0.0, -1.0, 1e-16]; 8];
+    let counters = Default::default();
+    let run = Run { threads: 1, ..Run::default() };
+    let span = Span::new(-1.0, 1e-323).expect("a span");
+    let [found, expected] = [run, Run { counters: Some(&counters), ..run }]
+        .map(|run| batch::crossings(&world, &RowsOfSix(&rays), Scope::surfaces(span), run).expect("few"));
+    assert_eq!((found.t.len(), found.t), (8, expected.t));
+}
