@@ -64,8 +64,9 @@ pub(crate) struct LaneEvent<F> {
 pub(crate) struct LaneEvents<F> {
     all: ArrayVec<LaneEvent<F>, MAX_EVENTS>,
     order: ArrayVec<Order, MAX_EVENTS>,
-    /// The lanes with an event that may be at the start of the span.
-    at_start: u8,
+    /// The lanes that cannot be judged: an event may be at the start of the span, or an entry may be in its box with its exit
+    /// before it.
+    undecided: u8,
     /// For each lane the least `low` of events that may be at the end of the span.
     doubt: F,
     /// The lanes in which two events are one.
@@ -95,7 +96,7 @@ impl<F: Doubles> LaneEvents<F> {
         LaneEvents {
             all: ArrayVec::new_const(),
             order: ArrayVec::new_const(),
-            at_start: 0,
+            undecided: 0,
             doubt,
             shared: 0,
             span,
@@ -116,7 +117,7 @@ impl<F: Doubles> LaneEvents<F> {
             let [_, entry_counts] = self.add_end((leaf, true), &interval.enter, interval.lanes, box_enter);
             let [exit_is_before, _] = self.add_end((leaf, false), &interval.exit, interval.lanes, box_enter);
             // An exit before the box with an entry that may be in it: the sweep would toggle them in the wrong order.
-            self.at_start |= entry_counts & exit_is_before;
+            self.undecided |= entry_counts & exit_is_before;
         }
     }
 
@@ -141,7 +142,7 @@ impl<F: Doubles> LaneEvents<F> {
         let ahead = (-infinity).where_set(has_begun, just_before).where_set(before, infinity);
         let (low, high) = (low.where_set(live, ahead), high.greater(low).where_set(live, ahead));
         let is_late = before & !has_begun & box_enter.is_at_most(F::splat(0.0));
-        self.at_start |= is_late | live & !(t_min.is_less(low) & t_min.is_less(t));
+        self.undecided |= is_late | live & !(t_min.is_less(low) & t_min.is_less(t));
         let t_max = F::splat(self.span.t_max());
         let before_end = high.is_less(t_max);
         let at_end = live & !before_end & low.is_at_most(t_max);
@@ -184,10 +185,10 @@ impl<F: Doubles> LaneEvents<F> {
                 doubt = event.low.where_set(chain, infinity).lesser(doubt);
             }
         }
-        self.at_start | doubt.is_at_most(up_to) & doubt.is_less(infinity)
+        self.undecided | doubt.is_at_most(up_to) & doubt.is_less(infinity)
     }
 
-    /// The lanes inside the combination.
+    /// The lanes inside the combination before and after each event, and at the start of the span.
     #[inline(always)]
     fn sets(&self, program: &Program) -> Sets {
         let nothing = Sets { before: [0; MAX_EVENTS], after: [0; MAX_EVENTS], start: 0 };
@@ -198,7 +199,8 @@ impl<F: Doubles> LaneEvents<F> {
             let ([enter, exit], [enter_order, exit_order]) = (events, orders) else { continue };
             let set = &mut leaves[enter.leaf as usize];
             for i in 0..MAX_EVENTS {
-                // It has been entered before an event, and is not left before; or is left only after it.
+                // Inside before an event: entered before it, and not left before it. Inside after it: not entered after it, and
+                // left after it.
                 set.before[i] |= enter_order.before[i] & !exit_order.before[i];
                 set.after[i] |= !enter_order.after[i] & exit_order.after[i];
             }
@@ -265,7 +267,7 @@ impl<F: Doubles> LaneEvents<F> {
     #[inline(always)]
     pub fn first(&self, program: &Program, lanes: u8, limit: F, surfaces_only: bool) -> Boundaries {
         let sets = self.sets(program);
-        let starts = if surfaces_only { 0 } else { sets.start & lanes & !self.at_start };
+        let starts = if surfaces_only { 0 } else { sets.start & lanes & !self.undecided };
         let (mut events, unusual) = self.changes(program, &sets);
         let infinite = F::splat(f64::INFINITY);
         let (mut first, mut high) = (infinite, infinite);

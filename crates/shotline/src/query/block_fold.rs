@@ -1,8 +1,9 @@
 //! The fold of a block of rays, which casts the rays that need the same mesh at it together.
 //!
 //! Rays that run close together are bundled, and traverse levels together ([`Bundle`]). At a body with meshes a ray waits
-//! until all rays in flight do. Then the rays that wait for a mesh are cast at it as one block. Bodies without meshes are
-//! folded ray by ray.
+//! until all rays in flight do. Then the rays that wait for a mesh are cast at it as one block. At a body
+//! without meshes the rays of a bundle that meet it are cast together at once (`meetings`); a ray alone is folded by the plain
+//! path.
 
 use std::ops::Range;
 

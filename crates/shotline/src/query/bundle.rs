@@ -2,7 +2,8 @@
 //!
 //! It is depth first, nearer boxes first. Bodies are offered to each ray in about the order in which the ray enters their
 //! boxes; what is found does not depend on that order. While rays are cast at what they were offered, the traversal
-//! waits, so that it skips what is behind their hits.
+//! waits, so that it skips what is behind their hits. It also waits at a body without meshes that several rays meet, and
+//! those are cast at it together.
 
 use super::level_paths::LevelPaths;
 use super::level_visit::{LevelVisit, ManyRays, OneRay, ones};
@@ -95,7 +96,7 @@ pub(super) struct Bundle<'w> {
     pub meeting: Option<Meeting>,
 }
 
-/// Rays that look as far as their span goes.
+/// The limits of rays that look up to the end of their span.
 const NO_LIMITS: ByRay = [[f64::INFINITY; 8]; BEAM_RAYS / 8];
 
 /// Memory that bundles share.

@@ -104,7 +104,7 @@ impl ManyRays {
         self.beam = if is_loose { Beam::loose(span.t_min(), span.t_max()) } else { self.boxes.beam() };
     }
 
-    /// Some of the rays, which look as far as their limits.
+    /// Some of the rays, each up to its limit.
     pub fn some<'a>(&'a self, places: u32, limits: &'a ByRay) -> BeamSome<'a> {
         BeamSome { rays: &self.boxes, beam: &self.beam, places, limits }
     }

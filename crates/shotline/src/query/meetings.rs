@@ -1,4 +1,4 @@
-//! Casts the rays of a bundle that have met a body at it, together.
+//! Casts the rays of a bundle together at a body that they have met.
 
 use super::block_fold::{BlockFold, BlockVisitor, Flight, Found, Normal, Reach, State, is_before_box};
 use super::bundle::Meeting;
