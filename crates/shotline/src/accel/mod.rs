@@ -13,12 +13,14 @@ mod grid;
 mod hierarchy;
 mod octree;
 mod prim_ref;
+mod walk;
 pub(crate) mod wide;
 
 use std::fmt::Debug;
 use std::ops::Range;
 
 pub use beam::{BEAM_RAYS, Beam, BeamEntry, BeamRays, BeamSome, ByRay, MetRays};
+pub use walk::{Walk, WalkEntry, WalkKind};
 
 use crate::aabb::{Aabb, BoxRay};
 use crate::counters::Counters;
@@ -69,6 +71,14 @@ pub trait Accelerator: CloneBoxed + Send + Sync + Debug {
 
     /// As [`Accelerator::expand`], for a beam.
     fn expand_beam(&self, _node: u64, _some: &BeamSome, _out: &mut Vec<BeamEntry>) {}
+
+    /// Begins a walk of a ray: makes the first entries pending. Structures that take beams can be walked.
+    fn begin_walk(&self, _ray: &BoxRay, _walk: &mut Walk) {}
+
+    /// Walks on to the next item that begins at or before `limit`. What lies below `base` belongs to other structures.
+    fn walk(&self, _ray: &BoxRay, _limit: f64, _base: usize, _walk: &mut Walk) -> Option<WalkEntry> {
+        None
+    }
 
     /// Traverses the structure depth first, nearer children first. Calls `visit` with runs of items. Skips everything
     /// that begins after the `t` that `visit` returned last (initially the span's `t_max`).

@@ -281,6 +281,8 @@ impl<'s> Builder<'s> {
         world.surface = world.find_surface();
         world.casts_blocks = world.bodies.iter().any(|body| body.block_meshes().next().is_some());
         let takes_beams = world.root().accel.as_ref().is_some_and(|accel| accel.takes_beams());
+        let is_walked = |level: &Arc<Level>| level.accel.as_ref().is_none_or(|accel| accel.takes_beams());
+        world.casts_waves = !world.casts_blocks && world.levels.iter().all(is_walked);
         world.casts_lanes = takes_beams && world.bodies.iter().any(|body| body.takes_bundles());
         world
     }
@@ -299,6 +301,7 @@ impl World {
             surface: None,
             casts_blocks: false,
             casts_lanes: false,
+            casts_waves: false,
             stats: Stats::default(),
         }
     }

@@ -23,7 +23,7 @@ impl World {
                 (body.takes_lanes, body.takes_bundles) = (false, false);
             }
         }
-        self.casts_lanes = false;
+        (self.casts_lanes, self.casts_waves) = (false, false);
         self
     }
 }

@@ -44,6 +44,8 @@ pub struct World {
     pub(super) casts_blocks: bool,
     /// Whether rays that run close together can be cast at bodies in lanes.
     pub(super) casts_lanes: bool,
+    /// Whether rays can be cast in waves: there are no meshes, and all levels can be walked.
+    pub(super) casts_waves: bool,
     pub(super) stats: Stats,
 }
 
@@ -105,6 +107,8 @@ pub(crate) struct SolidBody {
     pub first_surface: u32,
     /// Whether rays can be cast at it in lanes: it has few leaves, and no meshes.
     pub takes_lanes: bool,
+    /// If it is a single leaf: the number of the solids at which rays can be cast in lanes together with it.
+    pub leaf_group: Option<u32>,
     /// Whether the rays of a bundle can share a traversal of its accelerator: it has no meshes.
     pub takes_bundles: bool,
 }
@@ -291,6 +295,11 @@ impl World {
     /// Whether rays that run close together can be cast at bodies in lanes.
     pub(crate) fn casts_lanes(&self) -> bool {
         self.casts_lanes
+    }
+
+    /// Whether rays can be cast in waves.
+    pub(crate) fn casts_waves(&self) -> bool {
+        self.casts_waves
     }
 
     /// All levels. A level comes after the levels that it places; the root is the last.

@@ -1,6 +1,6 @@
 //! Lines in lanes, with the bits of single lines.
 
-use super::vector::{Vectors, abs, add, dot, scale, splat, where_set};
+use super::vector::{Vectors, abs, add, dot, each, scale, splat, vectors, where_set};
 #[cfg(test)]
 use crate::math::Vec3;
 use crate::math::{Affine, HALF_ULP};
@@ -53,17 +53,48 @@ impl<F: Doubles> LineLanes<F> {
         add(self.o, scale(self.d, t))
     }
 
+    /// The line of each lane, by number.
+    #[inline(always)]
+    pub fn each(lines: &[&Line; 8]) -> LineLanes<F> {
+        LineLanes {
+            o: vectors(|lane| lines[lane].o),
+            d: vectors(|lane| lines[lane].d),
+            o_err: vectors(|lane| lines[lane].o_err),
+            d_err: vectors(|lane| lines[lane].d_err),
+        }
+    }
+
     /// The lines in a child's frame, as [`Line::in_frame`].
     #[inline(always)]
     pub fn in_frame(&self, local_from_parent: &Affine) -> LineLanes<F> {
         if local_from_parent.is_identity() {
             return *self;
         }
+        let [x, y, z] = &local_from_parent.rows;
+        self.transformed(&[splat_row(x), splat_row(y), splat_row(z)])
+    }
+
+    /// The line of each lane in the frame of a child of its own.
+    #[inline(always)]
+    pub fn in_frames(&self, local_from_parent: &[&Affine; 8]) -> LineLanes<F> {
+        let mut still = 0;
+        for (lane, frame) in local_from_parent.iter().enumerate() {
+            still |= u8::from(frame.is_identity()) << lane;
+        }
+        if still == u8::MAX {
+            return *self;
+        }
+        let frames = local_from_parent;
+        let moved = self.transformed(&[each_row(frames, 0), each_row(frames, 1), each_row(frames, 2)]);
+        if still == 0 { moved } else { self.where_set(still, &moved) }
+    }
+
+    #[inline(always)]
+    fn transformed(&self, rows: &[[F; 4]; 3]) -> LineLanes<F> {
         let (mut out, o, d) = (*self, abs(self.o), abs(self.d));
-        for i in 0..3 {
-            let m = &local_from_parent.rows[i];
-            let row: Vectors<F> = [F::splat(m[0]), F::splat(m[1]), F::splat(m[2])];
-            let (weights, moved) = (abs(row), F::splat(m[3]));
+        for (i, &[x, y, z, moved]) in rows.iter().enumerate() {
+            let row: Vectors<F> = [x, y, z];
+            let weights = abs(row);
             out.o[i] = dot(row, self.o) + moved;
             out.d[i] = dot(row, self.d);
             let o_err = F::splat(5.0 * HALF_ULP) * (dot(weights, o) + moved.abs());
@@ -74,4 +105,20 @@ impl<F: Doubles> LineLanes<F> {
         }
         out
     }
+}
+
+#[inline(always)]
+fn splat_row<F: Doubles>(row: &[f64; 4]) -> [F; 4] {
+    [F::splat(row[0]), F::splat(row[1]), F::splat(row[2]), F::splat(row[3])]
+}
+
+/// A row of the matrix of each lane.
+#[inline(always)]
+fn each_row<F: Doubles>(of: &[&Affine; 8], i: usize) -> [F; 4] {
+    [
+        each(|lane| of[lane].rows[i][0]),
+        each(|lane| of[lane].rows[i][1]),
+        each(|lane| of[lane].rows[i][2]),
+        each(|lane| of[lane].rows[i][3]),
+    ]
 }

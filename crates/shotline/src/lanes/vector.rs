@@ -12,6 +12,22 @@ pub(crate) fn splat<F: Doubles>(v: Vec3) -> Vectors<F> {
     [F::splat(v.x), F::splat(v.y), F::splat(v.z)]
 }
 
+/// The number of each lane.
+#[inline(always)]
+pub(crate) fn each<F: Doubles>(number: impl Fn(usize) -> f64) -> F {
+    let mut numbers = [0.0; 8];
+    for (lane, to) in numbers[..F::LANES].iter_mut().enumerate() {
+        *to = number(lane);
+    }
+    F::load_some(&numbers, 0)
+}
+
+/// The vector of each lane.
+#[inline(always)]
+pub(crate) fn vectors<F: Doubles>(vector: impl Fn(usize) -> Vec3) -> Vectors<F> {
+    [each(|lane| vector(lane).x), each(|lane| vector(lane).y), each(|lane| vector(lane).z)]
+}
+
 #[inline(always)]
 pub(crate) fn add<F: Doubles>(a: Vectors<F>, b: Vectors<F>) -> Vectors<F> {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
@@ -62,6 +78,21 @@ pub(crate) fn covector<F: Doubles>(of: &Affine, n: [F; 3]) -> [F; 3] {
     let mut out = n;
     for (j, out) in out.iter_mut().enumerate() {
         let column = [F::splat(of.rows[0][j]), F::splat(of.rows[1][j]), F::splat(of.rows[2][j])];
+        *out = dot(n, column);
+    }
+    out
+}
+
+/// The row vectors `n S`, with a matrix of each lane.
+#[inline(always)]
+pub(crate) fn covector_each<F: Doubles>(of: &[&Affine; 8], n: [F; 3]) -> [F; 3] {
+    let mut out = n;
+    for (j, out) in out.iter_mut().enumerate() {
+        let column = [
+            each(|lane| of[lane].rows[0][j]),
+            each(|lane| of[lane].rows[1][j]),
+            each(|lane| of[lane].rows[2][j]),
+        ];
         *out = dot(n, column);
     }
     out

@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use super::block_fold::{BlockFold, BlockVisitor, Flight, Found, Normal, Slot, State, is_before_box};
+use super::block_fold::{BlockFold, Flight};
+use super::block_visitor::{BlockVisitor, Found, Normal, Slot, State};
 use super::first_boundaries::{ClosedMesh, First};
-use super::fold_query::FoldControl;
 use super::mesh_requests::{MeshRequest, MeshRequests};
 use crate::compile::{Body, SurfaceBody};
 use crate::csg::{Boundary, SingleLeaf};
@@ -208,37 +208,24 @@ impl<'w> BlockFold<'_, 'w> {
         if slot.state != State::Waiting {
             return;
         }
-        let is_closest = self.is_closest::<V>();
-        for mut boundary in boundaries {
-            if !self.query.scope.kinds.hold(boundary.kind) {
-                continue;
-            }
-            // Turns -0.0 into 0.0, as in the fold of a single ray.
-            boundary.crossing.t += 0.0;
-            if is_closest && is_before_box(&boundary, body_entry.enter) {
-                return slot.refuse(visitor);
-            }
+        slot.state = State::Ready;
+        let passing = self.passing::<V>();
+        for boundary in boundaries {
             let (placed, normal) = (body_entry.placed, Normal::Open(body_entry));
             let found = Found { paths: &bundle.paths, placed, boundary, normal };
-            match visitor.boundary(slot.in_flight, found) {
-                FoldControl::Limit(t) => slot.limit = slot.limit.min(t),
-                FoldControl::Stop => {
-                    slot.state = State::Ended;
-                    return visitor.end(slot.in_flight, &bundle.paths);
-                }
-            }
-            if self.query.wanted == Wanted::First {
-                break;
+            slot.pass(found, body_entry.enter, passing, visitor);
+            let is_found = self.query.wanted == Wanted::First && passing.kinds.hold(boundary.kind);
+            if is_found || slot.state == State::Ended {
+                return;
             }
         }
-        slot.state = State::Ready;
     }
 
     /// Folds the body that a ray waits for by the plain path.
     fn go_on_plainly<V: BlockVisitor<'w>>(&mut self, flight: &mut Flight<'w>, slot: usize, visitor: &mut V) {
         let (slot, bundle, body_entry) = flight.parts(slot);
         if slot.state == State::Waiting {
-            self.fold_body(slot, bundle, body_entry, visitor);
+            self.fold_body(slot, (&bundle.paths, bundle.steps), body_entry, visitor);
         }
     }
 }

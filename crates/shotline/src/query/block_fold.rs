@@ -8,6 +8,7 @@
 use std::ops::Range;
 
 use super::Limits;
+use super::block_visitor::{BlockVisitor, Found, InFlight, Normal, Passing, Slot, State};
 use super::bundle::{Advance, Bundle, BundleMemory, Pause};
 use super::bundle_stream::BundleStream;
 use super::bundles::{Bundling, Rows};
@@ -19,7 +20,8 @@ use super::level_visit::ManyRays;
 use super::mesh_requests::{MeshRequest, MeshRequests};
 use super::offers::Offers;
 use super::row_block::RowBlock;
-use super::traversal::{BodyEntry, PlacedBody, Traversal};
+use super::traversal::{BodyEntry, Traversal};
+use super::wave::WaveMemory;
 use crate::aabb::BoxRay;
 use crate::accel::{BEAM_RAYS, ByRay};
 use crate::compile::{Body, SurfaceBody};
@@ -33,79 +35,6 @@ const BUNDLES: usize = 64;
 
 /// The most rays in flight.
 pub(super) const IN_FLIGHT: usize = BUNDLES * BEAM_RAYS;
-
-/// A ray in flight: its row in the block, and its number among the rays in flight.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct InFlight {
-    pub row: usize,
-    pub slot: usize,
-}
-
-/// A boundary of a ray.
-pub(super) struct Found<'f, 'w> {
-    pub paths: &'f LevelPaths<'w>,
-    pub placed: PlacedBody,
-    pub boundary: Boundary,
-    pub normal: Normal<'f>,
-}
-
-/// The normal of a boundary.
-pub(super) enum Normal<'f> {
-    /// In world coordinates, if normals are needed.
-    Known(Vec3),
-    /// Can be computed, given the ray in the body.
-    Open(&'f BodyEntry),
-}
-
-/// What a query does with the boundaries of the rays of a block.
-pub(super) trait BlockVisitor<'w> {
-    /// Whether any boundary is enough, and nothing needs to be known of it.
-    const IS_ANY: bool = false;
-
-    /// Takes a boundary. Those of one ray and body come one after the other.
-    fn boundary(&mut self, ray: InFlight, found: Found<'_, 'w>) -> FoldControl;
-
-    /// Takes a ray that has a boundary, which ends it.
-    fn any(&mut self, _ray: InFlight) {}
-
-    /// Takes the end of a ray, after all its boundaries.
-    fn end(&mut self, _ray: InFlight, _paths: &LevelPaths<'w>) {}
-
-    /// Takes a ray that has to be cast by the plain path. What was passed of it means nothing.
-    fn refuse(&mut self, ray: InFlight);
-}
-
-/// A ray in flight.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Slot {
-    pub in_flight: InFlight,
-    /// Its bundle, and its place there.
-    bundle: usize,
-    place: usize,
-    pub limit: f64,
-    /// Steps taken in bodies that were folded by the plain path.
-    steps: u64,
-    pub state: State,
-}
-
-impl Slot {
-    /// Leaves the ray to the plain path.
-    pub fn refuse<'w>(&mut self, visitor: &mut impl BlockVisitor<'w>) {
-        self.state = State::Ended;
-        visitor.refuse(self.in_flight);
-    }
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum State {
-    /// The ray has ended.
-    #[default]
-    Ended,
-    /// The ray goes on to its next body.
-    Ready,
-    /// The ray needs the meshes of a body.
-    Waiting,
-}
 
 /// The rays in flight.
 #[derive(Debug, Default)]
@@ -163,6 +92,7 @@ impl<'w> Flight<'w> {
 pub(super) struct FoldMemory<'w> {
     flight: Flight<'w>,
     requests: MeshRequests,
+    wave: WaveMemory<'w>,
     bundling: Option<Bundling>,
 }
 
@@ -176,7 +106,7 @@ pub(super) struct BlockFold<'f, 'w> {
 impl<'w> BlockFold<'_, 'w> {
     /// Passes the boundaries of all rays to a visitor. After a cancellation they mean nothing.
     pub fn run<V: BlockVisitor<'w>>(&mut self, memory: &mut FoldMemory<'w>, visitor: &mut V) {
-        let FoldMemory { flight, requests, bundling } = memory;
+        let FoldMemory { flight, requests, wave, bundling } = memory;
         let bundling = *bundling.get_or_insert_with(|| Bundling::of(self.caster.world));
         flight.clear();
         let mut next = 0;
@@ -197,6 +127,12 @@ impl<'w> BlockFold<'_, 'w> {
                     Rows::Close(rows) => (rows, false),
                     Rows::Loose(rows) => (rows, true),
                     Rows::Single(row) => (row..row + 1, false),
+                    Rows::Wave(rows) => {
+                        flight.free.push(bundle);
+                        next = rows.end;
+                        wave.rows.extend(rows.map(|row| row as u32));
+                        continue;
+                    }
                     Rows::Plain(rows) => {
                         flight.free.push(bundle);
                         next = rows.end;
@@ -215,10 +151,11 @@ impl<'w> BlockFold<'_, 'w> {
             }
             flight.active = active;
             if requests.all.is_empty() {
-                return;
+                break;
             }
             self.cast(flight, requests, visitor);
         }
+        self.cast_waves(wave, visitor);
     }
 
     /// Begins a bundle with the rays of some rows.
@@ -239,7 +176,7 @@ impl<'w> BlockFold<'_, 'w> {
             flight.lines.extend(ray.iter().map(Line::of));
             flight.offers[slot] = Offers::default();
             let (in_flight, limit) = (InFlight { row, slot }, span.t_max());
-            flight.slots[slot] = Slot { in_flight, bundle, place, limit, steps: 0, state: State::Ready };
+            flight.slots[slot] = Slot::new(in_flight, (bundle, place), limit);
         }
         let Flight { slots: all, bundles, lines, memory, .. } = flight;
         if lines.len() == slots.len() {
@@ -346,44 +283,39 @@ impl<'w> BlockFold<'_, 'w> {
             if self.request(slot, body_entry, requests) {
                 slot.state = State::Waiting;
             } else {
-                self.fold_body(slot, bundle, body_entry, visitor);
+                self.fold_body(slot, (&bundle.paths, bundle.steps), body_entry, visitor);
             }
         }
     }
 
-    /// Whether the query is for the closest crossing.
-    pub(super) fn is_closest<V: BlockVisitor<'w>>(&self) -> bool {
-        self.query.wanted == Wanted::First && !V::IS_ANY
+    /// What boundaries are passed for.
+    pub(super) fn passing<V: BlockVisitor<'w>>(&self) -> Passing {
+        let is_closest = self.query.wanted == Wanted::First && !V::IS_ANY;
+        Passing { kinds: self.query.scope.kinds, is_closest }
     }
 
-    /// Folds a body by the plain path.
+    /// Folds a body by the plain path. `steps` have been taken by the traversal of levels.
     pub(super) fn fold_body<V: BlockVisitor<'w>>(
         &mut self,
         slot: &mut Slot,
-        bundle: &Bundle<'w>,
+        (paths, steps): (&LevelPaths<'w>, u64),
         body_entry: &BodyEntry,
         visitor: &mut V,
     ) {
-        let (in_flight, paths, most) = (slot.in_flight, &bundle.paths, self.caster.limits.steps);
-        self.caster.scratch.budget.begin(most.saturating_sub(bundle.steps + slot.steps));
-        let (is_closest, mut is_early) = (self.is_closest::<V>(), false);
+        let (most, passing) = (self.caster.limits.steps, self.passing::<V>());
+        self.caster.scratch.budget.begin(most.saturating_sub(steps + slot.steps));
+        let mut limit = slot.limit;
         let mut fold = |_: &mut Traversal<'w>, body_entry: &BodyEntry, boundary: Boundary| {
-            is_early = is_closest && is_before_box(&boundary, body_entry.enter);
-            if is_early {
-                return FoldControl::Stop;
-            }
-            let found =
-                Found { paths, placed: body_entry.placed, boundary, normal: Normal::Open(body_entry) };
-            visitor.boundary(in_flight, found)
+            let (placed, normal) = (body_entry.placed, Normal::Open(body_entry));
+            slot.pass(Found { paths, placed, boundary, normal }, body_entry.enter, passing, visitor);
+            if slot.state == State::Ended { FoldControl::Stop } else { FoldControl::Limit(slot.limit) }
         };
-        let stops = self.caster.fold_body(body_entry, &self.query, &mut slot.limit, &mut fold).is_break();
+        let _ = self.caster.fold_body(body_entry, &self.query, &mut limit, &mut fold);
         slot.steps += self.caster.scratch.budget.used();
-        let fails = is_early || self.caster.outcome().is_err();
-        slot.state = if stops || fails { State::Ended } else { State::Ready };
-        if fails {
-            visitor.refuse(in_flight);
-        } else if stops {
-            visitor.end(in_flight, paths);
+        if self.caster.outcome().is_err() {
+            slot.refuse(visitor);
+        } else if slot.state != State::Ended {
+            slot.state = State::Ready;
         }
     }
 
@@ -417,13 +349,6 @@ impl<'w> BlockFold<'_, 'w> {
         }
         is_requested
     }
-}
-
-/// Whether a boundary lies before the box of its body, where only the bound of its `t` reaches the box. Whether a single ray
-/// finds it as its closest depends on the order in which it enters boxes, which is not that of a bundle: the ray takes the
-/// plain path.
-pub(super) fn is_before_box(boundary: &Boundary, enter: f64) -> bool {
-    boundary.crossing.t < enter
 }
 
 /// How far the rays of a bundle look.

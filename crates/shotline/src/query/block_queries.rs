@@ -1,7 +1,8 @@
 //! The queries of blocks of rays in worlds of any kind, by the fold of blocks. Rays that are refused are marked for the
 //! plain path.
 
-use super::block_fold::{BlockFold, BlockVisitor, FoldMemory, Found, IN_FLIGHT, InFlight, Normal};
+use super::block_fold::{BlockFold, FoldMemory, IN_FLIGHT};
+use super::block_visitor::{BlockVisitor, Found, InFlight, Normal};
 use super::caster::Caster;
 use super::fold_query::{FoldControl, FoldQuery};
 use super::hit::{normal, row_hit};

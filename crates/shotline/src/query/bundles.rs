@@ -33,6 +33,8 @@ enum Others {
     Single,
     /// They are bundled nevertheless: there are so few bodies that all rays may be tested against each of them.
     Loose,
+    /// They are cast in waves.
+    Wave,
     /// They are cast one by one.
     Plain,
 }
@@ -45,6 +47,8 @@ pub(super) enum Rows {
     /// Rays that run anywhere.
     Loose(Range<usize>),
     Single(usize),
+    /// Rays that are cast in waves instead.
+    Wave(Range<usize>),
     /// Rays that are cast one by one instead.
     Plain(Range<usize>),
 }
@@ -63,6 +67,8 @@ impl Bundling {
             Others::Single
         } else if root.placements.len() <= FEW_PLACEMENTS && root.placements.iter().all(takes_lanes) {
             Others::Loose
+        } else if world.casts_waves() {
+            Others::Wave
         } else {
             Others::Plain
         };
@@ -82,6 +88,7 @@ impl Bundling {
             _ if count >= FEWEST => Rows::Close(start..start + count),
             Others::Single => Rows::Single(start),
             Others::Loose => Rows::Loose(start..start + 1 + some.len()),
+            Others::Wave => Rows::Wave(start..start + count),
             Others::Plain => Rows::Plain(start..start + count),
         }
     }

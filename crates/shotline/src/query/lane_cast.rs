@@ -7,13 +7,14 @@ use crate::accel::ByRay;
 use crate::compile::{Leaf, SolidBody};
 use crate::crossing::{Crossing, NO_PRIMITIVE};
 use crate::csg::lanes::{Boundaries, LaneEvent, LaneEvents};
-use crate::csg::{Boundary, HitKind};
-use crate::lanes::vector::{covector, units};
+use crate::csg::{Boundary, HitKind, Program};
+use crate::lanes::vector::{covector, covector_each, units, where_set};
 use crate::lanes::{BoxLanes, LineLanes};
 use crate::math::{Affine, Vec3, unit};
 use crate::scratch::Scratch;
 use crate::simd::{Doubles, Simd, Task};
 use crate::solid::Wanted;
+use crate::solid::lanes::InLanes;
 
 /// A boundary of the ray at a place of a bundle, with its normal in world coordinates if normals are needed.
 #[derive(Clone, Copy, Debug)]
@@ -49,6 +50,25 @@ struct EventRow {
 }
 
 impl EventRow {
+    /// An event that is a boundary, without normals.
+    #[inline(always)]
+    fn new<F: Doubles>(boundaries: &Boundaries, i: usize, event: &LaneEvent<F>) -> EventRow {
+        let mut row = EventRow {
+            lanes: boundaries.events[i],
+            inside: boundaries.after(i),
+            leaf: event.leaf,
+            entering: event.entering,
+            t: [0.0; 8],
+            t_err: [0.0; 8],
+            surface: [0.0; 8],
+            normal: [[f64::NAN; 8]; 3],
+        };
+        event.t.store_some(&mut row.t, 0);
+        event.t_err.store_some(&mut row.t_err, 0);
+        event.surface.store_some(&mut row.surface, 0);
+        row
+    }
+
     fn find(&self, place: u32, lane: usize) -> LaneFind {
         let crossing =
             Crossing::new(self.t[lane], self.t_err[lane], self.entering, self.surface[lane] as u32);
@@ -58,19 +78,32 @@ impl EventRow {
     }
 }
 
+/// How rays are cast at a body in lanes.
+pub(super) struct LaneQuery<'a, 'c> {
+    pub scope: Scope,
+    pub wanted: Wanted,
+    pub finds: &'a mut LaneFinds,
+    pub scratch: &'a mut Scratch<'c>,
+}
+
+/// The lanes of a cast: those that have rays, how far these look, and their places.
+#[derive(Clone, Copy)]
+pub(super) struct Cast<F> {
+    pub used: u8,
+    pub limit: F,
+    pub places: [u8; 8],
+}
+
 /// Casts the rays of a mask at a body.
 pub(super) struct LaneCast<'a, 'c> {
+    pub query: LaneQuery<'a, 'c>,
     pub body: &'a SolidBody,
     pub rays: &'a ManyRays,
     pub places: u32,
     /// The transforms from the world to the body, innermost first.
     pub frames: &'a [&'a Affine],
-    pub scope: Scope,
-    pub wanted: Wanted,
     pub wants_normals: bool,
     pub limits: &'a ByRay,
-    pub finds: &'a mut LaneFinds,
-    pub scratch: &'a mut Scratch<'c>,
 }
 
 impl Task for LaneCast<'_, '_> {
@@ -78,25 +111,72 @@ impl Task for LaneCast<'_, '_> {
 
     #[inline(always)]
     fn run<S: Simd>(mut self) {
-        self.finds.all.clear();
-        self.finds.open = 0;
+        self.query.finds.clear();
+        let frames = self.wants_normals.then_some(Frames::Same(self.frames));
         for lanes in Lanes::of(self.places, S::Wide::LANES) {
-            self.cast::<S::Wide>(&lanes);
+            let line = self.rays.line_lanes::<S::Wide>(&lanes).in_frame(self.frames[0]);
+            let cast = Cast { used: lanes.used, limit: lanes.load(self.limits), places: lanes.places };
+            self.query.at_body(self.body, &line, &cast, frames);
         }
     }
 }
 
-impl LaneCast<'_, '_> {
-    /// Casts the rays of some lanes.
+impl LaneFinds {
+    pub fn clear(&mut self) {
+        self.all.clear();
+        self.open = 0;
+    }
+}
+
+/// What the events of a cast belong to.
+struct Events<'e, F> {
+    program: &'e Program,
+    events: &'e LaneEvents<F>,
+    /// The lanes that may have boundaries, and those that are left open.
+    lanes: u8,
+    open: u8,
+}
+
+/// The transforms from the world to bodies, innermost first.
+#[derive(Clone, Copy)]
+pub(super) enum Frames<'n> {
+    /// All lines meet the same body.
+    Same(&'n [&'n Affine]),
+    /// The transform of each lane, and the lanes that have one.
+    Each(&'n [([&'n Affine; 8], u8)]),
+}
+
+/// The leaves at whose surfaces normals are computed.
+enum Leaves<'n> {
+    Of(&'n SolidBody),
+    /// A leaf of each lane, and its frame.
+    Each(&'n [InLanes<'n>; 8], [&'n Affine; 8]),
+}
+
+/// What normals are computed of.
+struct Normals<'n, F> {
+    leaves: Leaves<'n>,
+    line: &'n LineLanes<F>,
+    frames: Frames<'n>,
+}
+
+impl LaneQuery<'_, '_> {
+    /// Casts at a body of a few leaves. `frames` are given if normals are needed.
     #[inline(always)]
-    fn cast<F: Doubles>(&mut self, rays: &Lanes) {
-        let line = self.rays.line_lanes::<F>(rays).in_frame(self.frames[0]);
+    pub fn at_body<F: Doubles>(
+        &mut self,
+        body: &SolidBody,
+        line: &LineLanes<F>,
+        cast: &Cast<F>,
+        frames: Option<Frames>,
+    ) {
         let mut events = LaneEvents::new(self.scope.span);
-        let (mut open, mut lanes) = (0, rays.used);
+        let (mut open, mut lanes) = (0, cast.used);
         let mut last_exit = F::splat(f64::NEG_INFINITY);
+        let is_lone = body.leaves.len() == 1;
         // A single leaf is intersected without a box test, as by the plain path.
-        let boxes = (self.body.leaves.len() > 1).then(|| BoxLanes::new(&line, self.scope.span));
-        for (number, leaf) in (0..).zip(&self.body.leaves) {
+        let boxes = if is_lone { None } else { Some(BoxLanes::new(line, self.scope.span)) };
+        for (number, leaf) in (0..).zip(&body.leaves) {
             // An empty box: the leaf never matters.
             if leaf.bounds.is_empty() {
                 continue;
@@ -111,22 +191,21 @@ impl LaneCast<'_, '_> {
                 None => (F::splat(self.scope.span.t_min()), lanes),
             };
             if met_box == 0 {
-                if self.body.program.needs(number) {
+                if body.program.needs(number) {
                     return;
                 }
                 continue;
             }
             let local = line.in_frame(&leaf.local_from_body);
-            let is_lone = self.body.leaves.len() == 1;
-            let inside =
-                self.finds.leaves.inside(leaf, is_lone, (&local, met_box), self.scope.span, self.scratch);
+            let of_leaf = (&local, met_box);
+            let inside = self.finds.leaves.inside(leaf, is_lone, of_leaf, self.scope.span, self.scratch);
             open |= inside.open;
             let mut met = inside.open;
             for interval in &inside.intervals {
                 events.add(number, interval, box_enter);
                 met |= interval.lanes;
             }
-            if self.body.program.needs(number) {
+            if body.program.needs(number) {
                 lanes &= met;
                 if lanes == 0 {
                     return;
@@ -136,102 +215,82 @@ impl LaneCast<'_, '_> {
         if boxes.is_some() {
             events.end_at(last_exit);
         }
+        let normals = match frames {
+            Some(frames) => Some(Normals { leaves: Leaves::Of(body), line, frames }),
+            None => None,
+        };
+        self.find(Events { program: &body.program, events: &events, lanes, open }, cast, normals);
+    }
+
+    /// Casts the line of each lane at a body of its own, which is a single leaf. All leaves are of one
+    /// [`InLanes::group`](crate::solid::lanes::InLanes::group). `frames` are given if normals are needed.
+    #[inline(always)]
+    pub fn at_leaves<F: Doubles>(
+        &mut self,
+        bodies: &[&SolidBody; 8],
+        solids: &[InLanes<'_>; 8],
+        line: &LineLanes<F>,
+        cast: &Cast<F>,
+        above: Option<Frames>,
+    ) {
+        let mut frames = [&bodies[0].leaves[0].local_from_body; 8];
+        for (frame, body) in frames.iter_mut().zip(bodies) {
+            *frame = &body.leaves[0].local_from_body;
+        }
+        let inside = InLanes::inside_each(solids, &line.in_frames(&frames), cast.used);
+        let mut events = LaneEvents::new(self.scope.span);
+        for interval in &inside.intervals {
+            events.add(0, interval, F::splat(self.scope.span.t_min()));
+        }
+        let program = &bodies[0].program;
+        let normals = match above {
+            Some(above) => Some(Normals { leaves: Leaves::Each(solids, frames), line, frames: above }),
+            None => None,
+        };
+        self.find(Events { program, events: &events, lanes: cast.used, open: inside.open }, cast, normals);
+    }
+
+    /// Finds the boundaries.
+    #[inline(always)]
+    fn find<F: Doubles>(&mut self, of: Events<'_, F>, cast: &Cast<F>, normals: Option<Normals<'_, F>>) {
+        let Events { program, events, lanes, mut open } = of;
         open &= lanes;
-        let (program, decided) = (&self.body.program, lanes & !open);
+        let decided = lanes & !open;
         let boundaries = if self.wanted == Wanted::First {
-            let limit = rays.load::<F>(self.limits);
-            events.first(program, decided, limit, self.scope.kinds == Kinds::Surfaces)
+            events.first(program, decided, cast.limit, self.scope.kinds == Kinds::Surfaces)
         } else {
             events.all(program, decided)
         };
         for lane in ones(u32::from(open | boundaries.open)) {
-            self.finds.open |= 1 << rays.places[lane];
+            self.finds.open |= 1 << cast.places[lane];
         }
         self.finds.rows.clear();
         for (i, event) in events.events().iter().enumerate() {
             if boundaries.events[i] != 0 {
-                self.add_row(&boundaries, i, event, &line);
+                let mut row = EventRow::new(&boundaries, i, event);
+                if let Some(normals) = &normals {
+                    normals.set(&mut row, event);
+                }
+                self.finds.rows.push(row);
             }
         }
-        self.gather(&boundaries, rays);
-    }
-
-    /// Notes an event that is a boundary.
-    #[inline(always)]
-    fn add_row<F: Doubles>(
-        &mut self,
-        boundaries: &Boundaries,
-        i: usize,
-        event: &LaneEvent<F>,
-        line: &LineLanes<F>,
-    ) {
-        let mut row = EventRow {
-            lanes: boundaries.events[i],
-            inside: boundaries.after(i),
-            leaf: event.leaf,
-            entering: event.entering,
-            t: [0.0; 8],
-            t_err: [0.0; 8],
-            surface: [0.0; 8],
-            normal: [[f64::NAN; 8]; 3],
-        };
-        event.t.store_some(&mut row.t, 0);
-        event.t_err.store_some(&mut row.t_err, 0);
-        event.surface.store_some(&mut row.surface, 0);
-        if self.wants_normals {
-            self.set_normals(&mut row, event, line);
-        }
-        self.finds.rows.push(row);
-    }
-
-    /// Computes the normals at an event, as for a single ray.
-    #[inline(always)]
-    fn set_normals<F: Doubles>(&self, row: &mut EventRow, event: &LaneEvent<F>, line: &LineLanes<F>) {
-        let leaf = &self.body.leaves[event.leaf as usize];
-        // Turns -0.0 into 0.0, as in the fold of a single ray.
-        let p = line.in_frame(&leaf.local_from_body).at(event.t + F::splat(0.0));
-        let outward = match leaf.solid.in_lanes() {
-            Some(solid) => solid.normal(p, event.surface),
-            None => normals_one_by_one(leaf, &p, row),
-        };
-        let mut normal = covector(&leaf.local_from_body, outward);
-        for frame in self.frames {
-            normal = covector(frame, normal);
-        }
-        let (mut of_length_one, ordinary) = units(normal);
-        if self.body.program.is_subtracted(event.leaf) {
-            of_length_one = [-of_length_one[0], -of_length_one[1], -of_length_one[2]];
-        }
-        for (numbers, to) in of_length_one.into_iter().zip(&mut row.normal) {
-            numbers.store_some(to, 0);
-        }
-        let unusual = row.lanes & !ordinary;
-        if unusual != 0 {
-            let normal = [normal[0].store(), normal[1].store(), normal[2].store()];
-            for lane in ones(u32::from(unusual)) {
-                let normal = unit(Vec3::new(normal[0][lane], normal[1][lane], normal[2][lane]));
-                let normal = if self.body.program.is_subtracted(event.leaf) { -normal } else { normal };
-                (0..3).for_each(|axis| row.normal[axis][lane] = normal[axis]);
-            }
-        }
+        self.gather(&boundaries, &cast.places);
     }
 
     /// Gathers the boundaries of each lane, in order.
-    fn gather(&mut self, boundaries: &Boundaries, rays: &Lanes) {
+    fn gather(&mut self, boundaries: &Boundaries, places: &[u8; 8]) {
         let LaneFinds { all, rows, open, .. } = &mut *self.finds;
         let span = self.scope.span;
         let span_end = |kind: HitKind, t: f64, lane: usize| {
             let boundary = Boundary::of_span_end(kind, t);
-            LaneFind { place: u32::from(rays.places[lane]), boundary, normal: Vec3::NAN }
+            LaneFind { place: u32::from(places[lane]), boundary, normal: Vec3::NAN }
         };
         if self.wanted == Wanted::First {
             all.extend(
                 ones(u32::from(boundaries.starts)).map(|lane| span_end(HitKind::Start, span.t_min(), lane)),
             );
             for row in rows.iter() {
-                all.extend(
-                    ones(u32::from(row.lanes)).map(|lane| row.find(u32::from(rays.places[lane]), lane)),
-                );
+                all.extend(ones(u32::from(row.lanes)).map(|lane| row.find(u32::from(places[lane]), lane)));
             }
             return;
         }
@@ -244,7 +303,7 @@ impl LaneCast<'_, '_> {
             }
             let start = all.len();
             for row in rows.iter().filter(|row| row.lanes >> lane & 1 == 1) {
-                all.push(row.find(u32::from(rays.places[lane]), lane));
+                all.push(row.find(u32::from(places[lane]), lane));
                 let mut at = all.len() - 1;
                 while at > start && all[at - 1].boundary.crossing.t > all[at].boundary.crossing.t {
                     all.swap(at - 1, at);
@@ -256,11 +315,64 @@ impl LaneCast<'_, '_> {
             if !all[start..].iter().enumerate().all(alternate) {
                 // Underflow has made a bound too small.
                 all.truncate(begin);
-                *open |= 1 << rays.places[lane];
+                *open |= 1 << places[lane];
                 continue;
             }
             if boundaries.ends >> lane & 1 == 1 {
                 all.push(span_end(HitKind::End, span.t_max(), lane));
+            }
+        }
+    }
+}
+
+impl<F: Doubles> Normals<'_, F> {
+    /// Computes the normals at an event, as for a single ray.
+    #[inline(always)]
+    fn set(&self, row: &mut EventRow, event: &LaneEvent<F>) {
+        // Turns -0.0 into 0.0, as in the fold of a single ray.
+        let (t, mut is_subtracted) = (event.t + F::splat(0.0), false);
+        let mut normal = match &self.leaves {
+            Leaves::Of(body) => {
+                is_subtracted = body.program.is_subtracted(event.leaf);
+                let leaf = &body.leaves[event.leaf as usize];
+                let p = self.line.in_frame(&leaf.local_from_body).at(t);
+                let outward = match leaf.solid.in_lanes() {
+                    Some(solid) => solid.normal(p, event.surface),
+                    None => normals_one_by_one(leaf, &p, row),
+                };
+                covector(&leaf.local_from_body, outward)
+            }
+            Leaves::Each(solids, frames) => {
+                let p = self.line.in_frames(frames).at(t);
+                covector_each(frames, InLanes::normal_each(solids, p, event.surface))
+            }
+        };
+        match self.frames {
+            Frames::Same(frames) => {
+                for frame in frames {
+                    normal = covector(frame, normal);
+                }
+            }
+            Frames::Each(frames) => {
+                for (frames, lanes) in frames {
+                    normal = where_set(covector_each(frames, normal), *lanes, normal);
+                }
+            }
+        }
+        let (mut of_length_one, ordinary) = units(normal);
+        if is_subtracted {
+            of_length_one = [-of_length_one[0], -of_length_one[1], -of_length_one[2]];
+        }
+        for (numbers, to) in of_length_one.into_iter().zip(&mut row.normal) {
+            numbers.store_some(to, 0);
+        }
+        let unusual = row.lanes & !ordinary;
+        if unusual != 0 {
+            let normal = [normal[0].store(), normal[1].store(), normal[2].store()];
+            for lane in ones(u32::from(unusual)) {
+                let normal = unit(Vec3::new(normal[0][lane], normal[1][lane], normal[2][lane]));
+                let normal = if is_subtracted { -normal } else { normal };
+                (0..3).for_each(|axis| row.normal[axis][lane] = normal[axis]);
             }
         }
     }

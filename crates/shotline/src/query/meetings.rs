@@ -1,10 +1,11 @@
 //! Casts the rays of a bundle together at a body that they have met.
 
-use super::block_fold::{BlockFold, BlockVisitor, Flight, Found, Normal, Reach, State, is_before_box};
+use super::block_fold::{BlockFold, Flight, Reach};
+use super::block_visitor::{BlockVisitor, Found, Normal};
 use super::bundle::Meeting;
 use super::bundle_stream::StreamRequest;
-use super::fold_query::FoldControl;
-use super::lane_cast::{LaneCast, LaneFind};
+use super::fold_query::FoldQuery;
+use super::lane_cast::{LaneCast, LaneFind, LaneQuery};
 use super::level_visit::ones;
 use super::offers::Offer;
 use super::traversal::BodyEntry;
@@ -21,10 +22,15 @@ struct Met<'m, 'w> {
 }
 
 impl Met<'_, '_> {
+    /// Where the ray at a place enters the box of the body.
+    fn enter(&self, place: usize) -> f64 {
+        self.meeting.rays.enter[place / 8][place % 8]
+    }
+
     /// The ray at a place in the body.
     fn entry(&self, flight: &Flight, place: usize) -> BodyEntry {
-        let Meeting { visit, placement, ref rays } = *self.meeting;
-        let enter = rays.enter[place / 8][place % 8];
+        let Meeting { visit, placement, .. } = *self.meeting;
+        let enter = self.enter(place);
         flight.bundles[self.bundle].body_entry(&Offer { enter, visit, placement }, place)
     }
 }
@@ -52,7 +58,8 @@ impl<'w> BlockFold<'_, 'w> {
         for place in ones(open) {
             let entry = met.entry(flight, place);
             let slot = &mut flight.slots[met.first_slot + place];
-            self.fold_body(slot, &flight.bundles[bundle], &entry, visitor);
+            let bundle = &flight.bundles[bundle];
+            self.fold_body(slot, (&bundle.paths, bundle.steps), &entry, visitor);
             reach.set(place, slot);
         }
         flight.bundles[bundle].release(meeting.visit);
@@ -72,42 +79,22 @@ impl<'w> BlockFold<'_, 'w> {
         let placed = bundle.placed_body(met.meeting.visit, met.meeting.placement);
         frames.clear();
         frames.extend(bundle.paths.frames(&placed));
+        let FoldQuery { scope, wanted, .. } = self.query;
         dispatch(LaneCast {
+            query: LaneQuery { scope, wanted, finds, scratch: &mut self.caster.scratch },
             body: met.body,
             rays,
             places: met.meeting.rays.rays,
             frames,
-            scope: self.query.scope,
-            wanted: self.query.wanted,
             wants_normals: self.block.wants_normals,
             limits: &reach.limits,
-            finds,
-            scratch: &mut self.caster.scratch,
         });
-        let is_closest = self.is_closest::<V>();
-        for find in &finds.all {
-            let LaneFind { place, mut boundary, normal } = *find;
+        let passing = self.passing::<V>();
+        for &LaneFind { place, boundary, normal } in &finds.all {
             let slot = &mut slots[met.first_slot + place as usize];
-            if slot.state != State::Ready || !self.query.scope.kinds.hold(boundary.kind) {
-                continue;
-            }
-            // Turns -0.0 into 0.0, as in the fold of a single ray.
-            boundary.crossing.t += 0.0;
-            let place = place as usize;
-            if is_closest && is_before_box(&boundary, met.meeting.rays.enter[place / 8][place % 8]) {
-                slot.refuse(visitor);
-                reach.set(place, slot);
-                continue;
-            }
             let found = Found { paths: &bundle.paths, placed, boundary, normal: Normal::Known(normal) };
-            match visitor.boundary(slot.in_flight, found) {
-                FoldControl::Limit(t) => slot.limit = slot.limit.min(t),
-                FoldControl::Stop => {
-                    slot.state = State::Ended;
-                    visitor.end(slot.in_flight, &bundle.paths);
-                }
-            }
-            reach.set(place, slot);
+            slot.pass(found, met.enter(place as usize), passing, visitor);
+            reach.set(place as usize, slot);
         }
         finds.open
     }
@@ -141,7 +128,7 @@ impl<'w> BlockFold<'_, 'w> {
             limits: &reach.limits,
             cancel: self.block.cancel,
         };
-        let is_closest = self.is_closest::<V>();
+        let passing = self.passing::<V>();
         let open = flight.stream.run(&request, &mut self.caster.scratch);
         for place in ones(places & !open) {
             if flight.stream.boundaries(place).is_empty() {
@@ -151,21 +138,8 @@ impl<'w> BlockFold<'_, 'w> {
             let Flight { bundles, slots, stream, .. } = flight;
             let (bundle, slot) = (&bundles[met.bundle], &mut slots[met.first_slot + place]);
             for &boundary in stream.boundaries(place) {
-                let mut boundary = boundary;
-                boundary.crossing.t += 0.0;
-                if is_closest && is_before_box(&boundary, entry.enter) {
-                    slot.refuse(visitor);
-                    break;
-                }
                 let found = Found { paths: &bundle.paths, placed, boundary, normal: Normal::Open(&entry) };
-                match visitor.boundary(slot.in_flight, found) {
-                    FoldControl::Limit(t) => slot.limit = slot.limit.min(t),
-                    FoldControl::Stop => {
-                        slot.state = State::Ended;
-                        visitor.end(slot.in_flight, &bundle.paths);
-                        break;
-                    }
-                }
+                slot.pass(found, entry.enter, passing, visitor);
             }
             reach.set(place, slot);
         }

@@ -6,6 +6,7 @@ mod block_caster;
 mod block_casts;
 mod block_fold;
 mod block_queries;
+mod block_visitor;
 mod bundle;
 mod bundle_stream;
 mod bundles;
@@ -38,6 +39,8 @@ mod segments;
 mod small_body;
 mod stream;
 mod traversal;
+mod wave;
+mod wave_casts;
 
 pub use crate::budget::Watch;
 pub use crate::csg::HitKind;

@@ -17,7 +17,7 @@ impl Form {
     /// with the plane is not coincident with anything in that interval. `false` for other surfaces, for lines
     /// almost parallel to the plane, and where it is not certain.
     pub fn is_clear_of_surface(&self, line: &Line, ends: [f64; 2]) -> bool {
-        if self.cross.is_some() || self.square.iter().any(|x| x.hi != 0.0) {
+        if self.is_curved() {
             return false;
         }
         let normal = 2.0 * rounded(&self.linear);

@@ -37,6 +37,11 @@ impl Form {
         self.cross.is_none() && self.linear.iter().all(|x| x.hi == 0.0)
     }
 
+    /// Whether it is of the second degree.
+    pub fn is_curved(&self) -> bool {
+        self.cross.is_some() || self.square.iter().any(|x| x.hi != 0.0)
+    }
+
     /// The value at a point of the solid's frame.
     pub fn value(&self, p: Vec3) -> f64 {
         let x = (p - self.centre) * self.shrink;

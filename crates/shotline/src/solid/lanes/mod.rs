@@ -9,6 +9,9 @@ mod slab;
 #[cfg(test)]
 mod tests;
 
+use quadric::FormLanes;
+use slab::SlabLanes;
+
 use super::form::Form;
 use super::interval::Slab;
 use crate::lanes::{IntervalLanes, LineLanes};
@@ -23,6 +26,9 @@ enum Kernel<'a> {
     Slabs([Slab; 3]),
     Quadric(&'a Form, Option<&'a Slab>),
 }
+
+/// The numbers of [`InLanes::group`] are below this.
+pub(crate) const GROUPS: u32 = 16;
 
 /// Where lines are inside a solid: in up to two intervals, ascending.
 #[derive(Clone, Copy, Debug)]
@@ -48,24 +54,98 @@ impl<'a> InLanes<'a> {
     pub(crate) fn inside<F: Doubles>(&self, line: &LineLanes<F>, lanes: u8) -> InsideLanes<F> {
         match &self.0 {
             Kernel::Slabs([x, y, z]) => {
-                let (mut inside, mut open) = slab::between(x, line, lanes);
-                for slab in [y, z] {
-                    let (between, undecided) = slab::between(slab, line, lanes);
-                    (inside, open) = (inside.clip(&between), open | undecided);
-                }
-                InsideLanes { intervals: [inside, IntervalLanes::none()], open }
+                within_slabs(&[SlabLanes::of(x), SlabLanes::of(y), SlabLanes::of(z)], line, lanes)
             }
-            Kernel::Quadric(form, None) => quadric::inside(form, line, lanes),
+            Kernel::Quadric(form, None) => quadric::inside(&FormLanes::of(form), line, lanes),
             Kernel::Quadric(form, Some(caps)) => {
-                let (between, open) = slab::between(caps, line, lanes);
-                let mut inside = quadric::inside(form, line, between.lanes);
-                for interval in &mut inside.intervals {
-                    *interval = interval.clip(&between);
-                }
-                InsideLanes { open: inside.open | open, ..inside }
+                within_caps(&FormLanes::of(form), &SlabLanes::of(caps), line, lanes)
             }
         }
     }
+
+    /// A number for the solids that can be intersected together, each by a line of its own.
+    pub(crate) fn group(&self) -> u32 {
+        match &self.0 {
+            Kernel::Slabs(_) => 0,
+            Kernel::Quadric(form, caps) => {
+                let has_cross = u32::from(form.cross.is_some());
+                1 + has_cross + 2 * u32::from(form.is_curved()) + 4 * u32::from(caps.is_some())
+            }
+        }
+    }
+
+    /// Where the line of each lane is inside its own solid. All solids are of one [`InLanes::group`].
+    #[inline(always)]
+    pub(crate) fn inside_each<F: Doubles>(
+        solids: &[InLanes<'_>; 8],
+        line: &LineLanes<F>,
+        lanes: u8,
+    ) -> InsideLanes<F> {
+        match &solids[0].0 {
+            Kernel::Slabs(_) => within_slabs(
+                &[slab_of_each(solids, 0), slab_of_each(solids, 1), slab_of_each(solids, 2)],
+                line,
+                lanes,
+            ),
+            Kernel::Quadric(first, caps) => {
+                let forms = FormLanes::each(|lane| solids[lane].form().unwrap_or(first));
+                match caps {
+                    None => quadric::inside(&forms, line, lanes),
+                    Some(_) => within_caps(&forms, &slab_of_each(solids, 0), line, lanes),
+                }
+            }
+        }
+    }
+
+    /// The slab across an axis, or the caps.
+    #[inline(always)]
+    fn slab(&self, number: usize) -> Slab {
+        match &self.0 {
+            Kernel::Slabs(slabs) => slabs[number],
+            Kernel::Quadric(_, Some(caps)) => **caps,
+            Kernel::Quadric(_, None) => unreachable!("solids of one group are alike"),
+        }
+    }
+
+    #[inline(always)]
+    fn form(&self) -> Option<&'a Form> {
+        match &self.0 {
+            Kernel::Slabs(_) => None,
+            Kernel::Quadric(form, _) => Some(form),
+        }
+    }
+}
+
+#[inline(always)]
+fn slab_of_each<F: Doubles>(solids: &[InLanes<'_>; 8], number: usize) -> SlabLanes<F> {
+    SlabLanes::each(|lane| solids[lane].slab(number))
+}
+
+/// Where lines are in all of some slabs.
+#[inline(always)]
+fn within_slabs<F: Doubles>(slabs: &[SlabLanes<F>; 3], line: &LineLanes<F>, lanes: u8) -> InsideLanes<F> {
+    let (mut inside, mut open) = slabs[0].between(line, lanes);
+    for slab in &slabs[1..] {
+        let (between, undecided) = slab.between(line, lanes);
+        (inside, open) = (inside.clip(&between), open | undecided);
+    }
+    InsideLanes { intervals: [inside, IntervalLanes::none()], open }
+}
+
+/// Where forms are negative between caps.
+#[inline(always)]
+fn within_caps<F: Doubles>(
+    form: &FormLanes<F>,
+    caps: &SlabLanes<F>,
+    line: &LineLanes<F>,
+    lanes: u8,
+) -> InsideLanes<F> {
+    let (between, open) = caps.between(line, lanes);
+    let mut inside = quadric::inside(form, line, between.lanes);
+    for interval in &mut inside.intervals {
+        *interval = interval.clip(&between);
+    }
+    InsideLanes { open: inside.open | open, ..inside }
 }
 
 impl InLanes<'_> {
@@ -85,14 +165,32 @@ impl InLanes<'_> {
                 ]
             }
             Kernel::Quadric(form, caps) => {
-                let side = quadric::gradient(form, p);
-                if caps.is_none() {
-                    return side;
-                }
-                let cap = F::splat(0.5).is_less(surface);
-                let up = one.where_set(F::splat(1.5).is_less(surface), -one);
-                [zero.where_set(cap, side[0]), zero.where_set(cap, side[1]), up.where_set(cap, side[2])]
+                normals_of_quadrics(&FormLanes::of(form), caps.is_some(), p, surface)
             }
         }
     }
+
+    /// As [`InLanes::normal`], at a point of the solid of each lane. All solids are of one [`InLanes::group`].
+    #[inline(always)]
+    pub(crate) fn normal_each<F: Doubles>(solids: &[InLanes<'_>; 8], p: [F; 3], surface: F) -> [F; 3] {
+        match &solids[0].0 {
+            Kernel::Slabs(_) => solids[0].normal(p, surface),
+            Kernel::Quadric(first, caps) => {
+                let forms = FormLanes::each(|lane| solids[lane].form().unwrap_or(first));
+                normals_of_quadrics(&forms, caps.is_some(), p, surface)
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn normals_of_quadrics<F: Doubles>(form: &FormLanes<F>, has_caps: bool, p: [F; 3], surface: F) -> [F; 3] {
+    let (one, zero) = (F::splat(1.0), F::splat(0.0));
+    let side = form.gradient(p);
+    if !has_caps {
+        return side;
+    }
+    let cap = F::splat(0.5).is_less(surface);
+    let up = one.where_set(F::splat(1.5).is_less(surface), -one);
+    [zero.where_set(cap, side[0]), zero.where_set(cap, side[1]), up.where_set(cap, side[2])]
 }

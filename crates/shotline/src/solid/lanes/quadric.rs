@@ -2,28 +2,31 @@
 
 use super::InsideLanes;
 use crate::crossing::GROUPING;
-use crate::lanes::vector::{Vectors, abs, add, dot, largest, mul, scale, splat, sub};
+use crate::lanes::vector::{Vectors, abs, add, dot, each, largest, mul, scale, splat, sub, vectors};
 use crate::lanes::{EndLanes, IntervalLanes, LineLanes};
-use crate::math::HALF_ULP;
+use crate::math::{HALF_ULP, Vec3};
 use crate::simd::Doubles;
 use crate::solid::form::{Form, rounded};
 use crate::solid::quadratic::SEPARATION;
 use crate::solid::quadric_line::{FAR_REACHING, TERM_ERROR, WELL_CONDITIONED};
 
 /// The rounded coefficients of a form.
-struct FormLanes<F> {
+pub(super) struct FormLanes<F> {
     centre: Vectors<F>,
     shrink: Vectors<F>,
     square: Vectors<F>,
     cross: Option<Vectors<F>>,
     linear: Vectors<F>,
     constant: F,
+    /// Whether they have squares.
+    are_curved: bool,
 }
 
 #[expect(clippy::manual_map, reason = "a closure is not compiled for the instructions of its caller")]
 impl<F: Doubles> FormLanes<F> {
+    /// The same form in every lane.
     #[inline(always)]
-    fn new(form: &Form) -> FormLanes<F> {
+    pub fn of(form: &Form) -> FormLanes<F> {
         FormLanes {
             centre: splat(form.centre),
             shrink: splat(form.shrink),
@@ -34,7 +37,32 @@ impl<F: Doubles> FormLanes<F> {
             },
             linear: splat(rounded(&form.linear)),
             constant: F::splat(form.constant.hi),
+            are_curved: form.is_curved(),
         }
+    }
+
+    /// The form of each lane. Either all of them are curved, or none, and either all have cross terms, or none.
+    #[inline(always)]
+    pub fn each<'f>(form: impl Fn(usize) -> &'f Form) -> FormLanes<F> {
+        FormLanes {
+            centre: vectors(|lane| form(lane).centre),
+            shrink: vectors(|lane| form(lane).shrink),
+            square: vectors(|lane| rounded(&form(lane).square)),
+            cross: match &form(0).cross {
+                Some(_) => Some(vectors(|lane| form(lane).cross.as_ref().map_or(Vec3::ZERO, rounded))),
+                None => None,
+            },
+            linear: vectors(|lane| rounded(&form(lane).linear)),
+            constant: each(|lane| form(lane).constant.hi),
+            are_curved: form(0).is_curved(),
+        }
+    }
+
+    /// The gradients at points, as [`Form::gradient`].
+    #[inline(always)]
+    pub fn gradient(&self, p: Vectors<F>) -> Vectors<F> {
+        let x = mul(sub(p, self.centre), self.shrink);
+        mul(scale(add(self.apply(x), self.linear), F::splat(2.0)), self.shrink)
     }
 
     /// As [`Form::apply`].
@@ -248,11 +276,10 @@ impl<F: Doubles> ExpansionLanes<F> {
 
 /// Where lines are inside, as `Form::inside`. Leaves lanes open that it decides in double-double.
 #[inline(always)]
-pub(super) fn inside<F: Doubles>(form: &Form, line: &LineLanes<F>, lanes: u8) -> InsideLanes<F> {
-    let is_curved = form.cross.is_some() || form.square.iter().any(|x| x.hi != 0.0);
-    let form = FormLanes::new(form);
-    let at = LocalLines::new(&form, line);
-    let expansion = ExpansionLanes::new(&form, &at);
+pub(super) fn inside<F: Doubles>(form: &FormLanes<F>, line: &LineLanes<F>, lanes: u8) -> InsideLanes<F> {
+    let is_curved = form.are_curved;
+    let at = LocalLines::new(form, line);
+    let expansion = ExpansionLanes::new(form, &at);
     let zero = F::splat(0.0);
     let is_zero = |x: F| x.abs().is_at_most(zero);
     let ExpansionLanes { a, b, c, discriminant, size, .. } = expansion;
@@ -315,12 +342,4 @@ fn behind<F: Doubles>(
         lanes: all.lanes,
     };
     InsideLanes { intervals: [interval, IntervalLanes::none()], open: open | (decided & !good) }
-}
-
-/// The gradients at points, as [`Form::gradient`].
-#[inline(always)]
-pub(super) fn gradient<F: Doubles>(form: &Form, p: Vectors<F>) -> Vectors<F> {
-    let form = FormLanes::new(form);
-    let x = mul(sub(p, form.centre), form.shrink);
-    mul(scale(add(form.apply(x), form.linear), F::splat(2.0)), form.shrink)
 }

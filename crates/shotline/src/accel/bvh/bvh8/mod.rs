@@ -16,7 +16,7 @@ use super::binned_sah;
 use super::refit::RefitData;
 use crate::aabb::{Aabb, BoxRay};
 use crate::accel::collapse::WIDTH;
-use crate::accel::{Accelerator, BeamEntry, BeamSome, Child, QueueEntry, display};
+use crate::accel::{Accelerator, BeamEntry, BeamSome, Child, QueueEntry, Walk, WalkEntry, WalkKind, display};
 use crate::counters::Counters;
 use crate::simd::{Simd, Task, dispatch};
 
@@ -84,6 +84,55 @@ impl Task for ExpandBeam<'_> {
     }
 }
 
+/// Walks on to the next item.
+struct WalkOn<'a> {
+    nodes: &'a [Node],
+    ray: &'a BoxRay,
+    limit: f64,
+    base: usize,
+    walk: &'a mut Walk,
+}
+
+impl Task for WalkOn<'_> {
+    type Output = Option<WalkEntry>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Option<WalkEntry> {
+        let WalkOn { nodes, ray, limit, base, walk } = self;
+        let mut entry = walk.take(base, limit)?;
+        while entry.kind == WalkKind::Node {
+            let node = &nodes[entry.number as usize];
+            let met = node.test::<S::Wide>(ray);
+            let child = |slot: usize| {
+                let kind = if slot < usize::from(node.nodes) { WalkKind::Node } else { WalkKind::Entered };
+                WalkEntry { t: met.enter[slot % WIDTH], number: node.children[slot % WIDTH], kind }
+            };
+            let first = met.children.trailing_zeros() as usize;
+            let mut rest = met.children & met.children.wrapping_sub(1);
+            if met.children == 0 {
+                entry = walk.take(base, limit)?;
+                continue;
+            }
+            // The nearest goes on without a detour over memory. Most nodes have one or two children that are met.
+            entry = child(first);
+            let start = walk.pending.len();
+            while rest != 0 {
+                let other = child(rest.trailing_zeros() as usize);
+                rest &= rest - 1;
+                let is_nearer = other.t < entry.t;
+                let (nearest, farther) = if is_nearer { (other, entry) } else { (entry, other) };
+                entry = nearest;
+                walk.add(start, farther);
+            }
+            walk.steps += 1;
+            if entry.t > limit {
+                entry = walk.take(base, limit)?;
+            }
+        }
+        Some(entry)
+    }
+}
+
 /// Passes the children that are met, each with its slot and the `t` at which it is entered.
 #[inline(always)]
 fn each_child(node: &Node, met: &Met, mut take: impl FnMut(usize, f64, Child)) {
@@ -127,6 +176,19 @@ impl Accelerator for Bvh8 {
 
     fn expand_beam(&self, node: u64, some: &BeamSome, out: &mut Vec<BeamEntry>) {
         dispatch(ExpandBeam { node: &self.nodes[node as usize], some, out });
+    }
+
+    fn begin_walk(&self, ray: &BoxRay, walk: &mut Walk) {
+        let t = ray.span().t_min();
+        if !self.nodes.is_empty() {
+            walk.pending.push(WalkEntry { t, number: 0, kind: WalkKind::Node });
+        }
+        let unbounded = self.unbounded.iter();
+        walk.pending.extend(unbounded.map(|&number| WalkEntry { t, number, kind: WalkKind::Item }));
+    }
+
+    fn walk(&self, ray: &BoxRay, limit: f64, base: usize, walk: &mut Walk) -> Option<WalkEntry> {
+        dispatch(WalkOn { nodes: &self.nodes, ray, limit, base, walk })
     }
 
     fn refit(&mut self, items: &[u32], boxes: &dyn Fn(u32) -> Aabb) -> bool {

@@ -36,6 +36,18 @@ pub(super) struct MetByEach {
     pub places: [u32; WIDTH],
 }
 
+// Closures would not be compiled for the instructions of their callers.
+impl Met {
+    const NONE: Met = Met { enter: [0.0; WIDTH], children: 0 };
+
+    /// Sets the children from a position on.
+    #[inline(always)]
+    fn set<F: Doubles>(&mut self, first: usize, (enter, children): (F, u8)) {
+        enter.store_some(&mut self.enter, first);
+        self.children |= children << first;
+    }
+}
+
 impl Node {
     pub const EMPTY: Node = Node { planes: [[0.0; WIDTH]; 6], children: [0; WIDTH], count: 0, nodes: 0 };
 
@@ -73,21 +85,30 @@ impl Node {
     /// Tests the boxes of all children: [`BoxRay::enter_exit`] lane by lane, so every `t` is the same.
     #[inline(always)]
     pub fn test<F: Doubles>(&self, ray: &BoxRay) -> Met {
-        self.met::<F>(|first| self.test_some::<F>(ray, first))
+        let mut met = Met::NONE;
+        for first in (0..WIDTH).step_by(F::LANES) {
+            met.set(first, self.test_some::<F>(ray, first));
+        }
+        self.used(met)
     }
 
     /// Tests the boxes of all children against all rays of a beam: a child is met if any ray may meet it, and no ray enters
     /// it before.
     #[inline(always)]
     pub fn test_beam<F: Doubles>(&self, beam: &Beam) -> Met {
-        self.met::<F>(|first| self.test_some_by_beam::<F>(beam, first))
+        let mut met = Met::NONE;
+        for first in (0..WIDTH).step_by(F::LANES) {
+            met.set(first, self.test_some_by_beam::<F>(beam, first));
+        }
+        self.used(met)
     }
 
     /// Tests the boxes of all children against each ray of some up to its limit.
     #[inline(always)]
     pub fn test_each<F: Doubles>(&self, some: &BeamSome) -> MetByEach {
         let mut places = [0; WIDTH];
-        let any = self.met::<F>(|first| {
+        let mut met = Met::NONE;
+        for first in (0..WIDTH).step_by(F::LANES) {
             let mut least = F::splat(f64::INFINITY);
             let (mut any, mut rest) = (0, some.places);
             while rest != 0 {
@@ -100,9 +121,9 @@ impl Node {
                 }
                 rest &= rest - 1;
             }
-            (least.store(), any)
-        });
-        MetByEach { any, places }
+            met.set(first, (least, any));
+        }
+        MetByEach { any: self.used(met), places }
     }
 
     /// As [`BoxRay::enter_exit`], for the ray at a place.
@@ -127,24 +148,15 @@ impl Node {
         (enter, enter.is_at_most(exit) & F::ALL)
     }
 
-    /// The children that are met, from a test of those from a position on.
+    /// Without unused slots, whose planes mean nothing.
     #[inline(always)]
-    fn met<F: Doubles>(&self, mut test_some: impl FnMut(usize) -> (F::Array, u8)) -> Met {
-        let mut met = Met { enter: [0.0; WIDTH], children: 0 };
-        for first in (0..WIDTH).step_by(F::LANES) {
-            let (enter, children) = test_some(first);
-            for lane in 0..F::LANES {
-                met.enter[first + lane] = enter[lane];
-            }
-            met.children |= children << first;
-        }
-        // Planes of unused slots mean nothing.
+    fn used(&self, mut met: Met) -> Met {
         met.children &= ((1u32 << self.count) - 1) as u8;
         met
     }
 
     #[inline(always)]
-    fn test_some<F: Doubles>(&self, ray: &BoxRay, first: usize) -> (F::Array, u8) {
+    fn test_some<F: Doubles>(&self, ray: &BoxRay, first: usize) -> (F, u8) {
         let (mut enter, mut exit) = (F::splat(f64::NEG_INFINITY), F::splat(f64::INFINITY));
         for axis in 0..3 {
             let upper_is_near = usize::from(ray.inverse[axis] < 0.0);
@@ -158,12 +170,12 @@ impl Node {
         let (shrink, grow) = (F::splat(ray.shrink), F::splat(ray.grow));
         let enter = (enter * shrink).lesser(enter * grow).greater(F::splat(ray.span.t_min()));
         let exit = (exit * shrink).greater(exit * grow).lesser(F::splat(ray.span.t_max()));
-        (enter.store(), enter.is_at_most(exit) & F::ALL)
+        (enter, enter.is_at_most(exit) & F::ALL)
     }
 
     /// Every rounded operation is monotone, so the bounds of the beam give bounds on what each ray gives.
     #[inline(always)]
-    fn test_some_by_beam<F: Doubles>(&self, beam: &Beam, first: usize) -> (F::Array, u8) {
+    fn test_some_by_beam<F: Doubles>(&self, beam: &Beam, first: usize) -> (F, u8) {
         let (mut enter, mut exit) = (F::splat(f64::NEG_INFINITY), F::splat(f64::INFINITY));
         for axis in 0..3 {
             let [least, greatest] = beam.inverse[axis];
@@ -180,7 +192,7 @@ impl Node {
         let (shrink, grow) = (F::splat(beam.shrink), F::splat(beam.grow));
         let enter = (enter * shrink).lesser(enter * grow).greater(F::splat(beam.t_min));
         let exit = (exit * shrink).greater(exit * grow).lesser(F::splat(beam.t_max));
-        (enter.store(), enter.is_at_most(exit) & F::ALL)
+        (enter, enter.is_at_most(exit) & F::ALL)
     }
 }
 
