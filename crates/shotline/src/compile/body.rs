@@ -162,11 +162,7 @@ fn finish(tree: &Tree, root: u32, placed: Vec<PlacedLeaf>, first_surface: u32, a
     let has_mesh = leaves.iter().any(|leaf| leaf.solid.as_mesh().is_some());
     let takes_lanes = accel.is_none() && !has_mesh && program.takes_lanes();
     let takes_bundles = !has_mesh && accel.as_ref().is_some_and(|accel| accel.takes_beams());
-    let leaf_group = match &leaves[..] {
-        [leaf] if takes_lanes => leaf.solid.in_lanes().map(|solid| solid.group()),
-        _ => None,
-    };
-    SolidBody { leaves, program, accel, bounds, first_surface, takes_lanes, leaf_group, takes_bundles }
+    SolidBody { leaves, program, accel, bounds, first_surface, takes_lanes, takes_bundles }
 }
 
 /// The constraints of unbounded leaves; empty where every leaf is bounded.

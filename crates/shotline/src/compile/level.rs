@@ -277,6 +277,7 @@ impl<'s> Builder<'s> {
             memory_bytes: 0,
             condition: self.bodies.stats.condition,
         };
+        world.lane_groups = (0..).zip(&world.bodies).map(|(number, body)| body.lane_group(number)).collect();
         world.stats.memory_bytes = world.memory();
         world.surface = world.find_surface();
         world.casts_blocks = world.bodies.iter().any(|body| body.block_meshes().next().is_some());
@@ -294,6 +295,7 @@ impl World {
             levels: Vec::new(),
             root: 0,
             bodies: Vec::new(),
+            lane_groups: Vec::new(),
             objects: Vec::new(),
             object_names: Vec::new(),
             material_names: scene.materials.iter().map(|(name, _)| name.clone()).collect(),

@@ -8,6 +8,7 @@ use crate::accel::Accelerator;
 use crate::csg::Program;
 use crate::math::{Affine, ComposedTransform};
 use crate::solid::Solid;
+use crate::solid::lanes::GROUPS;
 use crate::solid::mesh::MeshSolid;
 
 /// Sizes of a world, and the condition of its matrices.
@@ -34,6 +35,9 @@ pub struct World {
     pub(super) levels: Vec<Arc<Level>>,
     pub(super) root: u32,
     pub(super) bodies: Vec<Arc<Body>>,
+    /// For each body a number: rays can be cast in lanes together at bodies with the same. Apart from the bodies, so that
+    /// these are not fetched only for it.
+    pub(super) lane_groups: Vec<u32>,
     pub(super) objects: Vec<ObjectInfo>,
     pub(super) object_names: Vec<String>,
     pub(super) material_names: Vec<String>,
@@ -107,8 +111,6 @@ pub(crate) struct SolidBody {
     pub first_surface: u32,
     /// Whether rays can be cast at it in lanes: it has few leaves, and no meshes.
     pub takes_lanes: bool,
-    /// If it is a single leaf: the number of the solids at which rays can be cast in lanes together with it.
-    pub leaf_group: Option<u32>,
     /// Whether the rays of a bundle can share a traversal of its accelerator: it has no meshes.
     pub takes_bundles: bool,
 }
@@ -297,6 +299,11 @@ impl World {
         self.casts_lanes
     }
 
+    /// A number of a body: rays can be cast in lanes together at bodies with the same.
+    pub(crate) fn lane_group(&self, body: u32) -> u32 {
+        self.lane_groups[body as usize]
+    }
+
     /// Whether rays can be cast in waves.
     pub(crate) fn casts_waves(&self) -> bool {
         self.casts_waves
@@ -359,7 +366,25 @@ impl World {
                 Body::Surface(b) => b.mesh.memory(),
             })
             .sum();
-        size_of::<World>() + levels + bodies + size_of_val(self.bodies.as_slice()) + self.names.memory()
+        size_of::<World>()
+            + levels
+            + bodies
+            + size_of_val(self.bodies.as_slice())
+            + size_of_val(self.lane_groups.as_slice())
+            + self.names.memory()
+    }
+}
+
+impl Body {
+    /// The [`World::lane_group`] of a body with a number.
+    pub(super) fn lane_group(&self, number: u32) -> u32 {
+        let group = match self {
+            Body::Solid(SolidBody { leaves, takes_lanes: true, .. }) if leaves.len() == 1 => {
+                leaves[0].solid.in_lanes().map(|solid| solid.group())
+            }
+            _ => None,
+        };
+        group.unwrap_or(GROUPS + number)
     }
 }
 

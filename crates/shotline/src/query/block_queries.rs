@@ -82,11 +82,14 @@ impl<'w> Caster<'w> {
         set: impl FnMut(usize, &RowHit),
     ) {
         let QueryMemory { fold, nearest, open, .. } = memory;
-        nearest.clear();
+        // Rays that end, or are refused, leave nothing behind.
         nearest.resize(IN_FLIGHT, None);
         open.resize(IN_FLIGHT, (BodyEntry::NONE, Boundary::of_span_end(HitKind::End, 0.0)));
         let mut visitor = Closest { world: self.world, block, nearest, open, is_plain, set };
         self.fold_block(block, Wanted::First, fold, &mut visitor);
+        if block.is_cancelled() {
+            nearest.clear();
+        }
     }
 
     /// Passes the rows of the rays that have a crossing to `set`.

@@ -73,7 +73,7 @@ impl<'w> BlockFold<'_, 'w> {
             }
             match ray.advance(world, self.caster.limits.steps) {
                 Advance::Met(met) => {
-                    let group = group_of(world, met.placed.body);
+                    let group = world.lane_group(met.placed.body);
                     memory.pairs.push(Pair { ray: number, group, met });
                     return;
                 }
@@ -135,14 +135,6 @@ impl<'w> BlockFold<'_, 'w> {
             let WaveRay { slot, paths, walk, .. } = &mut rays[*ray];
             self.fold_body(slot, (paths, walk.steps), &entry, visitor);
         }
-    }
-}
-
-/// A number for the bodies at which rays can be cast together.
-fn group_of(world: &World, body: u32) -> u32 {
-    match world.body(body) {
-        Body::Solid(SolidBody { leaf_group: Some(group), .. }) => *group,
-        _ => GROUPS + body,
     }
 }
 
@@ -211,7 +203,7 @@ impl<'w> PairCast<'_, '_, 'w> {
         let frames = if self.wants_normals { self.frames(some) } else { LevelFrames::new_const() };
         let above = if self.wants_normals { Some(Frames::Each(&frames)) } else { None };
         let Some(body) = solid_body(self.world, &some[0]) else { return };
-        if body.leaf_group.is_none() {
+        if some[0].group >= GROUPS {
             return self.query.at_body(body, &line, &cast, above);
         }
         let (mut bodies, Some(solid)) = ([body; 8], body.leaves[0].solid.in_lanes()) else { return };

@@ -50,9 +50,7 @@ constructors! {
 
 impl Cuboid {
     fn slabs(&self) -> [Slab; 3] {
-        let slab =
-            |axis: usize| Slab { axis, low: self.min[axis], high: self.max[axis], surface: 2 * axis as u32 };
-        [slab(0), slab(1), slab(2)]
+        [0, 1, 2].map(|axis| Slab::of_box(&self.min, &self.max, axis))
     }
 
     fn interval(&self, line: &Line) -> Option<Interval> {
@@ -106,7 +104,7 @@ impl Solid for Cuboid {
     }
 
     fn in_lanes(&self) -> Option<InLanes<'_>> {
-        Some(InLanes::slabs(self.slabs()))
+        Some(InLanes::cuboid(&self.min, &self.max))
     }
 
     fn half_spaces(&self) -> Option<Vec<Plane>> {

@@ -86,6 +86,12 @@ pub(super) struct Slab {
 }
 
 impl Slab {
+    /// The slab of the box between two corners across an axis.
+    #[inline(always)]
+    pub fn of_box(min: &Vec3, max: &Vec3, axis: usize) -> Slab {
+        Slab { axis, low: min[axis], high: max[axis], surface: 2 * axis as u32 }
+    }
+
     /// Whether a line cannot be distinguished from one parallel to the planes.
     pub fn is_parallel(&self, line: &Line) -> bool {
         line.d[self.axis].abs() <= GROUPING * line.d_err[self.axis]

@@ -15,6 +15,7 @@ use slab::SlabLanes;
 use super::form::Form;
 use super::interval::Slab;
 use crate::lanes::{IntervalLanes, LineLanes};
+use crate::math::Vec3;
 use crate::simd::Doubles;
 
 /// How a solid intersects several lines at once.
@@ -23,7 +24,7 @@ pub struct InLanes<'a>(Kernel<'a>);
 
 #[derive(Clone, Copy, Debug)]
 enum Kernel<'a> {
-    Slabs([Slab; 3]),
+    Box(&'a Vec3, &'a Vec3),
     Quadric(&'a Form, Option<&'a Slab>),
 }
 
@@ -39,9 +40,9 @@ pub(crate) struct InsideLanes<F> {
 }
 
 impl<'a> InLanes<'a> {
-    /// What three slabs have in common.
-    pub(super) fn slabs(slabs: [Slab; 3]) -> InLanes<'a> {
-        InLanes(Kernel::Slabs(slabs))
+    /// The box between two corners.
+    pub(super) fn cuboid(min: &'a Vec3, max: &'a Vec3) -> InLanes<'a> {
+        InLanes(Kernel::Box(min, max))
     }
 
     /// Where a form is negative, within a slab if there is one.
@@ -53,8 +54,9 @@ impl<'a> InLanes<'a> {
     #[inline(always)]
     pub(crate) fn inside<F: Doubles>(&self, line: &LineLanes<F>, lanes: u8) -> InsideLanes<F> {
         match &self.0 {
-            Kernel::Slabs([x, y, z]) => {
-                within_slabs(&[SlabLanes::of(x), SlabLanes::of(y), SlabLanes::of(z)], line, lanes)
+            Kernel::Box(..) => {
+                let [x, y, z] = [self.slab(0), self.slab(1), self.slab(2)];
+                within_slabs(&[SlabLanes::of(&x), SlabLanes::of(&y), SlabLanes::of(&z)], line, lanes)
             }
             Kernel::Quadric(form, None) => quadric::inside(&FormLanes::of(form), line, lanes),
             Kernel::Quadric(form, Some(caps)) => {
@@ -66,7 +68,7 @@ impl<'a> InLanes<'a> {
     /// A number for the solids that can be intersected together, each by a line of its own.
     pub(crate) fn group(&self) -> u32 {
         match &self.0 {
-            Kernel::Slabs(_) => 0,
+            Kernel::Box(..) => 0,
             Kernel::Quadric(form, caps) => {
                 let has_cross = u32::from(form.cross.is_some());
                 1 + has_cross + 2 * u32::from(form.is_curved()) + 4 * u32::from(caps.is_some())
@@ -82,7 +84,7 @@ impl<'a> InLanes<'a> {
         lanes: u8,
     ) -> InsideLanes<F> {
         match &solids[0].0 {
-            Kernel::Slabs(_) => within_slabs(
+            Kernel::Box(..) => within_slabs(
                 &[slab_of_each(solids, 0), slab_of_each(solids, 1), slab_of_each(solids, 2)],
                 line,
                 lanes,
@@ -101,7 +103,7 @@ impl<'a> InLanes<'a> {
     #[inline(always)]
     fn slab(&self, number: usize) -> Slab {
         match &self.0 {
-            Kernel::Slabs(slabs) => slabs[number],
+            Kernel::Box(min, max) => Slab::of_box(min, max, number),
             Kernel::Quadric(_, Some(caps)) => **caps,
             Kernel::Quadric(_, None) => unreachable!("solids of one group are alike"),
         }
@@ -110,7 +112,7 @@ impl<'a> InLanes<'a> {
     #[inline(always)]
     fn form(&self) -> Option<&'a Form> {
         match &self.0 {
-            Kernel::Slabs(_) => None,
+            Kernel::Box(..) => None,
             Kernel::Quadric(form, _) => Some(form),
         }
     }
@@ -154,7 +156,7 @@ impl InLanes<'_> {
     pub(crate) fn normal<F: Doubles>(&self, p: [F; 3], surface: F) -> [F; 3] {
         let (one, zero) = (F::splat(1.0), F::splat(0.0));
         match &self.0 {
-            Kernel::Slabs(_) => {
+            Kernel::Box(..) => {
                 let is =
                     |number: f64| surface.is_at_most(F::splat(number)) & F::splat(number).is_at_most(surface);
                 let side = one.where_set(is(1.0) | is(3.0) | is(5.0), -one);
@@ -174,7 +176,7 @@ impl InLanes<'_> {
     #[inline(always)]
     pub(crate) fn normal_each<F: Doubles>(solids: &[InLanes<'_>; 8], p: [F; 3], surface: F) -> [F; 3] {
         match &solids[0].0 {
-            Kernel::Slabs(_) => solids[0].normal(p, surface),
+            Kernel::Box(..) => solids[0].normal(p, surface),
             Kernel::Quadric(first, caps) => {
                 let forms = FormLanes::each(|lane| solids[lane].form().unwrap_or(first));
                 normals_of_quadrics(&forms, caps.is_some(), p, surface)
