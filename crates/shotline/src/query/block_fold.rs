@@ -33,9 +33,6 @@ use crate::solid::Wanted;
 /// The most bundles in flight.
 const BUNDLES: usize = 64;
 
-/// The most rays in flight.
-pub(super) const IN_FLIGHT: usize = BUNDLES * BEAM_RAYS;
-
 /// The rays in flight.
 #[derive(Debug, Default)]
 pub(super) struct Flight<'w> {
@@ -63,14 +60,21 @@ pub(super) struct Flight<'w> {
 impl<'w> Flight<'w> {
     /// Begins without rays.
     fn clear(&mut self) {
-        self.slots.resize(IN_FLIGHT, Slot::default());
-        self.waiting.resize(IN_FLIGHT, BodyEntry::NONE);
-        self.offers.resize(IN_FLIGHT, Offers::default());
-        self.bundles.resize_with(BUNDLES, Bundle::default);
-        self.counts.resize(BUNDLES, 0);
         self.active.clear();
         self.free.clear();
         self.free.extend((0..BUNDLES).rev());
+    }
+
+    /// Makes room for a bundle. A small batch must not pay for memory that it does not use.
+    fn make_room(&mut self, bundle: usize) {
+        let (bundles, in_flight) = (bundle + 1, (bundle + 1) * BEAM_RAYS);
+        if self.counts.len() < bundles {
+            self.slots.resize(in_flight, Slot::default());
+            self.waiting.resize(in_flight, BodyEntry::NONE);
+            self.offers.resize(in_flight, Offers::default());
+            self.bundles.resize_with(bundles, Bundle::default);
+            self.counts.resize(bundles, 0);
+        }
     }
 
     /// The slots that a bundle uses.
@@ -123,6 +127,8 @@ impl<'w> BlockFold<'_, 'w> {
             while next < self.block.rays.len()
                 && let Some(bundle) = flight.free.pop()
             {
+                flight.make_room(bundle);
+                visitor.make_room((bundle + 1) * BEAM_RAYS);
                 let (rows, is_loose) = match bundling.next(self.block.rays, next) {
                     Rows::Close(rows) => (rows, false),
                     Rows::Loose(rows) => (rows, true),

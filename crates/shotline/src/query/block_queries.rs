@@ -1,7 +1,7 @@
 //! The queries of blocks of rays in worlds of any kind, by the fold of blocks. Rays that are refused are marked for the
 //! plain path.
 
-use super::block_fold::{BlockFold, FoldMemory, IN_FLIGHT};
+use super::block_fold::{BlockFold, FoldMemory};
 use super::block_visitor::{BlockVisitor, Found, InFlight, Normal};
 use super::caster::Caster;
 use super::fold_query::{FoldControl, FoldQuery};
@@ -41,11 +41,17 @@ struct Nearest {
     has_normal: bool,
 }
 
-/// A count of zero for each ray in flight.
-fn zeros(counts: &mut Vec<u64>) -> &mut [u64] {
+/// Counts that are zero.
+fn zeros(counts: &mut Vec<u64>) -> &mut Vec<u64> {
     counts.clear();
-    counts.resize(IN_FLIGHT, 0);
     counts
+}
+
+/// Makes an array at least so long.
+fn lengthen<T: Clone>(array: &mut Vec<T>, length: usize, with: T) {
+    if array.len() < length {
+        array.resize(length, with);
+    }
 }
 
 /// The normal of a boundary in world coordinates.
@@ -82,12 +88,10 @@ impl<'w> Caster<'w> {
         set: impl FnMut(usize, &RowHit),
     ) {
         let QueryMemory { fold, nearest, open, .. } = memory;
-        // Rays that end, or are refused, leave nothing behind.
-        nearest.resize(IN_FLIGHT, None);
-        open.resize(IN_FLIGHT, (BodyEntry::NONE, Boundary::of_span_end(HitKind::End, 0.0)));
         let mut visitor = Closest { world: self.world, block, nearest, open, is_plain, set };
         self.fold_block(block, Wanted::First, fold, &mut visitor);
         if block.is_cancelled() {
+            // Rays that have neither ended nor been refused may have left something behind.
             nearest.clear();
         }
     }
@@ -170,13 +174,19 @@ fn by_row(rows: usize, crossings: &mut Vec<(u32, RowHit)>, unsorted: &mut Vec<(u
 struct Closest<'v, S> {
     world: &'v World,
     block: &'v RowBlock<'v>,
-    nearest: &'v mut [Option<Nearest>],
-    open: &'v mut [(BodyEntry, Boundary)],
+    nearest: &'v mut Vec<Option<Nearest>>,
+    open: &'v mut Vec<(BodyEntry, Boundary)>,
     is_plain: &'v mut [bool],
     set: S,
 }
 
 impl<'w, S: FnMut(usize, &RowHit)> BlockVisitor<'w> for Closest<'_, S> {
+    fn make_room(&mut self, in_flight: usize) {
+        lengthen(self.nearest, in_flight, None);
+        let nothing = (BodyEntry::NONE, Boundary::of_span_end(HitKind::End, 0.0));
+        lengthen(self.open, in_flight, nothing);
+    }
+
     fn boundary(&mut self, ray: InFlight, found: Found<'_, 'w>) -> FoldControl {
         let Found { placed, boundary, normal, .. } = found;
         let nearest = &mut self.nearest[ray.slot];
@@ -235,12 +245,16 @@ impl<'w, S: FnMut(usize)> BlockVisitor<'w> for Any<'_, S> {
 }
 
 struct Count<'v, S> {
-    counts: &'v mut [u64],
+    counts: &'v mut Vec<u64>,
     is_plain: &'v mut [bool],
     set: S,
 }
 
 impl<'w, S: FnMut(usize, u64)> BlockVisitor<'w> for Count<'_, S> {
+    fn make_room(&mut self, in_flight: usize) {
+        lengthen(self.counts, in_flight, 0);
+    }
+
     fn boundary(&mut self, ray: InFlight, _: Found<'_, 'w>) -> FoldControl {
         self.counts[ray.slot] += 1;
         FoldControl::Limit(f64::INFINITY)
@@ -260,12 +274,16 @@ struct Crossings<'v> {
     world: &'v World,
     block: &'v RowBlock<'v>,
     most: u64,
-    counts: &'v mut [u64],
+    counts: &'v mut Vec<u64>,
     crossings: &'v mut Vec<(u32, RowHit)>,
     is_plain: &'v mut [bool],
 }
 
 impl<'w> BlockVisitor<'w> for Crossings<'_> {
+    fn make_room(&mut self, in_flight: usize) {
+        lengthen(self.counts, in_flight, 0);
+    }
+
     fn boundary(&mut self, ray: InFlight, found: Found<'_, 'w>) -> FoldControl {
         let Found { paths, placed, boundary, normal } = found;
         let count = &mut self.counts[ray.slot];
@@ -298,7 +316,7 @@ impl<'w> BlockVisitor<'w> for Crossings<'_> {
 
 struct Intervals<'v> {
     most: u64,
-    counts: &'v mut [u64],
+    counts: &'v mut Vec<u64>,
     intervals: &'v mut Vec<(u32, Interval)>,
     /// The interval whose end comes next.
     open: Option<Interval>,
@@ -306,6 +324,10 @@ struct Intervals<'v> {
 }
 
 impl<'w> BlockVisitor<'w> for Intervals<'_> {
+    fn make_room(&mut self, in_flight: usize) {
+        lengthen(self.counts, in_flight, 0);
+    }
+
     fn boundary(&mut self, ray: InFlight, found: Found<'_, 'w>) -> FoldControl {
         let end = found.boundary.crossing;
         // The boundaries of one body arrive one after the other, in pairs of an entry and an exit.

@@ -35,6 +35,9 @@ pub(super) trait BlockVisitor<'w> {
     /// Whether any boundary is enough, and nothing needs to be known of it.
     const IS_ANY: bool = false;
 
+    /// Makes room for rays in flight with numbers below `in_flight`.
+    fn make_room(&mut self, _in_flight: usize) {}
+
     /// Takes a boundary. Those of one ray and body come one after the other.
     fn boundary(&mut self, ray: InFlight, found: Found<'_, 'w>) -> FoldControl;
 

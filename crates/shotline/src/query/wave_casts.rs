@@ -30,13 +30,16 @@ impl<'w> BlockFold<'_, 'w> {
     /// Casts the rows of a wave.
     pub(super) fn cast_waves<V: BlockVisitor<'w>>(&mut self, memory: &mut WaveMemory<'w>, visitor: &mut V) {
         let WaveMemory { rows, rays, .. } = memory;
-        rays.resize_with(WAVE, WaveRay::default);
+        if rays.len() < rows.len().min(WAVE) {
+            rays.resize_with(rows.len().min(WAVE), WaveRay::default);
+        }
         rays.iter_mut().for_each(|ray| ray.slot.state = State::Ended);
+        visitor.make_room(rays.len());
         let mut rows = std::mem::take(rows);
         let mut next = rows.iter();
         while !self.block.is_cancelled() {
             memory.pairs.clear();
-            for number in 0..WAVE {
+            for number in 0..memory.rays.len() {
                 self.meet(number, &mut next, memory, visitor);
             }
             if memory.pairs.is_empty() {

@@ -75,6 +75,9 @@ pub(super) const CHUNK: usize = 256;
 /// Rows per work item where blocks of rays are cast at meshes, if there are enough for all threads.
 const BLOCK_CHUNK: usize = 2048;
 
+/// Fewer rays are cast one by one: to prepare blocks would take longer.
+const FEWEST_IN_BLOCKS: usize = 4;
+
 /// Rows between checks of the cancel flag, which long rays also check themselves.
 const POLL_INTERVAL: usize = 64;
 
@@ -146,7 +149,7 @@ impl<'a, A: Rows> Batch<'a, A> {
 
     /// How blocks of rays are cast, see [`plan_of`].
     pub fn block_plan(&self) -> Option<BlockPlan<'a>> {
-        plan_of(self.world, &self.run)
+        plan_of(self.world, &self.run).filter(|_| self.rows.len() >= FEWEST_IN_BLOCKS)
     }
 
     /// Rows per work item of blocks: fewer if there would be too few items to balance the threads.
