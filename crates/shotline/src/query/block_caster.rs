@@ -5,7 +5,7 @@
 use super::block_queries::QueryMemory;
 use super::few_meshes::{FewMemory, FewMeshes};
 use super::row_block::RowBlock;
-use super::row_hit::RowHit;
+use super::row_hit::{ListsOfRows, RowHit, RowLists};
 use super::{Caster, Hit, Overlaps, QueryError, Segment};
 use crate::compile::World;
 use crate::math::Vec3;
@@ -33,22 +33,6 @@ pub(super) struct BlockMemory<'w> {
     few: FewMemory,
     queries: QueryMemory<'w>,
     lists: RowLists,
-}
-
-/// The crossings of rays that follow each other.
-#[derive(Debug, Default)]
-pub(super) struct RowLists {
-    pub hits: Vec<RowHit>,
-    /// Where those of each ray end.
-    pub ends: Vec<usize>,
-}
-
-impl RowLists {
-    fn clear(&mut self) {
-        self.hits.clear();
-        self.hits.shrink_to(2 * MOST_LISTED);
-        self.ends.clear();
-    }
 }
 
 /// Crossings are passed on when there are more of them than this.
@@ -171,23 +155,29 @@ impl<'w> BlockCaster<'_, 'w> {
         &mut self,
         block: &RowBlock,
         memory: &mut BlockMemory<'w>,
-        mut add: impl FnMut(&RowLists) -> Result<(), QueryError>,
+        mut add: impl FnMut(ListsOfRows) -> Result<(), QueryError>,
     ) -> Result<(), BlockError> {
-        let BlockMemory { is_plain, few, queries, lists } = memory;
+        let BlockMemory { is_plain, few, queries, lists, .. } = memory;
         let is_plain = begin(is_plain, block);
         let only = self.plan.few.as_ref().and_then(FewMeshes::only);
         match only {
             Some(placed) => few.make_lists(placed, block),
             None => self.caster.fold_crossings(block, queries, is_plain),
         }
-        lists.clear();
-        let (mut found, mut rest) = (Vec::<Hit>::new(), &queries.crossings[..]);
+        if only.is_none() && !is_plain.contains(&true) {
+            pass_lists(&queries.crossings, add)?;
+            return outcome(block);
+        }
+        lists.hits.clear();
+        lists.ends.clear();
+        let mut found = Vec::<Hit>::new();
         for (row, &is_plain) in is_plain.iter().enumerate() {
             let is_made = match only {
                 Some(placed) => few.list(placed, block, row, self.caster.limits.crossings, &mut lists.hits),
                 None => {
-                    let of_row = rows_of(&mut rest, row);
-                    lists.hits.extend(of_row.iter().filter(|_| !is_plain).map(|(_, hit)| *hit));
+                    if !is_plain {
+                        lists.hits.extend_from_slice(queries.crossings.row_mut(row));
+                    }
                     !is_plain
                 }
             };
@@ -198,8 +188,11 @@ impl<'w> BlockCaster<'_, 'w> {
             }
             lists.ends.push(lists.hits.len());
             if lists.hits.len() > MOST_LISTED || row + 1 == block.rays.len() {
-                add(lists).map_err(|error| BlockError { row, error: error.into() })?;
-                lists.clear();
+                let some = ListsOfRows { hits: &lists.hits, ends: &lists.ends, before: 0 };
+                add(some).map_err(|error| BlockError { row, error: error.into() })?;
+                lists.hits.clear();
+                lists.hits.shrink_to(2 * MOST_LISTED);
+                lists.ends.clear();
             }
         }
         outcome(block)
@@ -245,6 +238,23 @@ impl<'w> BlockCaster<'_, 'w> {
         }
         outcome(block)
     }
+}
+
+/// Passes the crossings of rays, some rays at a time: so many that they stay near the CPU while columns are written.
+fn pass_lists(
+    lists: &RowLists,
+    mut add: impl FnMut(ListsOfRows) -> Result<(), QueryError>,
+) -> Result<(), BlockError> {
+    let (mut row, mut before) = (0, 0);
+    while row < lists.ends.len() {
+        let ends = &lists.ends[row..];
+        let count = ends.partition_point(|end| *end <= before + MOST_LISTED).max(1);
+        let end = ends[count - 1];
+        let some = ListsOfRows { hits: &lists.hits[before..end], ends: &ends[..count], before };
+        add(some).map_err(|error| BlockError { row, error: error.into() })?;
+        (row, before) = (row + count, end);
+    }
+    Ok(())
 }
 
 /// Begins a block: no ray takes the plain path.

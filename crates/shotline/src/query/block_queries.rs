@@ -8,7 +8,7 @@ use super::fold_query::{FoldControl, FoldQuery};
 use super::hit::{normal, row_hit};
 use super::level_paths::LevelPaths;
 use super::row_block::RowBlock;
-use super::row_hit::RowHit;
+use super::row_hit::{RowHit, RowLists};
 use super::segments::Interval;
 use super::traversal::{BodyEntry, PlacedBody};
 use crate::compile::World;
@@ -28,9 +28,12 @@ pub(super) struct QueryMemory<'w> {
     /// The nearest boundaries whose normals are still open.
     open: Vec<(BodyEntry, Boundary)>,
     counts: Vec<u64>,
-    /// By row: the crossings, or the intervals, in the order of the traversal.
-    pub crossings: Vec<(u32, RowHit)>,
+    /// The crossings of the rays, one ray after the other.
+    pub crossings: RowLists,
+    /// The rows and the crossings in the order in which they were found, and their numbers by row.
     unsorted: Vec<(u32, RowHit)>,
+    order: Vec<u32>,
+    /// By row: the intervals, in the order of the traversal.
     pub intervals: Vec<(u32, Interval)>,
 }
 
@@ -126,16 +129,21 @@ impl<'w> Caster<'w> {
         memory: &mut QueryMemory<'w>,
         is_plain: &mut [bool],
     ) {
-        let QueryMemory { fold, counts, crossings, unsorted, .. } = memory;
-        crossings.clear();
+        let QueryMemory { fold, counts, crossings, unsorted, order, .. } = memory;
+        unsorted.clear();
         let most = self.limits.crossings as u64;
         let world = self.world;
-        let mut visitor = Crossings { world, block, most, counts: zeros(counts), crossings, is_plain };
+        let mut visitor =
+            Crossings { world, block, most, counts: zeros(counts), crossings: unsorted, is_plain };
         self.fold_block(block, Wanted::All, fold, &mut visitor);
-        by_row(block.rays.len(), crossings, unsorted);
-        // Stable: boundaries of one body keep their order.
-        for of_row in crossings.chunk_by_mut(|(row, _), (other, _)| row == other) {
-            of_row.sort_by(|(_, a), (_, b)| a.t.total_cmp(&b.t).then(a.path.cmp(&b.path)));
+        sort_by_row(block.rays.len(), unsorted, order, crossings);
+        for row in 0..block.rays.len() {
+            let of_row = crossings.row_mut(row);
+            let order = |a: &RowHit, b: &RowHit| a.t.total_cmp(&b.t).then(a.path.cmp(&b.path));
+            if !of_row.is_sorted_by(|a, b| order(a, b).is_le()) {
+                // Stable: boundaries of one body keep their order.
+                of_row.sort_by(order);
+            }
         }
     }
 
@@ -156,19 +164,25 @@ impl<'w> Caster<'w> {
 }
 
 /// Sorts crossings by row, by counting. Those of a row keep their order.
-fn by_row(rows: usize, crossings: &mut Vec<(u32, RowHit)>, unsorted: &mut Vec<(u32, RowHit)>) {
-    let Some(&any) = crossings.first() else { return };
-    std::mem::swap(crossings, unsorted);
-    let mut next = vec![0_usize; rows + 1];
-    unsorted.iter().for_each(|(row, _)| next[*row as usize + 1] += 1);
-    (0..rows).for_each(|row| next[row + 1] += next[row]);
-    crossings.clear();
-    crossings.resize(unsorted.len(), any);
-    for crossing in unsorted.iter() {
-        let at = &mut next[crossing.0 as usize];
-        crossings[*at] = *crossing;
+fn sort_by_row(rows: usize, unsorted: &[(u32, RowHit)], order: &mut Vec<u32>, sorted: &mut RowLists) {
+    let RowLists { hits, ends } = sorted;
+    hits.clear();
+    ends.clear();
+    ends.resize(rows, 0);
+    // Where each row begins, and then where it ends.
+    unsorted.iter().for_each(|(row, _)| ends[*row as usize] += 1);
+    let mut begin = 0;
+    for end in ends.iter_mut() {
+        begin += std::mem::replace(end, begin);
+    }
+    order.clear();
+    order.resize(unsorted.len(), 0);
+    for (number, (row, _)) in (0..).zip(unsorted) {
+        let at = &mut ends[*row as usize];
+        order[*at] = number;
         *at += 1;
     }
+    hits.extend(order.iter().map(|number| unsorted[*number as usize].1));
 }
 
 struct Closest<'v, S> {

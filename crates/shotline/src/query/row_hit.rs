@@ -24,3 +24,28 @@ impl From<&Hit> for RowHit {
         RowHit { t, t_err, normal, object, surface, primitive, path, entering, kind }
     }
 }
+
+/// The crossings of rays, one ray after the other.
+#[derive(Debug, Default)]
+pub(super) struct RowLists {
+    pub hits: Vec<RowHit>,
+    /// Where those of each ray end.
+    pub ends: Vec<usize>,
+}
+
+/// The crossings of some rays that follow each other.
+#[derive(Clone, Copy)]
+pub(super) struct ListsOfRows<'l> {
+    pub hits: &'l [RowHit],
+    /// Where those of each ray end, counted with `before` others.
+    pub ends: &'l [usize],
+    pub before: usize,
+}
+
+impl RowLists {
+    /// The crossings of a ray.
+    pub fn row_mut(&mut self, row: usize) -> &mut [RowHit] {
+        let start = row.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &mut self.hits[start..self.ends[row]]
+    }
+}

@@ -25,7 +25,7 @@ use super::{Overlaps, QueryError, Scope, Segment};
 use crate::compile::World;
 use crate::counters::COUNTERS;
 use crate::query::row_block::RowBlock;
-use crate::query::row_hit::RowHit;
+use crate::query::row_hit::{ListsOfRows, RowHit};
 use crate::ray::{InvalidRay, Span};
 use rays::{PointRows, RayRows};
 use run::{Batch, CHUNK};
@@ -224,7 +224,7 @@ pub fn crossings_into(
             let (mut blocks, memory) = worker.blocks(&plan);
             blocks.crossings(&block(&run, rays, scope), memory, |lists| {
                 made += lists.hits.len();
-                Ok(rows.push_rays(&lists.hits, &lists.ends, run.fields)?)
+                Ok(rows.push_rays(lists, run.fields)?)
             })?;
             Ok(made)
         });
@@ -234,7 +234,8 @@ pub fn crossings_into(
         empty(&mut worker.row_hits);
         worker.caster.crossings(ray, scope, &mut worker.hits)?;
         worker.row_hits.extend(worker.hits.iter().map(RowHit::from));
-        rows.push_rays(&worker.row_hits, &[worker.row_hits.len()], run.fields)?;
+        let (hits, ends) = (&worker.row_hits, &[worker.row_hits.len()]);
+        rows.push_rays(ListsOfRows { hits, ends, before: 0 }, run.fields)?;
         Ok(worker.hits.len())
     })
 }

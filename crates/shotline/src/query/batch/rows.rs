@@ -4,7 +4,7 @@ use std::collections::TryReserveError;
 
 use super::{BatchError, Fields};
 use crate::compile::World;
-use crate::query::row_hit::RowHit;
+use crate::query::row_hit::{ListsOfRows, RowHit};
 use crate::query::{QueryError, Segment};
 
 /// Closest crossings as columns, one row per ray. Columns that were not requested are empty, see [`Run::fields`](super::Run).
@@ -321,14 +321,13 @@ impl CrossingRows {
         self.t_err.clear();
     }
 
-    /// Appends the crossings of the next rays; `ends` says where those of each of them end.
+    /// Appends the crossings of the next rays.
     pub(super) fn push_rays(
         &mut self,
-        hits: &[RowHit],
-        ends: &[usize],
+        ListsOfRows { hits, ends, before }: ListsOfRows,
         fields: Fields,
     ) -> Result<(), TryReserveError> {
-        let before = self.t.len();
+        let length = self.t.len();
         fn add<T>(
             column: &mut Vec<T>,
             hits: &[RowHit],
@@ -348,7 +347,7 @@ impl CrossingRows {
         add(&mut self.path, hits, fields.contains(Fields::PATH), |hit| hit.path as i64)?;
         add(&mut self.kind, hits, fields.contains(Fields::KIND), |hit| hit.kind as i8)?;
         add(&mut self.t_err, hits, fields.contains(Fields::T_ERR), |hit| hit.t_err)?;
-        extend(&mut self.ray_splits, ends.iter().map(|end| (before + end) as i64))
+        extend(&mut self.ray_splits, ends.iter().map(|end| (length + end - before) as i64))
     }
 }
 
