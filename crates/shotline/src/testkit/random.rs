@@ -29,6 +29,13 @@ impl Random {
         (self.bits() % n as u64) as usize
     }
 
+    /// Brings items into any order (Fisher and Yates 1938).
+    pub fn shuffle<T>(&mut self, items: &mut [T]) {
+        for last in (1..items.len()).rev() {
+            items.swap(last, self.below(last + 1));
+        }
+    }
+
     /// A point in the cube from `low` to `high`.
     pub fn point(&mut self, low: f64, high: f64) -> Vec3 {
         Vec3::new(self.number(low, high), self.number(low, high), self.number(low, high))

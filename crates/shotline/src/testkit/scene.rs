@@ -34,6 +34,31 @@ pub fn random_mixed_scene(random: &mut Random) -> Scene {
     scene
 }
 
+/// Many placed solids and combinations without meshes, some of them in shared groups: so many that rays are cast at them in
+/// waves.
+pub fn random_crowd(random: &mut Random) -> Scene {
+    let mut scene = Scene::default();
+    let leaf = |scene: &mut Scene, random: &mut Random| {
+        let solid = any_kind(scene, random);
+        place(scene, solid, random.number(0.2, 0.7))
+    };
+    let shared: Vec<NodeId> = (0..3).map(|_| combination(&mut scene, random, 2, &[], leaf)).collect();
+    let group = shared_group(&mut scene, random, &shared);
+    let outer = shared_group(&mut scene, random, &[group, shared[0], group]);
+    for i in 0..10 + random.below(30) {
+        let node = match random.below(8) {
+            0 => group,
+            1 => outer,
+            2 => shared[random.below(3)],
+            3 => combination(&mut scene, random, 2, &shared, leaf),
+            _ => leaf(&mut scene, random),
+        };
+        let node = moved(&mut scene, random, node);
+        scene.add_object(&format!("object {i}"), None, node);
+    }
+    scene
+}
+
 fn fill(scene: &mut Scene, random: &mut Random, leaf: Leaf) {
     let shared: Vec<NodeId> = (0..3).map(|_| combination(scene, random, 2, &[], leaf)).collect();
     let group = shared_group(scene, random, &shared);

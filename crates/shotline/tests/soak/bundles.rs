@@ -6,7 +6,7 @@ use shotline::query::batch::{self, RowsOfSix, Run};
 use shotline::query::{Overlaps, Scope};
 use shotline::ray::Span;
 use shotline::testkit::random::Random;
-use shotline::testkit::scene::random_mixed_scene;
+use shotline::testkit::scene::{random_crowd, random_mixed_scene};
 
 use super::Tally;
 
@@ -52,9 +52,14 @@ pub fn run(random: &mut Random, rays_left: u64, tally: &mut Tally) {
         let cast = left.min(RAYS_AT_A_TIME as u64);
         left -= cast;
         tally.rays += cast;
-        let scene = random_mixed_scene(random);
+        let scene = if random.below(2) == 0 { random_mixed_scene(random) } else { random_crowd(random) };
         let Ok(world) = compile(&scene, Options::default()) else { continue };
-        let rays = &rays(random)[..cast as usize];
+        let mut rays = rays(random);
+        if random.below(2) == 0 {
+            // Rays that do not run close together are cast in waves, or in loose bundles.
+            random.shuffle(&mut rays);
+        }
+        let rays = &rays[..cast as usize];
         let span = Span::new(random.number(-3.0, 3.0), 3.0 + random.number(0.0, 5.0)).expect("a span");
         let scope = match random.below(3) {
             0 => Scope::from(span),

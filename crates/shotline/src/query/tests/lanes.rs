@@ -90,12 +90,17 @@ fn rays(random: &mut Random) -> Vec<[f64; 6]> {
 #[test]
 fn rays_in_lanes_find_what_single_rays_find() {
     let mut random = Random::new(47);
-    let (mut hits, mut in_lanes) = (0, 0);
-    for case in 0..60 {
+    let (mut hits, mut in_lanes, mut in_waves) = (0, 0, 0);
+    for case in 0..80 {
         let scene = scene(&mut random);
         let Ok(world) = compile(&scene, Options::default()) else { continue };
         in_lanes += usize::from(world.casts_lanes());
-        let rays = rays(&mut random);
+        let mut rays = rays(&mut random);
+        if case % 2 == 1 {
+            // Rays that do not run close together are cast in waves, unless there are few bodies.
+            random.shuffle(&mut rays);
+            in_waves += usize::from(world.casts_waves() && world.root().placements.len() > 8);
+        }
         let rays = RowsOfSix(&rays);
         let counters = Default::default();
         let run = Run { threads: 1, ..Run::default() };
@@ -119,7 +124,10 @@ fn rays_in_lanes_find_what_single_rays_find() {
             hits += batch::crossings(&world, &rays, scope, run).expect("within limits").t.len();
         }
     }
-    assert!(hits > 50_000 && in_lanes > 50, "{hits} hits, {in_lanes} worlds");
+    assert!(
+        hits > 70_000 && in_lanes > 70 && in_waves > 10,
+        "{hits} hits, {in_lanes} worlds in lanes, {in_waves} in waves"
+    );
 }
 
 /// A crossing that is known so badly that it reaches over the end of the span: what begins behind the end is not one event
