@@ -107,7 +107,7 @@ pub(super) struct BlockFold<'f, 'w> {
     pub query: FoldQuery<'f>,
 }
 
-impl<'w> BlockFold<'_, 'w> {
+impl<'f, 'w> BlockFold<'f, 'w> {
     /// Passes the boundaries of all rays to a visitor. After a cancellation they mean nothing.
     pub fn run<V: BlockVisitor<'w>>(&mut self, memory: &mut FoldMemory<'w>, visitor: &mut V) {
         let FoldMemory { flight, requests, wave, bundling } = memory;
@@ -295,9 +295,9 @@ impl<'w> BlockFold<'_, 'w> {
     }
 
     /// What boundaries are passed for.
-    pub(super) fn passing<V: BlockVisitor<'w>>(&self) -> Passing {
+    pub(super) fn passing<V: BlockVisitor<'w>>(&self) -> Passing<'f> {
         let is_closest = self.query.wanted == Wanted::First && !V::IS_ANY;
-        Passing { kinds: self.query.scope.kinds, is_closest }
+        Passing { rays: self.block.rays, kinds: self.query.scope.kinds, is_closest }
     }
 
     /// Folds a body by the plain path. `steps` have been taken by the traversal of levels.

@@ -3,6 +3,7 @@
 use super::Kinds;
 use super::fold_query::FoldControl;
 use super::level_paths::LevelPaths;
+use super::limit::limit_behind_row;
 use super::traversal::{BodyEntry, PlacedBody};
 use crate::csg::Boundary;
 use crate::math::Vec3;
@@ -67,7 +68,9 @@ pub(super) struct Slot {
 
 /// What boundaries are passed for.
 #[derive(Clone, Copy)]
-pub(super) struct Passing {
+pub(super) struct Passing<'b> {
+    /// The rays of the block.
+    pub rays: &'b [[f64; 6]],
     pub kinds: Kinds,
     /// Whether the query is for the closest crossing.
     pub is_closest: bool,
@@ -86,7 +89,7 @@ impl Slot {
         &mut self,
         mut found: Found<'_, 'w>,
         enter: f64,
-        passing: Passing,
+        passing: Passing<'_>,
         visitor: &mut V,
     ) {
         if self.state == State::Ended || !passing.kinds.hold(found.boundary.kind) {
@@ -94,7 +97,7 @@ impl Slot {
         }
         // Turns -0.0 into 0.0, as in the fold of a single ray.
         found.boundary.crossing.t += 0.0;
-        if passing.is_closest && is_before_box(&found.boundary, enter) {
+        if passing.is_closest && self.is_far_before_box(&found.boundary, enter, passing.rays) {
             return self.refuse(visitor);
         }
         let paths = found.paths;
@@ -105,6 +108,15 @@ impl Slot {
                 visitor.end(self.in_flight, paths);
             }
         }
+    }
+
+    /// Whether a boundary lies so far before the box of its body that the search may end before the box. Whether a single ray
+    /// finds it as its closest depends on the order in which it enters boxes, which is not that of a block: the ray takes the
+    /// plain path.
+    #[inline]
+    fn is_far_before_box(&self, boundary: &Boundary, enter: f64, rays: &[[f64; 6]]) -> bool {
+        let t = boundary.crossing.t;
+        t < enter && limit_behind_row(&rays[self.in_flight.row], t) < enter
     }
 
     /// Leaves the ray to the plain path.
@@ -123,11 +135,4 @@ pub(super) enum State {
     Ready,
     /// The ray needs the meshes of a body.
     Waiting,
-}
-
-/// Whether a boundary lies before the box of its body, where only the bound of its `t` reaches the box. Whether a single ray
-/// finds it as its closest depends on the order in which it enters boxes, which is not that of a bundle: the ray takes the
-/// plain path.
-pub(super) fn is_before_box(boundary: &Boundary, enter: f64) -> bool {
-    boundary.crossing.t < enter
 }

@@ -25,6 +25,7 @@ mod lane_cast;
 mod lane_leaf;
 mod level_paths;
 mod level_visit;
+mod limit;
 mod meetings;
 mod membership;
 mod mesh_requests;

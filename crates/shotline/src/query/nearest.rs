@@ -4,6 +4,7 @@ use super::caster::Caster;
 use super::coherence_hint::CoherenceHint;
 use super::fold_query::{FoldControl, FoldQuery};
 use super::hit::hit;
+use super::limit::limit_behind;
 use super::traversal::BodyEntry;
 use super::{Hit, QueryError, Scope};
 use crate::csg::Boundary;
@@ -47,6 +48,7 @@ impl Caster<'_> {
         hint: &[u32],
     ) -> Result<Option<(BodyEntry, Boundary)>, QueryError> {
         let mut best: Option<(BodyEntry, Boundary)> = None;
+        let (o, d) = (ray.origin(), ray.direction());
         let query = FoldQuery { scope, wanted: Wanted::First, hint };
         self.fold(ray, &query, &mut |traversal, body_entry, boundary| {
             let t = boundary.crossing.t;
@@ -59,7 +61,7 @@ impl Caster<'_> {
                     traversal.release_body(&before);
                 }
             }
-            FoldControl::Limit(t)
+            FoldControl::Limit(limit_behind(o, d, t))
         })?;
         Ok(best)
     }

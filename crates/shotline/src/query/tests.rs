@@ -3,6 +3,7 @@
 mod bounds;
 mod bundles;
 mod contacts;
+mod first;
 mod growth;
 mod lanes;
 mod limits;

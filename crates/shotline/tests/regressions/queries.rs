@@ -187,3 +187,21 @@ fn what_is_wrong_with_an_operand_is_reported_once() {
     assert_eq!(errors.len(), 1, "{errors:?}");
     assert!(errors[0].message.contains("3 open edges"), "{errors:?}");
 }
+
+/// The crossing of one event with the box of a body may lie before that box, by rounding. `closest` missed it if another
+/// body had a crossing between the two.
+#[test]
+fn closest_finds_a_crossing_before_the_box_of_its_body() {
+    let from = |x: f64| Shape::cuboid([x, -1.0, -1.0], [1.0; 3]).unwrap();
+    let both = Shape::intersection([from(3.0 * f64::EPSILON), from(8.0 * f64::EPSILON)]);
+    let before = Shape::cuboid([-1.0; 3], [5.0 * f64::EPSILON, 1.0, 1.0]).unwrap();
+    let objects = [Object::new("both", both), Object::new("before", before)];
+    let world = Scene::of(objects).compile().unwrap();
+    let (mut caster, scope) = (Caster::new(&world), Scope::surfaces(Span::FORWARD));
+    for (x, length) in [(0.5, 1.0), (0.5, 0.194), (0.5, 3.0), (0.75, 2.0)] {
+        let (ray, mut all) = (ray([-x, -0.5, 0.0], [length, 0.0, 0.0]), Vec::new());
+        caster.crossings(&ray, scope, &mut all).unwrap();
+        assert_eq!(caster.closest(&ray, scope).unwrap(), Some(all[0]));
+        assert_eq!((all[0].object, all[0].t), (0, (x + 3.0 * f64::EPSILON) / length));
+    }
+}
