@@ -13,7 +13,7 @@ SHOTLINE := $(abspath $(or $(CARGO_TARGET_DIR),target))/$(if $(filter dev,$(PROF
 VENV := .venv
 export SHOTLINE
 
-.PHONY: help build demo test test-built package docs truth soak bench fuzz pictures docs-pictures clean
+.PHONY: help build demo test test-built instructions package docs truth soak bench fuzz pictures docs-pictures clean
 .NOTPARALLEL:
 
 help: ## print this list
@@ -36,7 +36,9 @@ test: $(VENV)/ready ## check format, lints and documentation; test the libraries
 	$(CARGO) package --quiet --workspace --exclude shotline-python --no-verify --allow-dirty
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --no-deps --all-features --document-private-items
 	$(CARGO) test --workspace --exclude shotline-python --all-features
+	$(PYTHON) bench/instructions.py
 	$(MAKE) test-built PROFILE=dev
+	@cat out/instructions.txt
 
 # The program that the tests of Rust have built, and the package, as their users meet them.
 test-built: package
@@ -49,6 +51,11 @@ package: $(VENV)/ready ## build the Python package and install it in .venv
 
 docs: $(VENV)/ready-docs package ## build the documentation site in out/site
 	NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --quiet --strict
+
+# The tests of Rust build what is measured.
+instructions: ## count the instructions of small casts, and write them into bench/instructions.tsv (REASON=, where they have grown)
+	$(CARGO) test --no-run --workspace --exclude shotline-python --all-features
+	$(PYTHON) bench/instructions.py --write --reason "$(REASON)"
 
 ifneq ($(wildcard $(SHARED)/truth/run.py),)
 truth: build $(VENV)/ready ## score the program against the full truth sets, if present
