@@ -8,7 +8,7 @@ use crate::crossing::{Crossing, is_alternating};
 use crate::math::Vec3;
 use crate::ray::Line;
 
-fn build(name: &str, numbers: &[f64]) -> Result<Arc<dyn Solid>, ParamError> {
+pub(super) fn build(name: &str, numbers: &[f64]) -> Result<Arc<dyn Solid>, ParamError> {
     let kind = kind(name).unwrap();
     let values: Vec<&[f64]> = match kind.params {
         [_] => vec![numbers],
@@ -17,7 +17,7 @@ fn build(name: &str, numbers: &[f64]) -> Result<Arc<dyn Solid>, ParamError> {
     (kind.build)(&Params::of(kind, &values))
 }
 
-fn cast(solid: &dyn Solid, o: [f64; 3], d: [f64; 3]) -> Vec<Crossing> {
+pub(super) fn cast(solid: &dyn Solid, o: [f64; 3], d: [f64; 3]) -> Vec<Crossing> {
     let mut list = Vec::new();
     solid.crossings(&Line::exact(Vec3::from(o), Vec3::from(d)), &mut list);
     assert!(is_alternating(&list), "{list:?}");

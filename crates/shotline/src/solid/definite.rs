@@ -127,7 +127,8 @@ fn ellipsoid(form: &Form) -> EllipsoidTest {
         return EllipsoidTest::Nothing;
     }
     let (square, relative) = (within.0.hi + error, 1.0 + 2.0 * det.error() / det.0.hi);
-    let shrink = form.shrink;
+    // The axis of which the quadric is independent has no proportion.
+    let shrink = Vec3::select(form.shrink.cmpeq(Vec3::ZERO), Vec3::ONE, form.shrink);
     let half = |i: usize| {
         let entry = adjugate[i][i].0.hi + adjugate[i][i].error();
         entry.sqrt() * square.sqrt() / det.0.hi * relative / shrink[i]

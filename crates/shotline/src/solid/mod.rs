@@ -17,6 +17,8 @@ mod form;
 mod halfspace;
 mod hyperboloid;
 mod hyperboloid2;
+#[cfg(test)]
+mod ignored_axes_tests;
 mod interval;
 mod kind;
 pub(crate) mod lanes;

@@ -41,13 +41,16 @@ constructors! {
 
 /// Divides all coefficients by one power of four. The form is centred at the origin, wherever the quadric lies,
 /// because its coefficients are exact there. A power of four keeps the proportions the same if the quadric is
-/// scaled by two.
+/// scaled by two. Axes that no coefficient names are removed: a component of a line along them must not make the others
+/// look small.
 fn form(coeffs: [f64; 10]) -> Form {
     let root = power_of_two_below(coeffs.iter().fold(0.0, |m: f64, x| m.max(x.abs())).sqrt());
     let [a, b, c, d, e, f, g, h, i, j] = coeffs.map(|x| x / root / root);
-    let shrink = proportions(Vec3::new(a, b, c));
+    let proportions = proportions(Vec3::new(a, b, c));
+    let counts = |of_axis: [f64; 4]| if of_axis == [0.0; 4] { 0.0 } else { 1.0 };
+    let shrink = proportions * Vec3::new(counts([a, d, e, g]), counts([b, d, f, h]), counts([c, e, f, i]));
     let half = |x: f64, y: f64, z: f64| (Vec3::new(x, y, z) * 0.5).to_array().map(Dd::from);
-    let per = 1.0 / shrink;
+    let per = 1.0 / proportions;
     let square = Vec3::new(a, b, c) * per * per;
     let (cross_per, linear) =
         (Vec3::new(per.y * per.z, per.x * per.z, per.x * per.y), Vec3::new(g, h, i) * per);

@@ -21,6 +21,13 @@ pub(super) const TERM_ERROR_WIDE: f64 = HALF_ULP * HALF_ULP * 64.0;
 /// Roots are recomputed in double-double if rounding moved them by more than this multiple of what rounding of
 /// the line itself could.
 pub(super) const WELL_CONDITIONED: f64 = 8.0;
+/// A line is scaled by its components on the axes that count for the form if they are below this fraction of the longest
+/// one: scaled by that, they would underflow.
+pub(super) const FEW: f64 = f64::from_bits((1023 - 600) << 52);
+/// If the terms of the leading coefficient sum to less than this, some of them may have underflowed.
+pub(super) const TINY: f64 = f64::from_bits((1023 - 900) << 52);
+/// Stands for terms that have underflowed: even the error that is assumed of it in double-double exceeds theirs.
+const UNDERFLOW: f64 = f64::from_bits((1023 - 960) << 52);
 /// The end of a root's doubt is searched for if the doubt seems to cover more than this fraction of the way from
 /// the root back to the closest approach.
 pub(super) const FAR_REACHING: f64 = 0.5;
@@ -41,9 +48,15 @@ pub(super) struct LocalLine {
 
 impl LocalLine {
     pub fn new(form: &Form, line: &Line) -> LocalLine {
-        // Scales twice, so that no component underflows or overflows for an extreme length or an extreme size.
-        let shorten = 1.0 / power_of_two_below(line.d.abs().max_element());
-        let d = line.d * shorten * form.shrink;
+        // Scales twice, so that no component underflows or overflows for an extreme length or an extreme size. What runs
+        // along axes that the form ignores does not count.
+        let counted = Vec3::select(form.shrink.cmpeq(Vec3::ZERO), Vec3::ZERO, line.d);
+        let (mut length, counted_length) = (line.d.abs().max_element(), counted.abs().max_element());
+        if 0.0 < counted_length && counted_length < FEW * length {
+            length = counted_length;
+        }
+        let shorten = 1.0 / power_of_two_below(length);
+        let d = counted * shorten * form.shrink;
         let lengthen = 1.0 / power_of_two_below(d.abs().max_element());
         let d = d * lengthen;
         let o = (line.o - form.centre) * form.shrink;
@@ -107,11 +120,13 @@ impl Expansion {
         let b = d.dot(slope) + turn.dot(at.p_rest);
         let c = p.dot(slope + l) + form.constant.hi + 2.0 * slope.dot(at.p_rest);
         let slope_size = form.apply_abs(p) + l.abs();
-        let size = [
-            d.abs().dot(form.apply_abs(d)),
-            d.abs().dot(slope_size),
-            p.abs().dot(slope_size + l.abs()) + form.constant.hi.abs(),
-        ];
+        let turn_size = form.apply_abs(d);
+        let mut a_size = d.abs().dot(turn_size);
+        if a_size < TINY && turn_size.max_element() > 0.0 {
+            a_size += UNDERFLOW;
+        }
+        let size =
+            [a_size, d.abs().dot(slope_size), p.abs().dot(slope_size + l.abs()) + form.constant.hi.abs()];
         let poly = Quadratic { a, b, c, discriminant: b * b - a * c, size, noise: TERM_ERROR };
         Expansion { poly, slope, turn }
     }

@@ -8,12 +8,14 @@ use crate::math::{HALF_ULP, Vec3};
 use crate::simd::Doubles;
 use crate::solid::form::{Form, rounded};
 use crate::solid::quadratic::SEPARATION;
-use crate::solid::quadric_line::{FAR_REACHING, TERM_ERROR, WELL_CONDITIONED};
+use crate::solid::quadric_line::{FAR_REACHING, FEW, TERM_ERROR, TINY, WELL_CONDITIONED};
 
 /// The rounded coefficients of a form.
 pub(super) struct FormLanes<F> {
     centre: Vectors<F>,
     shrink: Vectors<F>,
+    /// Whether each axis counts.
+    counts: [bool; 3],
     square: Vectors<F>,
     cross: Option<Vectors<F>>,
     linear: Vectors<F>,
@@ -30,6 +32,7 @@ impl<F: Doubles> FormLanes<F> {
         FormLanes {
             centre: splat(form.centre),
             shrink: splat(form.shrink),
+            counts: [form.shrink.x != 0.0, form.shrink.y != 0.0, form.shrink.z != 0.0],
             square: splat(rounded(&form.square)),
             cross: match &form.cross {
                 Some(cross) => Some(splat(rounded(cross))),
@@ -136,13 +139,23 @@ impl<'l, F: Doubles> LocalLines<'l, F> {
     #[inline(always)]
     fn new(form: &FormLanes<F>, line: &'l LineLanes<F>) -> LocalLines<'l, F> {
         let length = largest(abs(line.d));
+        let zero = F::splat(0.0);
+        let mut counted = line.d;
+        for axis in 0..3 {
+            if !form.counts[axis] {
+                counted[axis] = zero;
+            }
+        }
+        let counted_length = largest(abs(counted));
+        let is_scaled_alike =
+            (F::splat(FEW) * length).is_at_most(counted_length) | counted_length.is_at_most(zero);
         let shorten = reciprocal_of_power_below(length);
-        let d = mul(scale(line.d, shorten), form.shrink);
+        let d = mul(scale(counted, shorten), form.shrink);
         let short_length = largest(abs(d));
         let lengthen = reciprocal_of_power_below(short_length);
         let d = scale(d, lengthen);
         let most = F::splat(1e300);
-        let ordinary = length.is_less(most) & short_length.is_less(most);
+        let ordinary = length.is_less(most) & short_length.is_less(most) & is_scaled_alike;
         let o = mul(sub(line.o, form.centre), form.shrink);
         let dd = dot(d, d);
         let s0 = (-dot(o, d) / dd).where_set(F::splat(0.0).is_less(dd), F::splat(0.0));
@@ -208,7 +221,7 @@ impl<F: Doubles> ExpansionLanes<F> {
     fn certain(&self) -> u8 {
         let ExpansionLanes { a, b, c, size, .. } = self;
         let doubt = F::splat(2.0) * b.abs() * size[1] + a.abs() * size[2] + c.abs() * size[0];
-        (F::splat(TERM_ERROR) * size[0]).is_less(a.abs())
+        (F::splat(TERM_ERROR) * size[0]).greater(F::splat(TINY)).is_less(a.abs())
             & (F::splat(SEPARATION * TERM_ERROR) * doubt).is_less(self.discriminant.abs())
     }
 

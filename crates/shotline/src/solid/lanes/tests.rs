@@ -6,7 +6,8 @@ use crate::math::{Affine, Vec3};
 use crate::ray::Line;
 use crate::scratch::Scratch;
 use crate::simd::{Portable, Simd, Task, dispatch};
-use crate::solid::{KINDS, Params, Solid};
+use crate::solid::ignored_axes_tests::QUADRICS;
+use crate::solid::{KINDS, Params, Solid, kind};
 use crate::testkit::random::Random;
 
 /// The crossings of eight lines with a solid; `None` for those that are left open.
@@ -84,13 +85,21 @@ fn bits(list: &[Crossing]) -> Vec<(u64, u64, bool, u32)> {
     list.iter().map(bits).collect()
 }
 
+fn owned(example: &[&[f64]]) -> Vec<Vec<f64>> {
+    example.iter().map(|numbers| numbers.to_vec()).collect()
+}
+
 #[test]
 fn lines_in_lanes_have_the_crossings_of_each_line_alone() {
     let mut random = Random::new(31);
     let (mut hits, mut open, mut all, mut scratch) = (0, 0, 0, Scratch::default());
-    for kind in KINDS {
-        for example in kind.examples {
-            let solid = (kind.build)(&Params::of(kind, example)).expect("an example");
+    let quadric = kind("quadric").expect("a kind");
+    let ignoring = QUADRICS.map(|numbers| vec![numbers.to_vec()]);
+    let own = KINDS.iter().map(|kind| (*kind, kind.examples.iter().map(|e| owned(e)).collect::<Vec<_>>()));
+    for (kind, examples) in own.chain([(quadric, ignoring.to_vec())]) {
+        for example in &examples {
+            let values: Vec<&[f64]> = example.iter().map(Vec::as_slice).collect();
+            let solid = (kind.build)(&Params::of(kind, &values)).expect("an example");
             if solid.in_lanes().is_none() {
                 continue;
             }
