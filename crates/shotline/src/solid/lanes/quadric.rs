@@ -141,9 +141,9 @@ impl<'l, F: Doubles> LocalLines<'l, F> {
         let length = largest(abs(line.d));
         let zero = F::splat(0.0);
         let mut counted = line.d;
-        for axis in 0..3 {
-            if !form.counts[axis] {
-                counted[axis] = zero;
+        for (component, counts) in counted.iter_mut().zip(form.counts) {
+            if !counts {
+                *component = zero;
             }
         }
         let counted_length = largest(abs(counted));
