@@ -42,6 +42,11 @@ impl Form {
         self.cross.is_some() || self.square.iter().any(|x| x.hi != 0.0)
     }
 
+    /// Whether each axis counts.
+    pub fn counts(&self) -> [bool; 3] {
+        self.shrink.to_array().map(|shrink| shrink != 0.0)
+    }
+
     /// The value at a point of the solid's frame.
     pub fn value(&self, p: Vec3) -> f64 {
         let x = (p - self.centre) * self.shrink;

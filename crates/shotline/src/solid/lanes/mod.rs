@@ -29,7 +29,7 @@ enum Kernel<'a> {
 }
 
 /// The numbers of [`InLanes::group`] are below this.
-pub(crate) const GROUPS: u32 = 16;
+pub(crate) const GROUPS: u32 = 1 + (1 << 6);
 
 /// Where lines are inside a solid: in up to two intervals, ascending.
 #[derive(Clone, Copy, Debug)]
@@ -70,8 +70,9 @@ impl<'a> InLanes<'a> {
         match &self.0 {
             Kernel::Box(..) => 0,
             Kernel::Quadric(form, caps) => {
-                let has_cross = u32::from(form.cross.is_some());
-                1 + has_cross + 2 * u32::from(form.is_curved()) + 4 * u32::from(caps.is_some())
+                let [x, y, z] = form.counts();
+                let kind = [form.cross.is_some(), form.is_curved(), caps.is_some(), x, y, z];
+                1 + kind.iter().rev().fold(0, |number, is| 2 * number + u32::from(*is))
             }
         }
     }

@@ -32,7 +32,7 @@ impl<F: Doubles> FormLanes<F> {
         FormLanes {
             centre: splat(form.centre),
             shrink: splat(form.shrink),
-            counts: [form.shrink.x != 0.0, form.shrink.y != 0.0, form.shrink.z != 0.0],
+            counts: form.counts(),
             square: splat(rounded(&form.square)),
             cross: match &form.cross {
                 Some(cross) => Some(splat(rounded(cross))),
@@ -44,12 +44,14 @@ impl<F: Doubles> FormLanes<F> {
         }
     }
 
-    /// The form of each lane. Either all of them are curved, or none, and either all have cross terms, or none.
+    /// The form of each lane. Either all of them are curved, or none; either all have cross terms, or none; and the same axes
+    /// count for all.
     #[inline(always)]
     pub fn each<'f>(form: impl Fn(usize) -> &'f Form) -> FormLanes<F> {
         FormLanes {
             centre: vectors(|lane| form(lane).centre),
             shrink: vectors(|lane| form(lane).shrink),
+            counts: form(0).counts(),
             square: vectors(|lane| rounded(&form(lane).square)),
             cross: match &form(0).cross {
                 Some(_) => Some(vectors(|lane| form(lane).cross.as_ref().map_or(Vec3::ZERO, rounded))),
