@@ -65,14 +65,14 @@ impl<'a> InLanes<'a> {
         }
     }
 
-    /// A number for the solids that can be intersected together, each by a line of its own.
-    pub(crate) fn group(&self) -> u32 {
+    /// A number for the solids that can be intersected together, each by a line of its own; `None` if there are none.
+    pub(crate) fn group(&self) -> Option<u32> {
         match &self.0 {
-            Kernel::Box(..) => 0,
+            Kernel::Box(..) => Some(0),
             Kernel::Quadric(form, caps) => {
                 let [x, y, z] = form.counts();
                 let kind = [form.cross.is_some(), form.is_curved(), caps.is_some(), x, y, z];
-                1 + kind.iter().rev().fold(0, |number, is| 2 * number + u32::from(*is))
+                Some(1 + kind.iter().rev().fold(0, |number, is| 2 * number + u32::from(*is)))
             }
         }
     }

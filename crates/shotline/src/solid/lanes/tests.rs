@@ -1,5 +1,8 @@
 //! Lines in lanes have the crossings of each line alone.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use super::*;
 use crate::crossing::{Crossing, GROUPING};
 use crate::math::{Affine, Vec3};
@@ -24,6 +27,26 @@ impl Task for Cast<'_> {
         for first in (0..8).step_by(S::Wide::LANES) {
             let lines = LineLanes::<S::Wide>::from_fn(|lane| self.1[first + lane]);
             let inside = self.0.in_lanes().expect("lanes").inside(&lines.in_frame(self.2), S::Wide::ALL);
+            found.extend((0..S::Wide::LANES).map(|lane| crossings(&inside, lane)));
+        }
+        found
+    }
+}
+
+/// The crossings of eight lines, each with a solid of its own.
+struct CastEach<'a>(&'a [&'a dyn Solid; 8], &'a [Line; 8]);
+
+impl Task for CastEach<'_> {
+    type Output = Found;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Found {
+        let mut found = Vec::new();
+        for first in (0..8).step_by(S::Wide::LANES) {
+            let lines = LineLanes::<S::Wide>::from_fn(|lane| self.1[first + lane]);
+            let of_lane = |lane: usize| self.0[(first + lane) % 8].in_lanes().expect("lanes");
+            let solids = [0, 1, 2, 3, 4, 5, 6, 7].map(of_lane);
+            let inside = InLanes::inside_each(&solids, &lines, S::Wide::ALL);
             found.extend((0..S::Wide::LANES).map(|lane| crossings(&inside, lane)));
         }
         found
@@ -135,4 +158,48 @@ fn lines_in_lanes_have_the_crossings_of_each_line_alone() {
         }
     }
     assert!(hits > all / 4 && open < all / 3, "{hits} {open} {all}");
+}
+
+/// All solids that take several lines at once: the examples of all kinds, and quadrics that ignore axes; each also larger and
+/// smaller.
+fn solids() -> Vec<Arc<dyn Solid>> {
+    let examples = KINDS.iter().flat_map(|kind| kind.examples.iter().map(|e| (*kind, owned(e))));
+    let quadric = kind("quadric").expect("a kind");
+    let all = examples.chain(QUADRICS.map(|numbers| (quadric, vec![numbers.to_vec()])));
+    let sized = all.flat_map(|(kind, example)| [1.0, 0.75, 3.0].map(|by| (kind, example.clone(), by)));
+    sized
+        .filter_map(|(kind, mut example, by)| {
+            example.iter_mut().flatten().for_each(|number| *number *= by);
+            let values: Vec<&[f64]> = example.iter().map(Vec::as_slice).collect();
+            (kind.build)(&Params::of(kind, &values)).ok().filter(|solid| solid.in_lanes().is_some())
+        })
+        .collect()
+}
+
+#[test]
+fn lanes_may_have_solids_of_their_own() {
+    let (mut random, mut hits) = (Random::new(37), 0);
+    let solids = solids();
+    let mut groups = BTreeMap::<u32, Vec<&dyn Solid>>::new();
+    for solid in &solids {
+        if let Some(group) = solid.in_lanes().and_then(|solid| solid.group()) {
+            assert!(group < GROUPS);
+            groups.entry(group).or_default().push(&**solid);
+        }
+    }
+    assert!(groups.values().filter(|group| group.len() > 2).count() > 6);
+    for group in groups.values() {
+        for _ in 0..2000 {
+            let some = [0; 8].map(|_| group[random.below(group.len())]);
+            let lines = [0; 8].map(|_| line(&mut random, 2.0));
+            let found = dispatch(CastEach(&some, &lines));
+            assert_eq!(found, CastEach(&some, &lines).run::<Portable>());
+            for lane in 0..8 {
+                let expected = dispatch(Cast(some[lane], &[lines[lane]; 8], &Affine::IDENTITY));
+                assert_eq!(found[lane], expected[lane], "{:?} {:?}", some[lane], lines[lane]);
+                hits += found[lane].iter().flatten().count();
+            }
+        }
+    }
+    assert!(hits > 20_000, "{hits}");
 }
