@@ -4,7 +4,6 @@
 use super::Child;
 use crate::aabb::{Aabb, BoxRay};
 use crate::lanes::BoxLanes;
-use crate::math::Vec3;
 use crate::simd::{Doubles, Simd, Task, dispatch};
 
 /// The most rays of a beam.
@@ -98,19 +97,13 @@ impl BeamRays {
         (0..BEAM_RAYS).for_each(|place| self.set(place, ray));
     }
 
-    /// Sets the first places to rays without errors, given by their origins and directions, and the others to the first of
-    /// these. All get the span of `of`, a ray without errors. Returns `false` if this has to be done ray by ray.
-    pub fn set_exact(&mut self, rays: &[(Vec3, Vec3)], of: &BoxRay) -> bool {
+    /// Sets rays without errors, given by their origins and directions. All get the span of `of`, a ray without errors.
+    /// Returns `false` if this has to be done ray by ray.
+    pub fn set_exact(&mut self, origins: &[ByRay; 3], directions: &[ByRay; 3], of: &BoxRay) -> bool {
         (self.t_min, self.t_max) = (of.span.t_min(), of.span.t_max());
         let all = |number: f64| [[number; 8]; BEAM_RAYS / 8];
         (self.shrink, self.grow) = (all(of.shrink), all(of.grow));
-        for place in 0..BEAM_RAYS {
-            let (o, d) = rays[if place < rays.len() { place } else { 0 }];
-            for axis in 0..3 {
-                self.ahead[axis][place / 8][place % 8] = o[axis];
-                self.inverse[axis][place / 8][place % 8] = d[axis];
-            }
-        }
+        (self.ahead, self.inverse) = (*origins, *directions);
         dispatch(Invert(self))
     }
 
@@ -317,6 +310,7 @@ fn is_ordered<F: Doubles>(numbers: &ByRay) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::Vec3;
     use crate::ray::{Line, Span};
     use crate::testkit::random::Random;
 
@@ -369,9 +363,16 @@ mod tests {
             let is_exact = case % 2 == 0;
             let rays = rays(&mut random, is_exact);
             let mut beams = vec![beam_of(&rays)];
-            let lines: Vec<(Vec3, Vec3)> = rays.iter().map(|(o, d, _)| (*o, *d)).collect();
+            let (mut origins, mut directions): ([ByRay; 3], [ByRay; 3]) = Default::default();
+            for place in 0..BEAM_RAYS {
+                let (o, d, _) = rays[place % rays.len()];
+                for axis in 0..3 {
+                    origins[axis][place / 8][place % 8] = o[axis];
+                    directions[axis][place / 8][place % 8] = d[axis];
+                }
+            }
             let mut exact = BeamRays::default();
-            if is_exact && exact.set_exact(&lines, &rays[0].2) {
+            if is_exact && exact.set_exact(&origins, &directions, &rays[0].2) {
                 beams.push(exact);
             }
             let b = a_box(&mut random);

@@ -26,8 +26,7 @@ use crate::aabb::BoxRay;
 use crate::accel::{BEAM_RAYS, ByRay};
 use crate::compile::{Body, SurfaceBody};
 use crate::csg::Boundary;
-use crate::math::{Affine, Vec3};
-use crate::ray::{Line, Ray};
+use crate::math::Affine;
 use crate::solid::Wanted;
 
 /// The most bundles in flight.
@@ -48,7 +47,6 @@ pub(super) struct Flight<'w> {
     pub active: Vec<usize>,
     free: Vec<usize>,
     memory: BundleMemory,
-    lines: Vec<Line>,
     pub finds: LaneFinds,
     pub stream: BundleStream,
     /// The rays of a bundle in a body.
@@ -174,25 +172,20 @@ impl<'f, 'w> BlockFold<'f, 'w> {
     ) {
         let (world, span) = (self.caster.world, self.query.scope.span);
         flight.counts[bundle] = rows.len();
-        flight.lines.clear();
         let slots = flight.range(bundle);
-        for (place, (slot, row)) in slots.clone().zip(rows).enumerate() {
-            let [ox, oy, oz, dx, dy, dz] = self.block.rays[row];
-            let ray = Ray::new(Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz));
-            flight.lines.extend(ray.iter().map(Line::of));
-            flight.offers[slot] = Offers::default();
-            let (in_flight, limit) = (InFlight { row, slot }, span.t_max());
-            flight.slots[slot] = Slot::new(in_flight, (bundle, place), limit);
+        for (place, (slot, row)) in slots.clone().zip(rows.clone()).enumerate() {
+            flight.offers[slot].clear();
+            flight.slots[slot] = Slot::new(InFlight { row, slot }, (bundle, place), span.t_max());
         }
-        let Flight { slots: all, bundles, lines, memory, .. } = flight;
-        if lines.len() == slots.len() {
-            bundles[bundle].begin(world, (lines, is_loose), span, memory, &mut self.caster.scratch);
+        let Flight { slots: all, bundles, memory, .. } = flight;
+        let rays = &self.block.rays[rows];
+        if rays.iter().all(is_ray) {
+            bundles[bundle].begin(world, (rays, is_loose), span, memory, &mut self.caster.scratch);
             return;
         }
         // A row is not valid: an array that is read in place may change.
         for slot in &mut all[slots] {
-            slot.state = State::Ended;
-            visitor.refuse(slot.in_flight);
+            slot.refuse(visitor);
         }
     }
 
@@ -355,6 +348,12 @@ impl<'f, 'w> BlockFold<'f, 'w> {
         }
         is_requested
     }
+}
+
+/// Whether a row is a [`Ray`](crate::ray::Ray).
+fn is_ray(row: &[f64; 6]) -> bool {
+    let are_finite = row.iter().fold(true, |are, number| are & number.is_finite());
+    are_finite & (row[3..] != [0.0; 3])
 }
 
 /// How far the rays of a bundle look.

@@ -11,7 +11,7 @@ use super::offers::{Offer, Offers};
 use super::traversal::{BodyEntry, PlacedBody};
 use crate::accel::{BEAM_RAYS, BeamEntry, ByRay, Child, MetRays, QueueEntry};
 use crate::compile::{Level, Placement, Target, World};
-use crate::math::Affine;
+use crate::math::{Affine, Vec3};
 use crate::ray::{Line, Span};
 use crate::scratch::Scratch;
 use crate::tags::VisitTags;
@@ -120,11 +120,11 @@ impl BundleMemory {
 }
 
 impl<'w> Bundle<'w> {
-    /// Begins with the lines of some rays, which may run apart: then they are loose.
+    /// Begins with some rays, which may run apart: then they are loose.
     pub fn begin(
         &mut self,
         world: &'w World,
-        (lines, is_loose): (&[Line], bool),
+        (rows, is_loose): (&[[f64; 6]], bool),
         span: Span,
         memory: &mut BundleMemory,
         scratch: &mut Scratch,
@@ -136,14 +136,15 @@ impl<'w> Bundle<'w> {
         self.tags.begin();
         (self.serial, self.steps) = (0, 0);
         self.paths.begin(world.root());
-        let many = (lines.len() > 1).then(|| {
+        let many = (rows.len() > 1).then(|| {
             let mut rays = memory.rays();
-            rays.set_exact(lines, is_loose, span);
+            rays.set_exact(rows, is_loose, span);
             rays
         });
         let root = self.new_visit(LevelVisit::new(world.root(), many), memory);
-        if lines.len() == 1 {
-            self.set_one(root, OneRay::new(0, lines[0], span));
+        if let [[ox, oy, oz, dx, dy, dz]] = *rows {
+            let line = Line::exact(Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz));
+            self.set_one(root, OneRay::new(0, line, span));
         }
         self.enter(root, (f64::INFINITY, &NO_LIMITS), memory, scratch);
     }

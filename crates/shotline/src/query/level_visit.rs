@@ -74,20 +74,25 @@ impl Default for ManyRays {
 }
 
 impl ManyRays {
-    /// Sets lines without errors at the first places.
-    pub fn set_exact(&mut self, lines: &[Line], is_loose: bool, span: Span) {
-        self.places = u32::MAX >> (BEAM_RAYS - lines.len());
-        let mut rays = [(Vec3::ZERO, Vec3::X); BEAM_RAYS];
+    /// Sets rays in world coordinates at the first places, and the first of them at the others.
+    pub fn set_exact(&mut self, rows: &[[f64; 6]], is_loose: bool, span: Span) {
+        self.places = u32::MAX >> (BEAM_RAYS - rows.len());
         self.are_exact = true;
-        for (place, line) in lines.iter().enumerate() {
-            self.set_vectors(place, &[line.o, line.d]);
-            rays[place] = (line.o, line.d);
+        let [o, d, ..] = &mut self.lines;
+        for place in 0..BEAM_RAYS {
+            let row = &rows[if place < rows.len() { place } else { 0 }];
+            for axis in 0..3 {
+                o[axis][place / 8][place % 8] = row[axis];
+                d[axis][place / 8][place % 8] = row[3 + axis];
+            }
         }
-        let first = BoxRay::new(&lines[0], span);
-        if !self.boxes.set_exact(&rays[..lines.len()], &first) {
-            self.boxes.fill(&first);
-            let boxes = &mut self.boxes;
-            lines.iter().enumerate().for_each(|(place, line)| boxes.set(place, &BoxRay::new(line, span)));
+        let first = BoxRay::new(&self.line(0), span);
+        let [o, d, ..] = &self.lines;
+        if !self.boxes.set_exact(o, d, &first) {
+            (0..BEAM_RAYS).for_each(|place| {
+                let ray = BoxRay::new(&self.line(place), span);
+                self.boxes.set(place, &ray);
+            });
         }
         self.set_beam(is_loose, span);
     }
@@ -107,12 +112,6 @@ impl ManyRays {
     /// Some of the rays, each up to its limit.
     pub fn some<'a>(&'a self, places: u32, limits: &'a ByRay) -> BeamSome<'a> {
         BeamSome { rays: &self.boxes, beam: &self.beam, places, limits }
-    }
-
-    fn set_vectors(&mut self, place: usize, vectors: &[Vec3]) {
-        for (to, vector) in self.lines.iter_mut().zip(vectors) {
-            (0..3).for_each(|axis| to[axis][place / 8][place % 8] = vector[axis]);
-        }
     }
 
     /// The line at a place.

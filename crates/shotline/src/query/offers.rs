@@ -22,6 +22,12 @@ pub(super) struct Offers {
 }
 
 impl Offers {
+    /// Removes all offers.
+    #[inline]
+    pub fn clear(&mut self) {
+        self.count = 0;
+    }
+
     /// Adds an offer. There must be room.
     #[inline]
     pub fn add(&mut self, offer: Offer) {
