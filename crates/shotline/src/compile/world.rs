@@ -380,7 +380,7 @@ impl Body {
     pub(super) fn lane_group(&self, number: u32) -> u32 {
         let group = match self {
             Body::Solid(SolidBody { leaves, takes_lanes: true, .. }) if leaves.len() == 1 => {
-                leaves[0].solid.in_lanes().and_then(|solid| solid.group())
+                leaves[0].solid.in_lanes().map(|solid| solid.group())
             }
             _ => None,
         };

@@ -19,6 +19,14 @@ pub(crate) struct IntervalLanes<F> {
     pub lanes: u8,
 }
 
+/// Where lines are inside a solid: in up to two intervals, ascending.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct InsideLanes<F> {
+    pub intervals: [IntervalLanes<F>; 2],
+    /// The lanes that are not decided.
+    pub open: u8,
+}
+
 impl<F: Doubles> EndLanes<F> {
     /// An end at infinity, where there is no surface.
     #[inline(always)]

@@ -8,5 +8,5 @@ mod lines;
 pub(crate) mod vector;
 
 pub(crate) use boxes::BoxLanes;
-pub(crate) use ends::{EndLanes, IntervalLanes};
+pub(crate) use ends::{EndLanes, InsideLanes, IntervalLanes};
 pub(crate) use lines::LineLanes;

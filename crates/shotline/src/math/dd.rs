@@ -48,7 +48,7 @@ pub fn two_sum<T: Real>(a: T, b: T) -> Dd<T> {
 
 /// `a + b` without error, given `|a| >= |b|`.
 #[inline(always)]
-fn quick_two_sum<T: Real>(a: T, b: T) -> Dd<T> {
+pub fn quick_two_sum<T: Real>(a: T, b: T) -> Dd<T> {
     let hi = a + b;
     Dd { hi, lo: b - (hi - a) }
 }

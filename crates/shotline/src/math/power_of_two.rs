@@ -1,6 +1,6 @@
 //! Powers of two, for scaling without rounding.
 
-use super::Vec3;
+use super::{Real, Vec3};
 
 /// The `e` for which `2^(e-1) <= |x| < 2^e`.
 #[inline(always)]
@@ -41,10 +41,10 @@ impl PowerOfTwo {
         PowerOfTwo(power(half), power(exponent - half))
     }
 
-    /// The product with a number.
+    /// The product with a number, or with that of each lane.
     #[inline(always)]
-    pub fn times(self, x: f64) -> f64 {
-        x * self.0 * self.1
+    pub fn times<T: Real>(self, x: T) -> T {
+        x * T::splat(self.0) * T::splat(self.1)
     }
 
     /// The product with a vector.

@@ -4,13 +4,12 @@ use super::level_visit::ones;
 use crate::compile::Leaf;
 use crate::contact::Contact;
 use crate::crossing::{Crossing, GROUPING, is_alternating};
-use crate::lanes::{EndLanes, IntervalLanes, LineLanes};
+use crate::lanes::{EndLanes, InsideLanes, IntervalLanes, LineLanes};
 use crate::math::Vec3;
 use crate::ray::{Line, Span};
 use crate::scratch::Scratch;
 use crate::simd::Doubles;
 use crate::solid::Wanted;
-use crate::solid::lanes::InsideLanes;
 
 /// Memory for leaves whose solids take one line at a time.
 #[derive(Debug, Default)]

@@ -2,6 +2,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use super::single::EXPONENT;
 use super::{Doubles, Simd, Singles, Task, UPPER_HALF};
 use crate::math::Real;
 
@@ -216,9 +217,6 @@ impl Singles for F32x8 {
         F32x8(std::array::from_fn(pick))
     }
 }
-
-/// The exponent field of a number.
-const EXPONENT: u64 = 0x7ff << 52;
 
 /// The lane of a mask.
 #[inline(always)]

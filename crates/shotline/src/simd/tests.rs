@@ -63,6 +63,7 @@ fn mask<S: Simd>(lanes: u8) -> S::F32x8 {
 #[inline(always)]
 fn all<S: Simd>(of: &Operands) -> Vec<u64> {
     let mut out = Vec::new();
+    doubles::<f64>(of, &mut out);
     doubles::<S::F64x4>(of, &mut out);
     doubles::<S::Wide>(of, &mut out);
     let four = of.singles[0].first_chunk().expect("eight numbers");

@@ -29,6 +29,7 @@ mod quadratic;
 mod quadric;
 mod quadric_line;
 mod quadric_matrix;
+mod ring;
 mod sides;
 mod sphere;
 pub mod torus;

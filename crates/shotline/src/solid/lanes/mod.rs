@@ -1,8 +1,9 @@
 //! Lines in lanes: solids that intersect several lines at once.
 //!
 //! Each lane has the bits that [`Solid::crossings`](super::Solid::crossings) has for its line alone: the same operations in
-//! the same order, without fused ones. Where that method would go on in double-double, or where a face or a generator
-//! might contain the line, the lane is left open, and the caller casts its line alone.
+//! the same order, without fused ones but in the torus, where both are one function. Where that method would go on in
+//! double-double or to a search, or where a face or a generator might contain the line, the lane is left open, and the
+//! caller casts its line alone.
 
 mod quadric;
 mod slab;
@@ -14,7 +15,9 @@ use slab::SlabLanes;
 
 use super::form::Form;
 use super::interval::Slab;
-use crate::lanes::{IntervalLanes, LineLanes};
+use super::ring::{self, Rings};
+use crate::lanes::vector::each;
+use crate::lanes::{InsideLanes, IntervalLanes, LineLanes};
 use crate::math::Vec3;
 use crate::simd::Doubles;
 
@@ -26,18 +29,12 @@ pub struct InLanes<'a>(Kernel<'a>);
 enum Kernel<'a> {
     Box(&'a Vec3, &'a Vec3),
     Quadric(&'a Form, Option<&'a Slab>),
+    /// A torus, by its two radii.
+    Ring(f64, f64),
 }
 
 /// The numbers of [`InLanes::group`] are below this.
-pub(crate) const GROUPS: u32 = 1 + (1 << 6);
-
-/// Where lines are inside a solid: in up to two intervals, ascending.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct InsideLanes<F> {
-    pub intervals: [IntervalLanes<F>; 2],
-    /// The lanes that are not decided.
-    pub open: u8,
-}
+pub(crate) const GROUPS: u32 = 2 + (1 << 6);
 
 impl<'a> InLanes<'a> {
     /// The box between two corners.
@@ -48,6 +45,11 @@ impl<'a> InLanes<'a> {
     /// Where a form is negative, within a slab if there is one.
     pub(super) fn quadric(form: &'a Form, caps: Option<&'a Slab>) -> InLanes<'a> {
         InLanes(Kernel::Quadric(form, caps))
+    }
+
+    /// A torus that the quick path takes, by its two radii.
+    pub(super) fn ring(major: f64, minor: f64) -> InLanes<'a> {
+        InLanes(Kernel::Ring(major, minor))
     }
 
     /// Where the lines of some lanes are inside.
@@ -62,17 +64,19 @@ impl<'a> InLanes<'a> {
             Kernel::Quadric(form, Some(caps)) => {
                 within_caps(&FormLanes::of(form), &SlabLanes::of(caps), line, lanes)
             }
+            Kernel::Ring(major, minor) => ring::inside(&Rings::of(*major, *minor), line, lanes),
         }
     }
 
-    /// A number for the solids that can be intersected together, each by a line of its own; `None` if there are none.
-    pub(crate) fn group(&self) -> Option<u32> {
+    /// A number for the solids that can be intersected together, each by a line of its own.
+    pub(crate) fn group(&self) -> u32 {
         match &self.0 {
-            Kernel::Box(..) => Some(0),
+            Kernel::Box(..) => 0,
+            Kernel::Ring(..) => 1,
             Kernel::Quadric(form, caps) => {
                 let [x, y, z] = form.counts();
                 let kind = [form.cross.is_some(), form.is_curved(), caps.is_some(), x, y, z];
-                Some(1 + kind.iter().rev().fold(0, |number, is| 2 * number + u32::from(*is)))
+                2 + kind.iter().rev().fold(0, |number, is| 2 * number + u32::from(*is))
             }
         }
     }
@@ -97,6 +101,7 @@ impl<'a> InLanes<'a> {
                     Some(_) => within_caps(&forms, &slab_of_each(solids, 0), line, lanes),
                 }
             }
+            Kernel::Ring(..) => ring::inside(&Rings::each(|lane| solids[lane].radii()), line, lanes),
         }
     }
 
@@ -106,15 +111,24 @@ impl<'a> InLanes<'a> {
         match &self.0 {
             Kernel::Box(min, max) => Slab::of_box(min, max, number),
             Kernel::Quadric(_, Some(caps)) => **caps,
-            Kernel::Quadric(_, None) => unreachable!("solids of one group are alike"),
+            Kernel::Quadric(_, None) | Kernel::Ring(..) => unreachable!("solids of one group are alike"),
         }
     }
 
     #[inline(always)]
     fn form(&self) -> Option<&'a Form> {
         match &self.0 {
-            Kernel::Box(..) => None,
             Kernel::Quadric(form, _) => Some(form),
+            Kernel::Box(..) | Kernel::Ring(..) => None,
+        }
+    }
+
+    /// The two radii of a torus.
+    #[inline(always)]
+    fn radii(&self) -> [f64; 2] {
+        match &self.0 {
+            Kernel::Ring(major, minor) => [*major, *minor],
+            Kernel::Box(..) | Kernel::Quadric(..) => unreachable!("solids of one group are alike"),
         }
     }
 }
@@ -170,6 +184,7 @@ impl InLanes<'_> {
             Kernel::Quadric(form, caps) => {
                 normals_of_quadrics(&FormLanes::of(form), caps.is_some(), p, surface)
             }
+            Kernel::Ring(major, _) => ring::normals(F::splat(*major), p),
         }
     }
 
@@ -182,6 +197,7 @@ impl InLanes<'_> {
                 let forms = FormLanes::each(|lane| solids[lane].form().unwrap_or(first));
                 normals_of_quadrics(&forms, caps.is_some(), p, surface)
             }
+            Kernel::Ring(..) => ring::normals(each(|lane| solids[lane].radii()[0]), p),
         }
     }
 }

@@ -1,9 +1,8 @@
 //! A quadric along lines in lanes: the intervals inside, where float64 decides them.
 
-use super::InsideLanes;
 use crate::crossing::GROUPING;
 use crate::lanes::vector::{Vectors, abs, add, dot, each, largest, mul, scale, splat, sub, vectors};
-use crate::lanes::{EndLanes, IntervalLanes, LineLanes};
+use crate::lanes::{EndLanes, InsideLanes, IntervalLanes, LineLanes};
 use crate::math::{HALF_ULP, Vec3};
 use crate::simd::Doubles;
 use crate::solid::form::{Form, rounded};

@@ -182,10 +182,9 @@ fn lanes_may_have_solids_of_their_own() {
     let solids = solids();
     let mut groups = BTreeMap::<u32, Vec<&dyn Solid>>::new();
     for solid in &solids {
-        if let Some(group) = solid.in_lanes().and_then(|solid| solid.group()) {
-            assert!(group < GROUPS);
-            groups.entry(group).or_default().push(&**solid);
-        }
+        let group = solid.in_lanes().expect("lanes").group();
+        assert!(group < GROUPS);
+        groups.entry(group).or_default().push(&**solid);
     }
     assert!(groups.values().filter(|group| group.len() > 2).count() > 6);
     for group in groups.values() {

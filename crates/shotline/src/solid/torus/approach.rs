@@ -5,6 +5,7 @@
 
 use crate::math::{Dd, PowerOfTwo, Vec3, binary_exponent, two_prod};
 use crate::ray::Line;
+use crate::solid::ring::implicit::rounded;
 
 /// The line `p + tau u` in units of the solid's size, with `p` near the point closest to the centre.
 pub(super) struct Approach {
@@ -33,10 +34,10 @@ impl Approach {
         // Any f64 near the closest approach will do, as p is computed to match it. From extremely far away the
         // nearest f64 is not near, so the move is repeated.
         for _ in 0..3 {
-            let step = -rounded(&p).dot(u) / uu;
+            let step = -Vec3::from(rounded(&p)).dot(u) / uu;
             p = std::array::from_fn(|i| p[i] + two_prod(step, u[i]));
             shift = shift + Dd::from(step);
-            if rounded(&p).dot(u).abs() < 1e-6 {
+            if Vec3::from(rounded(&p)).dot(u).abs() < 1e-6 {
                 break;
             }
         }
@@ -60,10 +61,4 @@ impl Approach {
     pub fn t_length(&self, tau: f64) -> f64 {
         self.t_unit.times(tau)
     }
-}
-
-/// Double-double coordinates rounded to f64.
-#[inline(always)]
-pub(super) fn rounded(p: &[Dd; 3]) -> Vec3 {
-    Vec3::new(p[0].hi, p[1].hi, p[2].hi)
 }

@@ -1,9 +1,10 @@
 //! The torus around the z axis.
 
 mod approach;
-mod implicit;
 #[cfg(test)]
 mod oracle;
+#[cfg(test)]
+mod quick_tests;
 mod search;
 #[cfg(test)]
 mod tests;
@@ -11,7 +12,8 @@ mod tests;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use super::{Kind, Moments, Param, ParamError, Solid, constructors};
+use super::lanes::InLanes;
+use super::{Kind, Moments, Param, ParamError, Solid, constructors, ring};
 use crate::aabb::Aabb;
 use crate::crossing::Crossing;
 use crate::math::Vec3;
@@ -27,6 +29,8 @@ use crate::ray::Line;
 pub struct Torus {
     major: f64,
     minor: f64,
+    /// Whether the quick path takes it.
+    is_quick: bool,
 }
 
 pub(super) static KIND: Kind = Kind {
@@ -70,7 +74,7 @@ impl Torus {
         if !(major + minor).is_finite() {
             return Err(ParamError { param: "R", why: "plus r is more than the largest number".into() });
         }
-        Ok(Torus { major, minor })
+        Ok(Torus { major, minor, is_quick: ring::takes(major, minor) })
     }
 
     /// The radius `R` of the circle inside the tube and the radius `r` of the tube.
@@ -92,7 +96,9 @@ impl Solid for Torus {
     }
 
     fn crossings(&self, line: &Line, out: &mut Vec<Crossing>) {
-        search::crossings(self.major, self.minor, line, out);
+        if !(self.is_quick && ring::crossings(self.major, self.minor, line, out)) {
+            search::crossings(self.major, self.minor, line, out);
+        }
     }
 
     /// `(sqrt(x^2 + y^2) - R)^2 + z^2 - r^2`.
@@ -104,12 +110,11 @@ impl Solid for Torus {
     /// The vector from the nearest point of the circle inside the tube, scaled. At the tips of a spindle, along
     /// the axis.
     fn normal(&self, p: Vec3, _surface: u32, _primitive: u32) -> Vec3 {
-        let rho = libm::hypot(p.x, p.y);
-        if rho == 0.0 {
-            return Vec3::new(0.0, 0.0, 1.0f64.copysign(p.z));
-        }
-        let stretch = (rho - self.major) / rho;
-        Vec3::new(p.x * stretch, p.y * stretch, p.z)
+        Vec3::from(ring::normals(self.major, p.to_array()))
+    }
+
+    fn in_lanes(&self) -> Option<InLanes<'_>> {
+        self.is_quick.then(|| InLanes::ring(self.major, self.minor))
     }
 
     fn contains(&self, p: Vec3) -> bool {

@@ -8,15 +8,13 @@
 //!    not certain. So the list alternates and is even despite rounding.
 //! 4. Newton steps on the quartic approach each crossing, and a residual in double-double corrects it.
 
-use super::approach::{Approach, rounded};
-use super::implicit::TorusFunction;
+use super::approach::Approach;
 use crate::crossing::Crossing;
 use crate::math::{Dd, HALF_ULP, PowerOfTwo, Vec3, binary_exponent};
 use crate::ray::Line;
 use crate::roots::{Piece, Roots, bracketed_newton, cubic_between, horner};
-
-/// The error of two roundings of a subnormal number. Subnormal numbers are 2^-1074 apart.
-const UNDERFLOW: f64 = f64::from_bits(4);
+use crate::solid::ring::UNDERFLOW;
+use crate::solid::ring::implicit::{TorusFunction, rounded};
 
 /// Appends the crossings of a whole line with the torus of radii `major` and `minor`.
 #[multiversion::multiversion(targets("x86_64+avx+fma"))]
@@ -33,7 +31,7 @@ pub(super) fn crossings(major: f64, minor: f64, line: &Line, out: &mut Vec<Cross
     let search = Search {
         line,
         approach: &approach,
-        function: TorusFunction::new(&approach, major, minor),
+        function: TorusFunction::new(approach.p, approach.u.to_array(), major, minor),
         unit,
         quartic,
     };
@@ -45,7 +43,7 @@ pub(super) fn crossings(major: f64, minor: f64, line: &Line, out: &mut Vec<Cross
 #[inline(always)]
 fn chord(line: &Approach, major: f64, minor: f64) -> Option<(f64, f64)> {
     const MARGIN: f64 = 1e-9;
-    let p = rounded(&line.p);
+    let p = Vec3::from(rounded(&line.p));
     let reach = (major + minor) * (1.0 + MARGIN);
     let middle = -p.dot(line.u) / line.uu;
     let off = p + line.u * middle;
@@ -67,7 +65,7 @@ fn chord(line: &Approach, major: f64, minor: f64) -> Option<(f64, f64)> {
 /// upwards.
 #[inline(always)]
 fn quartic(line: &Approach, major: f64, minor: f64) -> [f64; 5] {
-    let (p, u, uu) = (rounded(&line.p), line.u, line.uu);
+    let (p, u, uu) = (Vec3::from(rounded(&line.p)), line.u, line.uu);
     let pu = p.dot(u);
     let k = p.length_squared() + (major - minor) * (major + minor);
     let major2 = major * major;
@@ -89,7 +87,7 @@ fn critical_points([_, a, b, c, d]: [f64; 5], lo: f64, hi: f64) -> Roots {
 struct Search<'a> {
     line: &'a Line,
     approach: &'a Approach,
-    function: TorusFunction<'a>,
+    function: TorusFunction<f64>,
     quartic: [f64; 5],
     /// Converts lengths of the solid's frame to units of its size.
     unit: PowerOfTwo,
@@ -239,7 +237,7 @@ impl Search<'_> {
         if by == Vec3::ZERO {
             return 0.0;
         }
-        self.function.perturbation_bound(&self.function.at(tau), self.unit.of(by))
+        self.function.perturbation_bound(&self.function.at(tau), self.unit.of(by).to_array())
     }
 }
 
