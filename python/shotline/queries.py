@@ -67,6 +67,8 @@ class Queries:
         names = _fields_of(Closest, fields)
         shape, query = _ray_query(o, d, t_min, t_max, threads, progress, surfaces_only, names)
         columns = self._native.closest(query)
+        if len(shape) == 1:
+            return Closest(*columns)
         shapes = ((*shape, 3) if name == "normal" else shape for name in Closest._fields)
         shaped: list[Any] = [c if c is None else c.reshape(s) for c, s in zip(columns, shapes, strict=True)]
         return Closest(*shaped)

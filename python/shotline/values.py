@@ -21,6 +21,11 @@ def floats(values: ArrayLike, what: str, wanted: str = "an array of real numbers
     Raises TypeError for anything other than real numbers, ValueError for rows of several lengths and for masked
     entries, which have no value.
     """
+    if type(values) is np.ndarray and values.dtype == np.float64:
+        flags = values.flags
+        if flags.c_contiguous and flags.aligned:
+            # What follows would take longer than to cast a few rays.
+            return values
     refuse_masked(values, what)
     try:
         array = np.asarray(values)

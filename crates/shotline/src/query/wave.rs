@@ -142,8 +142,7 @@ impl<'w> WaveRay<'w> {
 
     /// The line of the ray in the level that it is in: that of the body that it met last.
     pub fn line(&self) -> &Line {
-        let visit = self.visits.last().or(self.visits.first());
-        &visit.expect("a ray that has met a body is in a level").line
+        &self.visits.last().expect("a ray that has met a body is in a level").line
     }
 
     /// How many levels below the root it is in.

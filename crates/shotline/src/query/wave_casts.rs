@@ -118,8 +118,9 @@ impl<'w> BlockFold<'_, 'w> {
             let FoldQuery { scope, wanted, .. } = self.query;
             let world = self.caster.world;
             let query = LaneQuery { scope, wanted, finds, scratch: &mut self.caster.scratch };
-            let is_deep = pairs.iter().any(|pair| rays[pair.ray].depth() > MOST_DEEP);
-            let wants_normals = self.block.wants_normals && !is_deep;
+            let mut wants_normals = self.block.wants_normals;
+            let is_deep = wants_normals && pairs.iter().any(|pair| rays[pair.ray].depth() > MOST_DEEP);
+            wants_normals &= !is_deep;
             dispatch(PairCast { query, pairs, rays, world, wants_normals });
             open = finds.open;
             let passing = self.passing::<V>();
