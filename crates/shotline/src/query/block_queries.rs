@@ -7,7 +7,7 @@ use super::caster::Caster;
 use super::fold_query::{FoldControl, FoldQuery};
 use super::hit::{normal, row_hit};
 use super::level_paths::LevelPaths;
-use super::limit::limit_behind_row;
+use super::limit::search_limit_of_row;
 use super::row_block::RowBlock;
 use super::row_hit::{RowHit, RowLists};
 use super::segments::Interval;
@@ -218,7 +218,7 @@ impl<'w, S: FnMut(usize, &RowHit)> BlockVisitor<'w> for Closest<'_, S> {
             }
             *nearest = Some(Nearest { hit, has_normal });
         }
-        FoldControl::Limit(limit_behind_row(&self.block.rays[ray.row], t))
+        FoldControl::Limit(search_limit_of_row(&self.block.rays[ray.row], &boundary.crossing))
     }
 
     fn end(&mut self, ray: InFlight, paths: &LevelPaths<'w>) {

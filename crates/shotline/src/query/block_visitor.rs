@@ -112,7 +112,8 @@ impl Slot {
 
     /// Whether a boundary lies so far before the box of its body that the search may end before the box. Whether a single ray
     /// finds it as its closest depends on the order in which it enters boxes, which is not that of a block: the ray takes the
-    /// plain path.
+    /// plain path. (A boundary that is not so far before its box is found in any order: what ends a search is behind the limit
+    /// of the nearest crossing, which is not behind that of this one.)
     #[inline]
     fn is_far_before_box(&self, boundary: &Boundary, enter: f64, rays: &[[f64; 6]]) -> bool {
         let t = boundary.crossing.t;

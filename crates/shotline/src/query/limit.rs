@@ -1,10 +1,14 @@
 //! How far the search for the closest crossing goes on behind the best one so far.
 
+use crate::crossing::{Crossing, GROUPING};
 use crate::math::{Vec3, power_of_two_below};
 
 /// The share of the way to a crossing, from the origin of the coordinates, by which a boundary may lie before the box of
 /// its body. See [`limit_behind`].
 const SLACK: f64 = 1.0 / (1 << 26) as f64;
+
+/// The extent of an event of a few leaves, in bounds of its crossings.
+const EVENT: f64 = 8.0 * GROUPING;
 
 /// On a ray from `o` along `d`, the end of the boxes that matter: one that begins behind it has no boundary at or before `t`.
 ///
@@ -20,7 +24,19 @@ pub(super) fn limit_behind(o: Vec3, d: Vec3, t: f64) -> f64 {
     t + SLACK * (way + t.abs())
 }
 
-/// The same for a row of origin and direction.
+/// The end of the search behind a crossing. As [`limit_behind`], and behind the events that its own bound lets expect: where the
+/// line meets its surface at a smaller angle, others may be near.
+pub(super) fn search_limit(o: Vec3, d: Vec3, crossing: &Crossing) -> f64 {
+    let Crossing { t, t_err, .. } = *crossing;
+    limit_behind(o, d, t).max(t + EVENT * t_err)
+}
+
+/// [`search_limit`] for a row of origin and direction.
+pub(super) fn search_limit_of_row(&[ox, oy, oz, dx, dy, dz]: &[f64; 6], crossing: &Crossing) -> f64 {
+    search_limit(Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz), crossing)
+}
+
+/// [`limit_behind`] for a row of origin and direction.
 pub(super) fn limit_behind_row(&[ox, oy, oz, dx, dy, dz]: &[f64; 6], t: f64) -> f64 {
     limit_behind(Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz), t)
 }
@@ -36,5 +52,7 @@ mod tests {
         assert_eq!(limit_behind(Vec3::ZERO, d, 0.0), 0.0);
         assert_eq!(limit_behind(o, d * 1e-320, 1.0), f64::INFINITY);
         assert_eq!(limit_behind(o, d, f64::INFINITY), f64::INFINITY);
+        let limit = |t_err| search_limit(o, d, &Crossing::new(4.0, t_err, true, 0));
+        assert_eq!([limit(1e-15), limit(1e-3)], [4.0 + 8.0 * SLACK, 4.0 + EVENT * 1e-3]);
     }
 }

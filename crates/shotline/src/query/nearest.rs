@@ -4,7 +4,7 @@ use super::caster::Caster;
 use super::coherence_hint::CoherenceHint;
 use super::fold_query::{FoldControl, FoldQuery};
 use super::hit::hit;
-use super::limit::limit_behind;
+use super::limit::search_limit;
 use super::traversal::BodyEntry;
 use super::{Hit, QueryError, Scope};
 use crate::csg::Boundary;
@@ -61,7 +61,7 @@ impl Caster<'_> {
                     traversal.release_body(&before);
                 }
             }
-            FoldControl::Limit(limit_behind(o, d, t))
+            FoldControl::Limit(search_limit(o, d, &boundary.crossing))
         })?;
         Ok(best)
     }

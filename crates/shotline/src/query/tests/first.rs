@@ -90,3 +90,23 @@ fn the_closest_crossing_is_the_first_where_bodies_touch() {
     }
     assert!(hits > 20_000, "{hits}");
 }
+
+/// Two caps that a line grazes are one event, before the box of their body by more than the share of the way.
+#[test]
+fn the_closest_crossing_is_the_first_where_a_line_grazes_caps() {
+    let outer = Shape::cylinder(1.0, -0.9999999999999999, 1.0000000000000018).expect("a cylinder");
+    let other = Shape::cylinder(1.0, -0.9999999999999994, 1.0000000000000002).expect("a cylinder");
+    let bowl = Shape::paraboloid(1.0000000000000009, -1.0, 1.0000000000000027).expect("a paraboloid");
+    let both = Shape::group([outer, Shape::intersection([other, bowl])]).translate([
+        0.0,
+        0.0,
+        6.661338147750939e-16,
+    ]);
+    let world = world(&Scene::of([Object::new("part", both)]), "bvh");
+    let ray = [-1.7499999999999998, -0.499999998, 1.000000002, 0.9999999999999999, -1e-9, -1e-9];
+    let run = Run { threads: 1, ..Run::default() };
+    let rays = RowsOfSix(&[ray; 5]);
+    let all = batch::crossings(&world, &rays, Span::FORWARD, run).expect("within limits");
+    let closest = batch::closest(&world, &rays, Span::FORWARD, run).expect("within limits");
+    assert_eq!(closest.t, [all.t[0]; 5]);
+}
