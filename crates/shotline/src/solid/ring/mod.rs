@@ -89,14 +89,18 @@ impl<F: Doubles> Rings<F> {
     /// The torus of each lane, by its two radii.
     #[inline(always)]
     pub fn each(radii: impl Fn(usize) -> [f64; 2]) -> Rings<F> {
-        let mut numbers = [[0.0; 8]; 3];
-        for lane in 0..F::LANES {
+        let [mut majors, mut minors, mut sizes] = [[0.0; 8]; 3];
+        let numbers = majors.iter_mut().zip(&mut minors).zip(&mut sizes);
+        for (lane, ((to_major, to_minor), to_size)) in numbers.take(F::LANES).enumerate() {
             let [major, minor] = radii(lane);
             let size = size(major, minor);
-            (numbers[0][lane], numbers[1][lane], numbers[2][lane]) = (major / size, minor / size, size);
+            (*to_major, *to_minor, *to_size) = (major / size, minor / size, size);
         }
-        let [major, minor, size] = &numbers;
-        Rings { major: F::load_some(major, 0), minor: F::load_some(minor, 0), size: F::load_some(size, 0) }
+        Rings {
+            major: F::load_some(&majors, 0),
+            minor: F::load_some(&minors, 0),
+            size: F::load_some(&sizes, 0),
+        }
     }
 }
 
