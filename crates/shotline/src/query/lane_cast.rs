@@ -223,7 +223,7 @@ impl LaneQuery<'_, '_> {
     }
 
     /// Casts the line of each lane at a body of its own, which is a single leaf. All leaves are of one
-    /// [`InLanes::group`](crate::solid::lanes::InLanes::group). `frames` are given if normals are needed.
+    /// [`InLanes::group`](crate::solid::lanes::InLanes::group). `above` is given if normals are needed.
     #[inline(always)]
     pub fn at_leaves<F: Doubles>(
         &mut self,
