@@ -3,7 +3,7 @@
 
 usage: instructions.py [--binary PATH] [--write] [--reason TEXT]
 
-Fails if a cast takes more than 5 % more than the table says. With --write the table is written anew; a cast that has grown by
+Fails if a cast takes more than 5 % more than the table says. With --write a new table is written; a cast that has grown by
 more than 5 % then needs a reason, which is kept beside its figure. A fall of more than 5 % is no failure, but should be
 written too, so that the figure guards what was gained.
 

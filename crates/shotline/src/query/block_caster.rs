@@ -157,7 +157,7 @@ impl<'w> BlockCaster<'_, 'w> {
         memory: &mut BlockMemory<'w>,
         mut add: impl FnMut(ListsOfRows) -> Result<(), QueryError>,
     ) -> Result<(), BlockError> {
-        let BlockMemory { is_plain, few, queries, lists, .. } = memory;
+        let BlockMemory { is_plain, few, queries, lists } = memory;
         let is_plain = begin(is_plain, block);
         let only = self.plan.few.as_ref().and_then(FewMeshes::only);
         match only {

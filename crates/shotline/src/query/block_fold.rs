@@ -287,7 +287,7 @@ impl<'f, 'w> BlockFold<'f, 'w> {
         }
     }
 
-    /// What boundaries are passed for.
+    /// The query for which boundaries are passed.
     pub(super) fn passing<V: BlockVisitor<'w>>(&self) -> Passing<'f> {
         let is_closest = self.query.wanted == Wanted::First && !V::IS_ANY;
         Passing { rays: self.block.rays, kinds: self.query.scope.kinds, is_closest }

@@ -66,7 +66,7 @@ pub(super) struct Slot {
     pub state: State,
 }
 
-/// What boundaries are passed for.
+/// The query for which boundaries are passed.
 #[derive(Clone, Copy)]
 pub(super) struct Passing<'b> {
     /// The rays of the block.
@@ -112,8 +112,8 @@ impl Slot {
 
     /// Whether a boundary lies so far before the box of its body that the search may end before the box. Whether a single ray
     /// finds it as its closest depends on the order in which it enters boxes, which is not that of a block: the ray takes the
-    /// plain path. (A boundary that is not so far before its box is found in any order: what ends a search is behind the limit
-    /// of the nearest crossing, which is not behind that of this one.)
+    /// plain path. Otherwise the order does not matter: a search goes on up to `limit_behind` of the nearest crossing that it has
+    /// found, and this box begins before that as long as nothing before this boundary has been found.
     #[inline]
     fn is_far_before_box(&self, boundary: &Boundary, enter: f64, rays: &[[f64; 6]]) -> bool {
         let t = boundary.crossing.t;

@@ -36,11 +36,11 @@ pub(super) struct MetByEach {
     pub places: [u32; WIDTH],
 }
 
-// Closures would not be compiled for the instructions of their callers.
 impl Met {
     const NONE: Met = Met { enter: [0.0; WIDTH], children: 0 };
 
-    /// Sets the children from a position on.
+    /// Sets the children from a position on. Each test has its own loop over positions: a closure passed to a shared one would
+    /// not be compiled for the instructions of its caller.
     #[inline(always)]
     fn set<F: Doubles>(&mut self, first: usize, (enter, children): (F, u8)) {
         enter.store_some(&mut self.enter, first);
@@ -148,7 +148,7 @@ impl Node {
         (enter, enter.is_at_most(exit) & F::ALL)
     }
 
-    /// Without unused slots, whose planes mean nothing.
+    /// Leaves out unused slots, whose planes mean nothing.
     #[inline(always)]
     fn used(&self, mut met: Met) -> Met {
         met.children &= ((1u32 << self.count) - 1) as u8;
