@@ -1,6 +1,6 @@
 //! Lines in lanes, with the bits of single lines.
 
-use super::vector::{Vectors, abs, add, dot, each, scale, splat, vectors, where_set};
+use super::vector::{Vectors, abs, add, dot, gather, gather_vectors, scale, splat, where_set};
 #[cfg(test)]
 use crate::math::Vec3;
 use crate::math::{Affine, HALF_ULP};
@@ -57,10 +57,10 @@ impl<F: Doubles> LineLanes<F> {
     #[inline(always)]
     pub fn each(lines: &[&Line; 8]) -> LineLanes<F> {
         LineLanes {
-            o: vectors(|lane| lines[lane].o),
-            d: vectors(|lane| lines[lane].d),
-            o_err: vectors(|lane| lines[lane].o_err),
-            d_err: vectors(|lane| lines[lane].d_err),
+            o: gather_vectors(|lane| lines[lane].o),
+            d: gather_vectors(|lane| lines[lane].d),
+            o_err: gather_vectors(|lane| lines[lane].o_err),
+            d_err: gather_vectors(|lane| lines[lane].d_err),
         }
     }
 
@@ -116,9 +116,9 @@ fn splat_row<F: Doubles>(row: &[f64; 4]) -> [F; 4] {
 #[inline(always)]
 fn each_row<F: Doubles>(of: &[&Affine; 8], i: usize) -> [F; 4] {
     [
-        each(|lane| of[lane].rows[i][0]),
-        each(|lane| of[lane].rows[i][1]),
-        each(|lane| of[lane].rows[i][2]),
-        each(|lane| of[lane].rows[i][3]),
+        gather(|lane| of[lane].rows[i][0]),
+        gather(|lane| of[lane].rows[i][1]),
+        gather(|lane| of[lane].rows[i][2]),
+        gather(|lane| of[lane].rows[i][3]),
     ]
 }

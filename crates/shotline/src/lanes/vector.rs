@@ -14,7 +14,7 @@ pub(crate) fn splat<F: Doubles>(v: Vec3) -> Vectors<F> {
 
 /// The number of each lane.
 #[inline(always)]
-pub(crate) fn each<F: Doubles>(number: impl Fn(usize) -> f64) -> F {
+pub(crate) fn gather<F: Doubles>(number: impl Fn(usize) -> f64) -> F {
     let mut numbers = [0.0; 8];
     for (lane, to) in numbers[..F::LANES].iter_mut().enumerate() {
         *to = number(lane);
@@ -24,8 +24,8 @@ pub(crate) fn each<F: Doubles>(number: impl Fn(usize) -> f64) -> F {
 
 /// The vector of each lane.
 #[inline(always)]
-pub(crate) fn vectors<F: Doubles>(vector: impl Fn(usize) -> Vec3) -> Vectors<F> {
-    [each(|lane| vector(lane).x), each(|lane| vector(lane).y), each(|lane| vector(lane).z)]
+pub(crate) fn gather_vectors<F: Doubles>(vector: impl Fn(usize) -> Vec3) -> Vectors<F> {
+    [gather(|lane| vector(lane).x), gather(|lane| vector(lane).y), gather(|lane| vector(lane).z)]
 }
 
 #[inline(always)]
@@ -89,9 +89,9 @@ pub(crate) fn covector_each<F: Doubles>(of: &[&Affine; 8], n: [F; 3]) -> [F; 3] 
     let mut out = n;
     for (j, out) in out.iter_mut().enumerate() {
         let column = [
-            each(|lane| of[lane].rows[0][j]),
-            each(|lane| of[lane].rows[1][j]),
-            each(|lane| of[lane].rows[2][j]),
+            gather(|lane| of[lane].rows[0][j]),
+            gather(|lane| of[lane].rows[1][j]),
+            gather(|lane| of[lane].rows[2][j]),
         ];
         *out = dot(n, column);
     }

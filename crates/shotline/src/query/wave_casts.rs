@@ -11,7 +11,7 @@ use super::level_visit::ones;
 use super::wave::{Advance, Pair, WAVE, WaveMemory, WaveRay};
 use crate::compile::{Body, SolidBody, World};
 use crate::lanes::LineLanes;
-use crate::lanes::vector::each;
+use crate::lanes::vector::gather;
 use crate::math::{Affine, Vec3};
 use crate::ray::{Line, Ray};
 use crate::simd::{Doubles, Simd, Task, dispatch};
@@ -202,7 +202,7 @@ impl<'w> PairCast<'_, '_, 'w> {
             places[lane] = (first + lane) as u8;
         }
         let line = LineLanes::<F>::each(&lines).in_frames(&frames);
-        let limit = each(|lane| self.rays[pair(lane).ray].slot.limit);
+        let limit = gather(|lane| self.rays[pair(lane).ray].slot.limit);
         let cast = Cast { used: u8::MAX >> (8 - some.len()), limit, places };
         let frames = if self.wants_normals { self.frames(some) } else { LevelFrames::new_const() };
         let above = if self.wants_normals { Some(Frames::Each(&frames)) } else { None };

@@ -16,7 +16,7 @@ use slab::SlabLanes;
 use super::form::Form;
 use super::interval::Slab;
 use super::ring::{self, Rings};
-use crate::lanes::vector::each;
+use crate::lanes::vector::gather;
 use crate::lanes::{InsideLanes, IntervalLanes, LineLanes};
 use crate::math::Vec3;
 use crate::simd::Doubles;
@@ -197,7 +197,7 @@ impl InLanes<'_> {
                 let forms = FormLanes::each(|lane| solids[lane].form().unwrap_or(first));
                 normals_of_quadrics(&forms, caps.is_some(), p, surface)
             }
-            Kernel::Ring(..) => ring::normals(each(|lane| solids[lane].radii()[0]), p),
+            Kernel::Ring(..) => ring::normals(gather(|lane| solids[lane].radii()[0]), p),
         }
     }
 }

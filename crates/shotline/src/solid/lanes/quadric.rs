@@ -1,7 +1,7 @@
 //! A quadric along lines in lanes: the intervals inside, where float64 decides them.
 
 use crate::crossing::GROUPING;
-use crate::lanes::vector::{Vectors, abs, add, dot, each, largest, mul, scale, splat, sub, vectors};
+use crate::lanes::vector::{Vectors, abs, add, dot, gather, gather_vectors, largest, mul, scale, splat, sub};
 use crate::lanes::{EndLanes, InsideLanes, IntervalLanes, LineLanes};
 use crate::math::{HALF_ULP, Vec3};
 use crate::simd::Doubles;
@@ -48,16 +48,16 @@ impl<F: Doubles> FormLanes<F> {
     #[inline(always)]
     pub fn each<'f>(form: impl Fn(usize) -> &'f Form) -> FormLanes<F> {
         FormLanes {
-            centre: vectors(|lane| form(lane).centre),
-            shrink: vectors(|lane| form(lane).shrink),
+            centre: gather_vectors(|lane| form(lane).centre),
+            shrink: gather_vectors(|lane| form(lane).shrink),
             counts: form(0).counts(),
-            square: vectors(|lane| rounded(&form(lane).square)),
+            square: gather_vectors(|lane| rounded(&form(lane).square)),
             cross: match &form(0).cross {
-                Some(_) => Some(vectors(|lane| form(lane).cross.as_ref().map_or(Vec3::ZERO, rounded))),
+                Some(_) => Some(gather_vectors(|lane| form(lane).cross.as_ref().map_or(Vec3::ZERO, rounded))),
                 None => None,
             },
-            linear: vectors(|lane| rounded(&form(lane).linear)),
-            constant: each(|lane| form(lane).constant.hi),
+            linear: gather_vectors(|lane| rounded(&form(lane).linear)),
+            constant: gather(|lane| form(lane).constant.hi),
             are_curved: form(0).is_curved(),
         }
     }

@@ -1,7 +1,7 @@
 //! Lines in lanes between two parallel planes.
 
 use crate::crossing::GROUPING;
-use crate::lanes::vector::each;
+use crate::lanes::vector::gather;
 use crate::lanes::{EndLanes, IntervalLanes, LineLanes};
 use crate::math::HALF_ULP;
 use crate::simd::Doubles;
@@ -47,7 +47,7 @@ impl<F: Doubles> SlabLanes<F> {
     #[inline(always)]
     pub fn each(slab: impl Fn(usize) -> Slab) -> SlabLanes<F> {
         let Slab { axis, surface, .. } = slab(0);
-        SlabLanes { axis, low: each(|lane| slab(lane).low), high: each(|lane| slab(lane).high), surface }
+        SlabLanes { axis, low: gather(|lane| slab(lane).low), high: gather(|lane| slab(lane).high), surface }
     }
 
     /// Where lines are between the planes, as [`Slab::interval`]. Leaves lanes open whose lines might lie in a plane.
