@@ -103,9 +103,17 @@ class Node:
         """Give a shared node a name, which appears in the names of paths, as in `arm[2]/bolt`."""
         return Part(self, name)
 
-    def named(self, name: str, material: str | None = None, priority: int | None = None) -> Object:
+    def named(
+        self,
+        name: str,
+        material: str | None = None,
+        priority: int | None = None,
+        *,
+        contents: Iterable[Node] = (),
+        clip: bool | None = None,
+    ) -> Object:
         """Make an object of this node: see `Object`."""
-        return Object(self, name, material, priority)
+        return Object(self, name, material, priority, contents=contents, clip=clip)
 
     # The keys of the node in a scene file, without its children; and the children.
     def _keys(self) -> dict[str, Any]:
@@ -170,64 +178,6 @@ def _checked(node: Any) -> Node:
 def _short_repr(node: Node) -> str:
     """A short representation of a node, also of a large one."""
     return repr(node) if not node._children() or isinstance(node, (Placed, Part)) else f"<{type(node).__name__}>"
-
-
-class Solid(Node):
-    """A parametric solid: the base of the classes of `shotline.solids`."""
-
-    __slots__ = ("_values",)
-    _kind = ""
-    # Name, count of numbers, and default of each parameter.
-    _params: tuple[tuple[str, int, tuple[float, ...] | None], ...] = ()
-
-    def __init__(self, *args: Any, **values: Any) -> None:
-        names = [name for name, _, _ in self._params]
-        given = dict(zip(names, args, strict=False))
-        required = [name for name, _, default in self._params if default is None]
-        wrong = [f"{len(args)} parameters are too many"] if len(args) > len(names) else []
-        wrong += [f"{name} is given twice" for name in values if name in given]
-        wrong += [f"no parameter {name!r}" for name in values if name not in names]
-        wrong += [f"{name} is missing" for name in required if name not in given and name not in values]
-        if any(name in ("center", "centre", "position", "origin") for name in values):
-            wrong.append("solids are placed with .translate(x, y, z)")
-        if wrong:
-            shown = ", ".join(f"{name}={_default(default)}" for name, _, default in self._params)
-            raise TypeError(f"{type(self).__name__}({shown}): {'; '.join(wrong)}")
-        given |= values
-        self._values = {
-            name: _parameter(given[name], count, name) if name in given else default or ()
-            for name, count, default in self._params
-        }
-        _native.check_solid(self._kind, list(self._values.values()))
-
-    def __dir__(self) -> list[str]:
-        return sorted({*super().__dir__(), *(name for name, _, _ in self._params)})
-
-    def __getattr__(self, name: str) -> Any:
-        try:
-            value = object.__getattribute__(self, "_values")[name]
-        except (KeyError, AttributeError):
-            raise AttributeError(f"{type(self).__name__} has no attribute {name!r}") from None
-        return value[0] if len(value) == 1 else value
-
-    def _keys(self) -> dict[str, Any]:
-        return {"kind": self._kind, **{n: v[0] if len(v) == 1 else v for n, v in self._values.items()}}
-
-    def __repr__(self) -> str:
-        shown = ", ".join(f"{n}={v[0] if len(v) == 1 else v}" for n, v in self._values.items())
-        return f"{type(self).__name__}({shown})"
-
-
-def _default(numbers: tuple[float, ...] | None) -> str:
-    """The default of a parameter as text; dots if it has none."""
-    if numbers is None:
-        return "..."
-    texts = [f"{x:g}" for x in numbers]
-    return texts[0] if len(texts) == 1 else f"({', '.join(texts)})"
-
-
-def _parameter(value: Any, count: int, name: str) -> tuple[float, ...]:
-    return numbers(number(value, name) if count == 1 else value, count, name)
 
 
 def accelerator(name: str | None) -> str | None:
@@ -399,24 +349,46 @@ class Object(Node):
     Where objects overlap, the one of higher priority owns the segment; the priority is 0 if not given. Scenes and
     groups contain objects, combinations do not.
 
+    `contents` are objects, and groups of them, that are inside this one, in its coordinates. They are transformed with it,
+    and displace it where they are, without a higher priority. With `clip` they count only inside its shape: what sticks
+    out does not exist for segments, and is reported by `shotline check`.
+
     An object of an object, even if that was transformed in between, is the same shape at the same position under the
-    new name; it keeps material and priority if none are given.
+    new name, with the same contents and those given; it keeps material, priority and clip if none are given.
 
     >>> bolt = Sphere(radius=1).named("bolt", material="steel").translate(5, 0, 0).named("left bolt")
     >>> bolt.name, bolt.material, bolt.node
     ('left bolt', 'steel', Sphere(radius=1.0).translate(5.0, 0.0, 0.0))
+    >>> fuel = Sphere(radius=1).named("fuel")
+    >>> Sphere(radius=2).named("shell", contents=[fuel]).contents
+    (Sphere(radius=1.0).named('fuel'),)
     """
 
-    __slots__ = ("_material", "_name", "_node", "_priority")
+    __slots__ = ("_clip", "_contents", "_material", "_name", "_node", "_priority")
 
-    def __init__(self, node: Node, name: str, material: str | None = None, priority: int | None = None) -> None:
+    def __init__(
+        self,
+        node: Node,
+        name: str,
+        material: str | None = None,
+        priority: int | None = None,
+        *,
+        contents: Iterable[Node] = (),
+        clip: bool | None = None,
+    ) -> None:
         self._name = text(name, "the name of an object")
+        parts = [contents] if isinstance(contents, Node) else contents
+        self._contents = tuple(_content(part, self._name) for part in parts)
+        self._clip = bool(clip)
         self._material = None if material is None else text(material, "material (the name of one)")
         self._priority = 0 if priority is None else bounded_integer(priority, "priority", -(2**31), 2**31 - 1)
         placed = placed_object(_checked(node))
         if placed is not None:
             steps, inner = placed
             node = Placed(steps, inner.node) if steps else inner.node
+            moved = (Placed(steps, part) if steps else part for part in inner.contents)
+            self._contents = (*moved, *self._contents)
+            self._clip = inner.clip if clip is None else self._clip
             self._material = inner.material if material is None else self._material
             self._priority = inner.priority if priority is None else self._priority
         self._node = node
@@ -441,16 +413,28 @@ class Object(Node):
         """Its shape."""
         return self._node
 
+    @property
+    def contents(self) -> tuple[Node, ...]:
+        """The objects, and groups of them, that are inside it."""
+        return self._contents
+
+    @property
+    def clip(self) -> bool:
+        """Whether its contents count only inside its shape."""
+        return self._clip
+
     def _keys(self) -> dict[str, Any]:
         keys: dict[str, Any] = {"name": self._name}
         if self._material is not None:
             keys["material"] = self._material
         if self._priority:
             keys["priority"] = self._priority
+        if self._clip:
+            keys["clip"] = True
         return keys
 
     def _children(self) -> tuple[Node, ...]:
-        return (self._node,)
+        return (self._node, *self._contents)
 
     @property
     def _object(self) -> Object | None:
@@ -459,7 +443,21 @@ class Object(Node):
     def __repr__(self) -> str:
         rest = [] if self._material is None else [f"material={self._material!r}"]
         rest += [f"priority={self._priority}"] if self._priority else []
+        if self._contents:
+            shown = [_short_repr(part) for part in self._contents[:4]]
+            more = [f"... {len(self._contents) - 4} more"] if len(self._contents) > 4 else []
+            rest.append(f"contents=[{', '.join(shown + more)}]")
+        rest += ["clip=True"] if self._clip else []
         return f"{_short_repr(self._node)}.named({', '.join([repr(self._name), *rest])})"
+
+
+def _content(part: Any, name: str) -> Node:
+    """A checked part of the contents of an object."""
+    if _checked(part)._object is None:
+        raise ValueError(
+            f"the contents of {name!r} are objects and groups of them: name {_short_repr(part)} with .named(...)"
+        )
+    return part
 
 
 def placed_object(node: Node) -> tuple[tuple[tuple[str, Any], ...], Object] | None:

@@ -141,10 +141,11 @@ class Queries:
     ) -> Segments:
         """The intervals of each ray inside objects, with their materials and lengths: see `Segments`.
 
-        Where objects overlap, the one of higher priority owns the segment. For equal priorities, "error" raises a
-        ValueError that names both objects and the position; with "priority" the later object owns it, and an
-        `OverlapWarning` reports the number of overlaps; with "all" both keep it.
-        The `path` of a segment is -1 where intervals of several paths of the object are joined.
+        A segment ends where another body, or a copy of this one, begins to own the ray. The contents of an object own their
+        part of it. Elsewhere, where objects overlap, the one of higher priority owns the segment. For equal priorities,
+        "error" raises a ValueError that names both objects and the position; with "priority" the deeper one owns it, or
+        the later one, and an `OverlapWarning` reports the number of overlaps; with "all" every object keeps its whole
+        segment, also around its contents.
         Arguments and errors are those of `closest`; also ValueError for a mesh that is not closed, and for
         `surfaces_only`, which does not apply to segments.
         """
@@ -207,7 +208,8 @@ class Queries:
         return Cost(*(column.reshape(shape) for column in self._native.cost(query).T))
 
     def contains(self, p: ArrayLike, *, threads: int = 0, progress: Any = None) -> np.ndarray:
-        """Whether points of shape (..., 3) are inside any object: (...) bool. The result is not defined within rounding
+        """Whether points of shape (..., 3) are inside any object: (...) bool. What is outside an object that contains it and
+        clips does not count. The result is not defined within rounding
         error of a surface.
 
         Raises ValueError for a point with NaN or infinite numbers, which names its row, and for a mesh that is not

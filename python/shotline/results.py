@@ -287,7 +287,7 @@ class Segments(_Ragged, _SegmentsFields):
     length: (rows,) float64, in world units.
     material: (rows,) int32, for `scene.material_names`; -1 for an object without one.
     object: (rows,) int32.
-    path: (rows,) int64; -1 where intervals of several paths of the object are joined.
+    path: (rows,) int64, the instance that owns the segment.
     """
 
     __slots__ = ()

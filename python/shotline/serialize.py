@@ -13,7 +13,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from .mesh import Mesh
-from .nodes import Node, Object, Part, Placed, Solid, placed_object
+from .nodes import Node, Object, Part, Placed, placed_object
+from .solid import Solid
 
 
 class DuplicateNameWarning(UserWarning):
@@ -77,6 +78,8 @@ class Serializer:
             keys = children[0]
         elif isinstance(node, Object):
             keys["node"] = children[0]
+            if len(children) > 1:
+                keys["contents"] = children[1:]
         elif children:
             keys["args"] = children
         if isinstance(node, Part):

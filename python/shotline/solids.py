@@ -9,7 +9,7 @@ from __future__ import annotations
 from inspect import Parameter, Signature
 
 from . import _native
-from .nodes import Solid
+from .solid import Solid
 
 __all__: list[str] = []
 

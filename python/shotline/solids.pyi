@@ -1,7 +1,8 @@
 # Made from the registry of solids: UPDATE_STUBS=1 python -m pytest python/tests/test_stubs.py
 from numpy.typing import ArrayLike
 
-from .nodes import Solid, Vector
+from .nodes import Vector
+from .solid import Solid
 
 __all__ = ["Halfspace", "Box", "Sphere", "Ellipsoid", "Cylinder", "Cone", "Paraboloid", "Hyperboloid", "Hyperboloid2", "Quadric", "Torus", "Tube"]
 

@@ -23,7 +23,7 @@ pub fn check_solid(kind: &str, values: Vec<Vec<f64>>) -> PyResult<()> {
     let kind =
         solid::kind(kind).ok_or_else(|| PyValueError::new_err(format!("there is no solid '{kind}'")))?;
     let values: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
-    match (kind.build)(&Params::of(kind, &values)) {
+    match kind.build(&Params::of(kind, &values)) {
         Ok(_) => Ok(()),
         Err(ParamError { param, why }) => Err(PyValueError::new_err(format!("{param} {why}"))),
     }

@@ -131,7 +131,7 @@ fn object_around(scene: &shotline::scene::Scene, wanted: NodeId) -> Option<&str>
             return owner;
         }
         if !std::mem::replace(&mut seen[id.0 as usize], true) {
-            stack.extend(node.children().iter().rev().map(|&child| (child, owner)));
+            stack.extend(node.children().rev().map(|child| (child, owner)));
         }
     }
     None

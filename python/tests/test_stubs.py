@@ -58,7 +58,8 @@ def solids_stub():
         "# Made from the registry of solids: UPDATE_STUBS=1 python -m pytest python/tests/test_stubs.py",
         "from numpy.typing import ArrayLike",
         "",
-        "from .nodes import Solid, Vector",
+        "from .nodes import Vector",
+        "from .solid import Solid",
         "",
         f"__all__ = {solids.__all__}".replace("'", '"'),
     ]

@@ -49,7 +49,7 @@ fn names_of_containers(scene: &Scene) -> Vec<&str> {
         false
     };
     let is_container = |node: &'_ Node| match node {
-        Node::Object { node, .. } => contains_object(*node),
+        Node::Object { node, contents, .. } => !contents.is_empty() || contains_object(*node),
         _ => false,
     };
     let named = scene.nodes.iter().filter(|node| is_container(node));

@@ -157,14 +157,7 @@ fn expanded_size(scene: &Scene) -> Option<u64> {
     for _ in 0..=scene.nodes.len() {
         let before = sizes.clone();
         for (i, node) in scene.nodes.iter().enumerate() {
-            let below: &[_] = match node {
-                Node::Solid { .. } | Node::Mesh { .. } => &[],
-                Node::Csg { args, .. } => args,
-                Node::Group { members } => members,
-                Node::Transform { child, .. } => std::slice::from_ref(child),
-                Node::Object { node, .. } => std::slice::from_ref(node),
-            };
-            sizes[i] = below.iter().fold(1, |sum, id| sum.saturating_add(before[id.0 as usize]));
+            sizes[i] = node.children().fold(1, |sum, id| sum.saturating_add(before[id.0 as usize]));
         }
         if sizes == before {
             return Some(sizes.into_iter().max().unwrap_or(0));

@@ -135,7 +135,8 @@ fn merge(scene: &Scene, format: &str) -> Result<(TriangleMesh, Vec<String>), Wri
         if visited > MAX_VISITED || depth > MAX_DEPTH {
             return refuse("the scene has too many parts to write each of them out");
         }
-        match scene.node(id) {
+        let node = scene.node(id);
+        match node {
             Node::Solid { kind, .. } => {
                 return refuse(&format!("object '{object}' has a solid of the kind {}", kind.name));
             }
@@ -150,7 +151,9 @@ fn merge(scene: &Scene, format: &str) -> Result<(TriangleMesh, Vec<String>), Wri
             Node::Group { members } => {
                 todo.extend(members.iter().rev().map(|m| (*m, transform, depth + 1, object)))
             }
-            Node::Object { node, name, .. } => todo.push((*node, transform, depth + 1, name)),
+            Node::Object { name, .. } => {
+                todo.extend(node.children().rev().map(|child| (child, transform, depth + 1, name.as_str())));
+            }
             Node::Transform { transform: local, child } => {
                 todo.push((*child, local.inside(&transform), depth + 1, object));
             }

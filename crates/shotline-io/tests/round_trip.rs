@@ -138,7 +138,15 @@ fn random_scene(random: &mut Random, folder: &Path) -> Scene {
     }
     for _ in 0..=random.below(3) {
         let shape = shapes[random.below(shapes.len())];
-        let root = scene.add(object(random, shape, &scene.materials));
+        let mut root = object(random, shape, &scene.materials);
+        if let Node::Object { contents, .. } = &mut root {
+            contents.extend(scene.objects.iter().filter(|_| random.below(3) == 0));
+        }
+        let mut root = scene.add(root);
+        if random.below(4) == 0 {
+            let transform = LocalTransform::translation(random.point(-1.0, 1.0));
+            root = scene.add(Node::Transform { transform, child: root });
+        }
         scene.objects.push(root);
     }
     looks(&mut scene, random);
@@ -152,6 +160,8 @@ fn object(random: &mut Random, node: NodeId, materials: &[(String, Material)]) -
         material: materials.get(material).map(|(name, _)| name.clone()),
         priority: random.bits() as i32,
         node,
+        contents: Vec::new(),
+        clip: random.below(3) == 0,
     }
 }
 
@@ -232,8 +242,9 @@ fn canonical(scene: &Scene) -> String {
             Node::Csg { op, args } => format!("{op:?} {:?}\n", all(args)),
             Node::Group { members } => format!("group {:?}\n", all(members)),
             Node::Transform { transform, child } => format!("{transform:?} {:?}\n", all(&[*child])),
-            Node::Object { name, material, priority, node } => {
-                format!("{name} {material:?} {priority} {:?}\n", all(&[*node]))
+            Node::Object { name, material, priority, node, contents, clip } => {
+                let parts = [&[*node], &contents[..]].concat();
+                format!("{name} {material:?} {priority} {clip} {:?}\n", all(&parts))
             }
         };
     }

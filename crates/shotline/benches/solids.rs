@@ -27,7 +27,8 @@ fn solids(criterion: &mut Criterion) {
     group.throughput(Throughput::Elements(LINES as u64));
     for (name, kind, values) in SOLIDS {
         let kind = solid::kind(kind).expect("a kind of the registry");
-        let solid = (kind.build)(&Params::of(kind, values)).expect("good parameters");
+        let parts = kind.build(&Params::of(kind, values)).expect("good parameters");
+        let Some(solid) = parts.single().cloned() else { continue };
         let lines = lines_that_meet(&*solid);
         let mut list = Vec::new();
         group.bench_function(*name, |b| {

@@ -1,13 +1,14 @@
 //! Findings in the scene as a whole.
 
 use shotline::compile::{SceneError, World};
+use shotline::query::OverlapKind;
 use shotline::scene::Scene;
 use shotline_io::Document;
 
 use super::{Finding, Findings, Location, Severity};
 use crate::empty_objects;
-use crate::number::{counted, grouped, short_vector};
-use crate::overlap::{ObjectPair, sample_world};
+use crate::number::{counted, grouped, short, short_vector};
+use crate::overlap::{Extent, ObjectPair, sample_world};
 
 impl Findings {
     /// Adds the errors for which a scene cannot be compiled.
@@ -35,11 +36,14 @@ impl Findings {
                 format!("seems to be empty: none of {rays} rays through the boxes of its parts meets it");
             self.add_empty(world, object, &text);
         }
+        let (protrusions, overlaps): (Vec<_>, Vec<_>) =
+            sampling.overlaps.into_iter().partition(|pair| pair.kind == OverlapKind::Protrusion);
+        self.add_pairs(Severity::Fault, "overlap", overlaps, "objects of equal priority that overlap:");
         self.add_pairs(
             Severity::Fault,
-            "overlap",
-            sampling.overlaps,
-            "objects of equal priority that overlap:",
+            "protrusion",
+            protrusions,
+            "objects that stick out of what contains them and clips them:",
         );
         self.add_pairs(
             Severity::Remark,
@@ -66,9 +70,17 @@ impl Findings {
         if !pairs.is_empty() {
             self.line(title);
         }
-        for ObjectPair { first, second, point, rays } in pairs {
+        for ObjectPair { kind: of, first, second, point, rays, extent } in pairs {
             let (on, at) = (counted(rays as u64, "ray", "rays"), short_vector(point));
-            let text = format!("'{first}' and '{second}', on {on}, as at {at}");
+            let mut text = match of {
+                _ if first == second => format!("two placements of '{first}', on {on}, as at {at}"),
+                OverlapKind::Overlap => format!("'{first}' and '{second}', on {on}, as at {at}"),
+                OverlapKind::Protrusion => format!("'{first}' out of '{second}', on {on}, as at {at}"),
+            };
+            if let Some(Extent { depth, volume }) = extent {
+                text +=
+                    &format!(": about {} deep there, with a volume of about {}", short(depth), short(volume));
+            }
             let first = Location { objects: vec![first, second], point: Some(point), ..Location::default() };
             self.add(Finding { severity, subject: "scene".into(), kind, count: rays, text, first });
         }

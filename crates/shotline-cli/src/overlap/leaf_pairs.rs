@@ -9,6 +9,7 @@ use shotline::query::{Caster, QueryError};
 use shotline::ray::{Ray, Span};
 
 use super::axis_ray::axis_ray;
+use super::extent::extent;
 use super::on_ray::{Overlap, overlaps_on_ray};
 use super::pairs::PairSet;
 use crate::number::grouped;
@@ -40,14 +41,16 @@ const WORK_OF_INTERVAL: u64 = 8;
 pub fn sample_leaf_pairs(world: &World, bounds: &Aabb, overlaps: &mut PairSet) -> Vec<String> {
     let mut candidates = world.overlap_candidates(MAX_ALL_RAYS / MIN_RAYS, MAX_COMPARISONS);
     let listed = candidates.pairs.len() as u64;
-    candidates.pairs.iter_mut().filter(|m| !m.common.is_finite()).for_each(|m| {
-        m.common = m.common.intersection(bounds);
+    candidates.pairs.iter_mut().filter(|m| !m.place.is_finite()).for_each(|m| {
+        m.place = m.place.intersection(bounds);
     });
     // `sample_world` reports that two unbounded objects are not examined far away.
-    candidates.pairs.retain(|m| m.common.min.cmplt(m.common.max).all() && m.common.is_finite());
+    candidates.pairs.retain(|m| m.place.min.cmplt(m.place.max).all() && m.place.is_finite());
     order_round_robin(&mut candidates.pairs);
     let mut sampler = Sampler { caster: Caster::new(world), rays: 0, work: 0, fewest_rays: false };
     let (examined, error) = sampler.sample_all(&candidates.pairs, overlaps);
+    let error =
+        error.or_else(|| estimate_extents(&mut sampler.caster, &candidates.pairs, bounds, overlaps).err());
     let outside = listed - candidates.pairs.len() as u64;
     let examined = examined as u64 + outside;
     let mut unexamined = Vec::new();
@@ -64,9 +67,36 @@ pub fn sample_leaf_pairs(world: &World, bounds: &Aabb, overlaps: &mut PairSet) -
     unexamined
 }
 
+/// The maximum number of pairs whose extent is estimated.
+const MAX_ESTIMATED: usize = 50;
+
+/// Estimates how large overlaps and protrusions are: in the smallest place of a candidate around their points, or in `bounds`.
+fn estimate_extents(
+    caster: &mut Caster,
+    candidates: &[OverlapCandidate],
+    bounds: &Aabb,
+    overlaps: &mut PairSet,
+) -> Result<(), QueryError> {
+    let volume = |b: &Aabb| b.size().element_product();
+    for pair in overlaps.pairs_mut().take(MAX_ESTIMATED) {
+        let is_around = |candidate: &&OverlapCandidate| {
+            let Aabb { min, max } = candidate.place;
+            let names = candidate.objects.map(|object| &caster.world().object_names()[object as usize]);
+            candidate.kind == pair.kind
+                && (names == [&pair.first, &pair.second] || names == [&pair.second, &pair.first])
+                && min.cmple(pair.point).all()
+                && pair.point.cmple(max).all()
+        };
+        let places = candidates.iter().filter(is_around).map(|candidate| candidate.place);
+        let place = places.min_by(|a, b| volume(a).total_cmp(&volume(b))).unwrap_or(*bounds);
+        pair.extent = extent(caster, (pair.kind, [&pair.first, &pair.second]), &place)?;
+    }
+    Ok(())
+}
+
 /// Orders pairs of leaves: the largest box of each pair of objects first, then the second of each, and so on.
 fn order_round_robin(pairs: &mut Vec<OverlapCandidate>) {
-    let volume = |m: &OverlapCandidate| m.common.size().element_product();
+    let volume = |m: &OverlapCandidate| m.place.size().element_product();
     pairs.sort_by(|a, b| volume(b).total_cmp(&volume(a)));
     let mut rounds: HashMap<[u32; 2], usize> = HashMap::new();
     let round = |m: &OverlapCandidate| {
@@ -98,16 +128,16 @@ impl Sampler<'_> {
     ) -> (usize, Option<QueryError>) {
         let rays_per_pair = (USUAL_RAYS / pairs.len().max(1)).clamp(MIN_RAYS, MAX_RAYS);
         for (number, pair) in pairs.iter().enumerate() {
-            let [a, b] =
-                pair.objects.map(|object| self.caster.world().object_names()[object as usize].clone());
-            if overlaps.contains(&a, &b) {
+            let names = self.caster.world().object_names();
+            let names = pair.objects.map(|object| names[object as usize].as_str());
+            if overlaps.contains(pair.kind, names) {
                 continue;
             }
             self.fewest_rays = self.work > WORK;
             if self.rays + MIN_RAYS > MAX_ALL_RAYS || self.work > WORK_FACTOR * WORK {
                 return (number, None);
             }
-            if let Err(error) = self.sample_pair(&pair.common, rays_per_pair, [&a, &b], overlaps) {
+            if let Err(error) = self.sample_pair(pair, rays_per_pair, names, overlaps) {
                 // The other pairs would be as expensive.
                 return (number, Some(error));
             }
@@ -115,27 +145,27 @@ impl Sampler<'_> {
         (pairs.len(), None)
     }
 
-    /// Casts rays along the axes through a box, until two objects are found to overlap.
+    /// Casts rays along the axes through the place of a pair, until two objects with their names are found in conflict.
     fn sample_pair(
         &mut self,
-        bounds: &Aabb,
+        &OverlapCandidate { kind, place: bounds, .. }: &OverlapCandidate,
         rays: usize,
-        [a, b]: [&str; 2],
+        names: [&str; 2],
         overlaps: &mut PairSet,
     ) -> Result<(), QueryError> {
         let max_work = WORK / (USUAL_RAYS / rays).max(1) as u64;
         let before = self.work;
         for i in 0..rays {
             let is_expensive = self.fewest_rays || self.work - before > max_work;
-            if overlaps.contains(a, b) || (is_expensive && i >= MIN_RAYS) {
+            if overlaps.contains(kind, names) || (is_expensive && i >= MIN_RAYS) {
                 break;
             }
             let axis = i % 3;
-            let Some(ray) = axis_ray(bounds, axis, (i / 3) as u32) else { continue };
-            for found in self.wide_overlaps(&ray, bounds, axis)? {
+            let Some(ray) = axis_ray(&bounds, axis, (i / 3) as u32) else { continue };
+            for found in self.wide_overlaps(&ray, &bounds, axis)? {
                 let p = ray.at(found.t_in.midpoint(found.t_out));
-                if self.is_overlap_at(p, bounds, axis)? {
-                    overlaps.add(&found.first, &found.second, p);
+                if self.is_overlap_at(p, &bounds, axis)? {
+                    overlaps.add(found.kind, [&found.first, &found.second], p);
                 }
             }
         }

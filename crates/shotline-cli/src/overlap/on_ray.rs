@@ -1,12 +1,13 @@
 //! Overlaps on one ray.
 
 use shotline::crossing::GROUPING;
-use shotline::query::{Caster, QueryError};
+use shotline::query::{Caster, OverlapKind, QueryError};
 use shotline::ray::{Ray, Span};
 
-/// An interval of a ray that is inside two objects of equal priority.
+/// An interval of a ray that is inside two objects of equal priority, or inside one that sticks out of another there.
 #[derive(Debug)]
 pub struct Overlap {
+    pub kind: OverlapKind,
     pub first: String,
     pub second: String,
     pub t_in: f64,
@@ -22,7 +23,7 @@ impl Overlap {
     }
 }
 
-/// Every overlap on a ray for which a query of segments would return an error, and the number of intervals inside parts.
+/// Every overlap and protrusion on a ray, and the number of intervals inside parts.
 /// There are none in a world with a mesh that has no inside.
 ///
 /// # Errors
@@ -41,6 +42,7 @@ pub fn overlaps_on_ray(
     let names = caster.world().object_names();
     let name = |object: u32| names[object as usize].clone();
     let named = found.iter().map(|o| Overlap {
+        kind: o.kind,
         first: name(o.first),
         second: name(o.second),
         t_in: o.t_in,

@@ -6,7 +6,7 @@ use shotline::aabb::Aabb;
 use shotline::compile::World;
 use shotline::crossing::GROUPING;
 use shotline::measure::object_bounds;
-use shotline::query::{Caster, Hit, HitKind, QueryError};
+use shotline::query::{Caster, Hit, HitKind, OverlapKind, QueryError};
 use shotline::ray::{Ray, Span};
 
 use super::axis_ray::axis_ray;
@@ -17,7 +17,7 @@ use super::pairs::{ObjectPair, PairSet};
 /// What the rays have found.
 #[derive(Debug, Default)]
 pub struct SamplingReport {
-    /// Objects of equal priority that overlap, in the order of their names.
+    /// Objects of equal priority that overlap, then objects that stick out of others, in the order of their names.
     pub overlaps: Vec<ObjectPair>,
     /// Objects that have coincident faces, in the order of their names.
     pub coincidences: Vec<ObjectPair>,
@@ -118,11 +118,12 @@ impl<'w> Sampler<'w> {
         for overlap in overlaps {
             let point = ray.at(overlap.t_in.midpoint(overlap.t_out.min(f64::MAX)));
             let point = if point.is_finite() { point } else { ray.at(overlap.t_in) };
-            self.overlaps.add(&overlap.first, &overlap.second, point);
+            self.overlaps.add(overlap.kind, [&overlap.first, &overlap.second], point);
         }
         let names = self.caster.world().object_names();
         for ((a, b), t) in coincidences_on_ray(&self.hits) {
-            self.coincidences.add(&names[a as usize], &names[b as usize], ray.at(t));
+            let names = [a, b].map(|object| names[object as usize].as_str());
+            self.coincidences.add(OverlapKind::Overlap, names, ray.at(t));
         }
         Ok(self.hits.len())
     }
@@ -168,7 +169,7 @@ fn unexamined_pairs(world: &World, objects: &[Aabb], known: &PairSet) -> Vec<Str
             let common = objects[a as usize].intersection(&objects[b as usize]);
             let are_apart = !common.min.cmplt(common.max).all();
             let may_overlap = world.object_priority(a) == world.object_priority(b);
-            if are_apart || !may_overlap || known.contains(name(a), name(b)) {
+            if are_apart || !may_overlap || known.contains(OverlapKind::Overlap, [name(a), name(b)]) {
                 continue;
             }
             if out.len() < MAX_NAMED {

@@ -1,7 +1,7 @@
 //! The report as one JSON document. Infinite numbers and missing values are `null`.
 
 use serde_json::{Value, json};
-use shotline::query::HitKind;
+use shotline::query::{HitKind, OverlapKind};
 use shotline::scene::Units;
 
 use super::{CrossingRow, ShootReport};
@@ -25,6 +25,10 @@ impl ShootReport {
                 "segments": t.segments,
             })).collect::<Vec<_>>(),
             "overlaps": self.overlaps.iter().map(|o| json!({
+                "kind": match o.kind {
+                    OverlapKind::Overlap => "overlap",
+                    OverlapKind::Protrusion => "protrusion",
+                },
                 "first": o.first,
                 "second": o.second,
                 "t_in": number(o.t_in),

@@ -1,6 +1,6 @@
 //! The report as a table.
 
-use shotline::query::HitKind;
+use shotline::query::{HitKind, OverlapKind};
 
 use super::{CrossingRow, ShootReport, length};
 use crate::number::{counted, short, short_normal, short_vector};
@@ -85,13 +85,17 @@ impl ShootReport {
             out += &format!("  {:width$}  {}{}\n", "all", short(sum), self.unit());
         }
         for o in &self.overlaps {
-            out += &format!(
-                "overlap: '{}' and '{}' of equal priority from t = {} to t = {}; the later object owns it\n",
-                o.first,
-                o.second,
-                short(o.t_in),
-                short(o.t_out)
-            );
+            let (from, to) = (short(o.t_in), short(o.t_out));
+            out += &match o.kind {
+                OverlapKind::Overlap => format!(
+                    "overlap: '{}' and '{}' of equal priority from t = {from} to t = {to}; the deeper or later one owns it\n",
+                    o.first, o.second,
+                ),
+                OverlapKind::Protrusion => format!(
+                    "protrusion: '{}' sticks out of '{}' from t = {from} to t = {to}, where it does not count\n",
+                    o.first, o.second,
+                ),
+            };
         }
         if let Some(no_thickness) = &self.no_thickness {
             out += &format!("no thickness: {no_thickness}\n");

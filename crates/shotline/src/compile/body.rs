@@ -2,6 +2,7 @@
 
 use std::cmp::Reverse;
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::accel_choice::AccelChoice;
 use super::built_leaves::{BuiltLeaf, BuiltLeaves};
@@ -13,7 +14,7 @@ use crate::csg::{LeafBounds, Op, Program, Tree, TreeNode};
 use crate::math::{Affine, ComposedTransform, TransformPair};
 use crate::region::Constraint;
 use crate::scene::{Node, NodeId, Scene};
-use crate::solid::Solid;
+use crate::solid::{Parts, Solid};
 
 /// Up to this many leaves are tested one after the other, which is cheaper than any accelerator.
 const MAX_LEAVES_WITHOUT_ACCEL: usize = 8;
@@ -92,8 +93,8 @@ impl BodyBuilder<'_> {
                         continue;
                     }
                     Node::Solid { .. } | Node::Mesh { .. } => {
-                        leaves.push(self.leaf(node, &composed)?);
-                        TreeNode::Leaf((leaves.len() - 1) as u32)
+                        done.push(self.solid(node, &composed, &mut tree, &mut leaves)?);
+                        continue;
                     }
                 },
             };
@@ -104,18 +105,44 @@ impl BodyBuilder<'_> {
         Ok((tree, root, leaves))
     }
 
-    fn leaf(&mut self, node: NodeId, composed: &ComposedTransform) -> Result<PlacedLeaf, SceneError> {
+    /// Adds the parts of a solid to the expression. Returns its node there.
+    fn solid(
+        &mut self,
+        node: NodeId,
+        composed: &ComposedTransform,
+        tree: &mut Tree,
+        leaves: &mut Vec<PlacedLeaf>,
+    ) -> Result<u32, SceneError> {
         let placement = self.placed(node, composed)?;
-        let (solid, kind): (std::sync::Arc<dyn Solid>, _) = match self.leaves.get(node) {
-            Some(BuiltLeaf::Solid { solid, kind }) => (solid.clone(), *kind),
-            Some(BuiltLeaf::Mesh(mesh)) => (mesh.clone(), "mesh"),
+        let number = leaves.last().map_or(0, |last| last.leaf.number + 1);
+        let of_mesh;
+        let (parts, kind) = match self.leaves.get(node) {
+            Some(BuiltLeaf::Solid { parts, kind }) => (parts, *kind),
+            Some(BuiltLeaf::Mesh(mesh)) => {
+                of_mesh = Parts::Solid(mesh.clone(), mesh.surfaces());
+                (&of_mesh, "mesh")
+            }
             None => return Err(SceneError::at(node, "this node is not a solid".into())),
         };
-        let first_surface = self.surfaces;
-        self.count_surfaces(&*solid);
-        let bounds = solid.bounds().transformed(&placement.parent_from_local);
-        let leaf = Leaf { solid, kind, local_from_body: placement.local_from_parent, bounds, first_surface };
-        Ok(PlacedLeaf { leaf, body_from_local: placement.parent_from_local })
+        let first = leaves.len();
+        let added = add_parts(parts, tree, &mut |solid, surfaces| {
+            let leaf = Leaf {
+                solid: solid.clone(),
+                kind,
+                number,
+                surfaces,
+                local_from_body: placement.local_from_parent,
+                bounds: solid.bounds().transformed(&placement.parent_from_local),
+                first_surface: 0,
+            };
+            leaves.push(PlacedLeaf { leaf, body_from_local: placement.parent_from_local });
+            (leaves.len() - 1) as u32
+        });
+        for placed in &mut leaves[first..] {
+            placed.leaf.first_surface = self.surfaces;
+            self.count_surfaces(&*placed.leaf.solid);
+        }
+        Ok(added)
     }
 
     /// The placement of a node under a chain of transforms. Updates the worst condition number so far.
@@ -137,6 +164,26 @@ impl BodyBuilder<'_> {
         self.surfaces += solid.surfaces().len() as u32;
         self.stats.leaves += 1;
     }
+}
+
+/// Adds parts to an expression, and their solids by `add`, which returns their numbers. Returns the node of the parts.
+fn add_parts(
+    parts: &Parts,
+    tree: &mut Tree,
+    add: &mut impl FnMut(&Arc<dyn Solid>, &'static [&'static str]) -> u32,
+) -> u32 {
+    let (op, args) = match parts {
+        Parts::Solid(solid, surfaces) => {
+            tree.nodes.push(TreeNode::Leaf(add(solid, surfaces)));
+            return (tree.nodes.len() - 1) as u32;
+        }
+        Parts::Union(args) => (Op::Union, args),
+        Parts::Intersection(args) => (Op::Intersection, args),
+        Parts::Difference(args) => (Op::Difference, args),
+    };
+    let args = args.iter().map(|part| add_parts(part, tree, add)).collect();
+    tree.nodes.push(TreeNode::Op(op, args));
+    (tree.nodes.len() - 1) as u32
 }
 
 fn enter_all(steps: &mut Vec<Step>, op: Op, args: &[NodeId], composed: &ComposedTransform) {

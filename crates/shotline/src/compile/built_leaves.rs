@@ -7,7 +7,7 @@ use super::accel_choice::AccelChoice;
 use super::graph::Graph;
 use crate::math::ComposedTransform;
 use crate::scene::{Node, NodeId, Scene};
-use crate::solid::Solid;
+use crate::solid::Parts;
 use crate::solid::mesh::{MeshError, MeshSolid, Weld};
 
 /// A combination of more leaves than this is rejected before it is built.
@@ -19,7 +19,7 @@ const MAX_NODES: u64 = 10 * MAX_LEAVES;
 /// A leaf of the graph, built.
 #[derive(Clone, Debug)]
 pub(super) enum BuiltLeaf {
-    Solid { solid: Arc<dyn Solid>, kind: &'static str },
+    Solid { parts: Parts, kind: &'static str },
     Mesh(Arc<MeshSolid>),
 }
 
@@ -85,8 +85,8 @@ impl BuiltLeaves {
 
 fn build_leaf(node: &Node, id: NodeId, choice: AccelChoice) -> Result<Option<BuiltLeaf>, SceneError> {
     match node {
-        Node::Solid { kind, params } => match (kind.build)(params) {
-            Ok(solid) => Ok(Some(BuiltLeaf::Solid { solid, kind: kind.name })),
+        Node::Solid { kind, params } => match kind.build(params) {
+            Ok(parts) => Ok(Some(BuiltLeaf::Solid { parts, kind: kind.name })),
             Err(e) => {
                 let message = format!("{}: {} {}", kind.name, e.param, e.why);
                 Err(SceneError { param: Some(e.param), ..SceneError::at(id, message) })
@@ -125,7 +125,8 @@ fn gather(node: &Node, id: NodeId, below: &[SubtreeSummary], leaf: Option<&Built
         (_, Some(BuiltLeaf::Mesh(mesh))) if !mesh.is_closed() => {
             out = SubtreeSummary { leaves: 1, open_mesh: Some(id), ..out };
         }
-        (Node::Solid { .. } | Node::Mesh { .. }, _) => out.leaves = 1,
+        (_, Some(BuiltLeaf::Solid { parts, .. })) => out.leaves = parts.count() as u64,
+        (Node::Mesh { .. }, _) => out.leaves = 1,
         _ => {}
     }
     out

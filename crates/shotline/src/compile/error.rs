@@ -56,7 +56,7 @@ fn innermost_objects(scene: &Scene) -> Vec<Option<&str>> {
             _ => above,
         };
         objects[id.0 as usize] = innermost;
-        stack.extend(node.children().iter().rev().map(|&child| (child, innermost)));
+        stack.extend(node.children().rev().map(|child| (child, innermost)));
     }
     objects
 }

@@ -27,6 +27,8 @@ impl Graph {
     pub(super) fn of(scene: &Scene) -> Result<Graph, Vec<SceneError>> {
         check_numbers(scene)?;
         let postorder = search(scene)?;
+        check_roots(scene)?;
+        check_contents(scene, &postorder)?;
         let shared = find_shared(scene, &postorder);
         Ok(Graph { postorder, shared })
     }
@@ -40,6 +42,30 @@ fn roots(scene: &Scene) -> impl Iterator<Item = NodeId> {
     scene.objects.iter().copied().chain(scene.defs.iter().map(|(_, node)| *node))
 }
 
+/// Checks that the contents of objects are objects and groups of them.
+fn check_contents(scene: &Scene, postorder: &[NodeId]) -> Result<(), Vec<SceneError>> {
+    let mut holds_objects_only = vec![false; scene.nodes.len()];
+    let mut errors = Vec::new();
+    for &id in postorder {
+        let holds = |id: &NodeId| holds_objects_only[id.0 as usize];
+        let of_node = match scene.node(id) {
+            Node::Object { contents, .. } => {
+                let wrong = contents.iter().find(|part| !holds(part));
+                errors.extend(wrong.map(|&part| {
+                    SceneError::at(part, "the contents of an object are objects and groups of them".into())
+                        .with_hint("give the shape a name and a material, as an object of its own")
+                }));
+                true
+            }
+            Node::Group { members } => members.iter().all(holds),
+            Node::Transform { child, .. } => holds(child),
+            Node::Solid { .. } | Node::Mesh { .. } | Node::Csg { .. } => false,
+        };
+        holds_objects_only[id.0 as usize] = of_node;
+    }
+    if errors.is_empty() { Ok(()) } else { Err(errors) }
+}
+
 fn check_numbers(scene: &Scene) -> Result<(), Vec<SceneError>> {
     let is_there = |id: &NodeId| (id.0 as usize) < scene.nodes.len();
     let mut errors = Vec::new();
@@ -47,15 +73,24 @@ fn check_numbers(scene: &Scene) -> Result<(), Vec<SceneError>> {
         errors.push(SceneError::general(format!("there is no node number {}", id.0)));
     }
     for (i, node) in (0..).zip(&scene.nodes) {
-        for id in node.children().iter().filter(|id| !is_there(id)) {
+        for id in node.children().filter(|id| !is_there(id)) {
             errors.push(SceneError::at(NodeId(i), format!("there is no node number {}", id.0)));
         }
     }
-    for &id in scene.objects.iter().filter(|id| is_there(id)) {
-        if !matches!(scene.node(id), Node::Object { .. }) {
-            errors.push(SceneError::at(id, "the roots of a scene must be objects".into()));
+    if errors.is_empty() { Ok(()) } else { Err(errors) }
+}
+
+/// Checks that the roots are objects, which may be transformed. There are no cycles.
+fn check_roots(scene: &Scene) -> Result<(), Vec<SceneError>> {
+    let is_object = |mut id: NodeId| {
+        while let Node::Transform { child, .. } = scene.node(id) {
+            id = *child;
         }
-    }
+        matches!(scene.node(id), Node::Object { .. })
+    };
+    let wrong = scene.objects.iter().filter(|&&id| !is_object(id));
+    let errors: Vec<_> =
+        wrong.map(|&id| SceneError::at(id, "the roots of a scene must be objects".into())).collect();
     if errors.is_empty() { Ok(()) } else { Err(errors) }
 }
 
@@ -78,7 +113,7 @@ fn search(scene: &Scene) -> Result<Vec<NodeId>, Vec<SceneError>> {
             path.push((root, 0));
         }
         while let Some((node, next)) = path.last_mut() {
-            let Some(&child) = scene.node(*node).children().get(*next) else {
+            let Some(child) = scene.node(*node).child(*next) else {
                 marks[node.0 as usize] = Mark::Done;
                 postorder.push(*node);
                 path.pop();

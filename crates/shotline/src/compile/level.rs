@@ -1,5 +1,6 @@
 //! Levels: the placements of a group, under one accelerator. A group with several parents becomes a level of its own,
-//! which is placed like a body. Other groups are flattened into the level that contains them.
+//! which is placed like a body. Other groups are flattened into the level that contains them. An object with contents is
+//! a group of its shape and its contents.
 
 use std::sync::Arc;
 
@@ -10,8 +11,8 @@ use super::accel_choice::AccelChoice;
 use super::body::{BodyBuilder, is_body};
 use super::built_leaves::BuiltLeaves;
 use super::graph::Graph;
-use super::names::{Labels, NameId};
-use super::world::{Level, ObjectInfo, Placement, Target, World};
+use super::names::{Labels, NO_NAME, NameId};
+use super::world::{Level, ObjectInfo, ObjectScope, Placement, Target, World};
 use super::{SceneError, Stats};
 use crate::aabb::Aabb;
 use crate::accel::{self, Items};
@@ -80,6 +81,8 @@ struct Visit {
     node: NodeId,
     composed: ComposedTransform,
     object: Option<u32>,
+    /// The innermost scope around it in the level.
+    scope: Option<u32>,
     name: NameId,
     /// The innermost transform above, if the recorder keeps it.
     occurrence: Option<OccurrenceId>,
@@ -88,13 +91,54 @@ struct Visit {
 /// Members that are being visited: those of the level itself, or those of a group that is flattened into it. They are
 /// visited one by one, so a group of a million members needs no room for a million visits.
 struct Members<'s> {
-    nodes: &'s [NodeId],
-    /// How many have been visited.
-    visited: usize,
-    /// Whether their names contain their index.
-    indexed: bool,
+    list: MemberList<'s>,
     /// The group; `None` for the level itself.
     group: Option<Group>,
+    /// The object that they are in; `None` where it is named above the level.
+    object: Option<u32>,
+    /// The scope that they are in, and whether it ends with them.
+    scope: Option<u32>,
+    ends_scope: bool,
+}
+
+/// The members of a group, or the roots of a scene. An object with contents is a group of its shape and its contents.
+#[derive(Clone, Copy)]
+struct MemberList<'s> {
+    /// The shape, which comes first and has the name of the object.
+    shape: Option<NodeId>,
+    nodes: &'s [NodeId],
+    /// Whether the names of `nodes` contain their index.
+    indexed: bool,
+    /// How many have been visited, the shape among them.
+    visited: usize,
+}
+
+impl<'s> MemberList<'s> {
+    /// The members of a node that is a group.
+    fn of(node: &'s Node) -> Option<MemberList<'s>> {
+        match node {
+            Node::Group { members } => {
+                Some(MemberList { shape: None, nodes: members, indexed: true, visited: 0 })
+            }
+            Node::Object { node, contents, .. } if !contents.is_empty() => {
+                Some(MemberList { shape: Some(*node), nodes: contents, indexed: true, visited: 0 })
+            }
+            _ => None,
+        }
+    }
+
+    /// The next member, with its index; the shape has none.
+    fn next(&mut self) -> Option<(NodeId, Option<usize>)> {
+        let number = self.visited;
+        self.visited += 1;
+        match self.shape {
+            Some(shape) if number == 0 => Some((shape, None)),
+            _ => {
+                let index = number - usize::from(self.shape.is_some());
+                self.nodes.get(index).map(|&node| (node, Some(index)))
+            }
+        }
+    }
 }
 
 /// A group that is flattened into a level.
@@ -111,19 +155,21 @@ impl<'s> Builder<'s> {
         // Children come before parents, so the targets of a level's placements exist already.
         for &id in graph.postorder.iter().filter(|&&id| graph.is_shared(id)) {
             let node = scene.node(id);
-            let target = match node {
-                Node::Group { members } => {
-                    Target::Level(self.level(members, true, self.bodies.choice.of(id))?)
+            let target = match MemberList::of(node) {
+                Some(members) => {
+                    let object = self.objects.get(&id).copied();
+                    Target::Level(self.level(members, object, self.bodies.choice.of(id))?)
                 }
-                _ if is_body(node) => match self.body(id, &ComposedTransform::IDENTITY)? {
+                None if is_body(node) => match self.body(id, &ComposedTransform::IDENTITY)? {
                     Some(target) => target,
                     None => continue,
                 },
-                _ => continue,
+                None => continue,
             };
             self.targets.insert(id, target);
         }
-        self.world.root = self.level(&scene.objects, false, self.bodies.choice.general())?;
+        let roots = MemberList { shape: None, nodes: &scene.objects, indexed: false, visited: 0 };
+        self.world.root = self.level(roots, None, self.bodies.choice.general())?;
         Arc::make_mut(&mut self.world.names).shrink();
         Ok(())
     }
@@ -137,15 +183,15 @@ impl<'s> Builder<'s> {
             if std::mem::replace(&mut seen[id.0 as usize], true) {
                 continue;
             }
-            if let Node::Object { name, material, priority, .. } = scene.node(id) {
+            if let Node::Object { name, material, priority, clip, .. } = scene.node(id) {
                 let material = material
                     .as_ref()
                     .and_then(|m| scene.materials.iter().position(|(known, _)| known == m).map(|i| i as u32));
                 self.objects.insert(id, self.world.objects.len() as u32);
-                self.world.objects.push(ObjectInfo { material, priority: *priority });
+                self.world.objects.push(ObjectInfo { material, priority: *priority, clip: *clip });
                 self.world.object_names.push(name.clone());
             }
-            stack.extend(scene.node(id).children().iter().rev());
+            stack.extend(scene.node(id).children().rev());
         }
     }
 
@@ -159,32 +205,38 @@ impl<'s> Builder<'s> {
         Ok(Some(Target::Body((self.world.bodies.len() - 1) as u32)))
     }
 
-    /// Builds the level of some members. If `indexed`, their names contain their index in the group.
+    /// Builds the level of some members; those of an object with contents are in its scope.
     fn level(
         &mut self,
-        members: &'s [NodeId],
-        indexed: bool,
+        members: MemberList<'s>,
+        object: Option<u32>,
         accel: &'static str,
     ) -> Result<u32, SceneError> {
         let mut level = Level { accel_name: accel, ..Level::default() };
+        let scope = object.map(|object| add_scope(&mut level, object, None));
         // The placements of each group. They are a contiguous range because members are visited depth first.
         let mut ranges: Vec<Range<u32>> = Vec::new();
-        let mut open = vec![Members { nodes: members, visited: 0, indexed, group: None }];
+        let mut open = vec![Members { list: members, group: None, object, scope, ends_scope: true }];
         while let Some(members) = open.last_mut() {
             let placed = level.placements.len() as u32;
             let Some(visit) = self.next_visit(members) else {
                 if let Some(group) = &members.group {
                     ranges[group.range].end = placed;
                 }
+                if let (Some(scope), true) = (members.scope, members.ends_scope) {
+                    level.scopes[scope as usize].paths.end = level.path_count;
+                }
                 open.pop();
                 continue;
             };
             let visit = self.pass_transforms(visit);
-            match self.bodies.scene.node(visit.node) {
-                Node::Group { members } if !self.graph.is_shared(visit.node) => {
+            match MemberList::of(self.bodies.scene.node(visit.node)) {
+                Some(list) if !self.graph.is_shared(visit.node) => {
+                    let object = self.objects.get(&visit.node).copied().or(visit.object);
+                    let (scope, ends_scope) = scope_of_group(&mut level, object, visit.scope);
                     let group = Some(Group { visit, range: ranges.len() });
                     ranges.push(placed..placed);
-                    open.push(Members { nodes: members, visited: 0, indexed: true, group });
+                    open.push(Members { list, group, object, scope, ends_scope });
                 }
                 _ => self.place(&mut level, visit)?,
             }
@@ -200,21 +252,25 @@ impl<'s> Builder<'s> {
 
     /// The visit of the next member, if there is one left.
     fn next_visit(&mut self, members: &mut Members) -> Option<Visit> {
-        let (index, group) = (members.visited, members.group.as_ref().map(|group| &group.visit));
-        let node = *members.nodes.get(index)?;
-        members.visited += 1;
+        let (node, index) = members.list.next()?;
+        let group = members.group.as_ref().map(|group| &group.visit);
+        let above = group.map_or(NO_NAME, |group| group.name);
         let names = Arc::make_mut(&mut self.world.names);
-        let index = members.indexed.then_some(index);
+        let name = match index {
+            None => above,
+            Some(index) => names.add(above, self.labels.of(node), members.list.indexed.then_some(index)),
+        };
         Some(Visit {
             node,
             composed: group.map_or(ComposedTransform::IDENTITY, |group| group.composed),
-            object: group.and_then(|group| group.object),
-            name: names.add(group.map(|group| group.name), self.labels.of(node), index),
+            object: members.object,
+            scope: members.scope,
+            name,
             occurrence: group.and_then(|group| group.occurrence),
         })
     }
 
-    /// Goes on to the first node below that is no transform and no object.
+    /// Goes on to the first node below that is no transform and no object without contents.
     fn pass_transforms(&mut self, mut visit: Visit) -> Visit {
         let scene = self.bodies.scene;
         loop {
@@ -224,7 +280,7 @@ impl<'s> Builder<'s> {
                     visit.occurrence = self.recorder.add(visit.node, visit.occurrence);
                     visit.node = *child;
                 }
-                Node::Object { node, .. } => {
+                Node::Object { node, contents, .. } if contents.is_empty() => {
                     visit.object = self.objects.get(&visit.node).copied();
                     visit.node = *node;
                 }
@@ -260,6 +316,7 @@ impl<'s> Builder<'s> {
             bounds: self.world.bounds_of(target).transformed(&placement.parent_from_local),
             target,
             object: visit.object,
+            scope: visit.scope,
             first_path,
             name: visit.name,
         });
@@ -279,6 +336,7 @@ impl<'s> Builder<'s> {
         };
         world.lane_groups = (0..).zip(&world.bodies).map(|(number, body)| body.lane_group(number)).collect();
         world.stats.memory_bytes = world.memory();
+        world.clips = world.objects.iter().any(|object| object.clip);
         world.surface = world.find_surface();
         world.casts_blocks = world.bodies.iter().any(|body| body.block_meshes().next().is_some());
         let takes_beams = world.root().accel.as_ref().is_some_and(|accel| accel.takes_beams());
@@ -289,6 +347,22 @@ impl<'s> Builder<'s> {
     }
 }
 
+/// The scope of the members of a group, and whether it ends with them: a new one if their object begins with the group.
+fn scope_of_group(level: &mut Level, object: Option<u32>, around: Option<u32>) -> (Option<u32>, bool) {
+    match object {
+        Some(object) if around.is_none_or(|scope| level.scopes[scope as usize].object != object) => {
+            (Some(add_scope(level, object, around)), true)
+        }
+        _ => (around, false),
+    }
+}
+
+/// Adds a scope that begins with the next placement of a level.
+fn add_scope(level: &mut Level, object: u32, parent: Option<u32>) -> u32 {
+    level.scopes.push(ObjectScope { object, parent, paths: level.path_count..level.path_count });
+    (level.scopes.len() - 1) as u32
+}
+
 impl World {
     fn empty(scene: &Scene) -> World {
         World {
@@ -297,6 +371,7 @@ impl World {
             bodies: Vec::new(),
             lane_groups: Vec::new(),
             objects: Vec::new(),
+            clips: false,
             object_names: Vec::new(),
             material_names: scene.materials.iter().map(|(name, _)| name.clone()).collect(),
             names: Arc::default(),

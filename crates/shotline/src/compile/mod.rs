@@ -21,7 +21,7 @@ mod world;
 
 pub use dynamic::DynamicWorld;
 pub use error::{InvalidScene, SceneError};
-pub use overlap_candidates::{OverlapCandidate, OverlapCandidates};
+pub use overlap_candidates::{OverlapCandidate, OverlapCandidates, OverlapKind};
 pub use world::{Stats, World};
 
 pub(crate) use world::{Body, Leaf, Level, Placement, SolidBody, SurfaceBody, Target};

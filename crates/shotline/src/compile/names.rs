@@ -10,11 +10,13 @@ use crate::scene::{Node, NodeId, Scene};
 pub(super) struct NameId(u32);
 
 const NO_INDEX: u32 = u32::MAX;
-const NO_PARENT: NameId = NameId(u32::MAX);
+
+/// An empty name.
+pub(super) const NO_NAME: NameId = NameId(u32::MAX);
 
 #[derive(Clone, Copy, Debug)]
 struct Link {
-    /// The name above; `NO_PARENT` for a name that begins with this link.
+    /// The name above; `NO_NAME` for a name that begins with this link.
     parent: NameId,
     label: u32,
     /// The index among the members of a group; `NO_INDEX` where the name has none.
@@ -31,10 +33,10 @@ pub(super) struct PathNames {
 
 impl PathNames {
     /// Adds a name below another.
-    pub(super) fn add(&mut self, parent: Option<NameId>, label: &str, index: Option<usize>) -> NameId {
+    pub(super) fn add(&mut self, parent: NameId, label: &str, index: Option<usize>) -> NameId {
         let label = self.label(label);
         let index = index.map_or(NO_INDEX, |i| i as u32);
-        self.links.push(Link { parent: parent.unwrap_or(NO_PARENT), label, index });
+        self.links.push(Link { parent, label, index });
         NameId((self.links.len() - 1) as u32)
     }
 
@@ -65,11 +67,11 @@ impl PathNames {
     /// empty.
     pub(super) fn write(&self, name: NameId, out: &mut String) {
         let mut links = Vec::new();
-        let mut next = Some(name);
-        while let Some(id) = next {
-            let link = &self.links[id.0 as usize];
+        let mut next = name;
+        while next != NO_NAME {
+            let link = &self.links[next.0 as usize];
             links.push(link);
-            next = Some(link.parent).filter(|&parent| parent != NO_PARENT);
+            next = link.parent;
         }
         for link in links.iter().rev() {
             if !out.is_empty() {
@@ -133,10 +135,10 @@ mod tests {
     #[test]
     fn names_are_written_from_the_outermost() {
         let mut names = PathNames::default();
-        let world = names.add(None, "world", None);
-        let arms: Vec<NameId> = (0..3).map(|i| names.add(Some(world), "arm", Some(i))).collect();
-        let bolt = names.add(Some(arms[2]), "bolt", Some(0));
-        let other = names.add(Some(arms[1]), "arm", Some(7));
+        let world = names.add(NO_NAME, "world", None);
+        let arms: Vec<NameId> = (0..3).map(|i| names.add(world, "arm", Some(i))).collect();
+        let bolt = names.add(arms[2], "bolt", Some(0));
+        let other = names.add(arms[1], "arm", Some(7));
         let written = |name| {
             let mut out = String::new();
             names.write(name, &mut out);

@@ -1,4 +1,4 @@
-//! Finds where different objects may overlap: pairs of leaves whose boxes intersect.
+//! Finds where instances of objects may be in conflict: pairs of leaves whose boxes intersect.
 //!
 //! Subtrees are refined in pairs: where the boxes of two intersect, their children are compared. Pairs within a
 //! shared level are searched for in one of its placements only, so that work and memory grow with the pairs and not
@@ -7,7 +7,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::box_join::{intersects, join};
-use super::world::{Body, Placement, Target, World};
+use super::world::{Body, Level, ObjectScope, Placement, Target, World};
 use crate::aabb::Aabb;
 use crate::math::Affine;
 
@@ -19,13 +19,25 @@ const PADDING: f64 = 32.0;
 const MAX_PENDING_PAIRS: usize = 1 << 22;
 const MAX_PENDING_PAIRS_BELOW: usize = 1 << 17;
 
-/// Leaves of two objects of equal priority whose boxes intersect.
+/// How two instances of objects can be in conflict.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum OverlapKind {
+    /// Both contain a point, their priorities are equal, and neither is in the other.
+    Overlap,
+    /// One sticks out of the other, which contains it and clips.
+    Protrusion,
+}
+
+/// Leaves of two instances that may be in conflict.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OverlapCandidate {
-    /// The objects, the lower number first.
+    /// What may be wrong.
+    pub kind: OverlapKind,
+    /// The objects; the one that may stick out comes first.
     pub objects: [u32; 2],
-    /// The intersection of the boxes, in world coordinates; infinite where both leaves are unbounded.
-    pub common: Aabb,
+    /// Where, in world coordinates: the intersection of the boxes of two leaves that may overlap, infinite where both are
+    /// unbounded; the box of a leaf that may stick out of an object that contains it and clips.
+    pub place: Aabb,
 }
 
 /// The result of [`World::overlap_candidates`].
@@ -39,24 +51,14 @@ pub struct OverlapCandidates {
     pub complete: bool,
 }
 
-/// The objects in a level.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum SoleObject {
-    Nothing,
-    /// Leaves of a single object; `None` stands for the object that is named above the level.
-    One(Option<u32>),
-    Several,
-}
-
 /// A subtree of the world, placed in the world.
 #[derive(Clone, Copy, Debug)]
 struct Subtree {
     /// In world coordinates.
     bounds: Aabb,
-    /// The object of all its leaves; `None` where there are several.
-    sole: Option<u32>,
-    /// The object that was named at the subtree or above it.
-    named: Option<u32>,
+    /// The innermost instance that all of it is in, and whether no other begins in it.
+    instance: Option<InstanceId>,
+    is_sole: bool,
     kind: SubtreeKind,
 }
 
@@ -67,14 +69,24 @@ enum SubtreeKind {
     Placement(Target, Affine),
 }
 
+/// The number of an instance of an object, among those that a search has met.
+type InstanceId = u32;
+
+/// An instance of an object.
+#[derive(Clone, Copy, Debug)]
+struct Instance {
+    object: u32,
+    /// The instance that it is in.
+    parent: Option<InstanceId>,
+}
+
 impl World {
-    /// Finds pairs of leaves of two objects of equal priority whose boxes intersect. Returns at most `most` of them,
-    /// and makes at most `comparisons` comparisons. Subtracted leaves do not count. Pairs within a shared group are
-    /// found in only one of its placements.
+    /// Finds pairs of leaves of two instances of equal priority whose boxes intersect, unless one instance is in the other;
+    /// and of an instance and what it contains, if it clips. Returns at most `most` of them, and makes at most `comparisons`
+    /// comparisons. Subtracted leaves do not count. Pairs within a shared group are found in only one of its placements.
     pub fn overlap_candidates(&self, most: usize, comparisons: u64) -> OverlapCandidates {
-        let sole = self.sole_objects();
         let mut search = Search {
-            children: SubtreeChildren::new(self, &sole),
+            children: SubtreeChildren::new(self),
             most,
             budget: comparisons,
             found: OverlapCandidates::default(),
@@ -86,13 +98,12 @@ impl World {
     /// Boxes of the leaves of each wanted object, in world coordinates, at most `each` per object. The search ends
     /// after `steps` steps, so objects in many groups may be incomplete.
     pub fn leaf_boxes(&self, wanted: &[bool], each: usize, mut steps: u64) -> Vec<Vec<Aabb>> {
-        let sole = self.sole_objects();
-        let mut children = SubtreeChildren::new(self, &sole);
+        let mut children = SubtreeChildren::new(self);
         let mut boxes = vec![Vec::new(); self.object_names().len()];
         let mut waiting = vec![children.root()];
         while let (Some(subtree), true) = (waiting.pop(), steps > 0) {
             let is_full = |object: u32| !wanted[object as usize] || boxes[object as usize].len() >= each;
-            match (subtree.kind, subtree.sole) {
+            match (subtree.kind, children.sole_object(&subtree)) {
                 (_, Some(object)) if is_full(object) => {}
                 (SubtreeKind::Leaf, Some(object)) => boxes[object as usize].push(subtree.bounds),
                 _ => {
@@ -105,54 +116,51 @@ impl World {
         boxes
     }
 
-    /// The objects in each level. Levels come after those that they place.
-    fn sole_objects(&self) -> Vec<SoleObject> {
-        let mut sole_objects: Vec<SoleObject> = Vec::with_capacity(self.levels.len());
+    /// For each level whether an instance begins in it. Levels come after those that they place.
+    fn levels_with_objects(&self) -> Vec<bool> {
+        let mut found: Vec<bool> = Vec::with_capacity(self.levels.len());
         for level in &self.levels {
-            let sole = level.placements.iter().fold(SoleObject::Nothing, |all, placed| {
-                match (all, sole_object_of(placed, &sole_objects)) {
-                    (all, SoleObject::Nothing) => all,
-                    (SoleObject::Nothing, one) => one,
-                    (all, one) if all == one => all,
-                    _ => SoleObject::Several,
-                }
-            });
-            sole_objects.push(sole);
+            let is_below = |placed: &Placement| match placed.target {
+                Target::Body(_) => false,
+                Target::Level(below) => found[below as usize],
+            };
+            found.push(level.placements.iter().any(|placed| placed.object.is_some() || is_below(placed)));
         }
-        sole_objects
-    }
-}
-
-fn sole_object_of(placed: &Placement, sole_objects: &[SoleObject]) -> SoleObject {
-    match placed.target {
-        Target::Body(_) => SoleObject::One(placed.object),
-        Target::Level(level) => match sole_objects[level as usize] {
-            SoleObject::One(object) => SoleObject::One(object.or(placed.object)),
-            other => other,
-        },
+        found
     }
 }
 
 /// Computes the children of subtrees.
 struct SubtreeChildren<'w> {
     world: &'w World,
-    sole_objects: &'w [SoleObject],
+    instances: Vec<Instance>,
+    levels_with_objects: Vec<bool>,
     /// The boxes of the leaves of a body, without duplicates, in its frame.
     leaves: HashMap<u32, Vec<Aabb>>,
 }
 
 impl<'w> SubtreeChildren<'w> {
-    fn new(world: &'w World, sole_objects: &'w [SoleObject]) -> SubtreeChildren<'w> {
-        SubtreeChildren { world, sole_objects, leaves: HashMap::new() }
+    fn new(world: &'w World) -> SubtreeChildren<'w> {
+        let levels_with_objects = world.levels_with_objects();
+        SubtreeChildren { world, instances: Vec::new(), levels_with_objects, leaves: HashMap::new() }
     }
 
     fn root(&self) -> Subtree {
         Subtree {
             bounds: self.world.bounds(),
-            sole: None,
-            named: None,
+            instance: None,
+            is_sole: false,
             kind: SubtreeKind::Placement(Target::Level(self.world.root), Affine::IDENTITY),
         }
+    }
+
+    fn object(&self, instance: InstanceId) -> u32 {
+        self.instances[instance as usize].object
+    }
+
+    /// The object of all leaves of a subtree, if they are of one instance.
+    fn sole_object(&self, subtree: &Subtree) -> Option<u32> {
+        subtree.instance.filter(|_| subtree.is_sole).map(|instance| self.object(instance))
     }
 
     /// The children of a subtree that have a volume; none for a leaf.
@@ -160,8 +168,10 @@ impl<'w> SubtreeChildren<'w> {
         let inner: Vec<Subtree> = match subtree.kind {
             SubtreeKind::Leaf => return Vec::new(),
             SubtreeKind::Placement(Target::Level(level), map) => {
-                let placements = &self.world.level(level).placements;
-                placements.iter().filter_map(|placed| self.placed(placed, &map, subtree.named)).collect()
+                let level = self.world.level(level);
+                let mut scopes = vec![None; level.scopes.len()];
+                let mut placed = |placed| self.placed(level, placed, &map, subtree.instance, &mut scopes);
+                level.placements.iter().filter_map(&mut placed).collect()
             }
             SubtreeKind::Placement(Target::Body(body), map) => {
                 let leaf = |b: &Aabb| Subtree {
@@ -175,23 +185,102 @@ impl<'w> SubtreeChildren<'w> {
         inner.into_iter().filter(|subtree| subtree.bounds.min.cmplt(subtree.bounds.max).all()).collect()
     }
 
-    /// The subtree of a placement in a level that is itself placed by `map`.
-    fn placed(&self, placed: &Placement, map: &Affine, named: Option<u32>) -> Option<Subtree> {
+    /// The subtree of a placement in a level that is itself placed by `map`, in the instance `above`. `scopes` are the
+    /// instances of the scopes of the level that are known.
+    fn placed(
+        &mut self,
+        level: &Level,
+        placed: &Placement,
+        map: &Affine,
+        above: Option<InstanceId>,
+        scopes: &mut [Option<InstanceId>],
+    ) -> Option<Subtree> {
         // This matrix is itself an inverse, so it can be inverted, except for rounding.
         let own = placed.local_from_parent.inverse().ok()?;
-        let named = placed.object.or(named);
-        let sole = match sole_object_of(placed, self.sole_objects) {
-            SoleObject::Nothing => return None,
-            SoleObject::One(object) => Some(object.or(named)?),
-            SoleObject::Several => None,
+        let around = placed.scope.map(|scope| self.scope(level, scope, above, scopes)).or(above);
+        let is_of_scope =
+            |object| placed.scope.is_some_and(|scope| level.scopes[scope as usize].object == object);
+        let instance = match placed.object.filter(|object| !is_of_scope(*object)) {
+            Some(object) => Some(self.add(object, around)),
+            None => around,
+        };
+        let is_sole = match placed.target {
+            Target::Body(_) => true,
+            Target::Level(level) => !self.levels_with_objects[level as usize],
         };
         let bounds = placed.bounds.transformed(map).widened(-PADDING);
         Some(Subtree {
             bounds,
-            sole,
-            named,
+            instance,
+            is_sole,
             kind: SubtreeKind::Placement(placed.target, map.then_after(&own)),
         })
+    }
+
+    /// The instance of a scope.
+    fn scope(
+        &mut self,
+        level: &Level,
+        scope: u32,
+        above: Option<InstanceId>,
+        scopes: &mut [Option<InstanceId>],
+    ) -> InstanceId {
+        // Outermost first, since an instance is in one that exists.
+        let mut missing = vec![scope];
+        while let Some(&innermost) = missing.last()
+            && let Some(parent) = level.scopes[innermost as usize].parent
+            && scopes[parent as usize].is_none()
+        {
+            missing.push(parent);
+        }
+        while let Some(number) = missing.pop() {
+            if scopes[number as usize].is_none() {
+                let ObjectScope { object, parent, .. } = level.scopes[number as usize];
+                let parent = parent.and_then(|parent| scopes[parent as usize]).or(above);
+                scopes[number as usize] = Some(self.add(object, parent));
+            }
+        }
+        scopes[scope as usize].unwrap_or_default()
+    }
+
+    fn add(&mut self, object: u32, parent: Option<InstanceId>) -> InstanceId {
+        self.instances.push(Instance { object, parent });
+        (self.instances.len() - 1) as InstanceId
+    }
+
+    /// Whether an instance is another or in it. Each is numbered after those that it is in.
+    fn is_within(&self, mut inner: Option<InstanceId>, outer: InstanceId) -> bool {
+        while let Some(instance) = inner.filter(|&inner| inner > outer) {
+            inner = self.instances[instance as usize].parent;
+        }
+        inner == Some(outer)
+    }
+
+    /// Whether there may be leaves in two subtrees that are candidates.
+    fn may_conflict(&self, a: &Subtree, b: &Subtree) -> bool {
+        let (Some(of_a), Some(of_b)) = (a.instance, b.instance) else { return true };
+        if a.is_sole && self.is_within(b.instance, of_a) {
+            return self.may_protrude(a, b);
+        }
+        if b.is_sole && self.is_within(a.instance, of_b) {
+            return self.may_protrude(b, a);
+        }
+        let priority = |instance| self.world.object_priority(self.object(instance));
+        !(a.is_sole && b.is_sole) || priority(of_a) == priority(of_b)
+    }
+
+    /// Whether leaves of the contents of an instance, or leaves in a part of them, may stick out of it.
+    fn may_protrude(&self, container: &Subtree, contents: &Subtree) -> bool {
+        let Some(outer) = container.instance.filter(|&outer| self.world.object_clips(self.object(outer)))
+        else {
+            return false;
+        };
+        let is_direct = |inner: InstanceId| self.instances[inner as usize].parent == Some(outer);
+        // Whatever begins in the contents may be directly in the container, if the contents themselves are.
+        match contents.instance {
+            Some(inner) if contents.is_sole => is_direct(inner),
+            inner => inner == Some(outer),
+        }
     }
 
     fn leaves_of(&mut self, body: u32) -> &[Aabb] {
@@ -224,14 +313,15 @@ impl Search<'_> {
         let mut levels = vec![self.children.root()];
         while let Some(level) = levels.pop() {
             let SubtreeKind::Placement(Target::Level(number), _) = level.kind else { continue };
-            if !seen.insert((number, level.named)) {
+            let object = level.instance.map(|instance| self.children.object(instance));
+            if !seen.insert((number, object)) {
                 continue;
             }
             let children = self.children.of(&level);
             if !self.search_siblings(&children) {
                 return false;
             }
-            levels.extend(children.iter().filter(|subtree| subtree.sole.is_none()));
+            levels.extend(children.iter().filter(|subtree| !subtree.is_sole));
         }
         true
     }
@@ -241,9 +331,9 @@ impl Search<'_> {
         let boxes: Vec<Aabb> = children.iter().map(|subtree| subtree.bounds).collect();
         let mut pairs = Vec::new();
         let mut complete = spend(&mut self.budget, children.len());
-        let (may, mut all) = (may_overlap(self.children.world), true);
+        let (of, mut all) = (&self.children, true);
         complete &= join(&boxes, &mut self.budget, |i, j| {
-            if may(&children[i], &children[j]) {
+            if of.may_conflict(&children[i], &children[j]) {
                 all &= pairs.len() < MAX_PENDING_PAIRS;
                 if all {
                     pairs.push((i, j));
@@ -268,14 +358,14 @@ impl Search<'_> {
             }
             let children = [&of_a[..], &of_b[..]].concat();
             let boxes: Vec<Aabb> = children.iter().map(|subtree| subtree.bounds).collect();
-            let (may, apart, mut all) = (may_overlap(self.children.world), of_a.len(), true);
+            let (of, apart, mut all) = (&self.children, of_a.len(), true);
             let (found, most) = (&mut self.found, self.most);
             let complete = join(&boxes, &mut self.budget, |i, j| {
-                if i >= apart || j < apart || !may(&children[i], &children[j]) {
+                if i >= apart || j < apart || !of.may_conflict(&children[i], &children[j]) {
                     return;
                 }
                 if let (SubtreeKind::Leaf, SubtreeKind::Leaf) = (children[i].kind, children[j].kind) {
-                    found.add(&children[i], &children[j], most);
+                    found.add(of, &children[i], &children[j], most);
                 } else {
                     all &= waiting.len() < MAX_PENDING_PAIRS_BELOW;
                     if all {
@@ -305,12 +395,20 @@ impl Search<'_> {
 
 impl OverlapCandidates {
     /// Counts a pair of leaves, and keeps it if fewer than `most` have been kept.
-    fn add(&mut self, a: &Subtree, b: &Subtree, most: usize) {
-        let (Some(one), Some(other)) = (a.sole, b.sole) else { return };
+    fn add(&mut self, of: &SubtreeChildren, a: &Subtree, b: &Subtree, most: usize) {
+        let (Some(in_a), Some(in_b)) = (a.instance, b.instance) else { return };
         self.count += 1;
         if self.pairs.len() < most {
-            let common = a.bounds.intersection(&b.bounds);
-            self.pairs.push(OverlapCandidate { objects: [one.min(other), one.max(other)], common });
+            let (of_a, of_b) = (of.object(in_a), of.object(in_b));
+            let (kind, objects, place) = if of.is_within(b.instance, in_a) {
+                (OverlapKind::Protrusion, [of_b, of_a], b.bounds)
+            } else if of.is_within(a.instance, in_b) {
+                (OverlapKind::Protrusion, [of_a, of_b], a.bounds)
+            } else {
+                let common = a.bounds.intersection(&b.bounds);
+                (OverlapKind::Overlap, [of_a.min(of_b), of_a.max(of_b)], common)
+            };
+            self.pairs.push(OverlapCandidate { kind, objects, place });
         }
     }
 }
@@ -319,14 +417,6 @@ fn spend(budget: &mut u64, steps: usize) -> bool {
     let rest = budget.checked_sub(steps as u64);
     *budget = rest.unwrap_or(0);
     rest.is_some()
-}
-
-/// Whether subtrees may contain leaves of different objects of equal priority.
-fn may_overlap(world: &World) -> impl Fn(&Subtree, &Subtree) -> bool {
-    move |a, b| match (a.sole, b.sole) {
-        (Some(a), Some(b)) => a != b && world.object_priority(a) == world.object_priority(b),
-        _ => true,
-    }
 }
 
 #[cfg(test)]
@@ -358,7 +448,7 @@ mod tests {
         let found = overlap_candidates(&scene);
         assert!(found.complete && found.count == 1, "{found:?}");
         assert_eq!(found.pairs[0].objects, [0, 1]);
-        let common = found.pairs[0].common;
+        let common = found.pairs[0].place;
         assert!((common.min.x - 0.5).abs() < 1e-12 && (common.max.x - 1.0).abs() < 1e-12, "{common:?}");
     }
 
@@ -367,7 +457,14 @@ mod tests {
         let mut scene = Scene::default();
         let [a, b] = [[0.0; 3], [1.5, 0.0, 0.0]].map(|at| ball(&mut scene, at));
         let members = [("a", a), ("b", b)].map(|(name, node)| {
-            scene.add(Node::Object { name: name.into(), material: None, priority: 0, node })
+            scene.add(Node::Object {
+                name: name.into(),
+                material: None,
+                priority: 0,
+                node,
+                contents: Vec::new(),
+                clip: false,
+            })
         });
         let mut group = scene.add(Node::Group { members: members.to_vec() });
         for k in 0..40 {

@@ -60,7 +60,14 @@ fn a_node_that_is_not_there_is_an_error() {
 fn objects_and_open_meshes_are_not_operands_and_are_reported_once() {
     let mut scene = Scene::default();
     let ball = sphere(&mut scene, 1.0);
-    let inner = scene.add(Node::Object { name: "inner".into(), material: None, priority: 0, node: ball });
+    let inner = scene.add(Node::Object {
+        name: "inner".into(),
+        material: None,
+        priority: 0,
+        node: ball,
+        contents: Vec::new(),
+        clip: false,
+    });
     let triangle = TriangleMesh::new(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]]);
     let sheet = scene.add(Node::Mesh { mesh: Arc::new(triangle), file: None });
     let mut node = scene.add_csg(Op::Union, vec![ball, inner, sheet]);

@@ -1,5 +1,6 @@
 //! The compiled form of a scene.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::names::{NameId, PathNames};
@@ -39,6 +40,8 @@ pub struct World {
     /// these are not fetched only for it.
     pub(super) lane_groups: Vec<u32>,
     pub(super) objects: Vec<ObjectInfo>,
+    /// Whether there is an object whose contents count only inside it.
+    pub(super) clips: bool,
     pub(super) object_names: Vec<String>,
     pub(super) material_names: Vec<String>,
     pub(super) names: Arc<PathNames>,
@@ -57,12 +60,25 @@ pub struct World {
 pub(super) struct ObjectInfo {
     pub material: Option<u32>,
     pub priority: i32,
+    /// Whether what it contains counts only inside it.
+    pub clip: bool,
 }
 
-/// The placements of a group.
+/// An object that begins in a level and has several placements there: those of its shape and of what it contains.
+#[derive(Clone, Debug)]
+pub(crate) struct ObjectScope {
+    pub object: u32,
+    /// The scope in the same level that it is in; `None` if that is where the level is placed.
+    pub parent: Option<u32>,
+    /// Its paths, of those of the level.
+    pub paths: Range<u64>,
+}
+
+/// The placements of a group, or of an object with what it contains.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Level {
     pub placements: Vec<Placement>,
+    pub scopes: Vec<ObjectScope>,
     pub accel: Option<Box<dyn Accelerator>>,
     pub(super) accel_name: &'static str,
     pub bounds: Aabb,
@@ -79,8 +95,10 @@ pub(crate) struct Placement {
     /// In the frame of the level.
     pub bounds: Aabb,
     pub target: Target,
-    /// The object that begins here; `None` where the object is named further up.
+    /// The object that begins here or in a scope around it; `None` where the object is named further up.
     pub object: Option<u32>,
+    /// The innermost scope in the level that it is in. If its object is another, the object begins at this placement.
+    pub scope: Option<u32>,
     /// Number of paths of the level that come before this placement.
     pub first_path: u64,
     pub(super) name: NameId,
@@ -120,6 +138,10 @@ pub(crate) struct SolidBody {
 pub(crate) struct Leaf {
     pub solid: Arc<dyn Solid>,
     pub kind: &'static str,
+    /// The number of the solid that it is, or is part of, among those of the body.
+    pub number: u32,
+    /// The names of its surfaces.
+    pub surfaces: &'static [&'static str],
     pub local_from_body: Affine,
     /// Where the leaf can affect the result, in the frame of the body.
     pub bounds: Aabb,
@@ -153,6 +175,16 @@ impl World {
     /// An object's priority.
     pub fn object_priority(&self, object: u32) -> i32 {
         self.objects[object as usize].priority
+    }
+
+    /// Whether there is an object whose contents count only inside it.
+    pub(crate) fn clips(&self) -> bool {
+        self.clips
+    }
+
+    /// Whether what an object contains counts only inside it.
+    pub fn object_clips(&self, object: u32) -> bool {
+        self.objects[object as usize].clip
     }
 
     /// Sizes.
@@ -241,7 +273,7 @@ impl World {
                 let Some((leaf, l)) = leaf.and_then(|leaf| Some((leaf, b.leaves.get(leaf)?))) else {
                     return String::new();
                 };
-                (l.kind, b.leaf_name(leaf), surface - l.first_surface, l.solid.surfaces())
+                (l.kind, b.leaf_name(leaf), surface - l.first_surface, l.surfaces)
             }
         };
         match names.get(within as usize) {
@@ -353,7 +385,10 @@ impl World {
         let levels: usize = self
             .levels
             .iter()
-            .map(|l| size_of::<Level>() + size_of_val(l.placements.as_slice()) + accel(&l.accel))
+            .map(|l| {
+                let placements = size_of_val(l.placements.as_slice()) + size_of_val(l.scopes.as_slice());
+                size_of::<Level>() + placements + accel(&l.accel)
+            })
             .sum();
         let leaf = |l: &Leaf| size_of::<Leaf>() + size_of_val(&*l.solid) + l.solid.memory();
         let bodies: usize = self
@@ -389,10 +424,11 @@ impl Body {
 }
 
 impl SolidBody {
-    /// The name of a leaf: its kind, followed by its number if there are several.
+    /// The name of the solid of a leaf: its kind, followed by its number if there are several.
     pub(crate) fn leaf_name(&self, leaf: usize) -> String {
-        let kind = self.leaves[leaf].kind;
-        if self.leaves.len() > 1 { format!("{kind}#{leaf}") } else { kind.to_owned() }
+        let Leaf { kind, number, .. } = self.leaves[leaf];
+        let is_only = self.leaves.last().is_none_or(|last| last.number == 0);
+        if is_only { kind.to_owned() } else { format!("{kind}#{number}") }
     }
 }
 

@@ -1,7 +1,8 @@
 //! The caster: a world and the memory with which one thread queries it. Each kind of query is in its own file.
 
+use super::interval_ends::Interval;
 use super::membership::Membership;
-use super::segments::{Interval, SegmentScratch};
+use super::ownership::OwnershipScratch;
 use super::stream::StreamScratch;
 use super::traversal::Traversal;
 use super::{Limits, QueryError};
@@ -43,7 +44,7 @@ pub struct Caster<'w> {
     pub(super) limits: Limits,
     pub(super) membership: Membership,
     pub(super) intervals: Vec<Interval>,
-    pub(super) segment_scratch: SegmentScratch,
+    pub(super) ownership: OwnershipScratch<'w>,
 }
 
 impl<'w> Caster<'w> {
@@ -58,7 +59,7 @@ impl<'w> Caster<'w> {
             limits: Limits::default(),
             membership: Membership::default(),
             intervals: Vec::new(),
-            segment_scratch: SegmentScratch::default(),
+            ownership: OwnershipScratch::default(),
         }
     }
 

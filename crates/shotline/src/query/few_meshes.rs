@@ -4,10 +4,10 @@ use std::ops::ControlFlow;
 
 use super::first_boundaries::{ClosedMesh, First, FirstBoundaries};
 use super::hit_lists::HitLists;
+use super::interval_ends::Interval;
 use super::placed_mesh::{FrameRows, PlacedMesh};
 use super::row_block::RowBlock;
 use super::row_hit::RowHit;
-use super::segments::Interval;
 use crate::compile::{Body, Target, World};
 use crate::crossing::Crossing;
 use crate::solid::mesh::kernel::{BlockQuery, KernelMemory, RayBlock};

@@ -2,7 +2,8 @@
 
 use super::caster::{Caster, all_solid};
 use super::fold_query::{FoldControl, FoldQuery};
-use super::segments::{self, Interval, resolve};
+use super::interval_ends::Interval;
+use super::ownership::{self, resolve};
 use super::{Overlap, Overlaps, QueryError, Segment};
 use crate::ray::{Line, Ray, Span};
 use crate::solid::Wanted;
@@ -11,8 +12,8 @@ use crate::solid::Wanted;
 const RETAINED_INTERVALS: usize = 4096;
 
 impl Caster<'_> {
-    /// Appends the intervals inside objects and returns the number of overlaps of equal priority. Intervals of
-    /// one object that overlap or touch are joined.
+    /// Appends the intervals inside objects, each up to where another instance owns the ray, and returns the number of
+    /// overlaps of equal priority.
     ///
     /// # Errors
     /// As [`Caster::crossings`], [`QueryError::NotASolid`] for meshes that are not closed and, with
@@ -59,12 +60,12 @@ impl Caster<'_> {
         out: &mut Vec<Segment>,
     ) -> Result<u64, QueryError> {
         let budget = &mut self.scratch.budget;
-        let met = resolve(self.world, ray, intervals, overlaps, &mut self.segment_scratch, budget, out)?;
+        let met = resolve(self.world, ray, intervals, overlaps, &mut self.ownership, budget, out)?;
         self.outcome().map(|()| met)
     }
 
-    /// Appends the overlaps of objects of equal priority, ascending. [`Caster::segments`] may refuse at the
-    /// first of them; this returns them all. Returns the number of intervals inside bodies, which does not depend on the
+    /// Appends the overlaps of objects of equal priority, ascending, and where contents stick out of an object that clips
+    /// them. [`Caster::segments`] may refuse at the first overlap; this returns them all. Returns the number of intervals inside bodies, which does not depend on the
     /// accelerator.
     ///
     /// # Errors
@@ -73,7 +74,7 @@ impl Caster<'_> {
         let start = out.len();
         let found = self.intervals(ray, span).and_then(|()| {
             let budget = &mut self.scratch.budget;
-            segments::overlaps(self.world, &self.intervals, &mut self.segment_scratch, budget, out);
+            ownership::overlaps(self.world, &self.intervals, &mut self.ownership, budget, out);
             self.outcome().map(|()| self.intervals.len())
         });
         if found.is_err() {

@@ -20,6 +20,8 @@ mod fold_query;
 mod heap;
 mod hit;
 mod hit_lists;
+mod instances;
+mod interval_ends;
 mod intervals;
 mod lane_cast;
 mod lane_leaf;
@@ -31,12 +33,12 @@ mod membership;
 mod mesh_requests;
 mod nearest;
 mod offers;
+mod ownership;
 mod placed_mesh;
 mod repair;
 mod row_block;
 mod row_hit;
 mod scope;
-mod segments;
 mod small_body;
 mod stream;
 mod traversal;
@@ -44,6 +46,7 @@ mod wave;
 mod wave_casts;
 
 pub use crate::budget::Watch;
+pub use crate::compile::OverlapKind;
 pub use crate::csg::HitKind;
 pub use caster::Caster;
 pub use coherence_hint::CoherenceHint;
@@ -91,16 +94,18 @@ pub struct Segment {
     pub object: u32,
     /// Its material: an index into [`material_names`](crate::compile::World::material_names).
     pub material: Option<u32>,
-    /// The instance path; `None` where intervals of several paths of the object are joined.
-    pub path: Option<u64>,
+    /// The instance path.
+    pub path: u64,
 }
 
-/// An interval of a ray that is inside two objects of equal priority.
+/// An interval of a ray in which two instances of objects are in conflict.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Overlap {
-    /// The object that is entered first.
+    /// What is wrong.
+    pub kind: OverlapKind,
+    /// The object that is entered first; the one that sticks out.
     pub first: u32,
-    /// The other.
+    /// The other; the one that it sticks out of. Both may be the same object, placed twice.
     pub second: u32,
     /// Where the overlap begins.
     pub t_in: f64,

@@ -7,6 +7,7 @@ mod first;
 mod growth;
 mod lanes;
 mod limits;
+mod ownership;
 mod rulings;
 mod small_body;
 mod spans;

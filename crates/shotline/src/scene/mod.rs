@@ -57,8 +57,10 @@ pub enum Node {
         /// The child.
         child: NodeId,
     },
-    /// An object: gives everything below it a name, a material and a priority. Not allowed below a boolean
-    /// combination. An object inside the group of another (a volume with its contents) is its own object.
+    /// An object: gives its shape a name, a material and a priority. Not allowed below a boolean combination.
+    ///
+    /// It may contain other objects, which displace it where they are: those in `contents`, and those in the groups of its
+    /// shape.
     Object {
         /// The name.
         name: String,
@@ -68,18 +70,34 @@ pub enum Node {
         priority: i32,
         /// Its shape.
         node: NodeId,
+        /// What it contains, in its coordinates: objects, and groups of them.
+        contents: Vec<NodeId>,
+        /// Whether what it contains counts only inside its shape.
+        clip: bool,
     },
 }
 
 impl Node {
-    /// The nodes directly below, in order.
-    pub fn children(&self) -> &[NodeId] {
+    /// The nodes directly below, in order: of an object its shape comes first.
+    pub fn children(&self) -> impl DoubleEndedIterator<Item = NodeId> + '_ {
+        let [first, others] = self.child_lists();
+        first.iter().chain(others).copied()
+    }
+
+    /// The node directly below at an index.
+    pub fn child(&self, index: usize) -> Option<NodeId> {
+        let [first, others] = self.child_lists();
+        first.get(index).or_else(|| others.get(index - first.len())).copied()
+    }
+
+    /// The nodes directly below in two parts.
+    fn child_lists(&self) -> [&[NodeId]; 2] {
         match self {
-            Node::Solid { .. } | Node::Mesh { .. } => &[],
-            Node::Csg { args, .. } => args,
-            Node::Group { members } => members,
-            Node::Transform { child, .. } => std::slice::from_ref(child),
-            Node::Object { node, .. } => std::slice::from_ref(node),
+            Node::Solid { .. } | Node::Mesh { .. } => [&[], &[]],
+            Node::Csg { args, .. } => [args, &[]],
+            Node::Group { members } => [members, &[]],
+            Node::Transform { child, .. } => [std::slice::from_ref(child), &[]],
+            Node::Object { node, contents, .. } => [std::slice::from_ref(node), contents],
         }
     }
 }
@@ -102,7 +120,7 @@ pub struct Scene {
     pub nodes: Vec<Node>,
     /// Named nodes, which may be shared, in order of definition.
     pub defs: Vec<(String, NodeId)>,
-    /// The roots, in order: each an [`Node::Object`].
+    /// The roots, in order: each an [`Node::Object`], which may be transformed.
     pub objects: Vec<NodeId>,
     /// Materials by name, in order.
     pub materials: Vec<(String, Material)>,
@@ -236,6 +254,8 @@ impl Scene {
             material: material.map(Into::into),
             priority: 0,
             node,
+            contents: Vec::new(),
+            clip: false,
         });
         self.objects.push(id);
         id

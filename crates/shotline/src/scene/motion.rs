@@ -33,18 +33,22 @@ impl Motion {
 }
 
 impl Scene {
-    /// Inserts a transform into each object that moves. Returns the new nodes, each with the index of its motion.
+    /// Inserts transforms into each object that moves: above its shape, and above each part of its contents. Returns the new
+    /// nodes, each with the index of its motion.
     pub fn set_in_motion(&mut self) -> Vec<(NodeId, usize)> {
         let mut moving = Vec::new();
         for i in 0..self.nodes.len() {
-            let Node::Object { name, node, .. } = &self.nodes[i] else { continue };
-            let (moved, child) = (self.motions.iter().position(|m| m.object == *name), *node);
-            let Some(motion) = moved else { continue };
-            let new = self.add(Node::Transform { transform: self.motions[motion].at(0.0), child });
-            if let Node::Object { node, .. } = &mut self.nodes[i] {
-                *node = new;
+            let Node::Object { name, .. } = &self.nodes[i] else { continue };
+            let Some(motion) = self.motions.iter().position(|m| m.object == *name) else { continue };
+            let transform = self.motions[motion].at(0.0);
+            let parts: Vec<NodeId> = self.nodes[i].children().collect();
+            let add = |child| self.add(Node::Transform { transform, child });
+            let new: Vec<NodeId> = parts.into_iter().map(add).collect();
+            moving.extend(new.iter().map(|&node| (node, motion)));
+            if let Node::Object { node, contents, .. } = &mut self.nodes[i] {
+                *node = new[0];
+                contents.copy_from_slice(&new[1..]);
             }
-            moving.push((new, motion));
         }
         moving
     }

@@ -72,7 +72,7 @@ impl Shape {
             let why = "is given twice, or is not a parameter of this kind".into();
             return Err(InvalidSolid { kind: kind.name, error: ParamError { param, why } });
         }
-        match (kind.build)(&params) {
+        match kind.build(&params) {
             Ok(_) => Ok(Shape::new(NodeKind::Solid { kind, params }, [])),
             Err(error) => Err(InvalidSolid { kind: kind.name, error }),
         }

@@ -27,11 +27,12 @@ pub(super) enum NodeKind {
     Group,
     /// A transformed child.
     Placed(LocalTransform),
-    /// An object; its child is its shape.
+    /// An object; its children are its shape, and what it contains.
     Object {
         name: String,
         material: Option<String>,
         priority: i32,
+        clip: bool,
     },
 }
 

@@ -28,16 +28,16 @@ pub struct Object {
     name: String,
     material: Option<String>,
     priority: i32,
-    /// The shape; or a group of the shape and the objects that it contains.
-    body: Arc<ShapeNode>,
-    /// Whether `body` is that group.
-    has_contents: bool,
+    shape: Arc<ShapeNode>,
+    contents: Vec<Arc<ShapeNode>>,
+    clip: bool,
 }
 
 impl Object {
     /// An object with a name and a shape, without a material, of priority 0.
     pub fn new(name: impl Into<String>, shape: impl Into<Shape>) -> Object {
-        Object { name: name.into(), material: None, priority: 0, body: shape.into().0, has_contents: false }
+        let (name, shape) = (name.into(), shape.into().0);
+        Object { name, material: None, priority: 0, shape, contents: Vec::new(), clip: false }
     }
 
     /// The same object with a material, by its name in the scene. Compiling refuses a material that the scene does not
@@ -51,31 +51,42 @@ impl Object {
         Object { priority, ..self }
     }
 
-    /// The same object with other objects in it, given in its coordinates. They are transformed with it, and each
-    /// remains an object of its own.
+    /// The same object with other objects in it, given in its coordinates. They are transformed with it, each remains an
+    /// object of its own, and each displaces this one where it is.
     pub fn containing(mut self, objects: impl IntoIterator<Item = Object>) -> Object {
-        if !self.has_contents {
-            self.body = Arc::new(ShapeNode::new(NodeKind::Group, vec![self.body]));
-            self.has_contents = true;
-        }
-        Arc::make_mut(&mut self.body).children.extend(objects.into_iter().map(Object::into_node));
+        self.contents.extend(objects.into_iter().map(Object::into_node));
         self
     }
 
+    /// The same object, of whose contents only what is inside its shape counts.
+    pub fn clip(self) -> Object {
+        Object { clip: true, ..self }
+    }
+
     pub(super) fn placed(&self, transform: LocalTransform) -> Object {
-        Object { body: ShapeNode::placed(&self.body, transform), has_contents: false, ..self.clone() }
+        let placed = |node: &Arc<ShapeNode>| ShapeNode::placed(node, transform);
+        Object {
+            shape: placed(&self.shape),
+            contents: self.contents.iter().map(placed).collect(),
+            ..self.clone()
+        }
     }
 
     pub(super) fn into_node(self) -> Arc<ShapeNode> {
-        let Object { name, material, priority, body, .. } = self;
-        Arc::new(ShapeNode::new(NodeKind::Object { name, material, priority }, vec![body]))
+        let Object { name, material, priority, shape, contents, clip } = self;
+        let children = std::iter::once(shape).chain(contents).collect();
+        Arc::new(ShapeNode::new(NodeKind::Object { name, material, priority, clip }, children))
     }
 }
 
 /// One line, without the nodes below the shape.
 impl Debug for Object {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
-        let Object { name, material, priority, body, .. } = self;
-        write!(f, "Object({name:?}, material {material:?}, priority {priority}, {body})")
+        let Object { name, material, priority, shape, contents, clip } = self;
+        write!(f, "Object({name:?}, material {material:?}, priority {priority}, {shape}")?;
+        if !contents.is_empty() {
+            write!(f, ", containing {}{}", contents.len(), if *clip { ", clipped" } else { "" })?;
+        }
+        f.write_str(")")
     }
 }

@@ -54,11 +54,13 @@ fn scene_node(kind: &NodeKind, children: Vec<NodeId>) -> Node {
         NodeKind::Combination(op) => Node::Csg { op: *op, args: children },
         NodeKind::Group => Node::Group { members: children },
         NodeKind::Placed(transform) => Node::Transform { transform: *transform, child: children[0] },
-        NodeKind::Object { name, material, priority } => Node::Object {
+        NodeKind::Object { name, material, priority, clip } => Node::Object {
             name: name.clone(),
             material: material.clone(),
             priority: *priority,
             node: children[0],
+            contents: children[1..].to_vec(),
+            clip: *clip,
         },
     }
 }

@@ -24,8 +24,8 @@ fn along_x(shape: impl Into<Shape>) -> Vec<f64> {
     hits.iter().map(|hit| hit.t - 16.0).collect()
 }
 
-fn children(scene: &Scene, id: NodeId) -> &[NodeId] {
-    scene.node(id).children()
+fn children(scene: &Scene, id: NodeId) -> Vec<NodeId> {
+    scene.node(id).children().collect()
 }
 
 #[test]

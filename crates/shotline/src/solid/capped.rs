@@ -10,7 +10,7 @@ use super::{Moments, Solid, definite};
 use crate::aabb::Aabb;
 use crate::contact::{Contact, Sector, Sheet};
 use crate::crossing::Crossing;
-use crate::math::{Plane, Vec3};
+use crate::math::{Affine, Plane, Vec3};
 use crate::ray::Line;
 use crate::scratch::Scratch;
 
@@ -100,9 +100,9 @@ impl Solid for Capped {
         self.surfaces
     }
 
-    /// An ellipsoid or a solid of revolution. For the latter, the squared radius at a height is minus the form's
-    /// value on the axis, over the coefficient of `x^2`. The intervals of the axis that lie inside are integrated
-    /// one by one.
+    /// An ellipsoid, or a solid of revolution that may be stretched along y. For the latter, the squared radius at a height is
+    /// minus the form's value on the axis, over the coefficient of `x^2`. The intervals of the axis that lie inside are
+    /// integrated one by one.
     fn moments(&self) -> Option<Moments> {
         let Form { centre, shrink, square, constant, .. } = self.form;
         if self.caps.is_none() && !self.form.is_about_its_centre() {
@@ -116,12 +116,16 @@ impl Solid for Capped {
             let volume = 4.0 / 3.0 * PI * squares.to_array().map(f64::sqrt).iter().product::<f64>();
             return Some(Moments::along_axes(volume, centre, squares / 5.0));
         }
-        let across = square[0].hi * shrink.x * shrink.x;
+        let [across, stretched] = [0, 1].map(|i| square[i].hi * shrink[i] * shrink[i]);
         let square_of_radius = |z: f64| (-self.form.value(Vec3::new(0.0, 0.0, z)) / across).max(0.0);
         let mut ends = Vec::new();
         self.crossings(&Line::exact(Vec3::ZERO, Vec3::Z), &mut ends);
         let part = |ends: &[Crossing]| Moments::of_revolution(ends[0].t, ends[1].t, square_of_radius);
-        Some(Moments::total(&ends.chunks_exact(2).map(part).collect::<Vec<_>>()))
+        let of_revolution = Moments::total(&ends.chunks_exact(2).map(part).collect::<Vec<_>>());
+        if across == stretched {
+            return Some(of_revolution);
+        }
+        Some(of_revolution.placed(&Affine::scaling(Vec3::new(1.0, (across / stretched).sqrt(), 1.0))))
     }
 
     fn half_spaces(&self) -> Option<Vec<Plane>> {

@@ -52,7 +52,8 @@ mod tests {
             let normal = random.direction() + random.direction() * tiny;
             let offset = random.number(-2.0, 2.0);
             let kind = kind("halfspace").unwrap();
-            let plane = (kind.build)(&Params::of(kind, &[&normal.to_array(), &[offset]])).unwrap();
+            let parts = kind.build(&Params::of(kind, &[&normal.to_array(), &[offset]])).unwrap();
+            let plane = parts.single().unwrap();
             // The line starts near the plane or far away, and runs towards it, along it or nearly along it.
             let along = normal.any_orthonormal_vector() * 10f64.powi(random.below(7) as i32);
             let o = normal * (offset / normal.length_squared()) + along

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::capped::Capped;
 use super::form::{Form, squared};
-use super::{Kind, Param, ParamError, Params, constructors};
+use super::{Build, Kind, Param, ParamError, constructors};
 use crate::math::{Dd, Vec3, power_of_two_below, two_sum};
 
 pub(super) static KIND: Kind = Kind {
@@ -17,14 +17,14 @@ pub(super) static KIND: Kind = Kind {
         Param::length("z0", "the lower end"),
         Param::length("z1", "the upper end, above z0"),
     ],
-    build: |p| {
-        let (r0, r1) = (radius(p, "r0")?, radius(p, "r1")?);
+    build: Build::Solid(|p| {
+        let (r0, r1) = (p.not_negative("r0")?, p.not_negative("r1")?);
         if r0 == 0.0 && r1 == 0.0 {
             return Err(ParamError { param: "r1", why: "is 0 like r0, but one must be positive".into() });
         }
         let (z0, z1) = p.ascending("z0", "z1")?;
         Ok(Arc::new(Capped::between(form(r0, r1, z0, z1), z0, z1, r0.max(r1))))
-    },
+    }),
     examples: &[
         &[&[1.0], &[0.0], &[0.0], &[1.0]],
         &[&[0.0], &[2.5], &[-3.0], &[-2.0]],
@@ -39,19 +39,10 @@ constructors! {
     fn cone(r0: number, r1: number, z0: number, z1: number);
 }
 
-fn radius(p: &Params, name: &'static str) -> Result<f64, ParamError> {
-    let r = p.number(name)?;
-    if r >= 0.0 {
-        Ok(r)
-    } else {
-        Err(ParamError { param: name, why: format!("is {r}, but must not be negative") })
-    }
-}
-
 /// `h^2 (x^2 + y^2) - (h n + (w - n) z)^2`, with the narrow radius `n` at `z = 0` and the wide radius `w` at
 /// height `h`. The form contains no quotient, so the slope is not rounded. The centre is the narrow end because
 /// near an apex all terms are as small as the distance from it.
-fn form(r0: f64, r1: f64, z0: f64, z1: f64) -> Form {
+pub(super) fn form(r0: f64, r1: f64, z0: f64, z1: f64) -> Form {
     let (narrow, wide, centre, upward) = if r0 <= r1 { (r0, r1, z0, 1.0) } else { (r1, r0, z1, -1.0) };
     let (unit, unit_z) = (power_of_two_below(wide), power_of_two_below(z1 - z0));
     let h = two_sum(z1, -z0) * (1.0 / unit_z);

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::interval::{Interval, Slab};
 use super::lanes::InLanes;
-use super::{Kind, Moments, Param, ParamError, Solid, constructors};
+use super::{Build, Kind, Moments, Param, ParamError, Solid, constructors};
 use crate::aabb::Aabb;
 use crate::contact::{Contact, Sector, Sheet};
 use crate::crossing::Crossing;
@@ -27,14 +27,14 @@ pub(super) static KIND: Kind = Kind {
         Param::lengths("min", "the lowest corner"),
         Param::lengths("max", "the highest corner, above min on every axis"),
     ],
-    build: |p| {
+    build: Build::Solid(|p| {
         let (min, max) = (p.vector("min")?, p.vector("max")?);
         if !min.cmplt(max).all() {
             let why = format!("is {max}, but must be greater than min = {min} on every axis");
             return Err(ParamError { param: "max", why });
         }
         Ok(Arc::new(Cuboid { min, max }))
-    },
+    }),
     examples: &[
         &[&[-1.0, -1.0, -1.0], &[1.0, 1.0, 1.0]],
         &[&[0.1, -2.0, 3.0], &[0.7, 5.0, 3.001]],

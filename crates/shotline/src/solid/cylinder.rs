@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::capped::Capped;
 use super::form::Form;
-use super::{Kind, Param, constructors};
+use super::{Build, Kind, Param, constructors};
 use crate::math::{Dd, Vec3, power_of_two_below, two_prod};
 
 pub(super) static KIND: Kind = Kind {
@@ -16,11 +16,11 @@ pub(super) static KIND: Kind = Kind {
         Param::length("z0", "the lower end"),
         Param::length("z1", "the upper end, above z0"),
     ],
-    build: |p| {
+    build: Build::Solid(|p| {
         let radius = p.positive("radius")?;
         let (z0, z1) = p.ascending("z0", "z1")?;
         Ok(Arc::new(Capped::between(form(radius), z0, z1, radius)))
-    },
+    }),
     examples: &[&[&[1.0], &[-1.0], &[1.0]], &[&[0.01], &[2.0], &[40.0]], &[&[300.0], &[-0.5], &[0.5]]],
 };
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::capped::Capped;
 use super::form::Form;
-use super::{Kind, Param, ParamError, constructors};
+use super::{Build, Kind, Param, ParamError, constructors};
 use crate::aabb::Aabb;
 use crate::math::{Dd, Vec3, power_of_two_below};
 
@@ -16,14 +16,14 @@ pub(super) static KIND: Kind = Kind {
         Param::direction("normal", "out of the solid, of any length but 0"),
         Param::length("offset", "normal . p on the plane"),
     ],
-    build: |p| {
+    build: Build::Solid(|p| {
         let normal = p.vector("normal")?;
         if normal == Vec3::ZERO {
             return Err(ParamError { param: "normal", why: "is zero, but must have a direction".into() });
         }
         let offset = p.number("offset")?;
         Ok(Arc::new(Capped::whole(form(normal, offset), bounds(normal, offset), &["plane"])))
-    },
+    }),
     examples: &[
         &[&[0.0, 0.0, 1.0], &[0.0]],
         &[&[0.3, -2.0, 0.7], &[1.25]],
@@ -39,7 +39,7 @@ constructors! {
 
 /// Returns the box: bounded on one side of an axis if the plane is perpendicular to that axis, otherwise
 /// unbounded.
-fn bounds(normal: Vec3, offset: f64) -> Aabb {
+pub(super) fn bounds(normal: Vec3, offset: f64) -> Aabb {
     let mut bounds = Aabb::EVERYTHING;
     for axis in 0..3 {
         if normal.abs() == Vec3::AXES[axis] * normal[axis].abs() {
@@ -55,7 +55,7 @@ fn bounds(normal: Vec3, offset: f64) -> Aabb {
 }
 
 /// `2 l x + k` with `l = normal / 2` and `k = -offset`, both divided by a power of two.
-fn form(normal: Vec3, offset: f64) -> Form {
+pub(super) fn form(normal: Vec3, offset: f64) -> Form {
     let unit = power_of_two_below(normal.abs().max_element());
     let linear = normal / unit * 0.5;
     Form {

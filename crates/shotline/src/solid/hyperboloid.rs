@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::capped::Capped;
 use super::form::{Form, squared};
-use super::{Kind, Param, constructors};
+use super::{Build, Kind, Param, constructors};
 use crate::math::{Dd, Vec3, power_of_two_below};
 
 pub(super) static KIND: Kind = Kind {
@@ -17,14 +17,14 @@ pub(super) static KIND: Kind = Kind {
         Param::length("z0", "the lower end"),
         Param::length("z1", "the upper end, above z0"),
     ],
-    build: |p| {
+    build: Build::Solid(|p| {
         let (a, c) = (p.positive("a")?, p.positive("c")?);
         let (z0, z1) = p.ascending("z0", "z1")?;
         let widest = a * (1.0f64).hypot(z0.abs().max(z1.abs()) / c);
         let mut solid = Capped::between(form(a, c, 1.0), z0, z1, widest);
         solid.bounds = solid.bounds.widened(8.0);
         Ok(Arc::new(solid))
-    },
+    }),
     examples: &[
         &[&[1.0], &[1.0], &[-1.0], &[1.0]],
         &[&[0.16], &[1.6], &[-0.3], &[3.0]],

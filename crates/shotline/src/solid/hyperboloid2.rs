@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::capped::Capped;
-use super::{Kind, Param, ParamError, constructors, hyperboloid};
+use super::{Build, Kind, Param, ParamError, constructors, hyperboloid};
 
 pub(super) static KIND: Kind = Kind {
     name: "hyperboloid2",
@@ -15,7 +15,7 @@ pub(super) static KIND: Kind = Kind {
         Param::length("z0", "the lower end; below -c to take in the lower sheet"),
         Param::length("z1", "the upper end, above z0; above c to take in the upper sheet"),
     ],
-    build: |p| {
+    build: Build::Solid(|p| {
         let (a, c) = (p.positive("a")?, p.positive("c")?);
         let (z0, z1) = p.ascending("z0", "z1")?;
         if -c <= z0 && z1 <= c {
@@ -36,7 +36,7 @@ pub(super) static KIND: Kind = Kind {
         }
         solid.bounds = solid.bounds.widened(16.0);
         Ok(Arc::new(solid))
-    },
+    }),
     examples: &[
         &[&[1.0], &[1.0], &[-3.0], &[3.0]],
         &[&[0.5], &[0.2], &[0.0], &[2.0]],

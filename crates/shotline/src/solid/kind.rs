@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use super::Solid;
+use super::{Parts, Solid};
 use crate::math::Vec3;
 
 /// A kind of solid.
@@ -18,9 +18,34 @@ pub struct Kind {
     /// The parameters. Parameters with a default come last.
     pub params: &'static [Param],
     /// Checks the parameters and builds the solid.
-    pub build: fn(&Params) -> Result<Arc<dyn Solid>, ParamError>,
+    pub build: Build,
     /// Parameter sets for the conformance suite, typical and extreme ones, in the order of `params`.
     pub examples: &'static [&'static [&'static [f64]]],
+}
+
+/// How a kind is built.
+#[derive(Clone, Copy, Debug)]
+pub enum Build {
+    /// As one solid.
+    Solid(fn(&Params) -> Result<Arc<dyn Solid>, ParamError>),
+    /// As a combination of solids.
+    Parts(fn(&Params) -> Result<Parts, ParamError>),
+}
+
+impl Kind {
+    /// Checks the parameters and builds the solid, or the solids that it is a combination of.
+    ///
+    /// # Errors
+    /// [`ParamError`] names the wrong parameter.
+    pub fn build(&self, params: &Params) -> Result<Parts, ParamError> {
+        match self.build {
+            Build::Solid(build) => build(params).map(|solid| {
+                let surfaces = solid.surfaces();
+                Parts::Solid(solid, surfaces)
+            }),
+            Build::Parts(build) => build(params),
+        }
+    }
 }
 
 /// A parameter of a kind.
@@ -166,6 +191,32 @@ impl Params {
             Ok(x)
         } else {
             Err(ParamError { param: name, why: format!("is {x}, but must be positive") })
+        }
+    }
+
+    /// Returns a finite number of at least zero.
+    ///
+    /// # Errors
+    /// [`ParamError`] if it is missing, not finite or negative.
+    pub fn not_negative(&self, name: &'static str) -> Result<f64, ParamError> {
+        let x = self.number(name)?;
+        if x >= 0.0 {
+            Ok(x)
+        } else {
+            Err(ParamError { param: name, why: format!("is {x}, but must not be negative") })
+        }
+    }
+
+    /// Returns a finite number that is not less than another parameter, which is named for the error.
+    ///
+    /// # Errors
+    /// [`ParamError`] if it is missing, not finite or less.
+    pub fn at_least(&self, name: &'static str, least: f64, of: &'static str) -> Result<f64, ParamError> {
+        let x = self.number(name)?;
+        if x >= least {
+            Ok(x)
+        } else {
+            Err(ParamError { param: name, why: format!("is {x}, but must be at least {of} = {least}") })
         }
     }
 

@@ -8,15 +8,21 @@ mod capped;
 mod capped_tests;
 mod clear;
 mod cone;
+mod cone_section;
 mod constructors;
 mod cuboid;
+mod cut_tube;
 mod cylinder;
 mod definite;
 mod ellipsoid;
+mod ellipsoid_section;
+mod elliptical_cone;
+mod elliptical_cylinder;
 mod form;
 mod halfspace;
 mod hyperboloid;
 mod hyperboloid2;
+mod hyperboloid_shell;
 #[cfg(test)]
 mod ignored_axes_tests;
 mod interval;
@@ -25,14 +31,21 @@ pub(crate) mod lanes;
 pub mod mesh;
 mod moments;
 mod paraboloid;
+mod paraboloid_section;
+mod parts;
 mod quadratic;
 mod quadric;
 mod quadric_line;
 mod quadric_matrix;
 mod ring;
+#[cfg(test)]
+mod sections_tests;
+mod sector;
 mod sides;
 mod sphere;
+mod sphere_section;
 pub mod torus;
+mod torus_section;
 mod tube;
 
 use std::fmt::Debug;
@@ -45,9 +58,10 @@ use crate::ray::{Line, Span};
 use crate::scratch::Scratch;
 
 use constructors::constructors;
-pub use kind::{InvalidSolid, Kind, Param, ParamError, Params, Quantity};
+pub use kind::{Build, InvalidSolid, Kind, Param, ParamError, Params, Quantity};
 pub(crate) use mesh::tetrahedron;
 pub use moments::Moments;
+pub use parts::Parts;
 pub use quadric_matrix::QuadricMatrix;
 
 /// How many of the crossings a query needs.
@@ -189,6 +203,7 @@ macro_rules! registry {
                 fn $module() {
                     super::constructors::conformance(&super::$module::KIND, super::$module::ARGUMENTS);
                     crate::testkit::solid::conformance(&super::$module::KIND);
+                    crate::testkit::parts::conformance(&super::$module::KIND);
                 }
             )*
         }
@@ -208,6 +223,15 @@ registry!(
     quadric,
     torus,
     tube,
+    cone_section,
+    cut_tube,
+    ellipsoid_section,
+    elliptical_cone,
+    elliptical_cylinder,
+    hyperboloid_shell,
+    paraboloid_section,
+    sphere_section,
+    torus_section,
 );
 
 /// Returns the kind with a given name.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::capped::Capped;
 use super::form::Form;
-use super::{Kind, Param, ParamError, constructors, definite};
+use super::{Build, Kind, Param, ParamError, constructors, definite};
 use crate::math::{Dd, Vec3, power_of_two_below};
 
 pub(super) static KIND: Kind = Kind {
@@ -12,7 +12,7 @@ pub(super) static KIND: Kind = Kind {
     summary: "the quadric A x2 + B y2 + C z2 + D xy + E xz + F yz + G x + H y + I z + J < 0",
     interior: "A x^2 + B y^2 + C z^2 + D xy + E xz + F yz + G x + H y + I z + J < 0",
     params: &[Param::coefficients("coeffs", &[0, 0, 0, 0, 0, 0, 1, 1, 1, 2], "A to J, not all zero")],
-    build: |p| {
+    build: Build::Solid(|p| {
         let coeffs = p.coefficients("coeffs")?;
         if coeffs.iter().all(|x| *x == 0.0) {
             return Err(ParamError { param: "coeffs", why: "are all zero, but one must not be".into() });
@@ -20,7 +20,7 @@ pub(super) static KIND: Kind = Kind {
         let form = form(coeffs);
         let bounds = definite::bounds(&form);
         Ok(Arc::new(Capped::whole(form, bounds, &["quadric"])))
-    },
+    }),
     examples: &[
         &[&[1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0]],
         &[&[1.3, 2.8, 1.6, 0.2, -2.8, 0.2, -0.3, 0.4, 0.3, -1.0]],

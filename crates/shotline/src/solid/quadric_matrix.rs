@@ -50,8 +50,9 @@ mod tests {
 
     /// All quadrics among the examples of all kinds.
     fn quadrics() -> Vec<(Arc<dyn Solid>, QuadricMatrix)> {
-        let examples = KINDS.iter().flat_map(|k| k.examples.iter().map(|e| (k.build)(&Params::of(k, e))));
-        examples.filter_map(|solid| solid.ok().and_then(|s| s.quadric_matrix(0).map(|q| (s, q)))).collect()
+        let examples = KINDS.iter().flat_map(|k| k.examples.iter().map(|e| k.build(&Params::of(k, e))));
+        let solids = examples.filter_map(|parts| parts.ok()?.single().cloned());
+        solids.filter_map(|solid| solid.quadric_matrix(0).map(|q| (solid, q))).collect()
     }
 
     /// The scale of the rounding error of `x^T Q x`: the same with absolute values.
@@ -100,7 +101,7 @@ mod tests {
     fn matrices_are_those_of_the_textbook() {
         let build = |name: &str, numbers: &[&[f64]]| {
             let kind = crate::solid::kind(name).unwrap();
-            (kind.build)(&Params::of(kind, numbers)).unwrap().quadric_matrix(0).unwrap().rows
+            kind.build(&Params::of(kind, numbers)).unwrap().single().unwrap().quadric_matrix(0).unwrap().rows
         };
         let diagonal =
             |d: [f64; 4]| std::array::from_fn(|i| std::array::from_fn(|j| [0.0, d[i]][(i == j) as usize]));

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::capped::Capped;
 use super::form::Form;
-use super::{Kind, Param, constructors};
+use super::{Build, Kind, Param, constructors};
 use crate::aabb::Aabb;
 use crate::math::{Dd, Vec3, power_of_two_below, two_prod};
 
@@ -13,11 +13,11 @@ pub(super) static KIND: Kind = Kind {
     summary: "the sphere of a radius around the origin",
     interior: "x^2 + y^2 + z^2 < radius^2",
     params: &[Param::length("radius", "the radius, positive")],
-    build: |p| {
+    build: Build::Solid(|p| {
         let radius = p.positive("radius")?;
         let bounds = Aabb::new(Vec3::splat(-radius), Vec3::splat(radius));
         Ok(Arc::new(Capped::whole(form(radius), bounds, &["sphere"])))
-    },
+    }),
     examples: &[&[&[1.0]], &[&[1e-3]], &[&[1e6]]],
 };
 
@@ -28,7 +28,7 @@ constructors! {
 }
 
 /// `x^2 + y^2 + z^2 - r^2`.
-fn form(radius: f64) -> Form {
+pub(super) fn form(radius: f64) -> Form {
     let unit = power_of_two_below(radius);
     let r = radius / unit;
     Form {

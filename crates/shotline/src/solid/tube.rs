@@ -5,11 +5,12 @@ use std::sync::Arc;
 use super::cylinder;
 use super::form::Form;
 use super::interval::{Interval, Slab};
-use super::{Kind, Moments, Param, ParamError, Params, Solid, Wanted, constructors};
+use super::sector;
+use super::{Build, Kind, Moments, Param, ParamError, Params, Solid, Wanted, constructors};
 use crate::aabb::Aabb;
 use crate::contact::{Border, Contact, Sector, Sheet};
 use crate::crossing::{Crossing, NO_PRIMITIVE};
-use crate::math::{Affine, Dd, Vec3, sin_cos_degrees_wide, unit};
+use crate::math::{Affine, Vec3, sin_cos_degrees_wide, unit};
 use crate::ray::{Line, Span};
 use crate::scratch::Scratch;
 
@@ -26,7 +27,7 @@ pub(super) static KIND: Kind = Kind {
             .or(&[0.0]),
         Param::angle("dphi", "the angle that it takes, in degrees, above 0 and at most 360").or(&[360.0]),
     ],
-    build: |p| Ok(Arc::new(Tube::new(p)?)),
+    build: Build::Solid(|p| Ok(Arc::new(Tube::new(p)?))),
     examples: &[
         &[&[0.5], &[1.0], &[-1.0], &[1.0]],
         &[&[0.0], &[1.0], &[-0.5], &[1.5], &[20.0], &[75.0]],
@@ -78,21 +79,11 @@ struct Wedge {
 
 impl Tube {
     fn new(p: &Params) -> Result<Tube, ParamError> {
-        let rmin = p.number("rmin")?;
-        if rmin < 0.0 {
-            return Err(ParamError { param: "rmin", why: format!("is {rmin}, but must not be negative") });
-        }
+        let rmin = p.not_negative("rmin")?;
         let (_, rmax) = p.ascending("rmin", "rmax")?;
         let (low, high) = p.ascending("z0", "z1")?;
-        // The remainder is exact. It keeps the middle angle accurate if there are many turns.
+        let wedge = sector::Sector::of(p)?.map(|sector| Wedge::new(&sector));
         let (phi0, dphi) = (p.number("phi0")? % 360.0, p.number("dphi")?);
-        if !(dphi > 0.0 && dphi <= 360.0) {
-            return Err(ParamError {
-                param: "dphi",
-                why: format!("is {dphi}, but must be above 0 and at most 360"),
-            });
-        }
-        let wedge = (dphi < 360.0).then(|| Wedge::new(phi0, dphi));
         let mut tube = Tube {
             outer: cylinder::form(rmax),
             inner: (rmin > 0.0).then(|| cylinder::form(rmin)),
@@ -188,27 +179,15 @@ impl Tube {
 }
 
 impl Wedge {
-    fn new(phi0: f64, dphi: f64) -> Wedge {
-        let (s0, c0) = sin_cos_degrees_wide(phi0);
-        let (s, c) = sin_cos_degrees_wide(dphi);
-        let (s1, c1) = (s0 * c + c0 * s, c0 * c - s0 * s);
-        Wedge {
-            start: plane(s0, -c0),
-            end: plane(-s1, c1),
-            ends: [Vec3::new(c0.hi, s0.hi, 0.0), Vec3::new(c1.hi, s1.hi, 0.0)],
-            is_reflex: dphi > 180.0,
-        }
+    fn new(sector: &sector::Sector) -> Wedge {
+        let [start, end] = sector.planes();
+        Wedge { start, end, ends: sector.ends(), is_reflex: sector.is_reflex }
     }
 
     fn contains(&self, p: Vec3) -> bool {
         let (start, end) = (self.start.value(p) < 0.0, self.end.value(p) < 0.0);
         if self.is_reflex { start || end } else { start && end }
     }
-}
-
-/// `x p.x + y p.y`.
-fn plane(x: Dd, y: Dd) -> Form {
-    Form { linear: [x * 0.5, y * 0.5, Dd::ZERO], ..Form::ZERO }
 }
 
 /// Returns the interval of a line in front of a plane, given its interval behind the plane.
@@ -437,7 +416,7 @@ mod tests {
 
     #[test]
     fn bounds_are_tight() {
-        let bounds = |values: &[&[f64]]| (KIND.build)(&Params::of(&KIND, values)).unwrap().bounds();
+        let bounds = |values: &[&[f64]]| KIND.build(&Params::of(&KIND, values)).unwrap().bounds();
         let quarter = bounds(&[&[0.5], &[1.0], &[0.0], &[1.0], &[0.0], &[90.0]]);
         assert!((quarter.min - Vec3::ZERO).abs().max_element() < 1e-14, "{quarter:?}");
         assert!((quarter.max - Vec3::ONE).abs().max_element() < 1e-14, "{quarter:?}");
@@ -448,7 +427,7 @@ mod tests {
 
     #[test]
     fn parameters_out_of_range_are_named() {
-        let error = |values: &[&[f64]]| (KIND.build)(&Params::of(&KIND, values)).unwrap_err().to_string();
+        let error = |values: &[&[f64]]| KIND.build(&Params::of(&KIND, values)).unwrap_err().to_string();
         assert_eq!(error(&[&[-1.0], &[1.0], &[0.0], &[1.0]]), "rmin: is -1, but must not be negative");
         assert!(error(&[&[1.0], &[1.0], &[0.0], &[1.0]]).starts_with("rmax: is 1, but"));
         assert!(error(&[&[0.0], &[1.0], &[0.0], &[1.0], &[0.0], &[361.0]]).starts_with("dphi: is 361"));

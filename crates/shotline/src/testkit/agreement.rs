@@ -114,10 +114,8 @@ fn check_ray(world: &World, ray: &Ray, span: Span, hints: &mut Hints) -> Vec<Hit
             alternate(&hits, &context);
             let sound = segments.iter().all(|s| s.t_in <= s.t_out && s.length >= 0.0);
             assert!(sound, "{segments:?} of {}", context());
-            let mut found: Vec<ObjectInterval> = segments
-                .iter()
-                .map(|s| (s.path.expect("a path of its own"), s.object, s.t_in, s.t_out))
-                .collect();
+            let mut found: Vec<ObjectInterval> =
+                segments.iter().map(|s| (s.path, s.object, s.t_in, s.t_out)).collect();
             found.sort_by(by_path);
             assert_eq!(found, between_crossings(&hits), "segments of {}", context());
         }

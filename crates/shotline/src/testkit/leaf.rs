@@ -22,7 +22,7 @@ pub(super) fn add_varied(
             example.iter().map(|value| value.iter().map(&mut vary).collect()).collect();
         let values: Vec<&[f64]> = numbers.iter().map(Vec::as_slice).collect();
         let params = Params::of(kind, &values);
-        if let Ok(solid) = (kind.build)(&params) {
+        if let Ok(solid) = kind.build(&params) {
             return (scene.add(Node::Solid { kind, params }), solid.bounds());
         }
     }

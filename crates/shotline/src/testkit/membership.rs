@@ -1,16 +1,14 @@
 //! Membership by brute force: tests a point against a node of the scene without compilation, sweep or boxes.
 
-use std::sync::Arc;
-
 use crate::math::{Affine, ComposedTransform, Vec3};
 use crate::scene::{Node, NodeId, Op, Scene};
-use crate::solid::Solid;
+use crate::solid::Parts;
 use crate::solid::mesh::MeshSolid;
 
 /// A node prepared for point tests.
 #[derive(Debug)]
 enum PreparedNode {
-    Solid(Arc<dyn Solid>),
+    Parts(Parts),
     Moved(Affine, NodeId),
     Combined(Op, Vec<NodeId>),
 }
@@ -33,7 +31,7 @@ impl Membership {
     /// Whether a point lies in the interior of a node.
     pub fn contains(&self, node: NodeId, p: Vec3) -> bool {
         match &self.nodes[node.0 as usize] {
-            PreparedNode::Solid(solid) => solid.contains(p),
+            PreparedNode::Parts(parts) => parts.contains(p),
             PreparedNode::Moved(local_from_parent, child) => {
                 self.contains(*child, local_from_parent.point(p))
             }
@@ -69,9 +67,9 @@ fn spread(count: u32) -> impl Iterator<Item = Vec3> {
 fn prepare(node: &Node) -> PreparedNode {
     match node {
         Node::Solid { kind, params } => {
-            PreparedNode::Solid((kind.build)(params).expect("a solid that was compiled"))
+            PreparedNode::Parts(kind.build(params).expect("a solid that was compiled"))
         }
-        Node::Mesh { mesh, .. } => PreparedNode::Solid(Arc::new(
+        Node::Mesh { mesh, .. } => PreparedNode::Parts(Parts::of(
             MeshSolid::new(mesh.clone(), "brute").expect("a mesh that was compiled"),
         )),
         Node::Transform { transform, child } => {

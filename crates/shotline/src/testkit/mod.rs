@@ -8,6 +8,7 @@ mod leaf;
 pub mod membership;
 pub mod meshes;
 pub mod moments;
+pub mod parts;
 pub mod random;
 pub mod scene;
 pub mod solid;

@@ -54,6 +54,8 @@ pub(super) const OBJECT: &[Key] = &[
     key("material", Text, "The name of its material."),
     key("priority", Integer, "Where objects overlap the higher owns the segment; 0 if absent."),
     key("node", Shape::Other, "Its shape."),
+    key("contents", Shape::Other, "Objects, and groups of them, that are inside this one and displace it."),
+    key("clip", Boolean, "Whether contents count only inside the shape; false if absent."),
 ];
 
 /// The transform of a node.

@@ -62,7 +62,7 @@ fn nameless(scene: &Scene, named: &HashMap<NodeId, String>) -> Vec<NodeId> {
         {
             need(*child, &mut found);
         }
-        todo.extend(node.children().iter().rev().map(|child| (*child, depth + 1)));
+        todo.extend(node.children().rev().map(|child| (child, depth + 1)));
     }
     found
 }

@@ -95,10 +95,22 @@ impl<'r, 't> Graph<'r, 't> {
             todo.extend(below.into_iter().rev());
         }
         for (id, value) in self.scene.objects.clone().into_iter().zip(roots) {
-            if self.values.diagnostics.is_empty() && !matches!(self.scene.node(id), Node::Object { .. }) {
+            if self.values.diagnostics.is_empty() && !self.is_object(id) {
                 self.values.report_at_start(*value, "this is not an object", WRAP);
             }
         }
+    }
+
+    /// Whether a node is an object, which may be transformed. The nodes may have a cycle.
+    fn is_object(&self, mut id: NodeId) -> bool {
+        for _ in &self.scene.nodes {
+            match self.scene.node(id) {
+                Node::Object { .. } => return true,
+                Node::Transform { child, .. } => id = *child,
+                _ => return false,
+            }
+        }
+        false
     }
 
     /// Assigns a node to every definition; one that only refers to another gets the node of that.
@@ -191,9 +203,7 @@ impl<'r, 't> Graph<'r, 't> {
     fn fill(&mut self, task: Task, todo: &mut Vec<Task>) {
         let Task { value, id, role } = task;
         let Some(form) = self.form(value, role) else { return };
-        let placement =
-            if matches!(role, Role::Root(_)) { None } else { placement::read(&mut self.values, value) };
-        let id = match placement {
+        let id = match placement::read(&mut self.values, value) {
             None => id,
             Some(transform) => {
                 let child = if form == Form::Ref { self.reference(value) } else { self.reserve(value) };
@@ -234,12 +244,12 @@ impl<'r, 't> Graph<'r, 't> {
                 self.values.report_at_start(value, format!("{what} needs {needs}"), help);
                 None
             }
-            [(_, form)] if root && *form != Form::Object => {
+            [(_, form)] if root && !matches!(form, Form::Object | Form::Ref) => {
                 self.values.report_at_start(value, "an object needs \"node\"", WRAP);
                 None
             }
             [(_, Form::Object)] if role == Role::Shape => {
-                let help = "objects stand in \"objects\" and among the args of a group";
+                let help = "objects stand in \"objects\", in \"contents\" and among the args of a group";
                 self.values.report_at_start(value, "an object cannot stand here", help);
                 None
             }
@@ -379,8 +389,7 @@ impl<'r, 't> Graph<'r, 't> {
     }
 
     fn object(&mut self, value: ValueId, role: Role, todo: &mut Vec<Task>) -> Option<Node> {
-        let placeable = if matches!(role, Role::Root(_)) { &[] } else { PLACEMENT };
-        let known: Vec<_> = names(OBJECT).chain(names(placeable)).collect();
+        let known: Vec<_> = names(OBJECT).chain(names(PLACEMENT)).collect();
         self.values.only(value, "an object", &known);
         let get = |key: &str| self.values.tree.get(value, key);
         let (name, material, priority) = (get("name"), get("material"), get("priority"));
@@ -392,7 +401,10 @@ impl<'r, 't> Graph<'r, 't> {
         let priority = priority.and_then(|at| self.values.integer(at, "\"priority\"")).unwrap_or(0);
         let node = self.values.required(value, "an object", "node", "its shape: {...}")?;
         let node = self.child(node, Role::Shape, todo);
-        Some(Node::Object { name: name?, material, priority, node })
+        let contents = get("contents").and_then(|at| self.values.array(at, "\"contents\"")).unwrap_or(&[]);
+        let contents = contents.iter().map(|v| self.child(*v, Role::Member, todo)).collect();
+        let clip = get("clip").and_then(|at| self.values.boolean(at, "\"clip\"")).unwrap_or(false);
+        Some(Node::Object { name: name?, material, priority, node, contents, clip })
     }
 
     fn default_name(&mut self, role: Role) -> String {

@@ -16,9 +16,9 @@ pub fn scene_schema() -> String {
     let mut definitions = Map::new();
     definitions.extend(PLACEMENT.iter().map(|key| (key.name.to_string(), placement(key))));
     definitions.insert("shape".into(), shape());
-    definitions.insert("object".into(), object());
-    let object = placed(OBJECT, &["node"], shape_in_node(), "An object in a group or among the parts.");
-    let member = json!({ "if": { "required": ["node"] }, "then": object, "else": reference("shape") });
+    definitions.insert("object".into(), placed(OBJECT, &["node"], parts_of_object(), "An object."));
+    let member =
+        json!({ "if": { "required": ["node"] }, "then": reference("object"), "else": reference("shape") });
     definitions.insert("member".into(), member);
     definitions.insert("material".into(), closed(MATERIAL, &[], Map::new()));
     definitions.insert("light".into(), light());
@@ -34,7 +34,8 @@ fn top() -> Map<String, Value> {
     let named = |what: &str| json!({ "type": "object", "additionalProperties": reference(what) });
     let mut camera = closed(CAMERA, &["eye", "target"], Map::new());
     camera["not"] = json!({ "required": ["fov", "height"] });
-    let reusable = json!({ "anyOf": [reference("object"), closed(&[], &["ref"], part_name())] });
+    let reusable =
+        json!({ "anyOf": [reference("object"), placed(&[], &["ref"], part_name(), "A part of defs.")] });
     let turn = [("rotate".to_string(), reference("rotate"))].into_iter().collect();
     let motion = closed(MOTION, &["object"], turn);
     let refs = [
@@ -56,12 +57,10 @@ fn units() -> Value {
     json!({ "enum": names, "description": about(TOP, "units") })
 }
 
-fn object() -> Value {
-    closed(OBJECT, &["node"], shape_in_node())
-}
-
-fn shape_in_node() -> Map<String, Value> {
-    [("node".to_string(), reference("shape"))].into_iter().collect()
+fn parts_of_object() -> Map<String, Value> {
+    let contents = json!({ "type": "array", "items": reference("member") });
+    let parts = [("node", reference("shape")), ("contents", contents)];
+    parts.map(|(key, value)| (key.to_string(), value)).into_iter().collect()
 }
 
 fn part_name() -> Map<String, Value> {

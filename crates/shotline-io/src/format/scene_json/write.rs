@@ -177,13 +177,19 @@ impl Writer<'_> {
             Node::Group { members } => {
                 vec![Field::Plain("\"op\": \"group\"".into()), Field::Nodes("args", members.clone())]
             }
-            Node::Object { name, material, priority, node } => {
+            Node::Object { name, material, priority, node, contents, clip } => {
                 let mut fields = vec![Field::Plain(format!("\"name\": {}", quoted(name)))];
                 fields.extend(material.iter().map(|m| Field::Plain(format!("\"material\": {}", quoted(m)))));
                 if *priority != 0 {
                     fields.push(Field::Plain(format!("\"priority\": {priority}")));
                 }
+                if *clip {
+                    fields.push(Field::Plain("\"clip\": true".into()));
+                }
                 fields.push(Field::Node("node", *node));
+                if !contents.is_empty() {
+                    fields.push(Field::Nodes("contents", contents.clone()));
+                }
                 fields
             }
             // Reached only below a transform, where such a node has a name.

@@ -3,10 +3,10 @@
 use super::super::names::Labels;
 use crate::scene::{LocalTransform, Node, NodeId, Scene};
 
-/// A member of a group, or a root.
+/// A member of a group, a part of the contents of an object, or a root.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Member {
-    /// The group; `None` for the roots of the scene.
+    /// The group, or the object that contains it; `None` for the roots of the scene.
     pub group: Option<NodeId>,
     /// Its index among the members.
     pub index: usize,
@@ -17,22 +17,24 @@ pub(super) struct Member {
 /// The member that the name of a path, or the beginning of one, ends in. If roots share a name, the first is used.
 pub(super) fn resolve(scene: &Scene, path: &str) -> Option<Member> {
     let labels = Labels::new(scene);
-    let (mut group, mut members, mut rest) = (None, scene.objects.as_slice(), path);
+    let (mut lists, mut rest) = (vec![(None, scene.objects.as_slice())], path);
     loop {
-        let name_of = |index: usize, node: NodeId| match group {
+        let name_of = |group: Option<NodeId>, index: usize, node: NodeId| match group {
             None => labels.of(node).to_owned(),
             Some(_) => format!("{}[{index}]", labels.of(node)),
         };
+        let members = lists.iter().flat_map(|(group, members)| {
+            members.iter().enumerate().map(|(index, &node)| Member { group: *group, index, node })
+        });
         // Names may contain slashes, so the path is matched against the names of members instead of being split.
-        let (member, after) = members.iter().enumerate().find_map(|(index, &node)| {
-            let after = after_name(rest, &name_of(index, node))?;
-            Some((Member { group, index, node }, after))
+        let (member, after) = { members }.find_map(|member| {
+            let after = after_name(rest, &name_of(member.group, member.index, member.node))?;
+            Some((member, after))
         })?;
         if after.is_empty() {
             return Some(member);
         }
-        let (below, inner) = group_below(scene, member.node)?;
-        (group, members, rest) = (Some(below), inner, &after[1..]);
+        (lists, rest) = (lists_below(scene, member.node), &after[1..]);
     }
 }
 
@@ -49,19 +51,27 @@ fn after_name<'p>(path: &'p str, name: &str) -> Option<&'p str> {
     path.strip_prefix(name).filter(|after| after.is_empty() || after.starts_with('/'))
 }
 
-/// The group that a member is, below its transforms and its object, and its members; `None` if it is not a group.
-fn group_below(scene: &Scene, mut node: NodeId) -> Option<(NodeId, &[NodeId])> {
+/// The members of the group that a member is, below its transforms and its object, and the contents of that object.
+fn lists_below(scene: &Scene, mut node: NodeId) -> Vec<(Option<NodeId>, &[NodeId])> {
+    let mut lists = Vec::new();
     loop {
         match scene.node(node) {
             Node::Transform { child, .. } => node = *child,
-            Node::Object { node: shape, .. } => node = *shape,
-            Node::Group { members } => return Some((node, members)),
-            Node::Solid { .. } | Node::Mesh { .. } | Node::Csg { .. } => return None,
+            Node::Object { node: shape, contents, .. } => {
+                lists.push((Some(node), contents.as_slice()));
+                node = *shape;
+            }
+            Node::Group { members } => {
+                lists.push((Some(node), members));
+                return lists;
+            }
+            Node::Solid { .. } | Node::Mesh { .. } | Node::Csg { .. } => return lists,
         }
     }
 }
 
-/// The transforms between a member and the node that it places, outermost first: those above its object and below it.
+/// The transforms between a member and the node that it places, outermost first: those above its object and below it. Below an
+/// object with contents there are none that move all of it.
 pub(super) fn transforms(scene: &Scene, member: Member) -> Vec<NodeId> {
     let (mut found, mut node) = (Vec::new(), member.node);
     loop {
@@ -70,23 +80,26 @@ pub(super) fn transforms(scene: &Scene, member: Member) -> Vec<NodeId> {
                 found.push(node);
                 node = *child;
             }
-            Node::Object { node: shape, .. } => node = *shape,
+            Node::Object { node: shape, contents, .. } if contents.is_empty() => node = *shape,
             _ => return found,
         }
     }
 }
 
-/// Inserts a transform above a member. A root must be an object, so there it is inserted between the object and its
-/// shape.
+/// Inserts a transform above a member. An object without contents keeps its place among the roots: the transform is inserted
+/// between it and its shape.
 pub(super) fn insert_transform_above(scene: &mut Scene, member: Member, transform: LocalTransform) {
-    let child = match (member.group, scene.node(member.node)) {
-        (None, Node::Object { node, .. }) => *node,
-        _ => member.node,
+    let (child, parent) = match (member.group, scene.node(member.node)) {
+        (None, Node::Object { node, contents, .. }) if contents.is_empty() => (*node, Some(member.node)),
+        (group, _) => (member.node, group),
     };
     let placed = scene.add(Node::Transform { transform, child });
-    match &mut scene.nodes[member.group.unwrap_or(member.node).0 as usize] {
-        Node::Object { node, .. } => *node = placed,
-        Node::Group { members } => members[member.index] = placed,
-        _ => {}
+    match parent.map(|parent| &mut scene.nodes[parent.0 as usize]) {
+        None => scene.objects[member.index] = placed,
+        Some(Node::Object { node, .. }) if *node == child => *node = placed,
+        Some(Node::Object { contents: members, .. } | Node::Group { members }) => {
+            members[member.index] = placed;
+        }
+        Some(_) => {}
     }
 }

@@ -68,7 +68,7 @@ pub struct SegmentRows {
     pub material: Vec<i32>,
     /// The object.
     pub object: Vec<i32>,
-    /// The instance path; -1 where intervals of several paths of the object are joined.
+    /// The instance path.
     pub path: Vec<i64>,
     /// The number of overlaps of equal priority.
     pub overlaps: u64,
@@ -382,7 +382,7 @@ impl SegmentRows {
         extend(&mut self.length, segments.iter().map(|segment| segment.length))?;
         extend(&mut self.material, segments.iter().map(|segment| or_minus_one(segment.material)))?;
         extend(&mut self.object, segments.iter().map(|segment| segment.object as i32))?;
-        extend(&mut self.path, segments.iter().map(|segment| segment.path.map_or(-1, |path| path as i64)))?;
+        extend(&mut self.path, segments.iter().map(|segment| segment.path as i64))?;
         push_split(&mut self.ray_splits, self.t_in.len())
     }
 }

@@ -149,7 +149,7 @@ fn plain_answers(world: &World, rays: &[Ray]) -> String {
             inside.length.push(segment.length);
             inside.material.push(number(segment.material));
             inside.object.push(segment.object as i32);
-            inside.path.push(segment.path.map_or(-1, |path| path as i64));
+            inside.path.push(segment.path as i64);
             let column = segment.material.map_or(lengths.len() - 1, |material| material as usize);
             lengths[column] += segment.length;
         }

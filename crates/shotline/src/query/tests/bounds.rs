@@ -279,7 +279,8 @@ fn boxes_of_quadrics_hold_them_at_any_size() {
             positive * [1.0, size, size * size][usize::from(i > 5) + usize::from(i > 8)]
         });
         let params = crate::solid::Params::of(kind, &[&coeffs]);
-        let Ok(solid) = (kind.build)(&params) else { continue };
+        let Ok(parts) = kind.build(&params) else { continue };
+        let solid = parts.single().expect("one solid");
         let bounds = solid.bounds();
         for _ in 0..60 {
             let o = random.direction() * size * random.number(0.0, 8.0);

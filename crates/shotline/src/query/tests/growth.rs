@@ -186,9 +186,9 @@ fn ten_thousand_nested_objects_have_their_segments() {
     assert_eq!((segments[0].t_in, segments[n as usize - 1].length), (1.0, f64::from(2 * n + 1)));
 }
 
-/// A segment has a path only if all intervals that it is joined from have the same path.
+/// A segment ends where the owning body changes, even if the next one is of the same object.
 #[test]
-fn segments_of_several_paths_have_no_path() {
+fn segments_of_bodies_that_abut_have_their_paths() {
     let mut scene = Scene::default();
     let block = scene.add_solid("box", &[&[0.0; 3], &[1.0; 3]]).expect("a box");
     let at = [1.0, 2.0, 3.0, 5.0].map(|x| scene.add_transform(Affine::translation(Vec3::X * x), block));
@@ -201,8 +201,8 @@ fn segments_of_several_paths_have_no_path() {
         Caster::new(&world).segments(&ray, Span::FORWARD, overlaps, &mut segments).expect("solids");
         segments.iter().map(|s| (s.t_in, s.t_out, s.path)).collect::<Vec<_>>()
     };
-    assert_eq!(paths(Overlaps::Error), [(1.0, 4.0, None), (5.0, 6.0, Some(3))]);
+    assert_eq!(paths(Overlaps::Error), [(1.0, 2.0, 0), (2.0, 3.0, 1), (3.0, 4.0, 2), (5.0, 6.0, 3)]);
     assert_eq!(paths(Overlaps::All).len(), 4);
     let rows = batch::segments(&world, &[ray], Span::FORWARD, Overlaps::Error, Run::default()).expect("rows");
-    assert_eq!(rows.path, [-1, 3]);
+    assert_eq!(rows.path, [0, 1, 2, 3]);
 }

@@ -122,10 +122,8 @@ fn lines_in_lanes_have_the_crossings_of_each_line_alone() {
     for (kind, examples) in own.chain([(quadric, ignoring.to_vec())]) {
         for example in &examples {
             let values: Vec<&[f64]> = example.iter().map(Vec::as_slice).collect();
-            let solid = (kind.build)(&Params::of(kind, &values)).expect("an example");
-            if solid.in_lanes().is_none() {
-                continue;
-            }
+            let parts = kind.build(&Params::of(kind, &values)).expect("an example");
+            let Some(solid) = parts.single().filter(|solid| solid.in_lanes().is_some()) else { continue };
             let bounds = solid.bounds();
             let size = bounds.size().max_element();
             let (size, centre) = if size.is_finite() { (size, bounds.centre()) } else { (2.0, Vec3::ZERO) };
@@ -135,8 +133,8 @@ fn lines_in_lanes_have_the_crossings_of_each_line_alone() {
                     let line = line(&mut random, size);
                     Line { o: line.o + centre, ..line }
                 });
-                let found = dispatch(Cast(&*solid, &lines, &frame));
-                assert_eq!(found, Cast(&*solid, &lines, &frame).run::<Portable>());
+                let found = dispatch(Cast(&**solid, &lines, &frame));
+                assert_eq!(found, Cast(&**solid, &lines, &frame).run::<Portable>());
                 for (line, found) in lines.iter().zip(&found) {
                     all += 1;
                     let Some(found) = found else {
@@ -171,7 +169,11 @@ fn solids() -> Vec<Arc<dyn Solid>> {
         .filter_map(|(kind, mut example, by)| {
             example.iter_mut().flatten().for_each(|number| *number *= by);
             let values: Vec<&[f64]> = example.iter().map(Vec::as_slice).collect();
-            (kind.build)(&Params::of(kind, &values)).ok().filter(|solid| solid.in_lanes().is_some())
+            kind.build(&Params::of(kind, &values))
+                .ok()?
+                .single()
+                .filter(|solid| solid.in_lanes().is_some())
+                .cloned()
         })
         .collect()
 }

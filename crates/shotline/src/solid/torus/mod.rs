@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use super::lanes::InLanes;
-use super::{Kind, Moments, Param, ParamError, Solid, constructors, ring};
+use super::{Build, Kind, Moments, Param, ParamError, Solid, constructors, ring};
 use crate::aabb::Aabb;
 use crate::crossing::Crossing;
 use crate::math::Vec3;
@@ -41,7 +41,7 @@ pub(super) static KIND: Kind = Kind {
         Param::length("R", "the radius of the circle inside the tube, positive"),
         Param::length("r", "the radius of the tube, positive"),
     ],
-    build: |p| Ok(Arc::new(Torus::new(p.positive("R")?, p.positive("r")?)?)),
+    build: Build::Solid(|p| Ok(Arc::new(Torus::new(p.positive("R")?, p.positive("r")?)?))),
     examples: &[
         &[&[1.0], &[0.3]],
         &[&[1.0], &[1e-4]],

@@ -1,0 +1,67 @@
+"""The base of the classes of solids."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from . import _native
+from .nodes import Node
+from .values import number, numbers
+
+
+class Solid(Node):
+    """A parametric solid: the base of the classes of `shotline.solids`."""
+
+    __slots__ = ("_values",)
+    _kind = ""
+    # Name, count of numbers, and default of each parameter.
+    _params: tuple[tuple[str, int, tuple[float, ...] | None], ...] = ()
+
+    def __init__(self, *args: Any, **values: Any) -> None:
+        names = [name for name, _, _ in self._params]
+        given = dict(zip(names, args, strict=False))
+        required = [name for name, _, default in self._params if default is None]
+        wrong = [f"{len(args)} parameters are too many"] if len(args) > len(names) else []
+        wrong += [f"{name} is given twice" for name in values if name in given]
+        wrong += [f"no parameter {name!r}" for name in values if name not in names]
+        wrong += [f"{name} is missing" for name in required if name not in given and name not in values]
+        if any(name in ("center", "centre", "position", "origin") for name in values):
+            wrong.append("solids are placed with .translate(x, y, z)")
+        if wrong:
+            shown = ", ".join(f"{name}={_default(default)}" for name, _, default in self._params)
+            raise TypeError(f"{type(self).__name__}({shown}): {'; '.join(wrong)}")
+        given |= values
+        self._values = {
+            name: _parameter(given[name], count, name) if name in given else default or ()
+            for name, count, default in self._params
+        }
+        _native.check_solid(self._kind, list(self._values.values()))
+
+    def __dir__(self) -> list[str]:
+        return sorted({*super().__dir__(), *(name for name, _, _ in self._params)})
+
+    def __getattr__(self, name: str) -> Any:
+        try:
+            value = object.__getattribute__(self, "_values")[name]
+        except (KeyError, AttributeError):
+            raise AttributeError(f"{type(self).__name__} has no attribute {name!r}") from None
+        return value[0] if len(value) == 1 else value
+
+    def _keys(self) -> dict[str, Any]:
+        return {"kind": self._kind, **{n: v[0] if len(v) == 1 else v for n, v in self._values.items()}}
+
+    def __repr__(self) -> str:
+        shown = ", ".join(f"{n}={v[0] if len(v) == 1 else v}" for n, v in self._values.items())
+        return f"{type(self).__name__}({shown})"
+
+
+def _default(numbers: tuple[float, ...] | None) -> str:
+    """The default of a parameter as text; dots if it has none."""
+    if numbers is None:
+        return "..."
+    texts = [f"{x:g}" for x in numbers]
+    return texts[0] if len(texts) == 1 else f"({', '.join(texts)})"
+
+
+def _parameter(value: Any, count: int, name: str) -> tuple[float, ...]:
+    return numbers(number(value, name) if count == 1 else value, count, name)
