@@ -144,6 +144,12 @@ impl BeamRays {
         dispatch(Enter { rays: self, bounds, limits })
     }
 
+    /// As [`BeamRays::enter`], by the instructions of the caller.
+    #[inline(always)]
+    pub(crate) fn enter_by<S: Simd>(&self, bounds: &Aabb, limits: &ByRay) -> MetRays {
+        Enter { rays: self, bounds, limits }.run::<S>()
+    }
+
     /// Bounds on the numbers of all rays.
     pub fn beam(&self) -> Beam {
         dispatch(Bound(self))
@@ -213,9 +219,7 @@ impl Task for Enter<'_> {
         for chunk in 0..BEAM_RAYS / 8 {
             for first in (0..8).step_by(S::Wide::LANES) {
                 let (enter, rays) = self.some::<S::Wide>(chunk, first);
-                for lane in 0..S::Wide::LANES {
-                    met.enter[chunk][first + lane] = enter[lane];
-                }
+                enter.store_some(&mut met.enter[chunk], first);
                 met.rays |= u32::from(rays) << (8 * chunk + first);
             }
         }
@@ -225,7 +229,7 @@ impl Task for Enter<'_> {
 
 impl Enter<'_> {
     #[inline(always)]
-    fn some<F: Doubles>(&self, chunk: usize, first: usize) -> (F::Array, u8) {
+    fn some<F: Doubles>(&self, chunk: usize, first: usize) -> (F, u8) {
         let Enter { rays, bounds, limits } = self;
         let load = |numbers: &ByRay| F::load_some(&numbers[chunk], first);
         let vector = |of: &[ByRay; 3]| [load(&of[0]), load(&of[1]), load(&of[2])];
@@ -239,7 +243,7 @@ impl Enter<'_> {
             t_max: rays.t_max,
         };
         let (enter, exit) = boxes.enter_exit(bounds);
-        (enter.store(), enter.is_at_most(exit.lesser(load(limits))) & F::ALL)
+        (enter, enter.is_at_most(exit.lesser(load(limits))) & F::ALL)
     }
 }
 

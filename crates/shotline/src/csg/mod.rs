@@ -9,6 +9,7 @@ mod event;
 pub(crate) mod lanes;
 #[cfg(test)]
 mod lanes_tests;
+mod list_sweep;
 pub mod op;
 mod program;
 mod single_leaf;
@@ -18,7 +19,8 @@ mod truth_table;
 pub use bounds::LeafBounds;
 pub use contact::OrderExchange;
 pub use event::{Boundary, Event, EventKind, HitKind};
+pub use list_sweep::{ListSweep, ListedBoundary, ListedCrossings, ListedEvent};
 pub use op::Op;
-pub use program::{Program, ProgramState, Tree, TreeNode};
+pub use program::{Program, ProgramState, Tally, Tree, TreeNode};
 pub use single_leaf::SingleLeaf;
 pub use sweep::Sweep;

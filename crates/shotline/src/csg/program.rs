@@ -132,6 +132,28 @@ impl Program {
         self.needed.checked_shr(leaf).is_some_and(|needed| needed & 1 == 1)
     }
 
+    /// The value of a program of one node without operands; `None` for other programs.
+    pub fn tally(&self) -> Option<Tally> {
+        let [ProgramNode { op, arity, .. }] = self.nodes[..] else { return None };
+        let sum = match op {
+            Op::Union => 0,
+            Op::Intersection => arity as i32,
+            // The first operand is missing.
+            Op::Difference => 1,
+        };
+        Some(Tally { sum, is_union: op == Op::Union })
+    }
+
+    /// What entering a leaf adds to the [`Tally`] of a program of one node, and leaving it subtracts.
+    pub fn step(&self, leaf: u32) -> i32 {
+        let link = self.leaves[leaf as usize];
+        match self.nodes[link.node as usize].op {
+            Op::Union => 1,
+            Op::Difference if !link.first => 1,
+            Op::Intersection | Op::Difference => -1,
+        }
+    }
+
     /// Drops the table, so that the counters are used however few leaves there are.
     #[cfg(any(test, feature = "testkit"))]
     pub(crate) fn forget_table(&mut self) {
@@ -141,6 +163,28 @@ impl Program {
     /// Bytes used.
     pub fn memory(&self) -> usize {
         size_of_val(self.nodes.as_slice()) + size_of_val(self.leaves.as_slice())
+    }
+}
+
+/// The value of a program of one node as a sum. In a union it counts the operands that are inside; otherwise what keeps the
+/// ray outside: the operands of an intersection that are not inside, or those of a difference that are on the wrong side.
+#[derive(Clone, Copy, Debug)]
+pub struct Tally {
+    sum: i32,
+    is_union: bool,
+}
+
+impl Tally {
+    /// Whether the ray is inside.
+    #[inline]
+    pub fn value(self) -> bool {
+        (self.sum == 0) != self.is_union
+    }
+
+    /// Adds a [`Program::step`], or its negative.
+    #[inline]
+    pub fn add(&mut self, step: i32) {
+        self.sum += step;
     }
 }
 

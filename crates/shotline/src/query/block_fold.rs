@@ -10,6 +10,7 @@ use std::ops::Range;
 use super::Limits;
 use super::block_visitor::{BlockVisitor, Found, InFlight, Normal, Passing, Slot, State};
 use super::bundle::{Advance, Bundle, BundleMemory, Pause};
+use super::bundle_lists::BundleLists;
 use super::bundle_stream::BundleStream;
 use super::bundles::{Bundling, Rows};
 use super::caster::Caster;
@@ -49,6 +50,7 @@ pub(super) struct Flight<'w> {
     memory: BundleMemory,
     pub finds: LaneFinds,
     pub stream: BundleStream,
+    pub lists: BundleLists,
     /// The rays of a bundle in a body.
     pub body_rays: Box<ManyRays>,
     /// The transforms into the body that is cast at.

@@ -31,11 +31,18 @@ pub(super) struct QueryMemory<'w> {
     counts: Vec<u64>,
     /// The crossings of the rays, one ray after the other.
     pub crossings: RowLists,
-    /// The rows and the crossings in the order in which they were found, and their numbers by row.
-    unsorted: Vec<(u32, RowHit)>,
+    /// The crossings in the order in which they were found, and their numbers by row.
+    unsorted: Unsorted,
     order: Vec<u32>,
     /// By row: the intervals, in the order of the traversal.
     pub intervals: Vec<(u32, Interval)>,
+}
+
+/// Crossings, and the row of each.
+#[derive(Debug, Default)]
+struct Unsorted {
+    rows: Vec<u32>,
+    hits: Vec<RowHit>,
 }
 
 /// The nearest boundary of a ray so far.
@@ -131,7 +138,8 @@ impl<'w> Caster<'w> {
         is_plain: &mut [bool],
     ) {
         let QueryMemory { fold, counts, crossings, unsorted, order, .. } = memory;
-        unsorted.clear();
+        unsorted.rows.clear();
+        unsorted.hits.clear();
         let most = self.limits.crossings as u64;
         let world = self.world;
         let mut visitor =
@@ -165,25 +173,34 @@ impl<'w> Caster<'w> {
 }
 
 /// Sorts crossings by row, by counting. Those of a row keep their order.
-fn sort_by_row(rows: usize, unsorted: &[(u32, RowHit)], order: &mut Vec<u32>, sorted: &mut RowLists) {
+fn sort_by_row(rows: usize, unsorted: &mut Unsorted, order: &mut Vec<u32>, sorted: &mut RowLists) {
     let RowLists { hits, ends } = sorted;
-    hits.clear();
     ends.clear();
     ends.resize(rows, 0);
+    unsorted.rows.iter().for_each(|row| ends[*row as usize] += 1);
+    if unsorted.rows.is_sorted() {
+        let mut sum = 0;
+        for end in ends {
+            sum += *end;
+            *end = sum;
+        }
+        std::mem::swap(hits, &mut unsorted.hits);
+        return;
+    }
     // Where each row begins, and then where it ends.
-    unsorted.iter().for_each(|(row, _)| ends[*row as usize] += 1);
     let mut begin = 0;
     for end in ends.iter_mut() {
         begin += std::mem::replace(end, begin);
     }
     order.clear();
-    order.resize(unsorted.len(), 0);
-    for (number, (row, _)) in (0..).zip(unsorted) {
+    order.resize(unsorted.rows.len(), 0);
+    for (number, row) in (0..).zip(&unsorted.rows) {
         let at = &mut ends[*row as usize];
         order[*at] = number;
         *at += 1;
     }
-    hits.extend(order.iter().map(|number| unsorted[*number as usize].1));
+    hits.clear();
+    hits.extend(order.iter().map(|number| unsorted.hits[*number as usize]));
 }
 
 struct Closest<'v, S> {
@@ -290,7 +307,7 @@ struct Crossings<'v> {
     block: &'v RowBlock<'v>,
     most: u64,
     counts: &'v mut Vec<u64>,
-    crossings: &'v mut Vec<(u32, RowHit)>,
+    crossings: &'v mut Unsorted,
     is_plain: &'v mut [bool],
 }
 
@@ -302,7 +319,7 @@ impl<'w> BlockVisitor<'w> for Crossings<'_> {
     fn boundary(&mut self, ray: InFlight, found: Found<'_, 'w>) -> FoldControl {
         let Found { paths, placed, boundary, normal } = found;
         let count = &mut self.counts[ray.slot];
-        if *count >= self.most || self.crossings.len() >= MAX_BOUNDARIES {
+        if *count >= self.most || self.crossings.rows.len() >= MAX_BOUNDARIES {
             self.is_plain[ray.row] = true;
             return FoldControl::Stop;
         }
@@ -315,7 +332,8 @@ impl<'w> BlockVisitor<'w> for Crossings<'_> {
             }
             Normal::Open(_) => {}
         }
-        self.crossings.push((ray.row as u32, hit));
+        self.crossings.rows.push(ray.row as u32);
+        self.crossings.hits.push(hit);
         FoldControl::Limit(f64::INFINITY)
     }
 

@@ -1,16 +1,16 @@
 //! Casts rays in lanes at a body of a few leaves.
 
 use super::lane_leaf::LeafMemory;
+use super::lane_normals::{Frames, Leaves, Normals};
 use super::level_visit::{Lanes, ManyRays, ones};
 use super::{Kinds, Scope};
 use crate::accel::ByRay;
-use crate::compile::{Leaf, SolidBody};
-use crate::crossing::{Crossing, NO_PRIMITIVE};
+use crate::compile::SolidBody;
+use crate::crossing::Crossing;
 use crate::csg::lanes::{Boundaries, LaneEvent, LaneEvents};
 use crate::csg::{Boundary, HitKind, Program};
-use crate::lanes::vector::{covector, covector_each, units, where_set};
 use crate::lanes::{BoxLanes, LineLanes};
-use crate::math::{Affine, Vec3, unit};
+use crate::math::{Affine, Vec3};
 use crate::scratch::Scratch;
 use crate::simd::{Doubles, Simd, Task};
 use crate::solid::Wanted;
@@ -137,29 +137,6 @@ struct Events<'e, F> {
     open: u8,
 }
 
-/// The transforms from the world to bodies, innermost first.
-#[derive(Clone, Copy)]
-pub(super) enum Frames<'n> {
-    /// All lines meet the same body.
-    Same(&'n [&'n Affine]),
-    /// The transform of each lane, and the lanes that have one.
-    Each(&'n [([&'n Affine; 8], u8)]),
-}
-
-/// The leaves at whose surfaces normals are computed.
-enum Leaves<'n> {
-    Of(&'n SolidBody),
-    /// A leaf of each lane, and its frame.
-    Each(&'n [InLanes<'n>; 8], [&'n Affine; 8]),
-}
-
-/// What normals are computed of.
-struct Normals<'n, F> {
-    leaves: Leaves<'n>,
-    line: &'n LineLanes<F>,
-    frames: Frames<'n>,
-}
-
 impl LaneQuery<'_, '_> {
     /// Casts at a body of a few leaves. `frames` are given if normals are needed.
     #[inline(always)]
@@ -269,7 +246,7 @@ impl LaneQuery<'_, '_> {
             if boundaries.events[i] != 0 {
                 let mut row = EventRow::new(&boundaries, i, event);
                 if let Some(normals) = &normals {
-                    normals.set(&mut row, event);
+                    row.normal = normals.at(event.leaf, event.t, event.surface, row.lanes);
                 }
                 self.finds.rows.push(row);
             }
@@ -323,70 +300,4 @@ impl LaneQuery<'_, '_> {
             }
         }
     }
-}
-
-impl<F: Doubles> Normals<'_, F> {
-    /// Computes the normals at an event, as for a single ray.
-    #[inline(always)]
-    fn set(&self, row: &mut EventRow, event: &LaneEvent<F>) {
-        // Turns -0.0 into 0.0, as in the fold of a single ray.
-        let (t, mut is_subtracted) = (event.t + F::splat(0.0), false);
-        let mut normal = match &self.leaves {
-            Leaves::Of(body) => {
-                is_subtracted = body.program.is_subtracted(event.leaf);
-                let leaf = &body.leaves[event.leaf as usize];
-                let p = self.line.in_frame(&leaf.local_from_body).at(t);
-                let outward = match leaf.solid.in_lanes() {
-                    Some(solid) => solid.normal(p, event.surface),
-                    None => normals_one_by_one(leaf, &p, row),
-                };
-                covector(&leaf.local_from_body, outward)
-            }
-            Leaves::Each(solids, frames) => {
-                let p = self.line.in_frames(frames).at(t);
-                covector_each(frames, InLanes::normal_each(solids, p, event.surface))
-            }
-        };
-        match self.frames {
-            Frames::Same(frames) => {
-                for frame in frames {
-                    normal = covector(frame, normal);
-                }
-            }
-            Frames::Each(frames) => {
-                for (frames, lanes) in frames {
-                    normal = where_set(covector_each(frames, normal), *lanes, normal);
-                }
-            }
-        }
-        let (mut of_length_one, ordinary) = units(normal);
-        if is_subtracted {
-            of_length_one = [-of_length_one[0], -of_length_one[1], -of_length_one[2]];
-        }
-        for (numbers, to) in of_length_one.into_iter().zip(&mut row.normal) {
-            numbers.store_some(to, 0);
-        }
-        let unusual = row.lanes & !ordinary;
-        if unusual != 0 {
-            let normal = [normal[0].store(), normal[1].store(), normal[2].store()];
-            for lane in ones(u32::from(unusual)) {
-                let normal = unit(Vec3::new(normal[0][lane], normal[1][lane], normal[2][lane]));
-                let normal = if is_subtracted { -normal } else { normal };
-                (0..3).for_each(|axis| row.normal[axis][lane] = normal[axis]);
-            }
-        }
-    }
-}
-
-/// The normals at points of a solid that takes one line at a time, in the lanes of a row.
-#[inline(always)]
-fn normals_one_by_one<F: Doubles>(leaf: &Leaf, p: &[F; 3], row: &EventRow) -> [F; 3] {
-    let p = [p[0].store(), p[1].store(), p[2].store()];
-    let mut normals = [[0.0; 8]; 3];
-    for lane in ones(u32::from(row.lanes)) {
-        let p = Vec3::new(p[0][lane], p[1][lane], p[2][lane]);
-        let normal = leaf.solid.normal(p, row.surface[lane] as u32, NO_PRIMITIVE);
-        (0..3).for_each(|axis| normals[axis][lane] = normal[axis]);
-    }
-    [F::load_some(&normals[0], 0), F::load_some(&normals[1], 0), F::load_some(&normals[2], 0)]
 }

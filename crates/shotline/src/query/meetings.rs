@@ -3,14 +3,17 @@
 use super::block_fold::{BlockFold, Flight, Reach};
 use super::block_visitor::{BlockVisitor, Found, Normal};
 use super::bundle::Meeting;
+use super::bundle_lists::ListRequest;
 use super::bundle_stream::StreamRequest;
 use super::fold_query::FoldQuery;
 use super::lane_cast::{LaneCast, LaneFind, LaneQuery};
 use super::level_visit::ones;
 use super::offers::Offer;
 use super::traversal::BodyEntry;
+use crate::accel::MetRays;
 use crate::compile::{Body, SolidBody};
 use crate::simd::dispatch;
+use crate::solid::Wanted;
 
 /// A meeting, and the body.
 struct Met<'m, 'w> {
@@ -52,6 +55,8 @@ impl<'w> BlockFold<'_, 'w> {
         let met = Met { meeting: &meeting, body, bundle, first_slot: flight.range(bundle).start };
         let open = if body.takes_lanes {
             self.cast_in_lanes(&met, reach, flight, visitor)
+        } else if self.query.wanted == Wanted::All {
+            self.list(&met, reach, flight, visitor)
         } else {
             self.stream(&met, reach, flight, visitor)
         };
@@ -99,7 +104,49 @@ impl<'w> BlockFold<'_, 'w> {
         finds.open
     }
 
-    /// Casts at a body of many leaves. Returns the rays that are left open.
+    /// Casts at a body of many leaves for all boundaries. Returns the rays that are left open.
+    fn list<V: BlockVisitor<'w>>(
+        &mut self,
+        met: &Met<'_, 'w>,
+        reach: &mut Reach,
+        flight: &mut Flight<'w>,
+        visitor: &mut V,
+    ) -> u32 {
+        let Meeting { visit, placement, rays: MetRays { rays: places, .. } } = *met.meeting;
+        let Flight { bundles, slots, lists, frames, body_rays, .. } = flight;
+        let bundle = &bundles[met.bundle];
+        let Some(rays) = bundle.rays(visit) else { return places };
+        let (placed, scope) = (bundle.placed_body(visit, placement), self.query.scope);
+        frames.clear();
+        frames.extend(bundle.paths.frames(&placed));
+        let rays = if frames[0].is_identity() {
+            rays
+        } else {
+            body_rays.set_below(rays, places, frames[0], scope.span);
+            &*body_rays
+        };
+        let request = ListRequest {
+            body: met.body,
+            rays,
+            places,
+            scope,
+            frames: self.block.wants_normals.then_some(&frames[..]),
+            cancel: self.block.cancel,
+        };
+        let passing = self.passing::<V>();
+        let open = lists.run(&request, &mut self.caster.scratch);
+        for place in ones(places & !open) {
+            let slot = &mut slots[met.first_slot + place];
+            for (boundary, normal) in lists.boundaries(place, scope.span) {
+                let found = Found { paths: &bundle.paths, placed, boundary, normal: Normal::Known(normal) };
+                slot.pass(found, met.enter(place), passing, visitor);
+            }
+            reach.set(place, slot);
+        }
+        open
+    }
+
+    /// Casts at a body of many leaves for the first boundary. Returns the rays that are left open.
     fn stream<V: BlockVisitor<'w>>(
         &mut self,
         met: &Met<'_, 'w>,

@@ -6,6 +6,7 @@ mod contacts;
 mod first;
 mod growth;
 mod lanes;
+mod large_bodies;
 mod limits;
 mod ownership;
 mod rulings;
