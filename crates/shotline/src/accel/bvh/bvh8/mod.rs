@@ -105,19 +105,24 @@ impl Task for WalkOn<'_> {
             let met = node.test::<S::Wide>(ray);
             let child = |slot: usize| {
                 let kind = if slot < usize::from(node.nodes) { WalkKind::Node } else { WalkKind::Entered };
-                WalkEntry { t: met.enter[slot % WIDTH], number: node.children[slot % WIDTH], kind }
+                WalkEntry { t: met.enter[slot], number: node.children[slot], kind }
             };
-            let first = met.children.trailing_zeros() as usize;
-            let mut rest = met.children & met.children.wrapping_sub(1);
             if met.children == 0 {
                 entry = walk.take(base, limit)?;
                 continue;
             }
-            // The nearest goes on without a detour over memory. Most nodes have one or two children that are met.
-            entry = child(first);
+            let (first, last) = (lowest(met.children), highest(met.children));
+            let mut rest = met.children & !(1 << first | 1 << last);
             let start = walk.pending.len();
+            // Most nodes have one or two children that are met. Which of two is nearer is not a branch, as no CPU can predict
+            // it. The nearest goes on without a detour over memory.
+            let is_swapped = met.enter[last] < met.enter[first];
+            let [near, far] = if is_swapped { [last, first] } else { [first, last] };
+            walk.pending.push(child(far));
+            walk.pending.truncate(start + usize::from(first != last));
+            entry = child(near);
             while rest != 0 {
-                let other = child(rest.trailing_zeros() as usize);
+                let other = child(lowest(rest));
                 rest &= rest - 1;
                 let is_nearer = other.t < entry.t;
                 let (nearest, farther) = if is_nearer { (other, entry) } else { (entry, other) };
@@ -131,6 +136,18 @@ impl Task for WalkOn<'_> {
         }
         Some(entry)
     }
+}
+
+/// The lowest slot of a mask that is not zero.
+#[inline(always)]
+fn lowest(slots: u8) -> usize {
+    slots.trailing_zeros() as usize % WIDTH
+}
+
+/// The highest slot of a mask that is not zero.
+#[inline(always)]
+fn highest(slots: u8) -> usize {
+    WIDTH - 1 - slots.leading_zeros() as usize % WIDTH
 }
 
 /// Passes the children that are met, each with its slot and the `t` at which it is entered.
