@@ -14,7 +14,7 @@ use super::lane_leaf::LeafMemory;
 use super::lane_normals::{Frames, Leaves, NormalLanes, Normals};
 use super::level_visit::{Lanes, ManyRays, ones};
 use crate::accel::{BEAM_RAYS, BeamEntry, ByRay, Child};
-use crate::compile::SolidBody;
+use crate::compile::{Leaf, SolidBody};
 use crate::crossing::Crossing;
 use crate::csg::{
     Boundary, Event, EventKind, HitKind, ListSweep, ListedBoundary, ListedCrossings, ListedEvent, Program,
@@ -28,6 +28,12 @@ use crate::simd::{Doubles, Simd, Task, dispatch};
 
 /// If the rays of a bundle have more events than this, they take the plain path, which has those of one ray at a time.
 const MAX_EVENTS: usize = if cfg!(test) { 2_000 } else { 1 << 16 };
+
+/// A ray with more events than this takes the plain path, which has a heap of them: here each is moved to its place.
+const MAX_OF_RAY: usize = if cfg!(test) { 200 } else { 1 << 12 };
+
+/// How many cache lines of a solid are asked for before it is intersected: as many as a quadric with caps has.
+const SOLID_LINES: usize = 8;
 
 /// What rays request of a body.
 pub(super) struct ListRequest<'a> {
@@ -54,6 +60,8 @@ pub(super) struct BundleLists {
     event_count: usize,
     /// The rays whose events the quick sweep would toggle in the wrong order.
     unusual: u32,
+    /// The rays with too many events.
+    crowded: u32,
     sweep: Sweep,
     state: ProgramState,
     /// The boundaries of the rays, one ray after the other, and those of each.
@@ -122,6 +130,7 @@ impl BundleLists {
                 Child::Entered(leaf) | Child::Item(leaf) => {
                     open |=
                         dispatch(LeafCast { lists: self, request, leaf, places, limits: &limits, scratch });
+                    open |= self.crowded;
                     if self.event_count > MAX_EVENTS {
                         return request.places;
                     }
@@ -141,7 +150,7 @@ impl BundleLists {
         self.rows.0.clear();
         self.events.resize_with(BEAM_RAYS, Vec::new);
         self.events.iter_mut().for_each(Vec::clear);
-        (self.event_count, self.unusual) = (0, 0);
+        (self.event_count, self.unusual, self.crowded) = (0, 0, 0);
         self.boundaries.clear();
         self.of_rays.clear();
         self.of_rays.resize(BEAM_RAYS, 0..0);
@@ -295,6 +304,7 @@ impl Task for LeafCast<'_, '_> {
         let LeafCast { lists, request, leaf: number, places, limits, scratch } = self;
         let ListRequest { body, rays, scope, .. } = request;
         let leaf = &body.leaves[number as usize];
+        lists.prefetch::<S>(body);
         let mut met = rays.boxes.enter_by::<S>(&leaf.bounds, limits);
         met.rays &= places;
         let mut open = 0;
@@ -328,6 +338,20 @@ struct EndsOf<F> {
 }
 
 impl BundleLists {
+    /// Asks for the leaves that come next, which seldom are near the CPU: for the solid of one, and for the next one, whose
+    /// solid is asked for later.
+    #[inline(always)]
+    fn prefetch<S: Simd>(&self, body: &SolidBody) {
+        if let [.., after, next] = &self.pending[..]
+            && let (Child::Entered(next), Child::Entered(after)) = (next.child, after.child)
+        {
+            let solid = std::ptr::from_ref(&*body.leaves[next as usize].solid).cast::<u8>();
+            let leaf = std::ptr::from_ref(&body.leaves[after as usize]).cast::<u8>();
+            (0..SOLID_LINES).for_each(|line| S::prefetch(solid.wrapping_add(64 * line)));
+            (0..=size_of::<Leaf>() / 64).for_each(|line| S::prefetch(leaf.wrapping_add(64 * line)));
+        }
+    }
+
     /// Adds the interval of some lanes.
     #[inline(always)]
     fn add<F: Doubles>(&mut self, to: &EndsOf<F>, interval: &IntervalLanes<F>, of: u8) {
@@ -355,8 +379,10 @@ impl BundleLists {
         let first = 8 * self.rows.0.len() as u32;
         let step = if entering { to.step } else { -to.step };
         for lane in ones(u32::from(events.events | events.before)) {
-            let list = &mut self.events[usize::from(to.lanes.places[lane])];
+            let place = to.lanes.places[lane];
+            let list = &mut self.events[usize::from(place)];
             events.listed(lane, first + lane as u32, step).insert_into(list);
+            self.crowded |= u32::from(list.len() > MAX_OF_RAY) << place;
             self.event_count += 1;
         }
         let (lanes, leaf) = (to.lanes, to.leaf);

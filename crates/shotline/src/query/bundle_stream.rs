@@ -1,4 +1,4 @@
-//! The boundaries of a body of many leaves along the rays of a bundle.
+//! The first boundary of a body of many leaves along each ray of a bundle.
 //!
 //! All rays share one heap of pending boxes, nearest first, and their crossings with a leaf are computed together. Each ray
 //! has a sweep of its own, which gets its events as they become certain: as in the stream of a single ray, no event of it
@@ -17,7 +17,6 @@ use crate::csg::{Boundary, Event, EventKind, Program, Sweep};
 use crate::lanes::IntervalLanes;
 use crate::scratch::Scratch;
 use crate::simd::{Doubles, Simd, Task, dispatch};
-use crate::solid::Wanted;
 
 /// If the rays of a bundle have more pending events than this, they take the plain path, which has those of one ray at a
 /// time.
@@ -30,7 +29,6 @@ pub(super) struct StreamRequest<'a> {
     pub rays: &'a ManyRays,
     pub places: u32,
     pub scope: Scope,
-    pub wanted: Wanted,
     /// How far each ray looks.
     pub limits: &'a ByRay,
     pub cancel: Option<&'a AtomicBool>,
@@ -53,7 +51,7 @@ struct RayStream {
     /// What waits, nearest last.
     waiting: Vec<Waiting>,
     sweep: Sweep,
-    boundaries: Vec<Boundary>,
+    first: Option<Boundary>,
 }
 
 /// What the sweep of a ray gets at some `t`.
@@ -99,12 +97,12 @@ impl Active {
 }
 
 impl BundleStream {
-    /// The boundaries of the ray at a place, after [`BundleStream::run`].
-    pub fn boundaries(&self, place: usize) -> &[Boundary] {
-        &self.rays[place].boundaries
+    /// The first boundary of the ray at a place, after [`BundleStream::run`].
+    pub fn first(&self, place: usize) -> Option<Boundary> {
+        self.rays[place].first
     }
 
-    /// Finds the boundaries of all rays. Returns a mask of those that are left open. After a cancellation they mean
+    /// Finds the first boundaries of all rays. Returns a mask of those that are left open. After a cancellation they mean
     /// nothing.
     pub fn run(&mut self, request: &StreamRequest, scratch: &mut Scratch) -> u32 {
         let StreamRequest { body, rays, places, .. } = *request;
@@ -142,7 +140,7 @@ impl BundleStream {
         for place in ones(request.places) {
             let ray = &mut self.rays[place];
             ray.waiting.clear();
-            ray.boundaries.clear();
+            ray.first = None;
             ray.sweep.begin(&request.body.program, request.scope.span);
         }
     }
@@ -241,10 +239,8 @@ impl RayStream {
                 return true;
             }
             if request.scope.kinds.hold(boundary.kind) {
-                self.boundaries.push(boundary);
-                if request.wanted == Wanted::First {
-                    return true;
-                }
+                self.first = Some(boundary);
+                return true;
             }
         }
         false

@@ -171,23 +171,17 @@ impl<'w> BlockFold<'_, 'w> {
             rays,
             places,
             scope: self.query.scope,
-            wanted: self.query.wanted,
             limits: &reach.limits,
             cancel: self.block.cancel,
         };
         let passing = self.passing::<V>();
         let open = flight.stream.run(&request, &mut self.caster.scratch);
         for place in ones(places & !open) {
-            if flight.stream.boundaries(place).is_empty() {
-                continue;
-            }
+            let Some(boundary) = flight.stream.first(place) else { continue };
             let entry = met.entry(flight, place);
-            let Flight { bundles, slots, stream, .. } = flight;
-            let (bundle, slot) = (&bundles[met.bundle], &mut slots[met.first_slot + place]);
-            for &boundary in stream.boundaries(place) {
-                let found = Found { paths: &bundle.paths, placed, boundary, normal: Normal::Open(&entry) };
-                slot.pass(found, entry.enter, passing, visitor);
-            }
+            let (bundle, slot) = (&flight.bundles[met.bundle], &mut flight.slots[met.first_slot + place]);
+            let found = Found { paths: &bundle.paths, placed, boundary, normal: Normal::Open(&entry) };
+            slot.pass(found, entry.enter, passing, visitor);
             reach.set(place, slot);
         }
         open
