@@ -209,7 +209,10 @@ fn finish(tree: &Tree, root: u32, placed: Vec<PlacedLeaf>, first_surface: u32, a
     let has_mesh = leaves.iter().any(|leaf| leaf.solid.as_mesh().is_some());
     let takes_lanes = accel.is_none() && !has_mesh && program.takes_lanes();
     let takes_bundles = !has_mesh && accel.as_ref().is_some_and(|accel| accel.takes_beams());
-    SolidBody { leaves, program, accel, bounds, first_surface, takes_lanes, takes_bundles }
+    let takes_waves = takes_bundles
+        && program.tally().is_some()
+        && leaves.iter().all(|leaf| leaf.solid.in_lanes().is_some());
+    SolidBody { leaves, program, accel, bounds, first_surface, takes_lanes, takes_bundles, takes_waves }
 }
 
 /// The constraints of unbounded leaves; empty where every leaf is bounded.

@@ -20,7 +20,7 @@ impl World {
                 let boxes: Vec<Aabb> = body.leaves.iter().map(|leaf| leaf.bounds).collect();
                 body.accel = accel::build(name, &boxes);
                 body.program.forget_table();
-                (body.takes_lanes, body.takes_bundles) = (false, false);
+                (body.takes_lanes, body.takes_bundles, body.takes_waves) = (false, false, false);
             }
         }
         (self.casts_lanes, self.casts_waves) = (false, false);

@@ -131,6 +131,9 @@ pub(crate) struct SolidBody {
     pub takes_lanes: bool,
     /// Whether the rays of a bundle can share a traversal of its accelerator: it has no meshes.
     pub takes_bundles: bool,
+    /// Whether rays of a wave can be cast at it together: all its leaves take lanes, and its program is one chain of
+    /// operations.
+    pub takes_waves: bool,
 }
 
 /// A placed solid.

@@ -22,7 +22,7 @@ use super::mesh_requests::{MeshRequest, MeshRequests};
 use super::offers::Offers;
 use super::row_block::RowBlock;
 use super::traversal::{BodyEntry, Traversal};
-use super::wave::WaveMemory;
+use super::wave_memory::WaveMemory;
 use crate::aabb::BoxRay;
 use crate::accel::{BEAM_RAYS, ByRay};
 use crate::compile::{Body, SurfaceBody};

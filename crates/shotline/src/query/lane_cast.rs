@@ -221,7 +221,9 @@ impl LaneQuery<'_, '_> {
         }
         let program = &bodies[0].program;
         let normals = match above {
-            Some(above) => Some(Normals { leaves: Leaves::Each(solids, frames), line, frames: above }),
+            Some(above) => {
+                Some(Normals { leaves: Leaves::Each { solids, frames, subtracted: 0 }, line, frames: above })
+            }
             None => None,
         };
         self.find(Events { program, events: &events, lanes: cast.used, open: inside.open }, cast, normals);

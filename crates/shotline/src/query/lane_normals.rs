@@ -24,8 +24,12 @@ pub(super) enum Frames<'n> {
 /// The leaves at whose surfaces normals are computed.
 pub(super) enum Leaves<'n> {
     Of(&'n SolidBody),
-    /// A leaf of each lane, and its frame.
-    Each(&'n [InLanes<'n>; 8], [&'n Affine; 8]),
+    /// A leaf of each lane, its frame, and the lanes in which it is subtracted.
+    Each {
+        solids: &'n [InLanes<'n>; 8],
+        frames: [&'n Affine; 8],
+        subtracted: u8,
+    },
 }
 
 /// What normals are computed of.
@@ -41,21 +45,21 @@ impl<F: Doubles> Normals<'_, F> {
     #[inline(always)]
     pub fn at(&self, leaf: u32, t: F, surface: F, lanes: u8) -> NormalLanes {
         // Turns -0.0 into 0.0, as in the fold of a single ray.
-        let (t, mut is_subtracted) = (t + F::splat(0.0), false);
-        let mut normal = match &self.leaves {
+        let t = t + F::splat(0.0);
+        let (mut normal, subtracted) = match &self.leaves {
             Leaves::Of(body) => {
-                is_subtracted = body.program.is_subtracted(leaf);
+                let subtracted = if body.program.is_subtracted(leaf) { u8::MAX } else { 0 };
                 let leaf = &body.leaves[leaf as usize];
                 let p = self.line.in_frame(&leaf.local_from_body).at(t);
                 let outward = match leaf.solid.in_lanes() {
                     Some(solid) => solid.normal(p, surface),
                     None => normals_one_by_one(leaf, &p, surface, lanes),
                 };
-                covector(&leaf.local_from_body, outward)
+                (covector(&leaf.local_from_body, outward), subtracted)
             }
-            Leaves::Each(solids, frames) => {
+            Leaves::Each { solids, frames, subtracted } => {
                 let p = self.line.in_frames(frames).at(t);
-                covector_each(frames, InLanes::normal_each(solids, p, surface))
+                (covector_each(frames, InLanes::normal_each(solids, p, surface)), *subtracted)
             }
         };
         match self.frames {
@@ -71,8 +75,9 @@ impl<F: Doubles> Normals<'_, F> {
             }
         }
         let (mut of_length_one, ordinary) = units(normal);
-        if is_subtracted {
-            of_length_one = [-of_length_one[0], -of_length_one[1], -of_length_one[2]];
+        if subtracted != 0 {
+            let [x, y, z] = of_length_one;
+            of_length_one = where_set([-x, -y, -z], subtracted, of_length_one);
         }
         let mut normals = [[f64::NAN; 8]; 3];
         for (numbers, to) in of_length_one.into_iter().zip(&mut normals) {
@@ -83,7 +88,7 @@ impl<F: Doubles> Normals<'_, F> {
             let normal = [normal[0].store(), normal[1].store(), normal[2].store()];
             for lane in ones(u32::from(unusual)) {
                 let normal = unit(Vec3::new(normal[0][lane], normal[1][lane], normal[2][lane]));
-                let normal = if is_subtracted { -normal } else { normal };
+                let normal = if subtracted >> lane & 1 == 1 { -normal } else { normal };
                 (0..3).for_each(|axis| normals[axis][lane] = normal[axis]);
             }
         }

@@ -37,6 +37,7 @@ mod mesh_requests;
 mod nearest;
 mod offers;
 mod ownership;
+mod pending_boxes;
 mod placed_mesh;
 mod repair;
 mod row_block;
@@ -46,7 +47,9 @@ mod small_body;
 mod stream;
 mod traversal;
 mod wave;
+mod wave_bodies;
 mod wave_casts;
+mod wave_memory;
 
 pub use crate::budget::Watch;
 pub use crate::compile::OverlapKind;

@@ -1,7 +1,8 @@
 //! A wave: rays that run anywhere, each of which walks through levels alone. Rays that have met bodies wait for each other.
 
+use arrayvec::ArrayVec;
+
 use super::block_visitor::Slot;
-use super::lane_cast::LaneFinds;
 use super::level_paths::{self, LevelPaths};
 use super::traversal::{BodyEntry, PlacedBody};
 use crate::aabb::BoxRay;
@@ -145,6 +146,11 @@ impl<'w> WaveRay<'w> {
         &self.visits.last().expect("a ray that has met a body is in a level").line
     }
 
+    /// As [`WaveRay::line`], for box tests.
+    pub fn boxes(&self) -> &BoxRay {
+        &self.visits.last().expect("a ray that has met a body is in a level").boxes
+    }
+
     /// How many levels below the root it is in.
     pub fn depth(&self) -> usize {
         self.visits.len() - 1
@@ -173,12 +179,30 @@ pub(super) struct Pair<'w> {
     pub met: MetBody<'w>,
 }
 
-/// The memory of waves; reused from block to block.
-#[derive(Debug, Default)]
-pub(super) struct WaveMemory<'w> {
-    /// The rows of the rays that are cast in waves.
-    pub rows: Vec<u32>,
-    pub rays: Vec<WaveRay<'w>>,
-    pub pairs: Vec<Pair<'w>>,
-    pub finds: LaneFinds,
+/// Below more levels than this normals are computed one by one.
+pub(super) const MOST_DEEP: usize = 7;
+
+/// Level by level, innermost first: the transform of each lane, and the lanes that have one.
+pub(super) type LevelFrames<'w> = ArrayVec<([&'w Affine; 8], u8), { MOST_DEEP + 1 }>;
+
+/// The transforms from the world to the bodies of pairs, one in each lane.
+pub(super) fn level_frames<'w>(rays: &[WaveRay<'w>], pairs: &[&Pair<'w>]) -> LevelFrames<'w> {
+    let (mut all, mut levels) = (LevelFrames::new_const(), 0);
+    let mut of_level = ([&pairs[0].met.placement.local_from_parent; 8], 0);
+    for (lane, pair) in pairs.iter().enumerate() {
+        of_level.0[lane] = &pair.met.placement.local_from_parent;
+        of_level.1 |= 1 << lane;
+    }
+    while of_level.1 != 0 && !all.is_full() {
+        all.push(of_level);
+        of_level.1 = 0;
+        for (lane, pair) in pairs.iter().enumerate() {
+            if let Some(frame) = rays[pair.ray].frame_above(levels) {
+                of_level.0[lane] = frame;
+                of_level.1 |= 1 << lane;
+            }
+        }
+        levels += 1;
+    }
+    all
 }

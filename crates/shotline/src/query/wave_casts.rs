@@ -9,23 +9,22 @@ use super::fold_query::FoldQuery;
 use super::lane_cast::{Cast, LaneFind, LaneQuery};
 use super::lane_normals::Frames;
 use super::level_visit::ones;
-use super::wave::{Advance, Pair, WAVE, WaveMemory, WaveRay};
+use super::wave::{Advance, LevelFrames, MOST_DEEP, Pair, WAVE, WaveRay, level_frames};
+use super::wave_bodies::BodyRequest;
+use super::wave_memory::WaveMemory;
 use crate::compile::{Body, SolidBody, World};
 use crate::lanes::LineLanes;
 use crate::lanes::vector::gather;
-use crate::math::{Affine, Vec3};
+use crate::math::Vec3;
 use crate::ray::{Line, Ray};
 use crate::simd::{Doubles, Simd, Task, dispatch};
 use crate::solid::lanes::GROUPS;
 
-/// Below more levels than this normals are computed one by one.
-const MOST_DEEP: usize = 7;
-
-/// Level by level, innermost first: the transform of each lane, and the lanes that have one.
-type LevelFrames<'w> = ArrayVec<([&'w Affine; 8], u8), { MOST_DEEP + 1 }>;
-
 /// The most pairs that are cast together.
 const MOST_TOGETHER: usize = 32;
+
+/// Fewer rays than this are cast at a body of many leaves one by one.
+const FEWEST_AT_MANY_LEAVES: usize = 2;
 
 impl<'w> BlockFold<'_, 'w> {
     /// Casts the rows of a wave.
@@ -110,19 +109,27 @@ impl<'w> BlockFold<'_, 'w> {
         memory: &mut WaveMemory<'w>,
         visitor: &mut V,
     ) {
-        let WaveMemory { rays, finds, .. } = memory;
-        let first = self.caster.world.body(pairs[0].met.placed.body);
+        let WaveMemory { rays, finds, bodies, .. } = memory;
+        let FoldQuery { scope, wanted, .. } = self.query;
+        let world = self.caster.world;
+        let mut wants_normals = self.block.wants_normals;
+        let is_deep = wants_normals && pairs.iter().any(|pair| rays[pair.ray].depth() > MOST_DEEP);
+        wants_normals &= !is_deep;
         let mut open = u32::MAX >> (MOST_TOGETHER - pairs.len());
-        if let Body::Solid(SolidBody { takes_lanes: true, .. }) = first
-            && pairs.len() > 1
-        {
-            let FoldQuery { scope, wanted, .. } = self.query;
-            let world = self.caster.world;
-            let query = LaneQuery { scope, wanted, finds, scratch: &mut self.caster.scratch };
-            let mut wants_normals = self.block.wants_normals;
-            let is_deep = wants_normals && pairs.iter().any(|pair| rays[pair.ray].depth() > MOST_DEEP);
-            wants_normals &= !is_deep;
-            dispatch(PairCast { query, pairs, rays, world, wants_normals });
+        let is_cast = match world.body(pairs[0].met.placed.body) {
+            Body::Solid(SolidBody { takes_lanes: true, .. }) if pairs.len() > 1 => {
+                let query = LaneQuery { scope, wanted, finds, scratch: &mut self.caster.scratch };
+                dispatch(PairCast { query, pairs, rays, world, wants_normals });
+                true
+            }
+            Body::Solid(body) if body.takes_waves && pairs.len() >= FEWEST_AT_MANY_LEAVES => {
+                let request = BodyRequest { body, pairs, rays, scope, wanted, wants_normals };
+                bodies.run(&request, finds, || self.block.is_cancelled());
+                true
+            }
+            _ => false,
+        };
+        if is_cast {
             open = finds.open;
             let passing = self.passing::<V>();
             for &LaneFind { place, boundary, normal } in &finds.all {
@@ -165,29 +172,6 @@ impl Task for PairCast<'_, '_, '_> {
 }
 
 impl<'w> PairCast<'_, '_, 'w> {
-    /// The transforms from the world to the bodies of pairs.
-    #[inline(always)]
-    fn frames(&self, pairs: &[Pair<'w>]) -> LevelFrames<'w> {
-        let (mut all, mut levels) = (LevelFrames::new_const(), 0);
-        let mut of_level = ([&pairs[0].met.placement.local_from_parent; 8], 0);
-        for (lane, pair) in pairs.iter().enumerate() {
-            of_level.0[lane] = &pair.met.placement.local_from_parent;
-            of_level.1 |= 1 << lane;
-        }
-        while of_level.1 != 0 && !all.is_full() {
-            all.push(of_level);
-            of_level.1 = 0;
-            for (lane, pair) in pairs.iter().enumerate() {
-                if let Some(frame) = self.rays[pair.ray].frame_above(levels) {
-                    of_level.0[lane] = frame;
-                    of_level.1 |= 1 << lane;
-                }
-            }
-            levels += 1;
-        }
-        all
-    }
-
     /// Casts the pairs from a place on, as many as there are lanes.
     #[inline(always)]
     fn cast_some<F: Doubles>(&mut self, first: usize) {
@@ -205,7 +189,11 @@ impl<'w> PairCast<'_, '_, 'w> {
         let line = LineLanes::<F>::each(&lines).in_frames(&frames);
         let limit = gather(|lane| self.rays[pair(lane).ray].slot.limit);
         let cast = Cast { used: u8::MAX >> (8 - some.len()), limit, places };
-        let frames = if self.wants_normals { self.frames(some) } else { LevelFrames::new_const() };
+        let frames = if self.wants_normals {
+            level_frames(self.rays, &some.iter().collect::<ArrayVec<&Pair, 8>>())
+        } else {
+            LevelFrames::new_const()
+        };
         let above = if self.wants_normals { Some(Frames::Each(&frames)) } else { None };
         let Some(body) = solid_body(self.world, &some[0]) else { return };
         if some[0].group >= GROUPS {
