@@ -66,7 +66,7 @@ struct Waiting {
     enter: f64,
 }
 
-/// A boundary whose normal is still open: its number among what was found, its search, leaf and surface.
+/// A boundary whose normal is still open: its number among what was found, its search, its leaf and the number of that.
 #[derive(Clone, Copy, Debug)]
 struct OpenNormal {
     find: usize,
@@ -188,7 +188,7 @@ impl Search {
         let accel = body.accel.as_ref()?;
         let wants_all = request.wanted == Wanted::All;
         loop {
-            // For all boundaries every leaf is needed, in any order.
+            // For all boundaries every leaf is needed, so the search goes depth first.
             let next = if wants_all { self.pending.pop_last() } else { self.pending.pop_nearest() };
             let Some((t, child)) = next.filter(|(t, _)| wants_all || *t <= t_max) else {
                 self.sweep(None, request);
