@@ -105,12 +105,15 @@ def _base_name(node: Node) -> str:
     return node._kind if isinstance(node, Solid) else type(node).__name__.lower()
 
 
-def _root_object(node: Node) -> Object:
-    """The object that a root of a scene becomes. A transformed object becomes an object of the transformed shape."""
+def _root_object(node: Node) -> Node:
+    """The object that a root of a scene becomes. A transformed object becomes an object of the transformed shape; one with
+    contents stays as it is, so that the transform moves all of it."""
     if isinstance(node, Object):
         return node
     placed = placed_object(node)
-    return Unnamed(node) if placed is None else Object(node, placed[1].name)
+    if placed is None:
+        return Unnamed(node)
+    return node if placed[1].contents else Object(node, placed[1].name)
 
 
 class Unnamed(Object):

@@ -3,7 +3,21 @@ import pickle
 import numpy as np
 import pytest
 import shotline
-from shotline import Box, Camera, Cylinder, Difference, Group, Light, Mesh, Scene, Sphere, Torus, Union, _native
+from shotline import (
+    Box,
+    Camera,
+    Cylinder,
+    Difference,
+    Group,
+    Light,
+    Mesh,
+    Object,
+    Scene,
+    Sphere,
+    Torus,
+    Union,
+    _native,
+)
 
 CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
 FACES = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]
@@ -310,3 +324,30 @@ def test_nodes_are_immutable_and_pickle():
     for change in [lambda: setattr(Sphere(radius=1), "radius", 2), lambda: setattr(node, "name", "y")]:
         with pytest.raises(AttributeError):
             change()
+
+
+def test_objects_contain_objects():
+    ball = Sphere(radius=1).named("ball", material="lead")
+    row = Group(ball.translate(-2, 0, 0), ball.translate(2, 0, 0))
+    tank = Box(min=(-5, -5, -5), max=(5, 5, 5)).named("tank", contents=[row], clip=True).translate(10, 0, 0)
+    scene = Scene(tank, materials={"lead": {"density": 11.3}})
+    segments = scene.segments([0, 0, 0], [1, 0, 0])
+    assert segments.length.tolist() == [2.0, 2.0, 2.0, 2.0, 2.0]
+    paths = [scene.path_name(path) for path in segments.path.tolist()]
+    balls = [f"tank/group[0]/ball[{i}]" for i in range(2)]
+    assert paths == ["tank", balls[0], "tank", balls[1], "tank"]
+    assert scene.objects_at([8, 0, 0])[1].tolist() == [0, 1]
+    moved = scene.with_moved("tank", [[1, 0, 0, 20], [0, 1, 0, 0], [0, 0, 1, 0]])
+    assert moved.segments([0, 0, 0], [1, 0, 0]).t_in.tolist() == [15.0, 17.0, 19.0, 21.0, 23.0]
+    assert Object(tank, "other").clip and len(Object(tank, "other").contents) == 1
+    with pytest.raises(ValueError, match=r"the contents of 'a' are objects and groups of them: name Sphere"):
+        Sphere(radius=2).named("a", contents=[Sphere(radius=1)])
+
+
+def test_contents_that_stick_out_of_what_clips_them_do_not_count():
+    rod = Box(min=(-3, -1, -1), max=(3, 1, 1)).named("rod")
+    for clip, length in [(True, 4.0), (False, 6.0)]:
+        scene = Scene(Box(min=(-2, -2, -2), max=(2, 2, 2)).named("shell", contents=[rod], clip=clip))
+        segments = scene.segments([-9, 0, 0], [1, 0, 0])
+        assert (segments.length.tolist(), segments.object.tolist()) == ([length], [1])
+        assert scene.contains([[-2.5, 0, 0], [0, 0, 0]]).tolist() == [not clip, True]

@@ -147,3 +147,68 @@ fn a_self_crossing_mesh_is_not_called_wound_inward_and_its_signed_volume_has_a_s
     let volume = report["objects"][0]["volume"]["value"].as_f64().unwrap();
     assert!(volume > 1.0, "{report}");
 }
+
+/// A tank with water in it, in which two of three balls overlap, and a pipe that sticks out of it.
+const NEST: &str = r#"{ "shotline": 1, "units": "cm",
+  "defs": { "ball": { "name": "ball", "node": { "kind": "sphere", "radius": 1 } } },
+  "objects": [ { "name": "tank", "clip": true, "translate": [100, 0, 0],
+    "node": { "kind": "cylinder", "radius": 5, "z0": 0, "z1": 20 },
+    "contents": [
+      { "name": "water", "node": { "kind": "cylinder", "radius": 4, "z0": 0, "z1": 15 },
+        "contents": [ BALLS ] },
+      { "name": "pipe", "node": { "kind": "cylinder", "radius": 0.5, "z0": 16, "z1": TOP } } ] } ] }"#;
+
+fn nest(balls: &[f64], top: &str) -> Sandbox {
+    let ball = |x: &f64| format!(r#"{{ "ref": "ball", "translate": [{x}, 0, 10] }}"#);
+    let balls: Vec<String> = balls.iter().map(ball).collect();
+    Sandbox::new().with("nest.json", NEST.replace("BALLS", &balls.join(", ")).replace("TOP", top))
+}
+
+#[test]
+fn copies_that_overlap_and_contents_that_stick_out_are_faults() {
+    let result = nest(&[-1.5, 0.0, 2.25], "25").run(&["check", "nest.json", "--json"]);
+    assert_eq!(result.code, Some(1), "{}", result.stdout);
+    let report: serde_json::Value = serde_json::from_str(&result.stdout).expect("JSON");
+    let faults: Vec<_> = report["findings"]
+        .as_array()
+        .expect("findings")
+        .iter()
+        .filter(|f| f["severity"] == "fault")
+        .collect();
+    let kinds: Vec<_> = faults.iter().map(|fault| (&fault["kind"], &fault["objects"])).collect();
+    let expected = [("overlap", ["ball", "ball"]), ("protrusion", ["pipe", "tank"])];
+    assert!(
+        kinds
+            .iter()
+            .zip(&expected)
+            .all(|((kind, objects), (k, o))| **kind == *k && **objects == serde_json::json!(o)),
+        "{kinds:?}"
+    );
+    assert_eq!(kinds.len(), 2, "{kinds:?}");
+    let text = |i: usize| faults[i]["text"].as_str().expect("text");
+    assert!(
+        text(0).starts_with("two placements of 'ball', on ") && text(0).contains(": about 0.5"),
+        "{}",
+        text(0)
+    );
+    assert!(text(1).starts_with("'pipe' out of 'tank', on "), "{}", text(1));
+}
+
+/// Faces that contents share with what contains them and with each other are no faults.
+#[test]
+fn contents_that_touch_are_sound() {
+    let text = nest(&[-2.0, 0.0, 2.0], "20").run(&["check", "nest.json"]).ok();
+    assert!(text.ends_with(": sound\n"), "{text}");
+}
+
+#[test]
+fn contents_are_objects() {
+    let scene = r#"{ "shotline": 1, "objects": [ { "name": "a", "node": { "kind": "sphere", "radius": 1 },
+      "contents": [ { "kind": "sphere", "radius": 0.5 } ] } ] }"#;
+    let result = Sandbox::new().with("bare.json", scene).run(&["check", "bare.json"]);
+    assert_eq!(result.code, Some(1), "{}", result.stdout);
+    for words in ["2:21", "the contents of an object are objects and groups of them", "give the shape a name"]
+    {
+        assert!(result.stdout.contains(words), "no '{words}' in\n{}", result.stdout);
+    }
+}

@@ -1,8 +1,8 @@
 //! Casts rays of waves at a body of many leaves.
 //!
 //! Each ray searches the accelerator of the body alone: nearest box first, as the stream of a single ray does, unless it
-//! needs all boundaries. Where rays have met leaves they wait for each other: leaves of one kind are intersected in lanes, each by its own ray in its own
-//! frame. Each ray has a list of events, which is swept as they become certain.
+//! needs all boundaries. Where rays have met leaves they wait for each other: leaves of one kind are intersected in lanes,
+//! each by its own ray in its own frame. Each ray has a list of events, which is swept as they become certain.
 
 use arrayvec::ArrayVec;
 

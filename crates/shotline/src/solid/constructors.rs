@@ -15,7 +15,7 @@ macro_rules! constructors {
                     ///
                     /// # Errors
                     /// [`InvalidSolid`] says which parameter is wrong, what it is, and what is expected.
-                    #[allow(non_snake_case)]
+                    #[allow(non_snake_case, clippy::too_many_arguments)]
                     pub fn $name(
                         $($arg: $crate::solid::declared::argument!($reads)),+
                     ) -> Result<Shape, InvalidSolid> {

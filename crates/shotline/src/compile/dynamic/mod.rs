@@ -98,7 +98,8 @@ impl DynamicWorld {
     }
 
     /// Replaces all transforms between the member that a path names and its group by one matrix: parent from local.
-    /// The path may also be the beginning of one, as in `robot/arm[2]`. A shared node moves in all of its placements.
+    /// The path may also be the beginning of one, as in `robot/arm[2]`. A shared node moves in all of its placements. An
+    /// object with contents moves as a whole: transforms below it stay.
     /// A member without a transform gets one; then the whole scene is compiled again.
     ///
     /// # Errors
