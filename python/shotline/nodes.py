@@ -453,11 +453,12 @@ class Object(Node):
 
 def _content(part: Any, name: str) -> Node:
     """A checked part of the contents of an object."""
-    if _checked(part)._object is None:
+    node = _checked(part)
+    if node._object is None:
         raise ValueError(
-            f"the contents of {name!r} are objects and groups of them: name {_short_repr(part)} with .named(...)"
+            f"the contents of {name!r} are objects and groups of them: name {_short_repr(node)} with .named(...)"
         )
-    return part
+    return node
 
 
 def placed_object(node: Node) -> tuple[tuple[tuple[str, Any], ...], Object] | None:

@@ -276,9 +276,7 @@ class OverlapWarning(UserWarning):
 
 def _warn(count: int, overlaps: str) -> None:
     if count and overlaps == "priority":
-        message = (
-            f"{count} overlap{'' if count == 1 else 's'} of objects of equal priority: the later one owns each"
-        )
+        message = f"{count} overlap{'' if count == 1 else 's'} of objects of equal priority: the deeper or later one owns each"
         warnings.warn(message, OverlapWarning, stacklevel=3)
 
 

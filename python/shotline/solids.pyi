@@ -4,7 +4,7 @@ from numpy.typing import ArrayLike
 from .nodes import Vector
 from .solid import Solid
 
-__all__ = ["Halfspace", "Box", "Sphere", "Ellipsoid", "Cylinder", "Cone", "Paraboloid", "Hyperboloid", "Hyperboloid2", "Quadric", "Torus", "Tube"]
+__all__ = ["Halfspace", "Box", "Sphere", "Ellipsoid", "Cylinder", "Cone", "Paraboloid", "Hyperboloid", "Hyperboloid2", "Quadric", "Torus", "Tube", "ConeSection", "CutTube", "EllipsoidSection", "EllipticalCone", "EllipticalCylinder", "HyperboloidShell", "ParaboloidSection", "SphereSection", "TorusSection"]
 
 class Halfspace(Solid):
     normal: Vector
@@ -74,3 +74,80 @@ class Tube(Solid):
     phi0: float
     dphi: float
     def __init__(self, rmin: float, rmax: float, z0: float, z1: float, phi0: float = ..., dphi: float = ...) -> None: ...
+
+class ConeSection(Solid):
+    rmin0: float
+    rmax0: float
+    rmin1: float
+    rmax1: float
+    z0: float
+    z1: float
+    phi0: float
+    dphi: float
+    def __init__(self, rmin0: float, rmax0: float, rmin1: float, rmax1: float, z0: float, z1: float, phi0: float = ..., dphi: float = ...) -> None: ...
+
+class CutTube(Solid):
+    rmin: float
+    rmax: float
+    z0: float
+    z1: float
+    normal0: Vector
+    normal1: Vector
+    phi0: float
+    dphi: float
+    def __init__(self, rmin: float, rmax: float, z0: float, z1: float, normal0: ArrayLike, normal1: ArrayLike, phi0: float = ..., dphi: float = ...) -> None: ...
+
+class EllipsoidSection(Solid):
+    semi_axes: Vector
+    z0: float
+    z1: float
+    def __init__(self, semi_axes: ArrayLike, z0: float, z1: float) -> None: ...
+
+class EllipticalCone(Solid):
+    a: float
+    b: float
+    height: float
+    apex: float
+    z0: float
+    z1: float
+    def __init__(self, a: float, b: float, height: float, apex: float, z0: float, z1: float) -> None: ...
+
+class EllipticalCylinder(Solid):
+    a: float
+    b: float
+    z0: float
+    z1: float
+    def __init__(self, a: float, b: float, z0: float, z1: float) -> None: ...
+
+class HyperboloidShell(Solid):
+    rmin: float
+    rmax: float
+    stereo_min: float
+    stereo_max: float
+    z0: float
+    z1: float
+    def __init__(self, rmin: float, rmax: float, stereo_min: float, stereo_max: float, z0: float, z1: float) -> None: ...
+
+class ParaboloidSection(Solid):
+    r0: float
+    r1: float
+    z0: float
+    z1: float
+    def __init__(self, r0: float, r1: float, z0: float, z1: float) -> None: ...
+
+class SphereSection(Solid):
+    rmin: float
+    rmax: float
+    phi0: float
+    dphi: float
+    theta0: float
+    dtheta: float
+    def __init__(self, rmin: float, rmax: float, phi0: float = ..., dphi: float = ..., theta0: float = ..., dtheta: float = ...) -> None: ...
+
+class TorusSection(Solid):
+    R: float
+    rmin: float
+    rmax: float
+    phi0: float
+    dphi: float
+    def __init__(self, R: float, rmin: float, rmax: float, phi0: float = ..., dphi: float = ...) -> None: ...

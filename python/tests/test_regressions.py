@@ -191,11 +191,11 @@ def test_from_inside_a_room_its_walls_can_be_asked_for():
     assert not room.any(*ray, t_max=0.1, surfaces_only=True) and room.count(*ray, surfaces_only=True) == 1
 
 
-def test_a_segment_of_several_paths_has_path_minus_one():
-    """It had the path of its first part."""
+def test_a_segment_has_one_path():
+    """Parts of several paths were one segment, which had the path of the first, and later -1."""
     cell = Box(min=(0, 0, 0), max=(1, 1, 1))
     cells = Scene(Group(cell, cell.translate(1, 0, 0), cell.translate(3, 0, 0)).named("cells"))
-    assert cells.segments([-1, 0.5, 0.5], [1, 0, 0]).path.tolist() == [-1, 2]
+    assert cells.segments([-1, 0.5, 0.5], [1, 0, 0]).path.tolist() == [0, 1, 2]
 
 
 def test_thickness_counts_what_has_no_material():

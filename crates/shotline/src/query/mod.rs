@@ -127,7 +127,7 @@ pub enum Overlaps {
     /// Return an error that names both objects and the interval.
     #[default]
     Error,
-    /// The later object owns the overlap. Overlaps are counted.
+    /// The deeper object owns the overlap, or the later one. Overlaps are counted.
     Priority,
     /// Every object keeps its whole segment.
     All,
