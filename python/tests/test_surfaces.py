@@ -50,10 +50,10 @@ def test_a_room_has_walls():
             query(*ray, surfaces_only=True)
 
 
-def test_segments_of_several_paths_have_no_path():
+def test_segments_have_the_paths_of_their_owners():
     cell = Box(min=(0, 0, 0), max=(1, 1, 1))
     cells = Scene(Group(cell, cell.translate(1, 0, 0), cell.translate(3, 0, 0)).named("cells"))
-    assert cells.segments([-1, 0.5, 0.5], [1, 0, 0]).path.tolist() == [-1, 2]
+    assert cells.segments([-1, 0.5, 0.5], [1, 0, 0]).path.tolist() == [0, 1, 2]
 
 
 def test_one_ray_has_limits():
