@@ -212,3 +212,41 @@ fn contents_are_objects() {
         assert!(result.stdout.contains(words), "no '{words}' in\n{}", result.stdout);
     }
 }
+
+/// What sticks out of an object that clips is reported at every depth: only what was directly in it was.
+#[test]
+fn deeper_contents_that_stick_out_are_faults() {
+    let part = |name: &str, max: f64, more: &str| {
+        let node = format!(r#"{{ "kind": "box", "min": [1, 1, 1], "max": [{max}, 3, 3] }}"#);
+        format!(r#"{{ "name": "{name}", "node": {node}{more} }}"#)
+    };
+    let inner = part("b", 3.0, &format!(r#", "contents": [{}]"#, part("c", 9.0, "")));
+    let outer =
+        format!(r#""node": {{ "kind": "box", "min": [0, 0, 0], "max": [4, 4, 4] }}, "contents": [{inner}]"#);
+    let scene = format!(r#"{{ "shotline": 1, "objects": [{{ "name": "a", "clip": true, {outer} }}] }}"#);
+    let sandbox = Sandbox::new().with("deep.json", scene);
+    let result = sandbox.run(&["check", "deep.json"]);
+    assert_eq!(result.code, Some(1), "{}", result.stdout);
+    assert!(result.stdout.contains("fault: 'c' out of 'a'"), "{}", result.stdout);
+    let shot = sandbox.run(&["shoot", "deep.json", "--from=-9,2,2", "--dir=1,0,0"]).ok();
+    assert!(shot.contains("protrusion: 'c' sticks out of 'a' from t = 13 to t = 18"), "{shot}");
+}
+
+/// An overlap ends where a third object begins to own the ray: it was reported up to the end of the two.
+#[test]
+fn overlaps_end_with_their_owner() {
+    let slab = |name: &str, min: [f64; 3], priority: i32| {
+        let node = format!(r#"{{ "kind": "box", "min": {min:?}, "max": [3, 3, 3] }}"#);
+        format!(r#"{{ "name": "{name}", "priority": {priority}, "node": {node} }}"#)
+    };
+    let objects = [slab("a", [0.0; 3], 0), slab("d", [2.0, 0.0, 0.0], 0), slab("c", [-1.0, 0.5, -1.0], 1)];
+    let scene = format!(r#"{{ "shotline": 1, "objects": [{}] }}"#, objects.join(", "));
+    let sandbox = Sandbox::new().with("third.json", scene);
+    for (from, to) in [("--from=2.5,-9,1.5", "--dir=0,1,0"), ("--from=2.5,9,1.5", "--dir=0,-1,0")] {
+        let shot = sandbox.run(&["shoot", "third.json", from, to]).ok();
+        let expected = if to.contains("-1") { "from t = 8.5 to t = 9;" } else { "from t = 9 to t = 9.5;" };
+        assert!(shot.contains(expected), "{shot}");
+    }
+    let text = sandbox.run(&["check", "third.json"]).stdout;
+    assert!(text.contains(": about 0.5 deep there, with a volume of about 1."), "{text}");
+}

@@ -4,13 +4,12 @@ use std::collections::HashMap;
 
 use shotline::aabb::Aabb;
 use shotline::compile::{OverlapCandidate, World};
-use shotline::math::Vec3;
 use shotline::query::{Caster, QueryError};
-use shotline::ray::{Ray, Span};
+use shotline::ray::Ray;
 
 use super::axis_ray::axis_ray;
 use super::extent::extent;
-use super::on_ray::{Overlap, overlaps_on_ray};
+use super::on_ray::{Overlap, is_conflict_at, wide_overlaps};
 use super::pairs::PairSet;
 use crate::number::grouped;
 
@@ -164,7 +163,7 @@ impl Sampler<'_> {
             let Some(ray) = axis_ray(&bounds, axis, (i / 3) as u32) else { continue };
             for found in self.wide_overlaps(&ray, &bounds, axis)? {
                 let p = ray.at(found.t_in.midpoint(found.t_out));
-                if self.is_overlap_at(p, &bounds, axis)? {
+                if is_conflict_at(&mut self.caster, p, &bounds, axis)? {
                     overlaps.add(found.kind, [&found.first, &found.second], p);
                 }
             }
@@ -174,28 +173,9 @@ impl Sampler<'_> {
 
     /// The overlaps on a ray along an axis in a box that are longer than their error bounds.
     fn wide_overlaps(&mut self, ray: &Ray, bounds: &Aabb, axis: usize) -> Result<Vec<Overlap>, QueryError> {
-        let from = bounds.min[axis] - ray.origin()[axis];
-        let Ok(span) = Span::new(from, from + bounds.size()[axis]) else { return Ok(Vec::new()) };
-        let (mut found, intervals) = overlaps_on_ray(&mut self.caster, ray, span)?;
-        found.retain(Overlap::is_wide);
+        let (found, intervals) = wide_overlaps(&mut self.caster, ray, bounds, axis)?;
         self.rays += 1;
         self.work += WORK_OF_RAY + WORK_OF_INTERVAL * intervals as u64;
         Ok(found)
-    }
-
-    /// Whether objects overlap at a point also along the other two axes. Where objects only touch, a ray in the gap
-    /// between rounding errors may be inside both of them for a long interval.
-    fn is_overlap_at(&mut self, p: Vec3, bounds: &Aabb, known_axis: usize) -> Result<bool, QueryError> {
-        for axis in (0..3).filter(|axis| *axis != known_axis) {
-            let (mut origin, mut direction) = (p, Vec3::ZERO);
-            origin[axis] = bounds.min[axis] - bounds.size()[axis];
-            direction[axis] = 1.0;
-            let Ok(ray) = Ray::new(origin, direction) else { return Ok(false) };
-            let t = p[axis] - origin[axis];
-            if !self.wide_overlaps(&ray, bounds, axis)?.iter().any(|o| o.t_in <= t && t <= o.t_out) {
-                return Ok(false);
-            }
-        }
-        Ok(true)
     }
 }

@@ -1,6 +1,8 @@
 //! Overlaps on one ray.
 
+use shotline::aabb::Aabb;
 use shotline::crossing::GROUPING;
+use shotline::math::Vec3;
 use shotline::query::{Caster, OverlapKind, QueryError};
 use shotline::ray::{Ray, Span};
 
@@ -50,4 +52,47 @@ pub fn overlaps_on_ray(
         t_err: o.t_err,
     });
     Ok((named.collect(), intervals))
+}
+
+/// The overlaps and protrusions on a ray along an axis, in a box, that are longer than their error bounds; and the number of
+/// intervals inside parts.
+///
+/// # Errors
+/// As [`overlaps_on_ray`].
+pub fn wide_overlaps(
+    caster: &mut Caster,
+    ray: &Ray,
+    bounds: &Aabb,
+    axis: usize,
+) -> Result<(Vec<Overlap>, usize), QueryError> {
+    let from = bounds.min[axis] - ray.origin()[axis];
+    let Ok(span) = Span::new(from, from + bounds.size()[axis]) else { return Ok((Vec::new(), 0)) };
+    let (mut found, intervals) = overlaps_on_ray(caster, ray, span)?;
+    found.retain(Overlap::is_wide);
+    Ok((found, intervals))
+}
+
+/// Whether there is an overlap or a protrusion at a point of a box also along the other two axes. Where objects only touch, a
+/// ray in the gap between rounding errors may be inside both of them for a long interval.
+///
+/// # Errors
+/// As [`overlaps_on_ray`].
+pub fn is_conflict_at(
+    caster: &mut Caster,
+    p: Vec3,
+    bounds: &Aabb,
+    known_axis: usize,
+) -> Result<bool, QueryError> {
+    for axis in (0..3).filter(|axis| *axis != known_axis) {
+        let (mut origin, mut direction) = (p, Vec3::ZERO);
+        origin[axis] = bounds.min[axis] - bounds.size()[axis];
+        direction[axis] = 1.0;
+        let Ok(ray) = Ray::new(origin, direction) else { return Ok(false) };
+        let t = p[axis] - origin[axis];
+        let (found, _) = wide_overlaps(caster, &ray, bounds, axis)?;
+        if !found.iter().any(|o| o.t_in <= t && t <= o.t_out) {
+            return Ok(false);
+        }
+    }
+    Ok(true)
 }

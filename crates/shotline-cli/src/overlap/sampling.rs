@@ -11,7 +11,7 @@ use shotline::ray::{Ray, Span};
 
 use super::axis_ray::axis_ray;
 use super::leaf_pairs::sample_leaf_pairs;
-use super::on_ray::overlaps_on_ray;
+use super::on_ray::{is_conflict_at, overlaps_on_ray};
 use super::pairs::{ObjectPair, PairSet};
 
 /// What the rays have found.
@@ -98,19 +98,20 @@ impl<'w> Sampler<'w> {
     fn cast_along_axes(&mut self, bounds: &Aabb) -> Result<Option<usize>, QueryError> {
         let (mut rays, mut crossings) = (0, 0);
         // The first n rays are spread evenly for every n, so the loop can end early.
-        for ray in (0..RAYS).flat_map(|i| (0..3).filter_map(move |axis| axis_ray(bounds, axis, i))) {
+        let ray_along = |axis: usize, i: u32| axis_ray(bounds, axis, i).map(|ray| (axis, ray));
+        for (axis, ray) in (0..RAYS).flat_map(|i| (0..3).filter_map(move |axis| ray_along(axis, i))) {
             if crossings > MAX_CROSSINGS && rays >= MIN_RAYS {
                 return Ok(Some(rays));
             }
             rays += 1;
             // An error ends the loop: the other rays would be as expensive.
-            crossings += self.cast(&ray)?;
+            crossings += self.cast(&ray, axis, bounds)?;
         }
         Ok(None)
     }
 
-    /// Returns the number of crossings of a ray.
-    fn cast(&mut self, ray: &Ray) -> Result<usize, QueryError> {
+    /// Returns the number of crossings of a ray along an axis.
+    fn cast(&mut self, ray: &Ray, axis: usize, bounds: &Aabb) -> Result<usize, QueryError> {
         self.hits.clear();
         let (overlaps, _) = overlaps_on_ray(&mut self.caster, ray, Span::FORWARD)?;
         self.caster.crossings(ray, Span::FORWARD, &mut self.hits)?;
@@ -118,7 +119,14 @@ impl<'w> Sampler<'w> {
         for overlap in overlaps {
             let point = ray.at(overlap.t_in.midpoint(overlap.t_out.min(f64::MAX)));
             let point = if point.is_finite() { point } else { ray.at(overlap.t_in) };
-            self.overlaps.add(overlap.kind, [&overlap.first, &overlap.second], point);
+            let names = [overlap.first.as_str(), overlap.second.as_str()];
+            let is_in_box = bounds.contains(point);
+            if self.overlaps.contains(overlap.kind, names)
+                || !is_in_box
+                || is_conflict_at(&mut self.caster, point, bounds, axis)?
+            {
+                self.overlaps.add(overlap.kind, names, point);
+            }
         }
         let names = self.caster.world().object_names();
         for ((a, b), t) in coincidences_on_ray(&self.hits) {

@@ -275,11 +275,18 @@ impl<'w> SubtreeChildren<'w> {
         else {
             return false;
         };
-        let is_direct = |inner: InstanceId| self.instances[inner as usize].parent == Some(outer);
-        // Whatever begins in the contents may be directly in the container, if the contents themselves are.
+        // What clips an instance is the innermost one around it that does.
+        let clip_around = |inner: InstanceId| {
+            let mut around = self.instances[inner as usize].parent;
+            while let Some(instance) = around.filter(|&i| !self.world.object_clips(self.object(i))) {
+                around = self.instances[instance as usize].parent;
+            }
+            around
+        };
         match contents.instance {
-            Some(inner) if contents.is_sole => is_direct(inner),
-            inner => inner == Some(outer),
+            Some(inner) if inner == outer => true,
+            Some(inner) => clip_around(inner) == Some(outer),
+            None => false,
         }
     }
 

@@ -20,12 +20,6 @@ pub fn sin_cos_degrees_wide(degrees: f64) -> (Dd, Dd) {
     }
 }
 
-/// Computes the tangent of an angle in degrees, correctly rounded but for the last bit; exact for an eighth of a turn.
-pub fn tan_degrees(degrees: f64) -> f64 {
-    let (s, c) = sin_cos_degrees_wide(degrees);
-    (s * c.recip()).hi
-}
-
 /// Uses the Taylor series, for angles of at most pi / 4.
 fn sin_cos(x: Dd) -> (Dd, Dd) {
     let square = x * x;
@@ -62,8 +56,6 @@ mod tests {
         for degrees in [1e17, 1e20] {
             assert_eq!(sin_cos_degrees_wide(degrees), sin_cos_degrees_wide(280.0));
         }
-        assert_eq!([0.0, 45.0, -45.0, 135.0].map(tan_degrees), [0.0, 1.0, -1.0, -1.0]);
-        assert!((tan_degrees(60.0) - 3f64.sqrt()).abs() < 3e-16);
         let (s, _) = sin_cos_degrees_wide(30.0);
         assert!((s - Dd::from(0.5)).hi.abs() < 1e-31, "{s:?}");
     }

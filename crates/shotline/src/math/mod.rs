@@ -9,7 +9,7 @@ mod power_of_two;
 mod split_mix;
 
 pub use affine::{Affine, ComposedTransform, MAX_CONDITION, SingularTransform, TransformPair};
-pub use angle::{sin_cos_degrees_wide, tan_degrees};
+pub use angle::sin_cos_degrees_wide;
 pub use dd::{Dd, Real, difference_of_products, quick_two_sum, sum, two_prod, two_sum};
 pub use glam::DVec3 as Vec3;
 pub(crate) use length::UNIT_RANGE;

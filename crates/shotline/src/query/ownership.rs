@@ -38,6 +38,9 @@ pub(super) struct OwnershipScratch<'w> {
 /// last field is the index of the interval; intervals of one path follow each other along the ray.
 type Rank = (i32, u32, u32, Reverse<u64>, usize);
 
+/// The interval that owns the ray, and the one that ranks highest of those that it overlaps.
+type Pair = (usize, usize);
+
 /// Converts the intervals of all bodies to segments, ascending, and returns the number of overlaps of equal priority.
 /// The result is invalid if the budget has ended.
 pub(super) fn resolve<'w>(
@@ -95,19 +98,25 @@ fn sweep<'w>(
     // The start of a segment whose end is not known yet, and the interval that owns it now.
     let mut owned: Option<(f64, usize)> = None;
     let mut overlap_count = 0;
-    for event in events(&ends(intervals)) {
+    let ends = ends(intervals);
+    let mut events = events(&ends);
+    while let Some(event) = events.next() {
         if !budget.step() {
             break;
         }
         let before = owned.map(|(_, interval)| interval);
         sweep.apply(event);
         let after = sweep.owner();
-        if let Some(owner) = after
-            && let Some(rival) = sweep.rival(owner)
-        {
+        if let Some(pair) = sweep.conflict() {
             overlap_count += 1;
             if overlaps == Overlaps::Error {
-                return Err(sweep.overlap(owner, rival, event[0].crossing.t, 0.0).error(world));
+                let begin = t_of_pair(event, pair);
+                let is_last = |sweep: &mut Ownership, event: &[End]| {
+                    sweep.apply(event);
+                    sweep.conflict() != Some(pair)
+                };
+                let last = events.find(|event| is_last(&mut sweep, event)).unwrap_or(event);
+                return Err(sweep.overlap(pair, begin, t_of_pair(last, pair)).error(world));
             }
         }
         if let (Some((start, before)), Some(after)) = (owned, after)
@@ -138,7 +147,7 @@ fn sweep<'w>(
 }
 
 /// Appends the overlaps of equal priority, which are ascending and disjoint, and the protrusions. Each overlap is between the
-/// two intervals that rank highest where it begins, and ends where the first of them ends. Invalid if the budget has ended.
+/// interval that owns the ray and the one that ranks highest of those that it overlaps. Invalid if the budget has ended.
 pub(super) fn overlaps<'w>(
     world: &'w World,
     intervals: &[Interval],
@@ -147,7 +156,8 @@ pub(super) fn overlaps<'w>(
     out: &mut Vec<Overlap>,
 ) {
     let mut sweep = Ownership::new(world, intervals, scratch);
-    let mut reported_to = f64::NEG_INFINITY;
+    // The pair that overlaps now, and where it has begun to.
+    let mut overlapping: Option<(Pair, Crossing)> = None;
     let mut protruding = BTreeMap::new();
     for event in events(&ends(intervals)) {
         if !budget.step() {
@@ -157,17 +167,20 @@ pub(super) fn overlaps<'w>(
         if world.clips() {
             sweep.protrusions(event, &mut protruding, out);
         }
-        if event.last().is_none_or(|last| last.crossing.t < reported_to) {
-            continue;
+        let now = sweep.conflict();
+        if let Some((pair, begin)) = overlapping.take_if(|(pair, _)| now != Some(*pair)) {
+            out.push(sweep.overlap(pair, begin, t_of_pair(event, pair)));
         }
-        if let Some(owner) = sweep.owner()
-            && let Some(rival) = sweep.rival(owner)
-        {
-            let overlap = sweep.overlap(owner, rival, event[0].crossing.t.max(reported_to), t_err_of(event));
-            reported_to = overlap.t_out;
-            out.push(overlap);
+        if overlapping.is_none() {
+            overlapping = now.map(|pair| (pair, t_of_pair(event, pair)));
         }
     }
+}
+
+/// The end of one of two intervals in an event; if neither ends there, the first end.
+fn t_of_pair(event: &[End], (a, b): Pair) -> Crossing {
+    let own = event.iter().find(|end| end.interval == a || end.interval == b);
+    own.unwrap_or(&event[0]).crossing
 }
 
 fn t_err_of(event: &[End]) -> f64 {
@@ -360,40 +373,27 @@ impl<'a, 'w> Ownership<'a, 'w> {
         below.filter(|_| is_of_owner).map(|(.., interval)| interval)
     }
 
-    /// The overlap of two intervals that begins at `t`; `t_err` is the error bound of `t`.
-    fn overlap(&self, a: usize, b: usize, t: f64, t_err: f64) -> Overlap {
-        let (i, k) = (&self.intervals[a], &self.intervals[b]);
-        let (first, second) = if (i.start.t, i.object) <= (k.start.t, k.object) { (i, k) } else { (k, i) };
-        let [end_a, end_b] = [a, b].map(|interval| self.counts_to(interval));
-        let end = if end_a.t <= end_b.t { end_a } else { end_b };
+    /// The pair that overlaps now.
+    fn conflict(&self) -> Option<Pair> {
+        let owner = self.owner()?;
+        self.rival(owner).map(|rival| (owner, rival))
+    }
+
+    /// The overlap of a pair from one crossing to another.
+    fn overlap(&self, (a, b): Pair, begin: Crossing, end: Crossing) -> Overlap {
+        let (a, b) = (&self.intervals[a], &self.intervals[b]);
+        let (first, second) = if (a.start.t, a.object) <= (b.start.t, b.object) { (a, b) } else { (b, a) };
         Overlap {
             kind: OverlapKind::Overlap,
             first: first.object,
             second: second.object,
-            t_in: t,
+            t_in: begin.t,
             t_out: end.t,
-            t_err: t_err + end.t_err,
+            t_err: begin.t_err + end.t_err,
         }
     }
 
-    /// Where an interval ends, or an instance around it that clips.
-    fn counts_to(&self, interval: usize) -> Crossing {
-        let mut end = self.intervals[interval].end;
-        let mut clip = self.instances()[self.instance(interval) as usize].clip;
-        while clip != NONE {
-            let around = self.memory.present.range((clip, 0)..(clip + 1, 0));
-            let ends = around.map(|(_, interval)| self.intervals[*interval].end);
-            if let Some(last) = ends.max_by(|a, b| a.t.total_cmp(&b.t))
-                && last.t < end.t
-            {
-                end = last;
-            }
-            clip = self.instances()[clip as usize].clip;
-        }
-        end
-    }
-
-    /// Notes which intervals begin to protrude in an event: they are outside the instance that they are in, which clips.
+    /// Notes which intervals begin to protrude in an event: they are outside the innermost instance around theirs that clips.
     /// Appends those that end to do so.
     fn protrusions(
         &self,
@@ -412,14 +412,12 @@ impl<'a, 'w> Ownership<'a, 'w> {
         affected.dedup();
         for interval in affected {
             let instance = self.instance(interval);
-            let Instance { object, parent, clip, .. } = self.instances()[instance as usize];
+            let Instance { object, clip, .. } = self.instances()[instance as usize];
             let is_present = self.memory.present.contains(&(instance, interval));
-            let protrudes =
-                is_present && parent != NONE && parent == clip && self.memory.inside[clip as usize] == 0;
-            if protrudes {
+            if is_present && clip != NONE && self.memory.inside[clip as usize] == 0 {
                 protruding.entry(interval).or_insert((t, t_err));
             } else if let Some((t_in, t_in_err)) = protruding.remove(&interval) {
-                let second = self.instances()[parent as usize].object;
+                let second = self.instances()[clip as usize].object;
                 let t_err = t_err + t_in_err;
                 out.push(Overlap {
                     kind: OverlapKind::Protrusion,

@@ -1,6 +1,7 @@
 //! A sector of a tube around the z axis whose ends are cut at an angle.
 
 use super::capped::Capped;
+use super::form::Form;
 use super::parts::Parts;
 use super::sector::Sector;
 use super::{Build, Kind, Param, ParamError, Params, constructors, cylinder, halfspace};
@@ -64,8 +65,9 @@ fn parts(p: &Params) -> Result<Parts, ParamError> {
         Parts::of(Capped::whole(cylinder::form(radius), bounds, surfaces))
     };
     let end = |normal: Vec3, z: f64, surfaces| {
-        let offset = normal.z * z;
-        Parts::of(Capped::whole(halfspace::form(normal, offset), halfspace::bounds(normal, offset), surfaces))
+        // About a point of the plane, so that its offset from the origin is not rounded.
+        let plane = Form { centre: Vec3::new(0.0, 0.0, z), ..halfspace::form(normal, 0.0) };
+        Parts::of(Capped::whole(plane, halfspace::bounds(normal, normal.z * z), surfaces))
     };
     let mut around = vec![end(low, z0, &["bottom"]), end(high, z1, &["top"])];
     around.extend(Sector::of(p)?.map(|sector| sector.parts()));

@@ -2,11 +2,11 @@
 //! turned about the axis, as the wires of drift chambers.
 
 use super::capped::Capped;
-use super::form::Form;
+use super::form::{Form, squared};
 use super::parts::Parts;
-use super::{Build, Kind, Param, ParamError, Params, cone, constructors, cylinder, hyperboloid};
+use super::{Build, Kind, Param, ParamError, Params, constructors, cylinder};
 use crate::aabb::Aabb;
-use crate::math::tan_degrees;
+use crate::math::{Dd, Vec3, power_of_two_below, sin_cos_degrees_wide, two_prod};
 
 pub(super) static KIND: Kind = Kind {
     name: "hyperboloid_shell",
@@ -49,22 +49,34 @@ fn parts(p: &Params) -> Result<Parts, ParamError> {
         return Err(ParamError { param: "stereo_max", why });
     }
     let (z0, z1) = p.ascending("z0", "z1")?;
-    let widest = libm::hypot(rmax, z0.abs().max(z1.abs()) * tan_degrees(stereo_max));
-    let mut outer = Capped::between(form(rmax, stereo_max), z0, z1, widest);
+    let widest = libm::hypot(rmax, z0.abs().max(z1.abs()) * tangent(stereo_max).hi);
+    let mut outer = Capped::between(form(rmax, tangent(stereo_max)), z0, z1, widest);
     outer.bounds = outer.bounds.widened(8.0);
     let outer = Parts::named(outer, &["outer", "bottom", "top"]);
     let inner = (rmin > 0.0 || stereo_min > 0.0)
-        .then(|| Parts::of(Capped::whole(form(rmin, stereo_min), Aabb::EVERYTHING, &["inner"])));
+        .then(|| Parts::of(Capped::whole(form(rmin, tangent(stereo_min)), Aabb::EVERYTHING, &["inner"])));
     Ok(outer.without(inner))
 }
 
-/// `x^2 + y^2 - r^2 - (z tan(stereo))^2`, up to a positive factor.
-fn form(r: f64, stereo: f64) -> Form {
-    if stereo == 0.0 {
-        cylinder::form(r)
-    } else if r == 0.0 {
-        cone::form(0.0, tan_degrees(stereo), 0.0, 1.0)
-    } else {
-        hyperboloid::form(r, r / tan_degrees(stereo), 1.0)
+/// The tangent of an angle in degrees.
+fn tangent(degrees: f64) -> Dd {
+    let (s, c) = sin_cos_degrees_wide(degrees);
+    s * c.recip()
+}
+
+/// `x^2 + y^2 - r^2 - (z tangent)^2`, up to a positive factor: a hyperboloid; a cone if `r` is 0, a cylinder if the tangent
+/// is. Not both are 0.
+pub(super) fn form(r: f64, tangent: Dd) -> Form {
+    if tangent.hi == 0.0 {
+        return cylinder::form(r);
+    }
+    let unit = if r > 0.0 { power_of_two_below(r) } else { 1.0 };
+    let unit_z = power_of_two_below(unit / tangent.hi);
+    let r = r / unit;
+    Form {
+        shrink: Vec3::new(1.0 / unit, 1.0 / unit, 1.0 / unit_z),
+        square: [Dd::ONE, Dd::ONE, -squared(tangent * (unit_z / unit))],
+        constant: -two_prod(r, r),
+        ..Form::ZERO
     }
 }

@@ -1,7 +1,11 @@
 //! Kinds that are parts of other solids, against their interiors as formulas.
 
 use super::{Kind, Params, kind};
+use crate::compile::{Options, compile};
 use crate::math::Vec3;
+use crate::query::Caster;
+use crate::ray::{Ray, Span};
+use crate::scene::Scene;
 use crate::testkit::random::Random;
 
 /// The interior of a kind at a point: the numbers of its parameters in their order, in radians where they are angles.
@@ -127,4 +131,44 @@ fn parameters_out_of_range_are_named() {
         let found = error(name, values);
         assert!(found.starts_with(expected), "{found}");
     }
+}
+
+/// The crossings of a solid of a kind along a ray, each with its bound.
+fn crossings(name: &str, values: &[&[f64]], o: [f64; 3], d: [f64; 3]) -> Vec<(f64, f64)> {
+    let mut scene = Scene::default();
+    let node = scene.add_solid(name, values).expect("a kind");
+    scene.add_object("it", None, node);
+    let world = compile(&scene, Options::default()).expect("a world");
+    let (ray, mut hits) = (Ray::new(o.into(), d.into()).expect("a ray"), Vec::new());
+    Caster::new(&world).crossings(&ray, Span::FORWARD, &mut hits).expect("within limits");
+    hits.iter().map(|hit| (hit.t, hit.t_err)).collect()
+}
+
+/// The offset of the tilted plane from the origin was rounded, and a ray that grazes it was wrong by 2e8 bounds.
+#[test]
+fn tilted_planes_are_about_their_points() {
+    let tube: [&[f64]; 6] = [&[0.0], &[1.0], &[-1.1], &[1.0], &[0.7, -0.7, -2.7], &[0.0, 0.0, 1.0]];
+    let grazing =
+        crossings("cut_tube", &tube, [-4.0, -4.0, -1.1000000037252904], [1.0, 1.0, 9.313225746154785e-10]);
+    let (t, t_err) = grazing[0];
+    assert!((t - 4.0).abs() <= t_err, "{grazing:?}");
+    assert_eq!(crossings("cut_tube", &tube, [-4.0, -4.0, -1.1], [1.0, 1.0, 0.0]), []);
+}
+
+/// The tangent of the stereo angle was rounded twice, and a ray that grazes the shell was wrong by 1.7e7 bounds.
+#[test]
+fn tangents_of_angles_are_wide() {
+    let shell: [&[f64]; 6] = [
+        &[0.5],
+        &[1.0653527578795332],
+        &[0.0],
+        &[61.01122460424313],
+        &[-1.041720302164839],
+        &[1.6597814297979911],
+    ];
+    let o = [-1.078609540327861, 4.078905995710889, 1.5652432058397419];
+    let d = [0.7823252631690877, -0.6162321647057788, -0.09069234691773963];
+    let found = crossings("hyperboloid_shell", &shell, o, d);
+    let near = |t: f64| found.iter().any(|(found, t_err)| (found - t).abs() <= 1e-12 + 8.0 * t_err);
+    assert!(near(2.999999905111) && near(2.999999992661), "{found:?}");
 }

@@ -4,9 +4,9 @@ use super::capped::Capped;
 use super::halfspace;
 use super::parts::Parts;
 use super::sector::Sector;
-use super::{Build, Kind, Param, ParamError, Params, cone, constructors, sphere};
+use super::{Build, Kind, Param, ParamError, Params, constructors, hyperboloid_shell, sphere};
 use crate::aabb::Aabb;
-use crate::math::{Vec3, tan_degrees};
+use crate::math::{Dd, Vec3, sin_cos_degrees_wide};
 
 pub(super) static KIND: Kind = Kind {
     name: "sphere_section",
@@ -62,13 +62,16 @@ fn parts(p: &Params) -> Result<Parts, ParamError> {
     let (mut kept, mut cut) = (Vec::new(), Vec::new());
     kept.extend(Sector::of(p)?.map(|sector| sector.parts()));
     cut.extend((rmin > 0.0).then(|| ball(rmin, &["inner"])));
-    match cone_at(theta0, rmax, NEAR) {
+    let (first, angle) = (sin_cos_degrees_wide(theta0), sin_cos_degrees_wide(dtheta));
+    // The sum of two angles, without rounding it.
+    let last = [first.0 * angle.1 + first.1 * angle.0, first.1 * angle.1 - first.0 * angle.0];
+    match cone_at([first.0, first.1], rmax, NEAR) {
         Cone::None => {}
         Cone::Plane => kept.push(half(Vec3::Z, NEAR)),
         Cone::Upper(cone) => cut.push(cone),
         Cone::Lower(cone) => kept.push(cone),
     }
-    match cone_at(theta1, rmax, FAR) {
+    match cone_at(last, rmax, FAR) {
         Cone::None => {}
         Cone::Plane => kept.push(half(Vec3::NEG_Z, FAR)),
         Cone::Upper(cone) => kept.push(cone),
@@ -82,6 +85,9 @@ fn parts(p: &Params) -> Result<Parts, ParamError> {
 const NEAR: &[&str] = &["near", "near", "near"];
 const FAR: &[&str] = &["far", "far", "far"];
 
+/// Sines and cosines below this are 0 but for their rounding.
+const NO_ANGLE: f64 = 1e-30;
+
 /// The cone of an angle from the z axis, around the half of the axis that is nearer to it.
 enum Cone {
     /// The angle is 0 or 180 degrees.
@@ -92,24 +98,22 @@ enum Cone {
     Lower(Parts),
 }
 
-fn cone_at(theta: f64, rmax: f64, surfaces: &'static [&'static str]) -> Cone {
-    let angle = theta.min(180.0 - theta);
-    if angle <= 0.0 {
+/// The cone at an angle from the z axis, given by its sine and cosine.
+fn cone_at([s, c]: [Dd; 2], rmax: f64, surfaces: &'static [&'static str]) -> Cone {
+    if s.hi.abs() < NO_ANGLE {
         return Cone::None;
     }
-    if angle == 90.0 {
+    if c.hi.abs() < NO_ANGLE {
         return Cone::Plane;
     }
+    let tangent = s * c.recip();
+    let tangent = if c.hi > 0.0 { tangent } else { -tangent };
     let height = 2.0 * rmax;
-    let radius = tan_degrees(angle) * height;
-    let nappe = |[z0, z1]: [f64; 2], [r0, r1]: [f64; 2]| {
-        Parts::named(Capped::between(cone::form(r0, r1, z0, z1), z0, z1, radius), surfaces)
+    let nappe = |z0: f64, z1: f64| {
+        let cone = hyperboloid_shell::form(0.0, tangent);
+        Parts::named(Capped::between(cone, z0, z1, tangent.hi * height * 1.5), surfaces)
     };
-    if theta < 90.0 {
-        Cone::Upper(nappe([0.0, height], [0.0, radius]))
-    } else {
-        Cone::Lower(nappe([-height, 0.0], [radius, 0.0]))
-    }
+    if c.hi > 0.0 { Cone::Upper(nappe(0.0, height)) } else { Cone::Lower(nappe(-height, 0.0)) }
 }
 
 /// The half-space behind the plane through the centre with a normal.
