@@ -1,7 +1,7 @@
 //! Findings in the scene as a whole.
 
 use shotline::compile::{SceneError, World};
-use shotline::query::OverlapKind;
+use shotline::query::ConflictKind;
 use shotline::scene::Scene;
 use shotline_io::Document;
 
@@ -37,7 +37,7 @@ impl Findings {
             self.add_empty(world, object, &text);
         }
         let (protrusions, overlaps): (Vec<_>, Vec<_>) =
-            sampling.overlaps.into_iter().partition(|pair| pair.kind == OverlapKind::Protrusion);
+            sampling.overlaps.into_iter().partition(|pair| pair.kind == ConflictKind::Protrusion);
         self.add_pairs(Severity::Fault, "overlap", overlaps, "objects of equal priority that overlap:");
         self.add_pairs(
             Severity::Fault,
@@ -74,8 +74,8 @@ impl Findings {
             let (on, at) = (counted(rays as u64, "ray", "rays"), short_vector(point));
             let mut text = match of {
                 _ if first == second => format!("two placements of '{first}', on {on}, as at {at}"),
-                OverlapKind::Overlap => format!("'{first}' and '{second}', on {on}, as at {at}"),
-                OverlapKind::Protrusion => format!("'{first}' out of '{second}', on {on}, as at {at}"),
+                ConflictKind::Overlap => format!("'{first}' and '{second}', on {on}, as at {at}"),
+                ConflictKind::Protrusion => format!("'{first}' out of '{second}', on {on}, as at {at}"),
             };
             if let Some(Extent { depth, volume }) = extent {
                 text +=

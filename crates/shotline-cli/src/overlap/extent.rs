@@ -1,11 +1,11 @@
 //! How large an overlap or a protrusion is, estimated by rays through a box around it.
 
 use shotline::aabb::Aabb;
-use shotline::query::{Caster, OverlapKind, QueryError};
+use shotline::query::{Caster, ConflictKind, QueryError};
 use shotline::ray::Span;
 
 use super::axis_ray::axis_ray;
-use super::on_ray::{Overlap, overlaps_on_ray};
+use super::on_ray::{Conflict, conflicts_on_ray};
 
 /// The size of an overlap or a protrusion in a box.
 #[derive(Clone, Copy, Debug)]
@@ -21,7 +21,7 @@ const RAYS: u32 = 256;
 /// Estimates in a box how large a conflict of two objects is. `None` if no ray meets it.
 pub fn extent(
     caster: &mut Caster,
-    conflict: (OverlapKind, [&str; 2]),
+    conflict: (ConflictKind, [&str; 2]),
     bounds: &Aabb,
 ) -> Result<Option<Extent>, QueryError> {
     let size = bounds.size();
@@ -31,7 +31,7 @@ pub fn extent(
         for ray in (0..RAYS).filter_map(|i| axis_ray(bounds, axis, i)) {
             let from = bounds.min[axis] - ray.origin()[axis];
             let Ok(span) = Span::new(from, from + size[axis]) else { continue };
-            let (found, _) = overlaps_on_ray(caster, &ray, span)?;
+            let (found, _) = conflicts_on_ray(caster, &ray, span)?;
             let length =
                 found.iter().filter(|o| o.is_wide() && is_of(o, conflict)).map(|o| o.t_out - o.t_in).sum();
             longest = longest.max(length);
@@ -44,7 +44,7 @@ pub fn extent(
     Ok((volume > 0.0).then_some(Extent { depth, volume }))
 }
 
-fn is_of(overlap: &Overlap, (kind, [a, b]): (OverlapKind, [&str; 2])) -> bool {
+fn is_of(overlap: &Conflict, (kind, [a, b]): (ConflictKind, [&str; 2])) -> bool {
     let names = [overlap.first.as_str(), overlap.second.as_str()];
     overlap.kind == kind && (names == [a, b] || names == [b, a])
 }

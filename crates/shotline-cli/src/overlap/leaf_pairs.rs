@@ -3,13 +3,13 @@
 use std::collections::HashMap;
 
 use shotline::aabb::Aabb;
-use shotline::compile::{OverlapCandidate, World};
+use shotline::compile::{ConflictCandidate, World};
 use shotline::query::{Caster, QueryError};
 use shotline::ray::Ray;
 
 use super::axis_ray::axis_ray;
 use super::extent::extent;
-use super::on_ray::{Overlap, is_conflict_at, wide_overlaps};
+use super::on_ray::{Conflict, is_conflict_at, wide_conflicts};
 use super::pairs::PairSet;
 use crate::number::grouped;
 
@@ -38,7 +38,7 @@ const WORK_OF_INTERVAL: u64 = 8;
 /// skips pairs of objects that are known to overlap, and clips unbounded boxes to `bounds`. Returns what could not be
 /// examined.
 pub fn sample_leaf_pairs(world: &World, bounds: &Aabb, overlaps: &mut PairSet) -> Vec<String> {
-    let mut candidates = world.overlap_candidates(MAX_ALL_RAYS / MIN_RAYS, MAX_COMPARISONS);
+    let mut candidates = world.conflict_candidates(MAX_ALL_RAYS / MIN_RAYS, MAX_COMPARISONS);
     let listed = candidates.pairs.len() as u64;
     candidates.pairs.iter_mut().filter(|m| !m.place.is_finite()).for_each(|m| {
         m.place = m.place.intersection(bounds);
@@ -72,13 +72,13 @@ const MAX_ESTIMATED: usize = 50;
 /// Estimates how large overlaps and protrusions are: in the smallest place of a candidate around their points, or in `bounds`.
 fn estimate_extents(
     caster: &mut Caster,
-    candidates: &[OverlapCandidate],
+    candidates: &[ConflictCandidate],
     bounds: &Aabb,
     overlaps: &mut PairSet,
 ) -> Result<(), QueryError> {
     let volume = |b: &Aabb| b.size().element_product();
     for pair in overlaps.pairs_mut().take(MAX_ESTIMATED) {
-        let is_around = |candidate: &&OverlapCandidate| {
+        let is_around = |candidate: &&ConflictCandidate| {
             let Aabb { min, max } = candidate.place;
             let names = candidate.objects.map(|object| &caster.world().object_names()[object as usize]);
             candidate.kind == pair.kind
@@ -94,17 +94,17 @@ fn estimate_extents(
 }
 
 /// Orders pairs of leaves: the largest box of each pair of objects first, then the second of each, and so on.
-fn order_round_robin(pairs: &mut Vec<OverlapCandidate>) {
-    let volume = |m: &OverlapCandidate| m.place.size().element_product();
+fn order_round_robin(pairs: &mut Vec<ConflictCandidate>) {
+    let volume = |m: &ConflictCandidate| m.place.size().element_product();
     pairs.sort_by(|a, b| volume(b).total_cmp(&volume(a)));
     let mut rounds: HashMap<[u32; 2], usize> = HashMap::new();
-    let round = |m: &OverlapCandidate| {
+    let round = |m: &ConflictCandidate| {
         let round = rounds.entry(m.objects).or_insert(0);
         *round += 1;
         *round
     };
     let numbers: Vec<usize> = pairs.iter().map(round).collect();
-    let mut numbered: Vec<(usize, OverlapCandidate)> = numbers.into_iter().zip(pairs.drain(..)).collect();
+    let mut numbered: Vec<(usize, ConflictCandidate)> = numbers.into_iter().zip(pairs.drain(..)).collect();
     numbered.sort_by_key(|(round, _)| *round);
     pairs.extend(numbered.into_iter().map(|(_, pair)| pair));
 }
@@ -122,7 +122,7 @@ impl Sampler<'_> {
     /// Returns how many pairs were examined, and the error that ended the search early.
     fn sample_all(
         &mut self,
-        pairs: &[OverlapCandidate],
+        pairs: &[ConflictCandidate],
         overlaps: &mut PairSet,
     ) -> (usize, Option<QueryError>) {
         let rays_per_pair = (USUAL_RAYS / pairs.len().max(1)).clamp(MIN_RAYS, MAX_RAYS);
@@ -147,7 +147,7 @@ impl Sampler<'_> {
     /// Casts rays along the axes through the place of a pair, until two objects with their names are found in conflict.
     fn sample_pair(
         &mut self,
-        &OverlapCandidate { kind, place: bounds, .. }: &OverlapCandidate,
+        &ConflictCandidate { kind, place: bounds, .. }: &ConflictCandidate,
         rays: usize,
         names: [&str; 2],
         overlaps: &mut PairSet,
@@ -161,7 +161,7 @@ impl Sampler<'_> {
             }
             let axis = i % 3;
             let Some(ray) = axis_ray(&bounds, axis, (i / 3) as u32) else { continue };
-            for found in self.wide_overlaps(&ray, &bounds, axis)? {
+            for found in self.wide_conflicts(&ray, &bounds, axis)? {
                 let p = ray.at(found.t_in.midpoint(found.t_out));
                 if is_conflict_at(&mut self.caster, p, &bounds, axis)? {
                     overlaps.add(found.kind, [&found.first, &found.second], p);
@@ -172,8 +172,8 @@ impl Sampler<'_> {
     }
 
     /// The overlaps on a ray along an axis in a box that are longer than their error bounds.
-    fn wide_overlaps(&mut self, ray: &Ray, bounds: &Aabb, axis: usize) -> Result<Vec<Overlap>, QueryError> {
-        let (found, intervals) = wide_overlaps(&mut self.caster, ray, bounds, axis)?;
+    fn wide_conflicts(&mut self, ray: &Ray, bounds: &Aabb, axis: usize) -> Result<Vec<Conflict>, QueryError> {
+        let (found, intervals) = wide_conflicts(&mut self.caster, ray, bounds, axis)?;
         self.rays += 1;
         self.work += WORK_OF_RAY + WORK_OF_INTERVAL * intervals as u64;
         Ok(found)

@@ -10,6 +10,6 @@ mod sampling;
 
 pub use axis_ray::axis_ray;
 pub use extent::Extent;
-pub use on_ray::{Overlap, overlaps_on_ray};
+pub use on_ray::{Conflict, conflicts_on_ray};
 pub use pairs::ObjectPair;
 pub use sampling::sample_world;

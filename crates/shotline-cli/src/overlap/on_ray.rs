@@ -3,13 +3,13 @@
 use shotline::aabb::Aabb;
 use shotline::crossing::GROUPING;
 use shotline::math::Vec3;
-use shotline::query::{Caster, OverlapKind, QueryError};
+use shotline::query::{Caster, ConflictKind, QueryError};
 use shotline::ray::{Ray, Span};
 
 /// An interval of a ray that is inside two objects of equal priority, or inside one that sticks out of another there.
 #[derive(Debug)]
-pub struct Overlap {
-    pub kind: OverlapKind,
+pub struct Conflict {
+    pub kind: ConflictKind,
     pub first: String,
     pub second: String,
     pub t_in: f64,
@@ -18,7 +18,7 @@ pub struct Overlap {
     pub t_err: f64,
 }
 
-impl Overlap {
+impl Conflict {
     /// Whether the interval is longer than the error bounds of its ends, so that it is more than one event.
     pub fn is_wide(&self) -> bool {
         self.t_out - self.t_in > GROUPING * self.t_err
@@ -30,20 +30,20 @@ impl Overlap {
 ///
 /// # Errors
 /// As [`Caster::overlaps`], but not for such a mesh.
-pub fn overlaps_on_ray(
+pub fn conflicts_on_ray(
     caster: &mut Caster,
     ray: &Ray,
     span: Span,
-) -> Result<(Vec<Overlap>, usize), QueryError> {
+) -> Result<(Vec<Conflict>, usize), QueryError> {
     let mut found = Vec::new();
-    let intervals = match caster.overlaps(ray, span, &mut found) {
+    let intervals = match caster.conflicts(ray, span, &mut found) {
         Ok(intervals) => intervals,
         Err(QueryError::NotASolid { .. }) => 0,
         Err(error) => return Err(error),
     };
     let names = caster.world().object_names();
     let name = |object: u32| names[object as usize].clone();
-    let named = found.iter().map(|o| Overlap {
+    let named = found.iter().map(|o| Conflict {
         kind: o.kind,
         first: name(o.first),
         second: name(o.second),
@@ -58,17 +58,17 @@ pub fn overlaps_on_ray(
 /// intervals inside parts.
 ///
 /// # Errors
-/// As [`overlaps_on_ray`].
-pub fn wide_overlaps(
+/// As [`conflicts_on_ray`].
+pub fn wide_conflicts(
     caster: &mut Caster,
     ray: &Ray,
     bounds: &Aabb,
     axis: usize,
-) -> Result<(Vec<Overlap>, usize), QueryError> {
+) -> Result<(Vec<Conflict>, usize), QueryError> {
     let from = bounds.min[axis] - ray.origin()[axis];
     let Ok(span) = Span::new(from, from + bounds.size()[axis]) else { return Ok((Vec::new(), 0)) };
-    let (mut found, intervals) = overlaps_on_ray(caster, ray, span)?;
-    found.retain(Overlap::is_wide);
+    let (mut found, intervals) = conflicts_on_ray(caster, ray, span)?;
+    found.retain(Conflict::is_wide);
     Ok((found, intervals))
 }
 
@@ -76,7 +76,7 @@ pub fn wide_overlaps(
 /// ray in the gap between rounding errors may be inside both of them for a long interval.
 ///
 /// # Errors
-/// As [`overlaps_on_ray`].
+/// As [`conflicts_on_ray`].
 pub fn is_conflict_at(
     caster: &mut Caster,
     p: Vec3,
@@ -89,7 +89,7 @@ pub fn is_conflict_at(
         direction[axis] = 1.0;
         let Ok(ray) = Ray::new(origin, direction) else { return Ok(false) };
         let t = p[axis] - origin[axis];
-        let (found, _) = wide_overlaps(caster, &ray, bounds, axis)?;
+        let (found, _) = wide_conflicts(caster, &ray, bounds, axis)?;
         if !found.iter().any(|o| o.t_in <= t && t <= o.t_out) {
             return Ok(false);
         }

@@ -6,12 +6,12 @@ use shotline::aabb::Aabb;
 use shotline::compile::World;
 use shotline::crossing::GROUPING;
 use shotline::measure::object_bounds;
-use shotline::query::{Caster, Hit, HitKind, OverlapKind, QueryError};
+use shotline::query::{Caster, ConflictKind, Hit, HitKind, QueryError};
 use shotline::ray::{Ray, Span};
 
 use super::axis_ray::axis_ray;
 use super::leaf_pairs::sample_leaf_pairs;
-use super::on_ray::{is_conflict_at, overlaps_on_ray};
+use super::on_ray::{conflicts_on_ray, is_conflict_at};
 use super::pairs::{ObjectPair, PairSet};
 
 /// What the rays have found.
@@ -113,7 +113,7 @@ impl<'w> Sampler<'w> {
     /// Returns the number of crossings of a ray along an axis.
     fn cast(&mut self, ray: &Ray, axis: usize, bounds: &Aabb) -> Result<usize, QueryError> {
         self.hits.clear();
-        let (overlaps, _) = overlaps_on_ray(&mut self.caster, ray, Span::FORWARD)?;
+        let (overlaps, _) = conflicts_on_ray(&mut self.caster, ray, Span::FORWARD)?;
         self.caster.crossings(ray, Span::FORWARD, &mut self.hits)?;
         self.hits.iter().for_each(|hit| self.met[hit.object as usize] = true);
         for overlap in overlaps {
@@ -131,7 +131,7 @@ impl<'w> Sampler<'w> {
         let names = self.caster.world().object_names();
         for ((a, b), t) in coincidences_on_ray(&self.hits) {
             let names = [a, b].map(|object| names[object as usize].as_str());
-            self.coincidences.add(OverlapKind::Overlap, names, ray.at(t));
+            self.coincidences.add(ConflictKind::Overlap, names, ray.at(t));
         }
         Ok(self.hits.len())
     }
@@ -177,7 +177,7 @@ fn unexamined_pairs(world: &World, objects: &[Aabb], known: &PairSet) -> Vec<Str
             let common = objects[a as usize].intersection(&objects[b as usize]);
             let are_apart = !common.min.cmplt(common.max).all();
             let may_overlap = world.object_priority(a) == world.object_priority(b);
-            if are_apart || !may_overlap || known.contains(OverlapKind::Overlap, [name(a), name(b)]) {
+            if are_apart || !may_overlap || known.contains(ConflictKind::Overlap, [name(a), name(b)]) {
                 continue;
             }
             if out.len() < MAX_NAMED {

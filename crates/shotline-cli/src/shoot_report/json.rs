@@ -1,7 +1,7 @@
 //! The report as one JSON document. Infinite numbers and missing values are `null`.
 
 use serde_json::{Value, json};
-use shotline::query::{HitKind, OverlapKind};
+use shotline::query::{ConflictKind, HitKind};
 use shotline::scene::Units;
 
 use super::{CrossingRow, ShootReport};
@@ -26,8 +26,8 @@ impl ShootReport {
             })).collect::<Vec<_>>(),
             "overlaps": self.overlaps.iter().map(|o| json!({
                 "kind": match o.kind {
-                    OverlapKind::Overlap => "overlap",
-                    OverlapKind::Protrusion => "protrusion",
+                    ConflictKind::Overlap => "overlap",
+                    ConflictKind::Protrusion => "protrusion",
                 },
                 "first": o.first,
                 "second": o.second,

@@ -9,7 +9,7 @@ use shotline::query::{Caster, Hit, HitKind, Kinds, Limits, Overlaps, QueryError,
 use shotline::ray::{Ray, Span};
 use shotline::scene::Units;
 
-use crate::overlap::{Overlap, overlaps_on_ray};
+use crate::overlap::{Conflict, conflicts_on_ray};
 
 /// The full report of one ray. Lengths are in world units.
 #[derive(Debug)]
@@ -19,7 +19,7 @@ pub struct ShootReport {
     units: Option<Units>,
     crossings: Vec<CrossingRow>,
     totals: Vec<MaterialTotal>,
-    overlaps: Vec<Overlap>,
+    overlaps: Vec<Conflict>,
     /// Why there is no thickness, if there is none.
     no_thickness: Option<QueryError>,
 }
@@ -77,7 +77,7 @@ impl ShootReport {
         let mut accumulated = LengthInside { segments: &segments, ended: 0.0, step: length(ray.direction()) };
         let mut thickness = |t: f64| no_thickness.is_none().then(|| accumulated.until(t));
         let crossings = hits.iter().map(|hit| row(world, &ray, *hit, thickness(hit.t))).collect();
-        let (overlaps, _) = overlaps_on_ray(&mut caster, &ray, span)?;
+        let (overlaps, _) = conflicts_on_ray(&mut caster, &ray, span)?;
         Ok(ShootReport {
             ray,
             span,

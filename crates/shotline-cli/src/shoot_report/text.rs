@@ -1,6 +1,6 @@
 //! The report as a table.
 
-use shotline::query::{HitKind, OverlapKind};
+use shotline::query::{ConflictKind, HitKind};
 
 use super::{CrossingRow, ShootReport, length};
 use crate::number::{counted, short, short_normal, short_vector};
@@ -87,11 +87,11 @@ impl ShootReport {
         for o in &self.overlaps {
             let (from, to) = (short(o.t_in), short(o.t_out));
             out += &match o.kind {
-                OverlapKind::Overlap => format!(
+                ConflictKind::Overlap => format!(
                     "overlap: '{}' and '{}' of equal priority from t = {from} to t = {to}; the deeper or later one owns it\n",
                     o.first, o.second,
                 ),
-                OverlapKind::Protrusion => format!(
+                ConflictKind::Protrusion => format!(
                     "protrusion: '{}' sticks out of '{}' from t = {from} to t = {to}, where it does not count\n",
                     o.first, o.second,
                 ),

@@ -8,20 +8,20 @@ mod accel_choice;
 mod body;
 mod box_join;
 mod built_leaves;
+mod conflict_candidates;
 mod dynamic;
 mod error;
 mod graph;
 mod level;
 mod materials;
 mod names;
-mod overlap_candidates;
 #[cfg(any(test, feature = "testkit"))]
 mod reference_world;
 mod world;
 
+pub use conflict_candidates::{ConflictCandidate, ConflictCandidates, ConflictKind};
 pub use dynamic::DynamicWorld;
 pub use error::{InvalidScene, SceneError};
-pub use overlap_candidates::{OverlapCandidate, OverlapCandidates, OverlapKind};
 pub use world::{Stats, World};
 
 pub(crate) use world::{Body, Leaf, Level, Placement, SolidBody, SurfaceBody, Target};

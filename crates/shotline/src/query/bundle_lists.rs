@@ -1,7 +1,7 @@
 //! All boundaries of a body of many leaves along the rays of a bundle.
 //!
-//! Nothing is gained by an end as soon as the first boundary is certain, so there is no heap of pending boxes: the
-//! accelerator is traversed depth first, nearer boxes first. The crossings with a leaf stay in lanes where they were
+//! All boundaries are needed, so the search has no early end, and needs no heap of pending boxes: the accelerator is
+//! traversed depth first, nearer boxes first. The crossings with a leaf stay in lanes where they were
 //! computed. Each ray gathers a sorted list of its events, which is swept at once, and normals are computed in lanes where
 //! there are boundaries.
 
@@ -32,7 +32,7 @@ const MAX_EVENTS: usize = if cfg!(test) { 2_000 } else { 1 << 16 };
 /// A ray with more events than this takes the plain path, which has a heap of them: here each is moved to its place.
 const MAX_OF_RAY: usize = if cfg!(test) { 200 } else { 1 << 12 };
 
-/// How many cache lines of a solid are asked for before it is intersected: as many as a quadric with caps has.
+/// How many cache lines of a solid are prefetched before it is intersected: as many as a quadric with caps has.
 const SOLID_LINES: usize = 8;
 
 /// What rays request of a body.
@@ -338,8 +338,8 @@ struct EndsOf<F> {
 }
 
 impl BundleLists {
-    /// Asks for the leaves that come next, which seldom are near the CPU: for the solid of one, and for the next one, whose
-    /// solid is asked for later.
+    /// Prefetches what comes next, which is rarely in the cache: the solid of the next leaf, and the leaf after it, whose solid
+    /// is prefetched later.
     #[inline(always)]
     fn prefetch<S: Simd>(&self, body: &SolidBody) {
         if let [.., after, next] = &self.pending[..]

@@ -4,7 +4,7 @@ use super::caster::{Caster, all_solid};
 use super::fold_query::{FoldControl, FoldQuery};
 use super::interval_ends::Interval;
 use super::ownership::{self, resolve};
-use super::{Overlap, Overlaps, QueryError, Segment};
+use super::{Conflict, Overlaps, QueryError, Segment};
 use crate::ray::{Line, Ray, Span};
 use crate::solid::Wanted;
 
@@ -65,16 +65,16 @@ impl Caster<'_> {
     }
 
     /// Appends the overlaps of objects of equal priority, ascending, and where contents stick out of an object that clips
-    /// them. [`Caster::segments`] may refuse at the first overlap; this returns them all. Returns the number of intervals inside bodies, which does not depend on the
-    /// accelerator.
+    /// them. [`Caster::segments`] may refuse at the first overlap; this returns them all. Returns the number of intervals
+    /// inside bodies, which does not depend on the accelerator.
     ///
     /// # Errors
     /// As [`Caster::segments`].
-    pub fn overlaps(&mut self, ray: &Ray, span: Span, out: &mut Vec<Overlap>) -> Result<usize, QueryError> {
+    pub fn conflicts(&mut self, ray: &Ray, span: Span, out: &mut Vec<Conflict>) -> Result<usize, QueryError> {
         let start = out.len();
         let found = self.intervals(ray, span).and_then(|()| {
             let budget = &mut self.scratch.budget;
-            ownership::overlaps(self.world, &self.intervals, &mut self.ownership, budget, out);
+            ownership::conflicts(self.world, &self.intervals, &mut self.ownership, budget, out);
             self.outcome().map(|()| self.intervals.len())
         });
         if found.is_err() {

@@ -52,7 +52,7 @@ mod wave_casts;
 mod wave_memory;
 
 pub use crate::budget::Watch;
-pub use crate::compile::OverlapKind;
+pub use crate::compile::ConflictKind;
 pub use crate::csg::HitKind;
 pub use caster::Caster;
 pub use coherence_hint::CoherenceHint;
@@ -106,9 +106,9 @@ pub struct Segment {
 
 /// An interval of a ray in which two instances of objects are in conflict.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Overlap {
+pub struct Conflict {
     /// What is wrong.
-    pub kind: OverlapKind,
+    pub kind: ConflictKind,
     /// The object that is entered first; the one that sticks out.
     pub first: u32,
     /// The other; the one that it sticks out of. Both may be the same object, placed twice.

@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::instances::{Instance, Instances, NONE, is_in};
 use super::interval_ends::{End, Interval, are_apart, ends, events};
-use super::{Overlap, OverlapKind, Overlaps, QueryError, Segment};
+use super::{Conflict, ConflictKind, Overlaps, QueryError, Segment};
 use crate::budget::Budget;
 use crate::compile::World;
 use crate::crossing::Crossing;
@@ -107,13 +107,13 @@ fn sweep<'w>(
         let before = owned.map(|(_, interval)| interval);
         sweep.apply(event);
         let after = sweep.owner();
-        if let Some(pair) = sweep.conflict() {
+        if let Some(pair) = sweep.overlapping_pair() {
             overlap_count += 1;
             if overlaps == Overlaps::Error {
                 let begin = t_of_pair(event, pair);
                 let is_last = |sweep: &mut Ownership, event: &[End]| {
                     sweep.apply(event);
-                    sweep.conflict() != Some(pair)
+                    sweep.overlapping_pair() != Some(pair)
                 };
                 let last = events.find(|event| is_last(&mut sweep, event)).unwrap_or(event);
                 return Err(sweep.overlap(pair, begin, t_of_pair(last, pair)).error(world));
@@ -148,12 +148,12 @@ fn sweep<'w>(
 
 /// Appends the overlaps of equal priority, which are ascending and disjoint, and the protrusions. Each overlap is between the
 /// interval that owns the ray and the one that ranks highest of those that it overlaps. Invalid if the budget has ended.
-pub(super) fn overlaps<'w>(
+pub(super) fn conflicts<'w>(
     world: &'w World,
     intervals: &[Interval],
     scratch: &mut OwnershipScratch<'w>,
     budget: &mut Budget,
-    out: &mut Vec<Overlap>,
+    out: &mut Vec<Conflict>,
 ) {
     let mut sweep = Ownership::new(world, intervals, scratch);
     // The pair that overlaps now, and where it has begun to.
@@ -167,7 +167,7 @@ pub(super) fn overlaps<'w>(
         if world.clips() {
             sweep.protrusions(event, &mut protruding, out);
         }
-        let now = sweep.conflict();
+        let now = sweep.overlapping_pair();
         if let Some((pair, begin)) = overlapping.take_if(|(pair, _)| now != Some(*pair)) {
             out.push(sweep.overlap(pair, begin, t_of_pair(event, pair)));
         }
@@ -374,17 +374,17 @@ impl<'a, 'w> Ownership<'a, 'w> {
     }
 
     /// The pair that overlaps now.
-    fn conflict(&self) -> Option<Pair> {
+    fn overlapping_pair(&self) -> Option<Pair> {
         let owner = self.owner()?;
         self.rival(owner).map(|rival| (owner, rival))
     }
 
     /// The overlap of a pair from one crossing to another.
-    fn overlap(&self, (a, b): Pair, begin: Crossing, end: Crossing) -> Overlap {
+    fn overlap(&self, (a, b): Pair, begin: Crossing, end: Crossing) -> Conflict {
         let (a, b) = (&self.intervals[a], &self.intervals[b]);
         let (first, second) = if (a.start.t, a.object) <= (b.start.t, b.object) { (a, b) } else { (b, a) };
-        Overlap {
-            kind: OverlapKind::Overlap,
+        Conflict {
+            kind: ConflictKind::Overlap,
             first: first.object,
             second: second.object,
             t_in: begin.t,
@@ -399,7 +399,7 @@ impl<'a, 'w> Ownership<'a, 'w> {
         &self,
         event: &[End],
         protruding: &mut BTreeMap<usize, (f64, f64)>,
-        out: &mut Vec<Overlap>,
+        out: &mut Vec<Conflict>,
     ) {
         let (t, t_err) = (event[0].crossing.t, t_err_of(event));
         let mut affected: Vec<usize> = event.iter().map(|end| end.interval).collect();
@@ -419,8 +419,8 @@ impl<'a, 'w> Ownership<'a, 'w> {
             } else if let Some((t_in, t_in_err)) = protruding.remove(&interval) {
                 let second = self.instances()[clip as usize].object;
                 let t_err = t_err + t_in_err;
-                out.push(Overlap {
-                    kind: OverlapKind::Protrusion,
+                out.push(Conflict {
+                    kind: ConflictKind::Protrusion,
                     first: object,
                     second,
                     t_in,
@@ -432,10 +432,10 @@ impl<'a, 'w> Ownership<'a, 'w> {
     }
 }
 
-impl Overlap {
+impl Conflict {
     fn error(self, world: &World) -> QueryError {
         let name = |object: u32| world.object_names()[object as usize].clone();
-        let Overlap { first, second, t_in, t_out, .. } = self;
+        let Conflict { first, second, t_in, t_out, .. } = self;
         QueryError::Overlap { first: name(first), second: name(second), t_in, t_out }
     }
 }

@@ -4,7 +4,7 @@ use super::*;
 use crate::accel;
 use crate::compile::Body;
 use crate::csg::ProgramState;
-use crate::query::{Overlap, QueryError};
+use crate::query::{Conflict, QueryError};
 
 /// A box with spherical holes in a lattice.
 fn sponge(holes: usize) -> Scene {
@@ -165,9 +165,9 @@ fn overlaps_are_those_that_segments_refuse() {
             expected.push((a.min(b), a.max(b), t_in, t_out));
             rest = Span::new(t_out, f64::INFINITY).expect("an interval");
         }
-        let mut found: Vec<Overlap> = Vec::new();
-        caster.overlaps(&along(), Span::FORWARD, &mut found).expect("solids");
-        let pair = |o: &Overlap| (o.first.min(o.second), o.first.max(o.second), o.t_in, o.t_out);
+        let mut found: Vec<Conflict> = Vec::new();
+        caster.conflicts(&along(), Span::FORWARD, &mut found).expect("solids");
+        let pair = |o: &Conflict| (o.first.min(o.second), o.first.max(o.second), o.t_in, o.t_out);
         assert_eq!(found.iter().map(pair).collect::<Vec<_>>(), expected, "case {case}: {list:?}");
         some += found.len();
     }

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::world;
 use crate::compile::World;
 use crate::math::{Affine, Vec3};
-use crate::query::{Caster, OverlapKind, Overlaps, QueryError};
+use crate::query::{Caster, ConflictKind, Overlaps, QueryError};
 use crate::ray::{Ray, Span};
 use crate::scene::{LocalTransform, Node, NodeId, Scene};
 use crate::testkit::random::Random;
@@ -209,7 +209,7 @@ fn check(case: usize, nest: &Nest, random: &mut Random) -> [usize; 2] {
         let ray = Ray::new(middle(-40, y, z), Vec3::X).expect("a ray");
         let (mut segments, mut found) = (Vec::new(), Vec::new());
         let count = caster.segments(&ray, Span::FORWARD, Overlaps::Priority, &mut segments).expect("solids");
-        caster.overlaps(&ray, Span::FORWARD, &mut found).expect("solids");
+        caster.conflicts(&ray, Span::FORWARD, &mut found).expect("solids");
         let mut overlaps = 0;
         for x in -30..40 {
             let p = middle(x, y, z);
@@ -221,12 +221,12 @@ fn check(case: usize, nest: &Nest, random: &mut Random) -> [usize; 2] {
             assert_eq!(at_point, segment, "case {case} at {p}");
             let is_overlap = owner.is_some_and(|(_, overlaps)| overlaps);
             let here = |kind| found.iter().filter(move |o| o.kind == kind && o.t_in < t && t < o.t_out);
-            let pair = here(OverlapKind::Overlap).next().map(|o| [o.first, o.second]);
+            let pair = here(ConflictKind::Overlap).next().map(|o| [o.first, o.second]);
             assert_eq!(pair.is_some(), is_overlap, "case {case} at {p}");
             let owned = owner.map(|(body, _)| walk.instances[walk.bodies[body].instance].object);
             assert!(pair.is_none_or(|pair| pair.map(Some).contains(&owned)), "case {case} at {p}: {pair:?}");
             overlaps += usize::from(is_overlap);
-            let mut pairs: Vec<_> = here(OverlapKind::Protrusion).map(|o| (o.first, o.second)).collect();
+            let mut pairs: Vec<_> = here(ConflictKind::Protrusion).map(|o| (o.first, o.second)).collect();
             pairs.sort_unstable();
             pairs.dedup();
             met[1] += pairs.len();
@@ -297,7 +297,7 @@ fn copies_of_one_object_can_overlap() {
     let world = world(&scene, "bvh");
     let ray = Ray::new(Vec3::new(-200.0, 0.0, 0.0), Vec3::X).expect("a ray");
     let mut found = Vec::new();
-    Caster::new(&world).overlaps(&ray, Span::FORWARD, &mut found).expect("solids");
+    Caster::new(&world).conflicts(&ray, Span::FORWARD, &mut found).expect("solids");
     let found: Vec<_> = found.iter().map(|o| (o.first, o.second, o.t_in - 200.0, o.t_out - 200.0)).collect();
     assert_eq!(found, [(1, 1, 1.0, 2.0)]);
     let mut segments = Vec::new();

@@ -21,7 +21,7 @@ const MAX_PENDING_PAIRS_BELOW: usize = 1 << 17;
 
 /// How two instances of objects can be in conflict.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum OverlapKind {
+pub enum ConflictKind {
     /// Both contain a point, their priorities are equal, and neither is in the other.
     Overlap,
     /// One sticks out of the other, which contains it and clips.
@@ -30,9 +30,9 @@ pub enum OverlapKind {
 
 /// Leaves of two instances that may be in conflict.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OverlapCandidate {
+pub struct ConflictCandidate {
     /// What may be wrong.
-    pub kind: OverlapKind,
+    pub kind: ConflictKind,
     /// The objects; the one that may stick out comes first.
     pub objects: [u32; 2],
     /// Where, in world coordinates: the intersection of the boxes of two leaves that may overlap, infinite where both are
@@ -40,11 +40,11 @@ pub struct OverlapCandidate {
     pub place: Aabb,
 }
 
-/// The result of [`World::overlap_candidates`].
+/// The result of [`World::conflict_candidates`].
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct OverlapCandidates {
+pub struct ConflictCandidates {
     /// The pairs found, at most as many as requested.
-    pub pairs: Vec<OverlapCandidate>,
+    pub pairs: Vec<ConflictCandidate>,
     /// The number of all pairs found.
     pub count: u64,
     /// Whether the search was complete. If not, it needed more comparisons or more waiting pairs than were allowed.
@@ -84,12 +84,12 @@ impl World {
     /// Finds pairs of leaves of two instances of equal priority whose boxes intersect, unless one instance is in the other;
     /// and of an instance and what it contains, if it clips. Returns at most `most` of them, and makes at most `comparisons`
     /// comparisons. Subtracted leaves do not count. Pairs within a shared group are found in only one of its placements.
-    pub fn overlap_candidates(&self, most: usize, comparisons: u64) -> OverlapCandidates {
+    pub fn conflict_candidates(&self, most: usize, comparisons: u64) -> ConflictCandidates {
         let mut search = Search {
             children: SubtreeChildren::new(self),
             most,
             budget: comparisons,
-            found: OverlapCandidates::default(),
+            found: ConflictCandidates::default(),
         };
         search.found.complete = search.run();
         search.found
@@ -310,7 +310,7 @@ struct Search<'w> {
     most: usize,
     /// The number of comparisons that are left.
     budget: u64,
-    found: OverlapCandidates,
+    found: ConflictCandidates,
 }
 
 impl Search<'_> {
@@ -400,7 +400,7 @@ impl Search<'_> {
     }
 }
 
-impl OverlapCandidates {
+impl ConflictCandidates {
     /// Counts a pair of leaves, and keeps it if fewer than `most` have been kept.
     fn add(&mut self, of: &SubtreeChildren, a: &Subtree, b: &Subtree, most: usize) {
         let (Some(in_a), Some(in_b)) = (a.instance, b.instance) else { return };
@@ -408,14 +408,14 @@ impl OverlapCandidates {
         if self.pairs.len() < most {
             let (of_a, of_b) = (of.object(in_a), of.object(in_b));
             let (kind, objects, place) = if of.is_within(b.instance, in_a) {
-                (OverlapKind::Protrusion, [of_b, of_a], b.bounds)
+                (ConflictKind::Protrusion, [of_b, of_a], b.bounds)
             } else if of.is_within(a.instance, in_b) {
-                (OverlapKind::Protrusion, [of_a, of_b], a.bounds)
+                (ConflictKind::Protrusion, [of_a, of_b], a.bounds)
             } else {
                 let common = a.bounds.intersection(&b.bounds);
-                (OverlapKind::Overlap, [of_a.min(of_b), of_a.max(of_b)], common)
+                (ConflictKind::Overlap, [of_a.min(of_b), of_a.max(of_b)], common)
             };
-            self.pairs.push(OverlapCandidate { kind, objects, place });
+            self.pairs.push(ConflictCandidate { kind, objects, place });
         }
     }
 }
@@ -438,8 +438,8 @@ mod tests {
         scene.add_transform(Affine::translation(Vec3::from_array(at)), ball)
     }
 
-    fn overlap_candidates(scene: &Scene) -> OverlapCandidates {
-        compile(scene, Options::default()).unwrap().overlap_candidates(100, 1 << 20)
+    fn conflict_candidates(scene: &Scene) -> ConflictCandidates {
+        compile(scene, Options::default()).unwrap().conflict_candidates(100, 1 << 20)
     }
 
     #[test]
@@ -452,7 +452,7 @@ mod tests {
         scene.add_object("b", None, b);
         // In the box of the union, but in none of the boxes of its leaves.
         scene.add_object("off", None, off);
-        let found = overlap_candidates(&scene);
+        let found = conflict_candidates(&scene);
         assert!(found.complete && found.count == 1, "{found:?}");
         assert_eq!(found.pairs[0].objects, [0, 1]);
         let common = found.pairs[0].place;
@@ -480,7 +480,7 @@ mod tests {
             group = scene.add(Node::Group { members: vec![group, moved] });
         }
         scene.add_object("all", None, group);
-        let found = overlap_candidates(&scene);
+        let found = conflict_candidates(&scene);
         assert!(found.complete && found.count == 1, "{found:?}");
     }
 
@@ -492,9 +492,9 @@ mod tests {
             scene.add_object(&format!("ball {i}"), None, ball);
         }
         let world = compile(&scene, Options::default()).unwrap();
-        let few = world.overlap_candidates(10, 200);
+        let few = world.conflict_candidates(10, 200);
         assert!(!few.complete, "{few:?}");
-        let all = world.overlap_candidates(10, 1 << 20);
+        let all = world.conflict_candidates(10, 1 << 20);
         assert!(all.complete && all.count > 1000 && all.pairs.len() == 10, "{}", all.count);
     }
 }
