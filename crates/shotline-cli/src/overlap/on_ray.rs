@@ -29,7 +29,7 @@ impl Conflict {
 /// There are none in a world with a mesh that has no inside.
 ///
 /// # Errors
-/// As [`Caster::overlaps`], but not for such a mesh.
+/// As [`Caster::conflicts`], but not for such a mesh.
 pub fn conflicts_on_ray(
     caster: &mut Caster,
     ray: &Ray,
