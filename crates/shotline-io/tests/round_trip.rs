@@ -128,7 +128,11 @@ fn random_scene(random: &mut Random, folder: &Path) -> Scene {
             4 => mesh(random, folder),
             _ => leaf(random),
         };
+        let is_transform = matches!(node, Node::Transform { .. });
         let id = scene.add(node);
+        if is_transform && random.below(3) == 0 {
+            scene.labels.insert(id, format!("label {} \\", random.below(3)));
+        }
         shapes.push(id);
         members.push(id);
     }
@@ -170,6 +174,7 @@ fn material(random: &mut Random) -> Material {
     Material {
         mu: maybe(random, |r| number(r).abs()),
         density: maybe(random, |r| number(r).abs()),
+        composition: (0..random.below(3)).map(|i| (format!("E{i} \"{{"), share(random))).collect(),
         color: maybe(random, |r| [share(r), 0.0, 1.0]),
         specular: maybe(random, share),
         shininess: maybe(random, |r| number(r).abs()),
@@ -217,7 +222,8 @@ fn looks(scene: &mut Scene, random: &mut Random) {
 /// The scene as text that is equal for equal graphs: nodes are numbered in breadth-first order. Debug prints the
 /// shortest digits that identify a number, and the sign of zero, so equal texts mean equal bits.
 fn canonical(scene: &Scene) -> String {
-    let Scene { units, nodes, defs, objects, materials, camera, lights, motions, accel, accels } = scene;
+    let Scene { units, nodes, defs, objects, materials, camera, lights, motions, accel, accels, labels } =
+        scene;
     let mut out = format!("{units:?} {materials:?} {camera:?} {lights:?} {motions:?} {accel:?}\n");
     let mut numbers: HashMap<NodeId, usize> = HashMap::new();
     let mut order = Vec::new();
@@ -234,7 +240,7 @@ fn canonical(scene: &Scene) -> String {
     let mut at = 0;
     while let Some(id) = order.get(at).copied() {
         at += 1;
-        out += &format!("{:?} ", accels.get(&id));
+        out += &format!("{:?} {:?} ", accels.get(&id), labels.get(&id));
         let mut all = |ids: &[NodeId]| ids.iter().map(|c| number(*c, &mut order)).collect::<Vec<_>>();
         out += &match &nodes[id.0 as usize] {
             Node::Solid { kind, params } => format!("{} {params:?}\n", kind.name),

@@ -258,7 +258,10 @@ impl<'s> Builder<'s> {
         let names = Arc::make_mut(&mut self.world.names);
         let name = match index {
             None => above,
-            Some(index) => names.add(above, self.labels.of(node), members.list.indexed.then_some(index)),
+            Some(index) => {
+                let (label, is_given) = self.labels.of(node);
+                names.add(above, label, Some(index).filter(|_| members.list.indexed && !is_given))
+            }
         };
         Some(Visit {
             node,

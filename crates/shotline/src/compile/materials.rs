@@ -31,7 +31,7 @@ pub(super) fn check(scene: &Scene) -> Vec<SceneError> {
 
 /// The properties that are given, each with its largest valid value; the smallest is 0.
 fn properties(material: &Material) -> impl Iterator<Item = (&'static str, f64, f64)> {
-    let Material { mu, density, color, specular, shininess, mirror } = material;
+    let Material { mu, density, composition, color, specular, shininess, mirror } = material;
     let numbers = [
         ("mu", mu, f64::MAX),
         ("density", density, f64::MAX),
@@ -41,5 +41,6 @@ fn properties(material: &Material) -> impl Iterator<Item = (&'static str, f64, f
     ];
     let numbers =
         numbers.into_iter().filter_map(|(name, value, most)| value.map(|value| (name, value, most)));
-    numbers.chain(color.iter().flatten().map(|&component| ("color", component, 1.0)))
+    let shares = composition.iter().map(|&(_, share)| ("composition", share, 1.0));
+    numbers.chain(shares).chain(color.iter().flatten().map(|&component| ("color", component, 1.0)))
 }

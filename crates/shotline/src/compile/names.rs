@@ -89,7 +89,8 @@ impl PathNames {
     }
 }
 
-/// Finds the labels of nodes: the name of their definition, the name of their object, or their kind.
+/// Finds the labels of nodes: the name of their definition, the label of their transform, the name of their object, or
+/// their kind.
 pub(super) struct Labels<'s> {
     scene: &'s Scene,
     /// Sorted by node; the last of several names of a node counts. A search is faster than a hash where there are few.
@@ -110,20 +111,28 @@ impl<'s> Labels<'s> {
         (last == node).then_some(name)
     }
 
-    pub(super) fn of(&self, node: NodeId) -> &'s str {
+    /// The label of a node, and whether the scene gives it: then it needs no index.
+    pub(super) fn of(&self, node: NodeId) -> (&'s str, bool) {
         let mut at = node;
         loop {
             if let Some(name) = self.def(at) {
-                return name;
+                return (name, false);
             }
-            match self.scene.node(at) {
-                Node::Transform { child, .. } => at = *child,
-                Node::Object { name, .. } => return name,
-                Node::Solid { kind, .. } => return kind.name,
-                Node::Mesh { .. } => return "mesh",
-                Node::Group { .. } => return "group",
-                Node::Csg { op, .. } => return op.name(),
-            }
+            let label = match self.scene.node(at) {
+                Node::Transform { child, .. } => match self.scene.labels.get(&at) {
+                    Some(label) => return (label, true),
+                    None => {
+                        at = *child;
+                        continue;
+                    }
+                },
+                Node::Object { name, .. } => name,
+                Node::Solid { kind, .. } => kind.name,
+                Node::Mesh { .. } => "mesh",
+                Node::Group { .. } => "group",
+                Node::Csg { op, .. } => op.name(),
+            };
+            return (label, false);
         }
     }
 }
@@ -131,6 +140,7 @@ impl<'s> Labels<'s> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::Affine;
 
     #[test]
     fn names_are_written_from_the_outermost() {
@@ -158,7 +168,10 @@ mod tests {
         let plain = scene.add_solid("sphere", &[&[3.0]]).unwrap();
         let def = |name: &str, node| (name.to_owned(), node);
         scene.defs = vec![def("b", other), def("first", ball), def("second", ball), def("a", other)];
+        let placed = scene.add_transform(Affine::IDENTITY, plain);
+        scene.labels.insert(placed, "third".into());
         let labels = Labels::new(&scene);
-        assert_eq!([ball, other, plain].map(|node| labels.of(node)), ["second", "a", "sphere"]);
+        let expected = [("second", false), ("a", false), ("sphere", false), ("third", true)];
+        assert_eq!([ball, other, plain, placed].map(|node| labels.of(node)), expected);
     }
 }

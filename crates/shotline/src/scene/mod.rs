@@ -133,6 +133,9 @@ pub struct Scene {
     /// Accelerators of individual nodes: of meshes, of combinations (the outermost counts), and of groups that are
     /// placed several times; other groups are part of the level around them. No result depends on them.
     pub accels: HashMap<NodeId, &'static str>,
+    /// The labels of transforms: what is placed by one is called so in the names of paths, instead of by its own name and its
+    /// index in the group.
+    pub labels: HashMap<NodeId, String>,
     /// How objects move in an animation; at most one for each name.
     pub motions: Vec<Motion>,
 }
@@ -144,6 +147,8 @@ pub struct Material {
     pub mu: Option<f64>,
     /// Density in g/cm^3, whatever the unit of length; in a scene without units, mass per cubed length.
     pub density: Option<f64>,
+    /// The elements that it is made of, each with its share of the mass. No query depends on them.
+    pub composition: Vec<(String, f64)>,
     /// Colour as sRGB from 0 to 1.
     pub color: Option<[f64; 3]>,
     /// Strength of the highlight, from 0 to 1.

@@ -20,11 +20,30 @@ fn read_material(values: &mut Values, at: ValueId) -> Material {
     Material {
         mu: number(values, at, "mu", not_negative),
         density: number(values, at, "density", not_negative),
+        composition: composition(values, at),
         color: color(values, at),
         specular: number(values, at, "specular", share),
         shininess: number(values, at, "shininess", not_negative),
         mirror: number(values, at, "mirror", share),
     }
+}
+
+fn composition(values: &mut Values, material: ValueId) -> Vec<(String, f64)> {
+    let members = values.tree.get(material, "composition");
+    let members = members.and_then(|at| values.object(at, "\"composition\"")).unwrap_or(&[]);
+    let mut shares = Vec::new();
+    for member in members {
+        let Some(mass) = values.number(member.value, "a share of the mass") else { continue };
+        if let Some(expected) = share(mass) {
+            values.report(
+                member.value,
+                format!("this share of the mass is {mass}"),
+                format!("it must be {expected}"),
+            );
+        }
+        shares.push((member.key.to_string(), mass));
+    }
+    shares
 }
 
 /// The vertical angle of view, in degrees, of a camera without "fov" and "height".

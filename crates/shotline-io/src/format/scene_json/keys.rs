@@ -64,6 +64,11 @@ pub(super) const PLACEMENT: &[Key] = &[
     key("scale", Shape::Other, "One factor or three along the axes; applied first."),
     key("rotate", Shape::Other, "Degrees about x, then y, then z; or {\"axis\": [x, y, z], \"degrees\": a}."),
     key("translate", Numbers(3), "A shift; applied last."),
+    key(
+        "label",
+        Text,
+        "What it is called in the names of paths; its own name and its index in the group if absent.",
+    ),
 ];
 
 /// The accelerator of a mesh, a combination, or a group with several instances.
@@ -82,6 +87,11 @@ pub(super) const MATERIAL: &[Key] = &[
         "density",
         Number,
         "Density in g/cm^3, whatever the units; in a scene without units, mass per cubed length.",
+    ),
+    key(
+        "composition",
+        Shape::Other,
+        "The elements that it is made of, each with its share of the mass. No answer depends on them.",
     ),
     key("color", Numbers(3), "Colour as sRGB, each from 0 to 1."),
     key("specular", Number, "Strength of the highlight, from 0 to 1."),

@@ -8,7 +8,7 @@ use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 use std::sync::Arc;
 
-use shotline::scene::{Material, Node, NodeId, Op, Scene};
+use shotline::scene::{LocalTransform, Material, Node, NodeId, Op, Scene};
 use shotline::solid::mesh::Weld;
 use shotline::solid::{self, Param, Params};
 
@@ -203,7 +203,12 @@ impl<'r, 't> Graph<'r, 't> {
     fn fill(&mut self, task: Task, todo: &mut Vec<Task>) {
         let Task { value, id, role } = task;
         let Some(form) = self.form(value, role) else { return };
-        let id = match placement::read(&mut self.values, value) {
+        let label = self.values.tree.get(value, "label");
+        if let Some(label) = label.and_then(|at| self.values.text(at, "\"label\"")) {
+            self.scene.labels.insert(id, label.to_string());
+        }
+        let unmoved = LocalTransform::Steps { scale: None, rotate: None, translate: None };
+        let id = match placement::read(&mut self.values, value).or(label.map(|_| unmoved)) {
             None => id,
             Some(transform) => {
                 let child = if form == Form::Ref { self.reference(value) } else { self.reserve(value) };

@@ -20,7 +20,9 @@ pub fn scene_schema() -> String {
     let member =
         json!({ "if": { "required": ["node"] }, "then": reference("object"), "else": reference("shape") });
     definitions.insert("member".into(), member);
-    definitions.insert("material".into(), closed(MATERIAL, &[], Map::new()));
+    let shares = json!({ "type": "object", "additionalProperties": { "type": "number", "minimum": 0 } });
+    let composition = [("composition".to_string(), shares)].into_iter().collect();
+    definitions.insert("material".into(), closed(MATERIAL, &[], composition));
     definitions.insert("light".into(), light());
     let mut schema = closed(TOP, &["shotline"], top());
     schema["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");

@@ -134,7 +134,9 @@ impl Writer<'_> {
             None => self.own_fields(*child),
         };
         let nested = fields.iter().position(|f| !matches!(f, Field::Plain(_))).unwrap_or(fields.len());
-        let placement: Vec<_> = self.placement(transform).into_iter().map(Field::Plain).collect();
+        let label = self.scene.labels.get(&id);
+        let label = label.map(|label| format!("\"label\": {}", quoted(label)));
+        let placement = self.placement(transform, label).into_iter().map(Field::Plain).collect::<Vec<_>>();
         fields.splice(nested..nested, placement);
         fields
     }
@@ -210,18 +212,19 @@ impl Writer<'_> {
         keys.into_iter().map(Field::Plain).collect()
     }
 
-    fn placement(&mut self, transform: &LocalTransform) -> Vec<String> {
+    fn placement(&mut self, transform: &LocalTransform, label: Option<String>) -> Vec<String> {
+        let mut keys: Vec<_> = label.into_iter().collect();
         let (scale, rotate, translate) = match *transform {
             LocalTransform::Matrix(matrix) => {
-                return vec![format!("\"transform\": {}", self.numbers(matrix.rows.as_flattened()))];
+                keys.push(format!("\"transform\": {}", self.numbers(matrix.rows.as_flattened())));
+                return keys;
             }
             // A transform without steps must have some key.
-            LocalTransform::Steps { scale: None, rotate: None, translate: None } => {
+            LocalTransform::Steps { scale: None, rotate: None, translate: None } if keys.is_empty() => {
                 (Some(Vec3::ONE), None, None)
             }
             LocalTransform::Steps { scale, rotate, translate } => (scale, rotate, translate),
         };
-        let mut keys = Vec::new();
         if let Some(s) = scale {
             let same = s.y.to_bits() == s.x.to_bits() && s.z.to_bits() == s.x.to_bits();
             let factors = if same { self.number(s.x) } else { self.vector(s) };
@@ -243,10 +246,16 @@ impl Writer<'_> {
     }
 
     fn material(&mut self, name: &str, material: &Material) -> Vec<Step> {
-        let Material { mu, density, color, specular, shininess, mirror } = *material;
+        let Material { mu, density, ref composition, color, specular, shininess, mirror } = *material;
         let mut keys = Vec::new();
         for (key, value) in [("mu", mu), ("density", density)] {
             keys.extend(value.map(|x| format!("\"{key}\": {}", self.number(x))));
+        }
+        if !composition.is_empty() {
+            let shares =
+                composition.iter().map(|(name, share)| format!("{}: {}", quoted(name), self.number(*share)));
+            let shares: Vec<_> = shares.collect();
+            keys.push(format!("\"composition\": {}", braced(&shares)));
         }
         keys.extend(color.map(|c| format!("\"color\": {}", self.numbers(&c))));
         for (key, value) in [("specular", specular), ("shininess", shininess), ("mirror", mirror)] {

@@ -14,14 +14,14 @@ pub(super) struct Member {
     pub node: NodeId,
 }
 
-/// The member that the name of a path, or the beginning of one, ends in. If roots share a name, the first is used.
+/// The member that the name of a path, or the beginning of one, ends in. If siblings share a name, the first is used.
 pub(super) fn resolve(scene: &Scene, path: &str) -> Option<Member> {
     let labels = Labels::new(scene);
     let (mut lists, mut rest) = (vec![(None, scene.objects.as_slice())], path);
     loop {
-        let name_of = |group: Option<NodeId>, index: usize, node: NodeId| match group {
-            None => labels.of(node).to_owned(),
-            Some(_) => format!("{}[{index}]", labels.of(node)),
+        let name_of = |group: Option<NodeId>, index: usize, node: NodeId| match (group, labels.of(node)) {
+            (None, (label, _)) | (Some(_), (label, true)) => label.to_owned(),
+            (Some(_), (label, false)) => format!("{label}[{index}]"),
         };
         let members = lists.iter().flat_map(|(group, members)| {
             members.iter().enumerate().map(|(index, &node)| Member { group: *group, index, node })
@@ -41,7 +41,7 @@ pub(super) fn resolve(scene: &Scene, path: &str) -> Option<Member> {
 /// The number of root objects that have the name with which a path begins.
 pub(super) fn namesakes(scene: &Scene, path: &str) -> usize {
     let labels = Labels::new(scene);
-    let names = || scene.objects.iter().map(|&root| labels.of(root));
+    let names = || scene.objects.iter().map(|&root| labels.of(root).0);
     let first = names().find(|name| after_name(path, name).is_some());
     first.map_or(0, |first| names().filter(|name| *name == first).count())
 }
