@@ -143,9 +143,9 @@ class Queries:
 
         A segment ends where another body, or a copy of this one, begins to own the ray. The contents of an object own their
         part of it. Elsewhere, where objects overlap, the one of higher priority owns the segment. For equal priorities,
-        "error" raises a ValueError that names both objects and the position; with "priority" the deeper one owns it, or
-        the later one, and an `OverlapWarning` reports the number of overlaps; with "all" every object keeps its whole
-        segment, also around its contents.
+        "error" raises a ValueError that names both objects and the position; with "priority" the one that is placed later
+        owns it, and an `OverlapWarning` reports the number of overlaps; with "all" every object keeps its whole segment,
+        also around its contents.
         Arguments and errors are those of `closest`; also ValueError for a mesh that is not closed, and for
         `surfaces_only`, which does not apply to segments.
         """
@@ -276,7 +276,7 @@ class OverlapWarning(UserWarning):
 
 def _warn(count: int, overlaps: str) -> None:
     if count and overlaps == "priority":
-        message = f"{count} overlap{'' if count == 1 else 's'} of objects of equal priority: the deeper or later one owns each"
+        message = f"{count} overlap{'' if count == 1 else 's'} of objects of equal priority: the one placed later owns each"
         warnings.warn(message, OverlapWarning, stacklevel=3)
 
 

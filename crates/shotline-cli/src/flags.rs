@@ -31,6 +31,9 @@ pub struct Model {
     /// within rounding of each other and far from all others. Merged vertices are reported
     #[arg(long, value_name = "DIST|auto", allow_negative_numbers = true)]
     pub weld: Option<Weld>,
+    /// Read a GDML file without the parts that are not supported. They are reported
+    #[arg(long)]
+    pub partial: bool,
 }
 
 impl Model {
@@ -44,6 +47,7 @@ impl Model {
         ReadOptions {
             paths: if self.allow_outside { PathPolicy::Anywhere } else { PathPolicy::SceneFolder },
             weld: self.weld,
+            partial: self.partial,
         }
     }
 }

@@ -68,7 +68,7 @@ impl From<ThicknessBy> for By {
 pub enum OverlapPolicy {
     /// End with an error that names both objects and the interval
     Error,
-    /// The deeper object owns the overlap, or the later one; overlaps are counted
+    /// The object that is placed later owns the overlap; overlaps are counted
     Priority,
     /// Every object keeps its segment
     All,

@@ -2,6 +2,7 @@
 //! [`crate::ReadError`] computes lines and snippets once, when the diagnostics leave the crate.
 
 use std::ops::Range;
+use std::path::PathBuf;
 
 use crate::location::{Lines, Location, RawLocation};
 
@@ -14,6 +15,8 @@ pub struct Diagnostic<L = Location> {
     pub location: L,
     /// How to correct it.
     pub help: Option<String>,
+    /// The file, if it is not the one that was read but one that it includes.
+    pub file: Option<PathBuf>,
 }
 
 /// A diagnostic as a reader reports it.
@@ -22,17 +25,17 @@ pub(crate) type RawDiagnostic = Diagnostic<RawLocation>;
 impl RawDiagnostic {
     /// About bytes of a text.
     pub(crate) fn text(range: Range<usize>, message: impl Into<String>) -> RawDiagnostic {
-        Diagnostic { location: RawLocation::Text(range), message: message.into(), help: None }
+        Diagnostic { location: RawLocation::Text(range), message: message.into(), help: None, file: None }
     }
 
     /// About a byte of a binary file.
     pub(crate) fn byte(offset: usize, message: impl Into<String>) -> RawDiagnostic {
-        Diagnostic { location: RawLocation::Byte(offset), message: message.into(), help: None }
+        Diagnostic { location: RawLocation::Byte(offset), message: message.into(), help: None, file: None }
     }
 
     /// About the file as a whole.
     pub(crate) fn file(message: impl Into<String>) -> RawDiagnostic {
-        Diagnostic { location: RawLocation::File, message: message.into(), help: None }
+        Diagnostic { location: RawLocation::File, message: message.into(), help: None, file: None }
     }
 
     pub(crate) fn help(mut self, help: impl Into<String>) -> RawDiagnostic {
@@ -47,7 +50,8 @@ impl RawDiagnostic {
 
     /// The diagnostic with its location in the lines of the file.
     pub(crate) fn locate(self, lines: &Lines) -> Diagnostic {
-        Diagnostic { message: self.message, location: lines.locate(self.location), help: self.help }
+        let Diagnostic { message, location, help, file } = self;
+        Diagnostic { message, location: lines.locate(location), help, file }
     }
 }
 
@@ -59,7 +63,7 @@ pub(crate) struct Diagnostics {
 }
 
 impl Diagnostics {
-    const MAX_LISTED: usize = 100;
+    pub(crate) const MAX_LISTED: usize = 100;
 
     pub(crate) fn push(&mut self, diagnostic: RawDiagnostic) {
         if self.is_full() {

@@ -28,6 +28,16 @@ pub struct Source {
     text: String,
     spans: Vec<Range<usize>>,
     find_param: Option<FindParam>,
+    included: Included,
+}
+
+/// The files that a file includes.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Included {
+    /// Their paths and texts.
+    pub(crate) texts: Vec<(PathBuf, String)>,
+    /// For each node the text that it stands in: 0 for the file itself, then these. Without any, all stand in the file itself.
+    pub(crate) text_of: Vec<u32>,
 }
 
 /// Finds a parameter in the text of a node, in formats that have parameters.
@@ -46,7 +56,18 @@ impl Source {
         spans: Vec<Range<usize>>,
         find: FindParam,
     ) -> Source {
-        Source { path: path.map(Into::into), text, spans, find_param: Some(find) }
+        let path = path.map(Into::into);
+        Source { path, text, spans, find_param: Some(find), included: Included::default() }
+    }
+
+    /// A text and those that it includes, with the bytes of each node in its own text.
+    pub(crate) fn including(
+        path: &Path,
+        text: String,
+        spans: Vec<Range<usize>>,
+        included: Included,
+    ) -> Source {
+        Source { path: Some(path.into()), text, spans, find_param: None, included }
     }
 
     /// The file.
@@ -59,10 +80,15 @@ impl Source {
         &self.text
     }
 
-    /// The bytes of the text that define a node, or one of its parameters.
+    /// The bytes of the text that define a node, or one of its parameters. `None` for a node of an included file.
     pub fn find(&self, node: NodeId, param: Option<&str>) -> Option<Range<usize>> {
-        let whole = self.spans.get(node.0 as usize)?.clone();
+        let whole = self.spans.get(node.0 as usize).filter(|_| self.text_number(node) == 0)?.clone();
         Some(param.and_then(|param| self.find_param(&whole, param)).unwrap_or(whole))
+    }
+
+    /// The number of the text that a node stands in.
+    fn text_number(&self, node: NodeId) -> usize {
+        self.included.text_of.get(node.0 as usize).map_or(0, |number| *number as usize)
     }
 
     fn find_param(&self, node: &Range<usize>, param: &str) -> Option<Range<usize>> {
@@ -74,17 +100,25 @@ impl Source {
 impl Document {
     /// The errors of the compiler as diagnostics of the file.
     pub fn diagnostics(&self, errors: &[SceneError]) -> ReadError {
-        let mut diagnostics = Diagnostics::default();
-        for error in errors {
-            // Locating an error means parsing its node again, so only errors that are listed are located.
-            let node = error.node.filter(|_| !diagnostics.is_full());
-            let diagnostic = match node.and_then(|node| self.location_of(node, error.param)) {
-                Some(range) => RawDiagnostic::text(range, &error.message),
-                None => RawDiagnostic::file(self.without_file(&error.message)),
+        let Source { path, text, included, .. } = &self.source;
+        // Locating an error means parsing its node again, so only errors that are listed are located.
+        let listed = &errors[..errors.len().min(Diagnostics::MAX_LISTED)];
+        let diagnostic = |error: &SceneError| {
+            let found = error.node.and_then(|node| Some((node, self.location_of(node, error.param)?)));
+            let (number, diagnostic) = match found {
+                Some((node, range)) => {
+                    (self.source.text_number(node), RawDiagnostic::text(range, &error.message))
+                }
+                None => (0, RawDiagnostic::file(self.without_file(&error.message))),
             };
-            diagnostics.push(RawDiagnostic { help: error.hint.clone(), ..diagnostic });
-        }
-        ReadError::new(self.source.path(), self.source.text.as_bytes(), diagnostics)
+            (number, RawDiagnostic { help: error.hint.clone(), ..diagnostic })
+        };
+        let main = (path.as_deref().unwrap_or(Path::new("")), text.as_str());
+        let others = included.texts.iter().map(|(path, text)| (path.as_path(), text.as_str()));
+        let texts: Vec<_> = std::iter::once(main).chain(others).collect();
+        let found = listed.iter().map(diagnostic).collect();
+        let error = ReadError::of_texts(&texts, found, errors.len() - listed.len());
+        ReadError { path: path.clone(), ..error }
     }
 
     /// A message without the name of the mesh file at its beginning, if that is the file that was read: every message
@@ -99,7 +133,7 @@ impl Document {
     fn location_of(&self, node: NodeId, param: Option<&str>) -> Option<Range<usize>> {
         let placement = ["transform", "scale", "rotate", "translate"];
         let placement = placement.iter().filter(|_| matches!(self.scene.node(node), Node::Transform { .. }));
-        let whole = self.source.find(node, None)?;
+        let whole = self.source.spans.get(node.0 as usize)?.clone();
         let inner = param.iter().chain(placement).find_map(|key| self.source.find_param(&whole, key));
         Some(inner.unwrap_or(whole))
     }

@@ -29,6 +29,26 @@ impl ReadError {
         ReadError { path: path.map(Into::into), diagnostics, unlisted }
     }
 
+    /// Locates the diagnostics of a file and of files that it includes: each is of the text of that number, the first of which
+    /// is the file itself.
+    pub(crate) fn of_texts(
+        texts: &[(&Path, &str)],
+        mut found: Vec<(usize, RawDiagnostic)>,
+        unlisted: usize,
+    ) -> ReadError {
+        found.sort_by_key(|(number, diagnostic)| (*number, diagnostic.location.start()));
+        let mut diagnostics = Vec::with_capacity(found.len());
+        let mut found = found.into_iter().peekable();
+        for (number, (path, text)) in texts.iter().enumerate() {
+            let lines = Lines::of(text.as_bytes());
+            while let Some((_, diagnostic)) = found.next_if(|(of, _)| *of == number) {
+                let file = (number > 0).then(|| path.to_path_buf());
+                diagnostics.push(Diagnostic { file, ..diagnostic.locate(&lines) });
+            }
+        }
+        ReadError { path: texts.first().map(|(path, _)| path.to_path_buf()), diagnostics, unlisted }
+    }
+
     /// A file that the operating system refuses to read.
     pub(crate) fn io(path: &Path, error: &io::Error) -> ReadError {
         let message = format!("cannot be read: {}", os_error_message(error));
@@ -54,7 +74,7 @@ impl Display for Report<'_> {
             if i > 0 {
                 f.write_str("\n\n")?;
             }
-            write_diagnostic(f, self.0.path.as_deref(), diagnostic)?;
+            write_diagnostic(f, diagnostic.file.as_deref().or(self.0.path.as_deref()), diagnostic)?;
         }
         match self.0.unlisted {
             0 => Ok(()),

@@ -28,6 +28,7 @@ mod mesh_file;
 mod note;
 mod options;
 mod packed;
+mod paths;
 mod polygon;
 mod save;
 mod suggest;

@@ -20,10 +20,12 @@ pub struct ReadOptions {
     /// How to weld the vertices of meshes, except meshes of a scene whose nodes have a weld of their own. `None`
     /// welds nothing.
     pub weld: Option<Weld>,
+    /// Whether a file is read without the parts of it that are not supported. They are notes then, and errors otherwise.
+    pub partial: bool,
 }
 
 impl From<PathPolicy> for ReadOptions {
     fn from(paths: PathPolicy) -> ReadOptions {
-        ReadOptions { paths, weld: None }
+        ReadOptions { paths, ..ReadOptions::default() }
     }
 }

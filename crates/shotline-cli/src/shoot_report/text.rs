@@ -88,7 +88,7 @@ impl ShootReport {
             let (from, to) = (short(o.t_in), short(o.t_out));
             out += &match o.kind {
                 ConflictKind::Overlap => format!(
-                    "overlap: '{}' and '{}' of equal priority from t = {from} to t = {to}; the deeper or later one owns it\n",
+                    "overlap: '{}' and '{}' of equal priority from t = {from} to t = {to}; the one placed later owns it\n",
                     o.first, o.second,
                 ),
                 ConflictKind::Protrusion => format!(

@@ -1,5 +1,6 @@
 //! The registry of file formats. A new format is a file beside this one, a `mod` and a line in the registry.
 
+mod gdml;
 mod obj;
 mod ply;
 pub(crate) mod scene_json;
@@ -61,7 +62,8 @@ pub(crate) enum MeshSource<'a> {
 }
 
 /// Every format. Contents are tried in this order.
-pub static FORMATS: &[&Format] = &[&scene_json::FORMAT, &ply::FORMAT, &stl::FORMAT, &obj::FORMAT];
+pub static FORMATS: &[&Format] =
+    &[&scene_json::FORMAT, &gdml::FORMAT, &ply::FORMAT, &stl::FORMAT, &obj::FORMAT];
 
 /// The format of a file name extension.
 pub(crate) fn by_extension(path: &Path) -> Option<&'static Format> {

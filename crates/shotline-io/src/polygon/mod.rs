@@ -260,7 +260,12 @@ impl Polygons {
         for (number, at) in &vertices.not_finite {
             if is_used[*number as usize] {
                 let message = "this vertex has a coordinate that is NaN or infinite, and faces use it";
-                return Err(RawDiagnostic { location: at.clone(), message: message.into(), help: None });
+                return Err(RawDiagnostic {
+                    location: at.clone(),
+                    message: message.into(),
+                    help: None,
+                    file: None,
+                });
             }
             self.notes.add(&NOT_FINITE, at.clone());
         }

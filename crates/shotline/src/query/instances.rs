@@ -10,8 +10,6 @@ pub(super) const NONE: u32 = u32::MAX;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Instance {
     pub object: u32,
-    /// How many instances it is in.
-    pub depth: u32,
     /// The innermost instance that it is in, and the innermost of those whose contents count only inside them; or [`NONE`].
     pub parent: u32,
     pub clip: u32,
@@ -30,7 +28,7 @@ struct Open<'w> {
     end: u64,
 }
 
-/// The instances on the way to some paths. Each comes after those that it is in.
+/// The instances on the way to some paths, in the order of the paths. Each comes after those that it is in.
 #[derive(Debug, Default)]
 pub(super) struct Instances<'w> {
     all: Vec<Instance>,
@@ -114,13 +112,12 @@ impl<'w> Instances<'w> {
 
     fn add(&mut self, world: &World, object: u32, parent: u32) -> u32 {
         let number = self.all.len() as u32;
-        let (depth, clip) = match self.all.get(parent as usize) {
-            Some(above) => {
-                (above.depth + 1, if world.object_clips(above.object) { parent } else { above.clip })
-            }
-            None => (0, NONE),
+        let clip = match self.all.get(parent as usize) {
+            Some(above) if world.object_clips(above.object) => parent,
+            Some(above) => above.clip,
+            None => NONE,
         };
-        self.all.push(Instance { object, depth, parent, clip, end: number });
+        self.all.push(Instance { object, parent, clip, end: number });
         number
     }
 

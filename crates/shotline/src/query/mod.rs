@@ -127,7 +127,7 @@ pub enum Overlaps {
     /// Return an error that names both objects and the interval.
     #[default]
     Error,
-    /// The deeper object owns the overlap, or the later one. Overlaps are counted.
+    /// The object that is placed later owns the overlap. Overlaps are counted.
     Priority,
     /// Every object keeps its whole segment.
     All,

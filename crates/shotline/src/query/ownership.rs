@@ -1,8 +1,8 @@
 //! Ownership: which instance of an object owns each part of a ray.
 //!
 //! Where several instances contain a point, the one of the highest priority owns it; of equal priorities, one that is in
-//! another displaces it. If neither is in the other, they overlap, and the deeper one owns the point, then the later object,
-//! then the lower path. What an object that clips contains counts only inside it. The cost for `n` intervals is
+//! another displaces it. If neither is in the other, they overlap, and the one that is placed later owns the point: at the
+//! first object that is not around both, as a search from the outermost object down to the innermost finds it. What an object that clips contains counts only inside it. The cost for `n` intervals is
 //! `O(n log n)` without clipping, however they are nested; clipping adds the number of intervals that stick out.
 
 use std::cmp::Reverse;
@@ -34,9 +34,9 @@ pub(super) struct OwnershipScratch<'w> {
     overlapping: BTreeSet<Rank>,
 }
 
-/// The rank of an interval: by priority, then the deeper instance, then the later object in the scene, then the lower path. The
+/// The rank of an interval: by priority, then the later instance, which comes after those that it is in, then the lower path. The
 /// last field is the index of the interval; intervals of one path follow each other along the ray.
-type Rank = (i32, u32, u32, Reverse<u64>, usize);
+type Rank = (i32, u32, Reverse<u64>, usize);
 
 /// The interval that owns the ray, and the one that ranks highest of those that it overlaps.
 type Pair = (usize, usize);
@@ -248,8 +248,7 @@ impl<'a, 'w> Ownership<'a, 'w> {
 
     fn rank(&self, interval: usize) -> Rank {
         let Interval { object, path, .. } = self.intervals[interval];
-        let depth = self.instances()[self.instance(interval) as usize].depth;
-        (self.world.object_priority(object), depth, object, Reverse(path), interval)
+        (self.world.object_priority(object), self.instance(interval), Reverse(path), interval)
     }
 
     fn apply(&mut self, event: &[End]) {

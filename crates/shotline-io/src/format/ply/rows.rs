@@ -25,7 +25,7 @@ pub(super) trait Rows {
 
     /// A diagnostic of the row read last.
     fn diagnostic(&self, message: String) -> RawDiagnostic {
-        RawDiagnostic { location: self.location(), message, help: None }
+        RawDiagnostic { location: self.location(), message, help: None, file: None }
     }
 }
 

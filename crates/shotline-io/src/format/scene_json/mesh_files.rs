@@ -7,11 +7,12 @@ use std::sync::Arc;
 use shotline::scene;
 use shotline::solid::mesh::{TriangleMesh, Weld};
 
-use crate::error::{ReadError, os_error_message};
+use crate::error::ReadError;
 use crate::format::MeshSource;
 use crate::mesh_file::MeshFile;
 use crate::note::Note;
-use crate::options::{PathPolicy, ReadOptions};
+use crate::options::ReadOptions;
+use crate::paths::{Refusal, resolve};
 
 /// The meshes of one scene.
 pub(super) enum Meshes<'a> {
@@ -75,15 +76,8 @@ pub(super) struct MeshFiles {
     notes: Vec<Note>,
 }
 
-/// Why a mesh file is refused.
-#[derive(Clone, Debug)]
-pub(super) struct Refusal {
-    pub(super) why: String,
-    pub(super) help: String,
-}
-
 fn refuse<T>(why: impl Into<String>, help: impl Into<String>) -> Result<T, Refusal> {
-    Err(Refusal { why: why.into(), help: help.into() })
+    Err(Refusal::new(why, help))
 }
 
 impl MeshFiles {
@@ -120,29 +114,11 @@ impl MeshFiles {
 
     /// The path of a file, links resolved, if the path policy allows it.
     fn resolve(&self, file: &str) -> Result<PathBuf, Refusal> {
-        const INSIDE: &str = "copy it into the folder of the scene file and name it relative to that; \
-                              or, if you trust the scene, allow it with --allow-outside (in Python allow_outside=True)";
-        let Some(folder) = &self.folder else {
-            return refuse(
-                "this scene has no folder in which to look for files",
-                "read the scene from a file",
-            );
-        };
-        let confined = self.options.paths == PathPolicy::SceneFolder;
-        let drive = file.as_bytes().get(1) == Some(&b':') && file.as_bytes()[0].is_ascii_alphabetic();
-        if confined && (drive || file.starts_with(['/', '\\']) || Path::new(file).is_absolute()) {
-            return refuse("the path of this file is absolute", INSIDE);
-        }
-        let found = folder.canonicalize().and_then(|f| Ok((folder.join(file).canonicalize()?, f)));
-        match found {
-            Err(error) => {
-                let why = os_error_message(&error);
-                refuse(format!("'{file}' cannot be opened: {why}"), "paths are relative to the scene file")
+        match &self.folder {
+            Some(folder) => resolve(folder, folder, file, self.options.paths),
+            None => {
+                refuse("this scene has no folder in which to look for files", "read the scene from a file")
             }
-            Ok((path, folder)) if confined && !path.starts_with(&folder) => {
-                refuse("this file lies outside of the scene's folder", INSIDE)
-            }
-            Ok((path, _)) => Ok(path),
         }
     }
 }

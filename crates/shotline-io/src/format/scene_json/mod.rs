@@ -33,6 +33,7 @@ use crate::error::ReadError;
 use crate::files::too_large;
 use crate::format::{Content, Format, MeshSource};
 use crate::note::Note;
+use crate::paths::folder_of;
 
 pub(crate) const FORMAT: Format = Format {
     name: "scene",
@@ -61,9 +62,7 @@ fn read(path: &Path, bytes: Vec<u8>, meshes: MeshSource) -> Result<Document, Rea
             return Err(ReadError::new(Some(path), error.as_bytes(), diagnostic.into()));
         }
     };
-    // `Path::parent` of a bare file name is the empty path, which cannot be opened.
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    parse(text, Some(path), Some(folder), meshes)
+    parse(text, Some(path), Some(folder_of(path)), meshes)
 }
 
 /// Reads the text of a scene; mesh files are looked up in the folder, if there is one.
