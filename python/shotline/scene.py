@@ -390,8 +390,10 @@ def load(
     accel: str | None = None,
     allow_outside: bool = False,
     weld: float | str | None = None,
+    partial: bool = False,
 ) -> Scene:
-    """Read a scene file (JSON), or a mesh (PLY, STL, OBJ) as a scene of one object named after the file.
+    """Read a scene file (JSON), a geometry of Geant4 (GDML), or a mesh (PLY, STL, OBJ) as a scene of one object named after
+    the file.
 
     Args:
         path: the file.
@@ -399,6 +401,7 @@ def load(
         allow_outside: whether the scene may name mesh files outside of its own folder.
         weld: merge vertices of meshes up to this distance apart, in the lengths of the file; "auto" merges those within
             rounding error of each other and far from all others.
+        partial: whether a GDML file is read without the parts that are not supported, each of which is a warning.
 
     Warns:
         ReadWarning: for each kind of item that was dropped or repaired. `shotline info FILE` lists all notes.
@@ -409,7 +412,7 @@ def load(
     """
     path = os.fspath(path)
     os.stat(path)
-    native, notes = _native.Scene.load(path, accel, allow_outside, weld_text(weld))
+    native, notes = _native.Scene.load(path, accel, allow_outside, weld_text(weld), partial)
     for note, changed in notes:
         if changed:
             warnings.warn(note, ReadWarning, stacklevel=2)

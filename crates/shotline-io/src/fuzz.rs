@@ -24,6 +24,7 @@ pub const TARGETS: &[(&str, Target)] = &[
     ("ply", |bytes| mesh("PLY", bytes)),
     ("obj", |bytes| mesh("OBJ", bytes)),
     ("stl", |bytes| mesh("STL", bytes)),
+    ("gdml", gdml),
     ("npy", npy),
     ("polygon", polygon),
     ("cast", cast),
@@ -68,6 +69,24 @@ fn scene(bytes: &[u8]) {
             let again = parse_scene(text.clone(), None).unwrap_or_else(|e| panic!("{text}\n{e}"));
             assert_eq!(write_scene(&again.scene).expect("as before"), text);
         }
+    }
+}
+
+/// A geometry that can be read is compiled or refused with a message, and is written as a scene that reads back as the same.
+fn gdml(bytes: &[u8]) {
+    let document = match format("GDML").read(Path::new("folder/detector.gdml"), bytes.to_vec()) {
+        Err(error) => return has_message(&error),
+        Ok(document) => document,
+    };
+    if expanded_size(&document.scene).is_some_and(|size| size <= MAX_EXPANDED)
+        && let Err(errors) = shotline::compile::compile(&document.scene, Default::default())
+    {
+        has_message(&document.diagnostics(&errors));
+    }
+    // A tessellated solid has no file that a scene could name.
+    if let Ok(text) = write_scene(&document.scene) {
+        let again = parse_scene(text.clone(), None).unwrap_or_else(|e| panic!("{text}\n{e}"));
+        assert_eq!(write_scene(&again.scene).expect("as before"), text);
     }
 }
 

@@ -34,7 +34,8 @@ pub struct Command {
 const EXAMPLES: &str = "\
 Examples:
   shotline convert part.stl part.ply
-  shotline convert part.ply part.json      # a scene of one object, to edit";
+  shotline convert part.ply part.json      # a scene of one object, to edit
+  shotline convert detector.gdml detector.json";
 
 impl Command {
     /// Runs the command.
@@ -44,7 +45,10 @@ impl Command {
         let document = input::load(&self.model)?;
         output::expect_not_an_input(&self.output, &input::named_files(&self.model, &document.scene))?;
         let notes = interrupt::cancellable(|_| self.save(&document.scene))?;
-        let comments = has_comments(document.source.text()).then(|| "comments are lost".into());
+        let text = document.source.text();
+        let has_comments =
+            if text.trim_start().starts_with('<') { text.contains("<!--") } else { has_comments(text) };
+        let comments = has_comments.then(|| "comments are lost".into());
         let read = document.notes.iter().map(ToString::to_string);
         for note in read.chain(notes).chain(comments) {
             progress::note(&note, self.quiet);

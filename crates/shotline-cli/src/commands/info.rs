@@ -1,25 +1,27 @@
 //! `shotline info`: the size of a model.
 
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 use clap::Args;
 use serde_json::{Value, json};
 use shotline::aabb::Aabb;
 use shotline::compile::{Stats, World};
-use shotline::scene::{Node, NodeId, Op, Scene, Units};
+use shotline::scene::{Material, Node, NodeId, Op, Scene, Units};
 use shotline_io::Note;
 
 use crate::failure::Failure;
 use crate::findings::note_to_json;
 use crate::flags::{Build, Model};
+use crate::nesting::Nesting;
 use crate::number::{bytes, counted, grouped, json as number, json_vector, short, short_bounds};
 use crate::table::{Align, Table};
 use crate::{empty_objects, input, output};
 
 /// Report the size of a model
 ///
-/// Nodes, objects, leaves, bounds, memory and the time to load and build it. Shared leaves are counted once;
-/// virtual leaves count every placement, as a ray meets them. Notes name what the readers of the files ignored,
+/// Nodes, objects, leaves, bounds, materials, memory and the time to load and build it. Shared leaves and objects are counted
+/// once; virtual leaves and instances count every placement, as a ray meets them. Notes name what the readers of the files ignored,
 /// dropped or repaired, how many times, and the first line or byte. Notes also name empty objects.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
@@ -37,7 +39,8 @@ pub struct Command {
 const EXAMPLES: &str = "\
 Examples:
   shotline info engine.json
-  shotline info bunny.ply --json";
+  shotline info bunny.ply --json
+  shotline info detector.gdml";
 
 /// The maximum number of objects that the text lists; --json lists all.
 const MAX_LISTED: usize = 40;
@@ -50,7 +53,9 @@ struct Report {
     bounds: Aabb,
     load_s: f64,
     build_s: f64,
+    nesting: Nesting,
     objects: Vec<ObjectLine>,
+    materials: Vec<(String, Material)>,
     /// The names of objects that are empty by construction.
     empty: Vec<String>,
     notes: Vec<Note>,
@@ -76,7 +81,9 @@ impl Command {
             bounds: world.bounds(),
             load_s: (loaded - begin).as_secs_f64(),
             build_s: loaded.elapsed().as_secs_f64(),
+            nesting: Nesting::of(&document.scene),
             objects: objects(&document.scene),
+            materials: document.scene.materials.clone(),
             empty: empty_objects::by_construction(&world, &document.scene)
                 .into_iter()
                 .map(|object| world.object_names()[object as usize].clone())
@@ -96,6 +103,8 @@ impl Report {
             "objects": self.stats.objects,
             "leaves": self.stats.leaves,
             "virtual_leaves": self.stats.virtual_leaves,
+            "instances": self.nesting.instances,
+            "depth": self.nesting.depth,
             "bounds": if self.bounds.is_empty() { Value::Null } else { bounds },
             "units": self.units.map(Units::name),
             "memory_bytes": self.stats.memory_bytes,
@@ -107,6 +116,12 @@ impl Report {
                 "name": o.name,
                 "material": o.material,
                 "body": o.body,
+            })).collect::<Vec<_>>(),
+            "materials": self.materials.iter().map(|(name, material)| json!({
+                "name": name,
+                "density": material.density.map(number),
+                "mu": material.mu.map(number),
+                "composition": material.composition.iter().cloned().collect::<BTreeMap<_, _>>(),
             })).collect::<Vec<_>>(),
             "empty_objects": self.empty,
             "notes": self.notes.iter().map(note_to_json).collect::<Vec<_>>(),
@@ -124,6 +139,7 @@ impl Report {
         let mut out = format!(
             "nodes           {}\n\
              objects         {}\n\
+             instances       {}, up to {} in one another\n\
              leaves          {}\n\
              virtual leaves  {}\n\
              bounds          {bounds}\n\
@@ -133,6 +149,8 @@ impl Report {
              build           {} s with {}\n",
             grouped(stats.nodes as u64),
             grouped(stats.objects as u64),
+            grouped(self.nesting.instances),
+            grouped(self.nesting.depth),
             grouped(stats.leaves as u64),
             grouped(stats.virtual_leaves),
             bytes(stats.memory_bytes),
@@ -143,6 +161,7 @@ impl Report {
         );
         out += "\n";
         out += &self.object_table();
+        out += &self.material_table();
         if self.objects.is_empty() {
             out += "note: the scene has no objects\n";
         }
@@ -171,6 +190,45 @@ impl Report {
         }
         out
     }
+}
+
+impl Report {
+    /// The materials that have a density or elements.
+    fn material_table(&self) -> String {
+        let is_told = |(_, material): &&(String, Material)| {
+            material.density.is_some() || !material.composition.is_empty()
+        };
+        let told: Vec<_> = self.materials.iter().filter(is_told).collect();
+        if told.is_empty() {
+            return String::new();
+        }
+        let names = ["material", "g/cm3", "elements by mass"].map(String::from);
+        let mut table = Table::new(names.into_iter().zip([Align::Left, Align::Right, Align::Left]).collect());
+        for (name, material) in told.iter().take(MAX_LISTED) {
+            let density = material.density.map_or_else(|| "-".into(), short);
+            table.row(vec![name.clone(), density, elements(&material.composition)]);
+        }
+        let more = told.len().saturating_sub(MAX_LISTED) as u64;
+        let more = if more > 0 {
+            format!("  and {} more; --json lists all\n", grouped(more))
+        } else {
+            String::new()
+        };
+        format!("\n{}{more}", table.text())
+    }
+}
+
+/// The elements of a material, those of the largest share first.
+fn elements(composition: &[(String, f64)]) -> String {
+    const MOST: usize = 6;
+    let mut sorted: Vec<_> = composition.iter().collect();
+    sorted.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let share = |(name, share): &&(String, f64)| format!("{name} {:.2}%", share * 100.0);
+    let mut shares: Vec<String> = sorted.iter().take(MOST).map(share).collect();
+    if sorted.len() > MOST {
+        shares.push(format!("and {} more", sorted.len() - MOST));
+    }
+    shares.join(", ")
 }
 
 /// Every object of the scene, in the order of the file.

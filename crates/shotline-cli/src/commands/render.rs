@@ -22,6 +22,7 @@ use shotline_render::{
 use crate::failure::Failure;
 use crate::flags::{Build, Model, Threads, parse_size, parse_whole_number};
 use crate::progress::{self, Quiet};
+use crate::shown::Shown;
 use crate::{input, interrupt, output};
 
 /// Make a picture
@@ -66,6 +67,8 @@ pub struct Command {
     /// What rays reuse from earlier rays; the picture is the same
     #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',', default_values = ["shadows", "frames"])]
     coherence: Vec<CoherenceChoice>,
+    #[command(flatten)]
+    shown: Shown,
     /// Print times and work as one line of JSON; rays are then cast one by one, which is slower for meshes
     #[arg(long)]
     stats: bool,
@@ -82,7 +85,8 @@ Examples:
   shotline render engine.json -o engine.png
   shotline render bunny.ply -o bunny.png --look xray --background white
   shotline render engine.json -o soft.png --lighting soft --samples 64
-  shotline render bunny.ply -o turning.png --frames 72";
+  shotline render bunny.ply -o turning.png --frames 72
+  shotline render detector.gdml -o inside.png --hide 'World*' --hide 'Hall*'";
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum LightingChoice {
@@ -142,7 +146,8 @@ impl Command {
         interrupt::catch();
         self.expect_options_of_look()?;
         output::expect_writable(&self.output, output::PICTURE, std::slice::from_ref(&self.model.path))?;
-        let document = input::load_with_notes(&self.model, self.quiet)?;
+        let mut document = input::load_with_notes(&self.model, self.quiet)?;
+        document.scene = self.shown.of(&document.scene, self.quiet)?;
         input::note_meshes_never_hit(&document, self.quiet);
         let work = Mutex::default();
         let started = Instant::now();

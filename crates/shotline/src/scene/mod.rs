@@ -4,6 +4,7 @@
 mod motion;
 mod placement;
 mod units;
+mod visibility;
 
 use std::collections::HashMap;
 use std::sync::Arc;

@@ -51,7 +51,7 @@ pub(crate) const FORMAT: Format = Format {
 const MAX_BYTES: u64 = 256 << 20;
 
 /// The largest number of times that the loops of a file run, and of copies that it makes of volumes.
-const MAX_COPIES: usize = 10_000_000;
+const MAX_COPIES: usize = 4_000_000;
 
 fn write(_scene: &Scene) -> Result<String, WriteError> {
     Err(WriteError::Unwritable("GDML is read, not written".into()))
