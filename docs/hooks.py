@@ -77,12 +77,13 @@ def solids():
     ]
     for kind, summary, parameters in _native.kinds():
         name = "".join(word.capitalize() for word in kind.split("_"))
-        shown = [f"{p}={default[0]:g}" if default else p for p, _, default, _ in parameters]
+        shown = [f"{p}={default[0]:g}" if default else p for p, _, _, default, _ in parameters]
         words += [
             f"## {name}",
             f"```python\n{name}({', '.join(shown)})\n```",
             f"{summary[0].upper()}{summary[1:]}.",
         ]
-        takes = {p: "" if count == 1 else f" ({count} numbers)" for p, count, _, _ in parameters}
-        words.append("\n".join(f"- `{p}`{takes[p]}: {text}" for p, _, _, text in parameters))
+        takes = {p: "" if count == 1 else f" ({count} numbers)" for p, count, _, _, _ in parameters}
+        takes |= {p: f" (rows of {', '.join(columns)})" for p, _, columns, _, _ in parameters if columns}
+        words.append("\n".join(f"- `{p}`{takes[p]}: {text}" for p, _, _, _, text in parameters))
     return "\n\n".join(words)

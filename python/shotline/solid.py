@@ -6,7 +6,10 @@ from typing import Any
 
 from . import _native
 from .nodes import Node
-from .values import number, numbers
+from .values import number, numbers, rows
+
+# Name, count of numbers, whether it is rows of so many, and default.
+Parameter = tuple[str, int, bool, tuple[float, ...] | None]
 
 
 class Solid(Node):
@@ -14,13 +17,12 @@ class Solid(Node):
 
     __slots__ = ("_values",)
     _kind = ""
-    # Name, count of numbers, and default of each parameter.
-    _params: tuple[tuple[str, int, tuple[float, ...] | None], ...] = ()
+    _params: tuple[Parameter, ...] = ()
 
     def __init__(self, *args: Any, **values: Any) -> None:
-        names = [name for name, _, _ in self._params]
+        names = [name for name, *_ in self._params]
         given = dict(zip(names, args, strict=False))
-        required = [name for name, _, default in self._params if default is None]
+        required = [name for name, _, _, default in self._params if default is None]
         wrong = [f"{len(args)} parameters are too many"] if len(args) > len(names) else []
         wrong += [f"{name} is given twice" for name in values if name in given]
         wrong += [f"no parameter {name!r}" for name in values if name not in names]
@@ -28,30 +30,29 @@ class Solid(Node):
         if any(name in ("center", "centre", "position", "origin") for name in values):
             wrong.append("solids are placed with .translate(x, y, z)")
         if wrong:
-            shown = ", ".join(f"{name}={_default(default)}" for name, _, default in self._params)
+            shown = ", ".join(f"{name}={_default(default)}" for name, _, _, default in self._params)
             raise TypeError(f"{type(self).__name__}({shown}): {'; '.join(wrong)}")
         given |= values
         self._values = {
-            name: _parameter(given[name], count, name) if name in given else default or ()
-            for name, count, default in self._params
+            name: _parameter(given[name], count, is_rows, name) if name in given else _value(default or ())
+            for name, count, is_rows, default in self._params
         }
-        _native.check_solid(self._kind, list(self._values.values()))
+        _native.check_solid(self._kind, [_flat(value) for value in self._values.values()])
 
     def __dir__(self) -> list[str]:
-        return sorted({*super().__dir__(), *(name for name, _, _ in self._params)})
+        return sorted({*super().__dir__(), *(name for name, *_ in self._params)})
 
     def __getattr__(self, name: str) -> Any:
         try:
-            value = object.__getattribute__(self, "_values")[name]
+            return object.__getattribute__(self, "_values")[name]
         except (KeyError, AttributeError):
             raise AttributeError(f"{type(self).__name__} has no attribute {name!r}") from None
-        return value[0] if len(value) == 1 else value
 
     def _keys(self) -> dict[str, Any]:
-        return {"kind": self._kind, **{n: v[0] if len(v) == 1 else v for n, v in self._values.items()}}
+        return {"kind": self._kind, **self._values}
 
     def __repr__(self) -> str:
-        shown = ", ".join(f"{n}={v[0] if len(v) == 1 else v}" for n, v in self._values.items())
+        shown = ", ".join(f"{n}={v}" for n, v in self._values.items())
         return f"{type(self).__name__}({shown})"
 
 
@@ -63,5 +64,18 @@ def _default(numbers: tuple[float, ...] | None) -> str:
     return texts[0] if len(texts) == 1 else f"({', '.join(texts)})"
 
 
-def _parameter(value: Any, count: int, name: str) -> tuple[float, ...]:
-    return numbers(number(value, name) if count == 1 else value, count, name)
+def _value(numbers: tuple[float, ...]) -> Any:
+    return numbers[0] if len(numbers) == 1 else numbers
+
+
+def _parameter(value: Any, count: int, is_rows: bool, name: str) -> Any:
+    if is_rows:
+        return rows(value, count, name)
+    return _value(numbers(number(value, name) if count == 1 else value, count, name))
+
+
+def _flat(value: Any) -> list[float]:
+    """The numbers of a value: of a number, of several, or of rows."""
+    if isinstance(value, float):
+        return [value]
+    return [x for row in value for x in row] if value and isinstance(value[0], tuple) else list(value)

@@ -13,8 +13,8 @@ from .solid import Solid
 
 __all__: list[str] = []
 
-# Name, count of numbers, default, and summary.
-_Declared = tuple[str, int, list[float] | None, str]
+# Name, count of numbers, their names if there are rows of them, default, and summary.
+_Declared = tuple[str, int, list[str] | None, list[float] | None, str]
 
 
 def _value(numbers: list[float]) -> float | tuple[float, ...]:
@@ -30,12 +30,14 @@ def _signature(parameters: list[_Declared]) -> Signature:
             default=Parameter.empty if default is None else _value(default),
             annotation="float" if count == 1 else "ArrayLike",
         )
-        for name, count, default, _ in parameters
+        for name, count, _, default, _ in parameters
     )
 
 
-def _line(name: str, count: int, default: list[float] | None, summary: str) -> str:
+def _line(name: str, count: int, columns: list[str] | None, default: list[float] | None, summary: str) -> str:
     takes = {1: "a number", 3: "three numbers", 10: "ten numbers"}.get(count, f"{count} numbers")
+    if columns is not None:
+        takes = f"rows ({', '.join(columns)})"
     ending = "" if default is None else f"; {_value(default)} if not given"
     return f"    {name}: {takes}{ending}. {summary}"
 
@@ -53,7 +55,8 @@ def _class_of(kind: str, summary: str, parameters: list[_Declared]) -> type[Soli
             "__signature__": _signature(parameters),
             "_kind": kind,
             "_params": tuple(
-                (name, count, None if default is None else tuple(default)) for name, count, default, _ in parameters
+                (name, count, columns is not None, None if default is None else tuple(default))
+                for name, count, columns, default, _ in parameters
             ),
         },
     )

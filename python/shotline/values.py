@@ -67,6 +67,18 @@ def numbers(values: ArrayLike, count: int, what: str) -> tuple[float, ...]:
     return tuple(array.tolist())
 
 
+def rows(values: ArrayLike, count: int, what: str) -> tuple[tuple[float, ...], ...]:
+    """Any number of rows of `count` finite numbers. Raises ValueError or TypeError that names the argument, `what`."""
+    array = floats(values, what, f"rows of {count} real numbers")
+    if array.ndim != 2 or array.shape[1] != count:
+        raise ValueError(f"{what} takes rows of {count} numbers, an array of shape (n, {count}), not {array.shape}")
+    finite = np.isfinite(array).all(axis=1)
+    if not finite.all():
+        row = int(finite.argmin())
+        raise ValueError(f"{what} row {row + 1} of {len(array)} is {array[row].tolist()}, but must be finite")
+    return tuple(map(tuple, array.tolist()))
+
+
 def number(value: Any, what: str) -> float:
     """One real number, which may be infinite. Raises TypeError for anything else."""
     if type(value) is float:

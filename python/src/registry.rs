@@ -5,19 +5,25 @@ use pyo3::prelude::*;
 use shotline::accel;
 use shotline::math::{Affine, ComposedTransform};
 use shotline::scene::Units;
-use shotline::solid::{self, KINDS, Param, ParamError, Params};
+use shotline::solid::{self, KINDS, Layout, Param, ParamError, Params};
 
-/// A parameter: name, count of numbers, default, summary.
-type Parameter = (&'static str, usize, Option<Vec<f64>>, &'static str);
+/// A parameter: name, count of numbers, names of these if there are any number of rows of them, default, summary.
+type Parameter = (&'static str, usize, Option<&'static [&'static str]>, Option<Vec<f64>>, &'static str);
 
 /// The kinds of solids: name, summary, parameters.
 #[pyfunction]
 pub fn kinds() -> Vec<(&'static str, &'static str, Vec<Parameter>)> {
-    let parameter = |p: &Param| (p.name, p.count, p.default.map(<[f64]>::to_vec), p.summary);
+    let parameter = |p: &Param| {
+        let (count, columns) = match p.layout {
+            Layout::Numbers(count) => (count, None),
+            Layout::Rows { columns, .. } => (columns.len(), Some(columns)),
+        };
+        (p.name, count, columns, p.default.map(<[f64]>::to_vec), p.summary)
+    };
     KINDS.iter().map(|kind| (kind.name, kind.summary, kind.params.iter().map(parameter).collect())).collect()
 }
 
-/// Checks the parameters of a solid, given in the order of its kind.
+/// Checks the parameters of a solid, given in the order of its kind; rows one after the other.
 #[pyfunction]
 pub fn check_solid(kind: &str, values: Vec<Vec<f64>>) -> PyResult<()> {
     let kind =

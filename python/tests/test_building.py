@@ -33,7 +33,7 @@ def test_every_kind_has_a_class():
     for kind, summary, parameters in kinds:
         cls = getattr(shotline, "".join(word.capitalize() for word in kind.split("_")))
         assert cls.__doc__.startswith(summary)
-        assert all(f"    {name}: " in cls.__doc__ for name, _, _, _ in parameters)
+        assert all(f"    {name}: " in cls.__doc__ for name, *_ in parameters)
         with pytest.raises(TypeError, match="is missing"):
             cls()
 

@@ -66,10 +66,14 @@ def solids_stub():
     for kind, _summary, params in _native.kinds():
         keeps = {1: "float", 3: "Vector"}
         lines += ["", f"class {''.join(w.capitalize() for w in kind.split('_'))}(Solid):"]
-        lines += [f"    {name}: {keeps.get(count, 'tuple[float, ...]')}" for name, count, _, _ in params]
+        kept = [
+            (name, keeps.get(count, "tuple[float, ...]") if columns is None else "tuple[tuple[float, ...], ...]")
+            for name, count, columns, _, _ in params
+        ]
+        lines += [f"    {name}: {value}" for name, value in kept]
         listed = ", ".join(
             f"{name}: {'float' if count == 1 else 'ArrayLike'}{'' if default is None else ' = ...'}"
-            for name, count, default, _ in params
+            for name, count, _, default, _ in params
         )
         lines += [f"    def __init__(self, {listed}) -> None: ..."]
     return "\n".join(lines) + "\n"

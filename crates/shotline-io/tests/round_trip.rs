@@ -15,7 +15,7 @@ use shotline::scene::{
 };
 use shotline::shape::{Object, Shape};
 use shotline::solid::mesh::{TriangleMesh, Weld};
-use shotline::solid::{KINDS, Params};
+use shotline::solid::{KINDS, Layout, Params};
 use shotline::testkit::random::Random;
 use shotline::testkit::scene::random_scene as castable_scene;
 use shotline_io::{load, parse_scene, read_mesh, save, write_scene};
@@ -63,8 +63,14 @@ fn transform(random: &mut Random) -> LocalTransform {
 
 fn leaf(random: &mut Random) -> Node {
     let kind = KINDS[random.below(KINDS.len())];
-    let value = |count: usize, random: &mut Random| (0..count).map(|_| number(random)).collect();
-    let entries = kind.params.iter().map(|p| (p.name, value(p.count, random))).collect();
+    let value = |layout: Layout, random: &mut Random| {
+        let count = match layout {
+            Layout::Numbers(count) => count,
+            Layout::Rows { columns, least } => columns.len() * (least + random.below(3)),
+        };
+        (0..count).map(|_| number(random)).collect()
+    };
+    let entries = kind.params.iter().map(|p| (p.name, value(p.layout, random))).collect();
     Node::Solid { kind, params: Params { entries } }
 }
 

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
-use shotline::solid::{KINDS, Kind, Param};
+use shotline::solid::{KINDS, Kind, Layout, Param};
 use shotline_io::{load, parse_scene, scene_schema};
 
 fn repository() -> PathBuf {
@@ -105,7 +105,11 @@ fn is_of_type(value: &Value, name: &str) -> bool {
 fn table_of_kinds() -> String {
     let numbers = |values: &[f64]| values.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
     let parameter = |p: &Param| {
-        let count = if p.count == 1 { String::new() } else { format!(" [{}]", p.count) };
+        let count = match p.layout {
+            Layout::Numbers(1) => String::new(),
+            Layout::Numbers(count) => format!(" [{count}]"),
+            Layout::Rows { columns, .. } => format!(" [[{}], ...]", columns.join(", ")),
+        };
         format!("`{}`{count}{}", p.name, p.default.map_or(String::new(), |d| format!(" = {}", numbers(d))))
     };
     let row = |kind: &&Kind| {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::scene::{LocalTransform, Op};
 use crate::solid::mesh::TriangleMesh;
-use crate::solid::{Kind, Params};
+use crate::solid::{Kind, Layout, Params};
 
 /// A node with its children; each becomes one node of the scene.
 #[derive(Clone)]
@@ -65,8 +65,12 @@ impl Display for ShapeNode {
         match &self.kind {
             NodeKind::Solid { kind, params } => {
                 f.write_str(kind.name)?;
-                params.entries.iter().try_for_each(|(name, numbers)| match **numbers {
-                    [number] => write!(f, " {name}={number}"),
+                params.entries.iter().try_for_each(|(name, numbers)| match (kind.layout(name), &**numbers) {
+                    (Some(Layout::Rows { columns, .. }), numbers) => {
+                        let rows: Vec<_> = numbers.chunks(columns.len()).collect();
+                        write!(f, " {name}={rows:?}")
+                    }
+                    (_, [number]) => write!(f, " {name}={number}"),
                     _ => write!(f, " {name}={numbers:?}"),
                 })
             }

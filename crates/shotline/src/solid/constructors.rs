@@ -2,7 +2,8 @@
 
 /// Declares the typed constructors of a kind, in the file of the solid: the name of its module, then each constructor with
 /// its documentation and its arguments. These are the kind's parameters by name and in order, typed after the methods of
-/// [`Params`](super::Params) that read them: `number`, `vector` or `coefficients`. Those with a default may be left out.
+/// [`Params`](super::Params) that read them: `number`, `vector`, `coefficients`, or
+/// `rows2` to `rows4` for rows of so many numbers. Those with a default may be left out.
 ///
 /// The types that return shapes are above this module. So the constructors become a macro of the module's name, which
 /// `shape` expands within `impl Shape`.
@@ -39,6 +40,9 @@ macro_rules! argument {
     (number) => { f64 };
     (vector) => { impl Into<$crate::math::Vec3> };
     (coefficients) => { [f64; 10] };
+    (rows2) => { impl AsRef<[[f64; 2]]> };
+    (rows3) => { impl AsRef<[[f64; 3]]> };
+    (rows4) => { impl AsRef<[[f64; 4]]> };
 }
 
 /// The numbers of an argument.
@@ -51,6 +55,9 @@ macro_rules! numbers {
     };
     (coefficients $arg:ident) => {
         $arg
+    };
+    ($rows:ident $arg:ident) => {
+        *$arg.as_ref().as_flattened()
     };
 }
 

@@ -38,6 +38,7 @@ impl Kind {
     /// # Errors
     /// [`ParamError`] names the wrong parameter.
     pub fn build(&self, params: &Params) -> Result<Parts, ParamError> {
+        self.params.iter().try_for_each(|param| params.check_rows(param))?;
         match self.build {
             Build::Solid(build) => build(params).map(|solid| {
                 let surfaces = solid.surfaces();
@@ -45,6 +46,11 @@ impl Kind {
             }),
             Build::Parts(build) => build(params),
         }
+    }
+
+    /// How the numbers of a parameter are arranged; `None` if there is no such parameter.
+    pub fn layout(&self, name: &str) -> Option<Layout> {
+        self.params.iter().find(|param| param.name == name).map(|param| param.layout)
     }
 }
 
@@ -55,12 +61,26 @@ pub struct Param {
     pub name: &'static str,
     /// What the numbers measure.
     pub quantity: Quantity,
-    /// How many numbers it has.
-    pub count: usize,
+    /// How many numbers it has, and how they are arranged.
+    pub layout: Layout,
     /// The default value. `None` if the parameter is required.
     pub default: Option<&'static [f64]>,
     /// One line of documentation.
     pub summary: &'static str,
+}
+
+/// How the numbers of a parameter are arranged in scene files and in Python. [`Params`] holds them without structure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layout {
+    /// This many numbers.
+    Numbers(usize),
+    /// Any number of rows of the same numbers.
+    Rows {
+        /// The names of the numbers of a row.
+        columns: &'static [&'static str],
+        /// The least number of rows.
+        least: usize,
+    },
 }
 
 /// What the numbers of a parameter measure, which determines how they scale with the size of the solid.
@@ -72,19 +92,8 @@ pub enum Quantity {
     Angle,
     /// A vector whose length does not matter.
     Direction,
-    /// Coefficients of a polynomial in the coordinates. Each scales with this power of the size.
+    /// Coefficients of a polynomial in the coordinates, or the columns of rows. Each scales with this power of the size.
     Coefficients(&'static [i32]),
-}
-
-impl Quantity {
-    /// The power of the solid's size with which the number at an index scales.
-    pub fn power_of_length(self, index: usize) -> i32 {
-        match self {
-            Quantity::Length => 1,
-            Quantity::Angle | Quantity::Direction => 0,
-            Quantity::Coefficients(powers) => powers[index],
-        }
-    }
 }
 
 impl Param {
@@ -113,8 +122,39 @@ impl Param {
         Param::new(name, Quantity::Coefficients(powers), powers.len(), summary)
     }
 
+    /// A whole number, such as a number of sides.
+    pub const fn count(name: &'static str, summary: &'static str) -> Param {
+        Param::new(name, Quantity::Coefficients(&[0]), 1, summary)
+    }
+
+    /// At least so many rows of lengths.
+    pub const fn rows(
+        name: &'static str,
+        columns: &'static [&'static str],
+        least: usize,
+        summary: &'static str,
+    ) -> Param {
+        let layout = Layout::Rows { columns, least };
+        Param { name, quantity: Quantity::Length, layout, default: None, summary }
+    }
+
+    /// The same rows, with the power of the size with which each column scales.
+    pub const fn scaling(self, powers: &'static [i32]) -> Param {
+        Param { quantity: Quantity::Coefficients(powers), ..self }
+    }
+
     const fn new(name: &'static str, quantity: Quantity, count: usize, summary: &'static str) -> Param {
-        Param { name, quantity, count, default: None, summary }
+        Param { name, quantity, layout: Layout::Numbers(count), default: None, summary }
+    }
+
+    /// The power of the solid's size with which the number at an index scales.
+    pub fn power_of_length(&self, index: usize) -> i32 {
+        match (self.quantity, self.layout) {
+            (Quantity::Length, _) => 1,
+            (Quantity::Angle | Quantity::Direction, _) => 0,
+            (Quantity::Coefficients(powers), Layout::Numbers(_)) => powers[index],
+            (Quantity::Coefficients(powers), Layout::Rows { .. }) => powers[index % powers.len()],
+        }
     }
 
     /// The same parameter with a default value.
@@ -158,6 +198,33 @@ impl Params {
             value.or(param.default).map(|numbers| (param.name, Arc::from(numbers)))
         };
         Params { entries: kind.params.iter().zip(given).filter_map(pair).collect() }
+    }
+
+    /// Checks that the numbers of a parameter make whole rows, and enough of them.
+    fn check_rows(&self, param: &Param) -> Result<(), ParamError> {
+        let Layout::Rows { columns, least } = param.layout else { return Ok(()) };
+        let Some((_, numbers)) = self.entries.iter().find(|(n, _)| *n == param.name) else { return Ok(()) };
+        let row = columns.join(", ");
+        let why = match (numbers.len() % columns.len(), numbers.len() / columns.len()) {
+            (0, rows) if rows >= least => return Ok(()),
+            (0, rows) => format!("has {rows} rows, but takes at least {least} rows [{row}]"),
+            _ => format!("has {} numbers, but takes rows of {} [{row}]", numbers.len(), columns.len()),
+        };
+        Err(ParamError { param: param.name, why })
+    }
+
+    /// Returns rows of finite numbers.
+    ///
+    /// # Errors
+    /// [`ParamError`] if they are missing or not finite. It names the row.
+    pub fn rows<const N: usize>(&self, name: &'static str) -> Result<Rows<N>, ParamError> {
+        let numbers = self.entries.iter().find(|(n, _)| *n == name).map(|(_, numbers)| numbers.as_chunks().0);
+        let missing = || ParamError { param: name, why: "is missing".into() };
+        let rows = Rows { name, rows: numbers.ok_or_else(missing)?.to_vec() };
+        match rows.rows.iter().position(|row| row.iter().any(|x| !x.is_finite())) {
+            Some(row) => Err(rows.error(row, "but its numbers must be finite")),
+            None => Ok(rows),
+        }
     }
 
     fn get(&self, name: &'static str, count: usize) -> Result<&[f64], ParamError> {
@@ -247,5 +314,22 @@ impl Params {
         } else {
             Err(ParamError { param: high, why: format!("is {b}, but must be greater than {low} = {a}") })
         }
+    }
+}
+
+/// The rows of a parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rows<const N: usize> {
+    /// The name of the parameter.
+    pub name: &'static str,
+    /// The numbers.
+    pub rows: Vec<[f64; N]>,
+}
+
+impl<const N: usize> Rows<N> {
+    /// The error that a row, counted from 0, has a wrong value: `why` says what is expected. Messages count rows from 1.
+    pub fn error(&self, row: usize, why: &str) -> ParamError {
+        let why = format!("row {} of {} is {:?}, {why}", row + 1, self.rows.len(), self.rows[row]);
+        ParamError { param: self.name, why }
     }
 }

@@ -58,7 +58,7 @@ use crate::ray::{Line, Span};
 use crate::scratch::Scratch;
 
 use constructors::constructors;
-pub use kind::{Build, InvalidSolid, Kind, Param, ParamError, Params, Quantity};
+pub use kind::{Build, InvalidSolid, Kind, Layout, Param, ParamError, Params, Quantity, Rows};
 pub(crate) use mesh::tetrahedron;
 pub use moments::Moments;
 pub use parts::Parts;

@@ -227,7 +227,7 @@ fn sizes_scale_exactly(case: &Case) {
 /// The parameters of the same solid scaled by `2^k`.
 fn grown(kind: &Kind, params: &Params, k: i32) -> Params {
     let grow = |(param, (name, numbers)): (&Param, &(&'static str, Arc<[f64]>))| {
-        let power = |i: usize| k * param.quantity.power_of_length(i);
+        let power = |i: usize| k * param.power_of_length(i);
         (*name, numbers.iter().enumerate().map(|(i, x)| scaled(*x, power(i))).collect())
     };
     Params { entries: kind.params.iter().zip(&params.entries).map(grow).collect() }

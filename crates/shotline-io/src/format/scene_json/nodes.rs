@@ -10,13 +10,13 @@ use std::sync::Arc;
 
 use shotline::scene::{LocalTransform, Material, Node, NodeId, Op, Scene};
 use shotline::solid::mesh::Weld;
-use shotline::solid::{self, Param, Params};
+use shotline::solid::{self, Layout, Param, Params};
 
 use super::keys::{ACCEL, MESH, MESH_FILE, OBJECT, OPS, PLACEMENT, WELD, names};
 use super::mesh_files::Meshes;
 use super::placement;
 use super::value_tree::{Member, ValueId};
-use super::values::{Values, numbers_in_words};
+use super::values::{Values, layout_in_words};
 use crate::suggest;
 
 /// A scene under construction.
@@ -295,7 +295,7 @@ impl<'r, 't> Graph<'r, 't> {
             let read = match param.default {
                 Some(default) if absent => Some(default.into()),
                 _ => {
-                    let takes = format!("{}: {}", numbers_in_words(param.count), param.summary);
+                    let takes = format!("{}: {}", layout_in_words(param.layout), param.summary);
                     let at = self.values.required(value, &format!("this {name}"), param.name, &takes);
                     at.and_then(|at| self.param(at, param))
                 }
@@ -309,9 +309,10 @@ impl<'r, 't> Graph<'r, 't> {
     }
 
     fn param(&mut self, at: ValueId, param: &Param) -> Option<Arc<[f64]>> {
-        match param.count {
-            1 => self.values.number(at, param.name).map(|x| [x].into()),
-            count => self.values.numbers(at, param.name, count).map(Arc::from),
+        match param.layout {
+            Layout::Numbers(1) => self.values.number(at, param.name).map(|x| [x].into()),
+            Layout::Numbers(count) => self.values.numbers(at, param.name, count).map(Arc::from),
+            Layout::Rows { .. } => self.values.rows(at, param).map(Arc::from),
         }
     }
 

@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 use shotline::accel::NAMES;
 use shotline::scene::Units;
-use shotline::solid;
+use shotline::solid::{self, Layout};
 
 use super::keys::{
     ACCEL, CAMERA, Key, LIGHT, MATERIAL, MESH, MESH_FILE, MOTION, OBJECT, OPS, PLACEMENT, ROTATION, Shape,
@@ -106,8 +106,14 @@ fn leaf(kind: &solid::Kind) -> Value {
     let mut own: Map<String, Value> =
         [("kind".to_string(), json!({ "const": kind.name }))].into_iter().collect();
     for param in kind.params {
-        let shape = if param.count == 1 { Shape::Number } else { Shape::Numbers(param.count) };
-        let mut schema = described(shape, param.summary);
+        let mut schema = match param.layout {
+            Layout::Numbers(1) => bare(Shape::Number),
+            Layout::Numbers(count) => bare(Shape::Numbers(count)),
+            Layout::Rows { columns, least } => {
+                json!({ "type": "array", "items": bare(Shape::Numbers(columns.len())), "minItems": least })
+            }
+        };
+        schema["description"] = json!(param.summary);
         match param.default {
             Some([x]) => schema["default"] = json!(x),
             Some(numbers) => schema["default"] = json!(numbers),

@@ -4,6 +4,7 @@
 use std::borrow::Cow;
 
 use shotline::accel::NAMES;
+use shotline::solid::{Layout, Param};
 
 use super::keys::{ACCEL, PLACEMENT, names};
 use super::value_tree::{Content, Member, Tree, ValueId};
@@ -90,6 +91,29 @@ impl<'r, 't> Values<'r, 't> {
             }
             _ => {
                 self.mismatch(at, what, &format!("an array of {count} numbers"));
+                None
+            }
+        }
+    }
+
+    /// The numbers of a parameter that is an array of rows, one row after the other.
+    pub(super) fn rows(&mut self, at: ValueId, param: &Param) -> Option<Vec<f64>> {
+        let Layout::Rows { columns, least } = param.layout else { return None };
+        match self.tree.content(at) {
+            Content::Array(rows) if rows.len() >= least => {
+                let mut numbers = Some(Vec::with_capacity(rows.len() * columns.len()));
+                for (i, row) in rows.iter().enumerate() {
+                    let what = format!("row {} of {}", i + 1, param.name);
+                    let read = self.numbers(*row, &what, columns.len());
+                    numbers = numbers.zip(read).map(|(mut all, row)| {
+                        all.extend(row);
+                        all
+                    });
+                }
+                numbers
+            }
+            _ => {
+                self.mismatch(at, param.name, &layout_in_words(param.layout));
                 None
             }
         }
@@ -186,6 +210,16 @@ impl<'r, 't> Values<'r, 't> {
             meant.extend(suggest::nearest(key, known.iter().copied()));
         }
         meant
+    }
+}
+
+/// What a parameter takes, as text.
+pub(super) fn layout_in_words(layout: Layout) -> String {
+    match layout {
+        Layout::Numbers(count) => numbers_in_words(count),
+        Layout::Rows { columns, least } => {
+            format!("an array of at least {least} rows [{}]", columns.join(", "))
+        }
     }
 }
 

@@ -6,6 +6,7 @@ use shotline::scene::{
     Camera, Lens, Light, LightSource, LocalTransform, Material, MeshFile, Motion, Node, NodeId, Op, Rotation,
     Scene,
 };
+use shotline::solid::Layout;
 use shotline::solid::mesh::Weld;
 
 use super::names::Names;
@@ -159,9 +160,13 @@ impl Writer<'_> {
             Node::Solid { kind, params } => {
                 let mut fields = vec![Field::Plain(format!("\"kind\": {}", quoted(kind.name)))];
                 for (name, numbers) in &params.entries {
-                    let value = match &numbers[..] {
-                        [x] => self.number(*x),
-                        numbers => self.numbers(numbers),
+                    let value = match (kind.layout(name), &numbers[..]) {
+                        (Some(Layout::Rows { columns, .. }), numbers) => {
+                            let rows = numbers.chunks(columns.len()).map(|row| self.numbers(row));
+                            format!("[{}]", rows.collect::<Vec<_>>().join(", "))
+                        }
+                        (_, [x]) => self.number(*x),
+                        (_, numbers) => self.numbers(numbers),
                     };
                     fields.push(Field::Plain(format!("{}: {value}", quoted(name))));
                 }
