@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use shotline::math::Vec3;
+use shotline::polygon::invariants;
 use shotline::ray::{Ray, Span};
 use shotline::scene::{Camera, Node, Scene};
 use shotline::testkit::random::Random;
@@ -12,7 +13,6 @@ use shotline::testkit::{agreement, bytes};
 use crate::document::Document;
 use crate::error::ReadError;
 use crate::format::{Content, FORMATS, Format};
-use crate::polygon::invariants;
 use crate::{arrays, parse_scene, write_scene};
 
 /// Checks a property of some bytes; panics if it does not hold.

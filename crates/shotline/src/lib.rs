@@ -49,6 +49,7 @@
 //!   all cores.
 //! - [`solid`] has the solids and [`accel`] the accelerators. Adding one takes one file and one line.
 //! - [`measure`] computes the volume, mass, centroid and inertia of objects.
+//! - [`polygon`] cuts polygons into triangles.
 //! - [`pool`] keeps threads for work that is divided.
 //! - [`region`] computes boxes around the region that planes and quadrics enclose together.
 //! - [`trace`] records what a ray did, step by step.
@@ -77,6 +78,7 @@ mod lanes;
 pub mod lecture;
 pub mod math;
 pub mod measure;
+pub mod polygon;
 pub mod pool;
 pub mod prelude;
 pub mod query;

@@ -18,6 +18,7 @@ use source::{Crate, Module, rust_files, tokens};
 const IMPORTS: &[(&str, &[&str])] = &[
     ("math", &[]),
     ("roots", &["math"]),
+    ("polygon", &["math"]),
     ("ray", &["math"]),
     ("aabb", &["math", "ray"]),
     ("region", &["math", "aabb"]),
@@ -35,8 +36,8 @@ const IMPORTS: &[(&str, &[&str])] = &[
     (
         "solid",
         &[
-            "math", "roots", "ray", "aabb", "region", "crossing", "contact", "trace", "counters", "scratch",
-            "tags", "pool", "simd", "lanes", "accel",
+            "math", "roots", "polygon", "ray", "aabb", "region", "crossing", "contact", "trace", "counters",
+            "scratch", "tags", "pool", "simd", "lanes", "accel",
         ],
     ),
     ("csg", &["math", "ray", "aabb", "region", "crossing", "contact", "simd", "lanes"]),

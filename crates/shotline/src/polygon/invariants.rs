@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use shotline::math::Vec3;
+use crate::math::Vec3;
 
 use super::{Triangulation, triangulate};
 
@@ -12,7 +12,7 @@ type Corner = [i64; 2];
 ///
 /// # Panics
 /// If a property does not hold.
-pub(crate) fn check(corners: &[Corner], axis: usize, slopes: [i64; 2]) {
+pub fn check(corners: &[Corner], axis: usize, slopes: [i64; 2]) {
     if corners.len() < 3 {
         return;
     }

@@ -3,8 +3,8 @@
 
 use std::cmp::Ordering;
 
+use crate::math::Vec3;
 use robust::{Coord, orient2d};
-use shotline::math::Vec3;
 
 /// A point of the plane.
 pub(super) type Point = [f64; 2];

@@ -1,6 +1,6 @@
 use std::f64::consts::TAU;
 
-use shotline::math::Vec3;
+use crate::math::Vec3;
 
 use super::invariants::{check, is_simple};
 use super::{Triangulation, triangulate};
@@ -147,7 +147,7 @@ fn crossings_are_detected_in_slanted_planes_too() {
 
 #[test]
 fn random_outlines_are_valid() {
-    let mut random = shotline::testkit::random::Random::new(5);
+    let mut random = crate::testkit::random::Random::new(5);
     let mut simple = 0;
     for i in 0..6000u64 {
         let (n, size) = (3 + i % 11, [2.0, 4.0, 9.0, 60.0][i as usize % 4]);
@@ -166,7 +166,7 @@ fn random_outlines_are_valid() {
 /// Outlines without self-crossings, grown from a triangle by one corner at a time.
 #[test]
 fn random_simple_outlines_are_valid() {
-    let mut random = shotline::testkit::random::Random::new(6);
+    let mut random = crate::testkit::random::Random::new(6);
     for i in 0..150u64 {
         let mut corners = vec![[0, 0], [40, 0], [0, 40]];
         for _ in 0..400 {
@@ -232,7 +232,7 @@ fn polygons_of_many_corners_are_triangulated() {
 /// Nearly all edges cross others: the work is still bounded.
 #[test]
 fn polygons_of_many_crossings_are_triangulated() {
-    let mut random = shotline::testkit::random::Random::new(1);
+    let mut random = crate::testkit::random::Random::new(1);
     let corners: Vec<Vec3> = (0..3000).map(|_| random.point(-1.0, 1.0)).collect();
     assert_eq!(triangulate(&corners).triangles.len(), 2998);
 }
@@ -285,7 +285,7 @@ fn spiral(turns: i64) -> Vec<[i64; 2]> {
 /// Each outline surrounds random cells of a grid, which may meet in corners. It is one loop that does not cross itself.
 #[test]
 fn random_outlines_that_touch_themselves_in_corners_are_triangulated_without_overlap() {
-    let mut random = shotline::testkit::random::Random::new(8);
+    let mut random = crate::testkit::random::Random::new(8);
     let (mut outlines, mut touching) = (0, 0);
     for _ in 0..6000 {
         let mut cells = vec![[0, 0]];
@@ -312,7 +312,7 @@ fn random_outlines_that_touch_themselves_in_corners_are_triangulated_without_ove
 
 /// The outline of cells, if it is one loop. Where two cells meet in a corner only, it randomly stays at its cell or
 /// continues along the other.
-fn outline_of(cells: &[[i64; 2]], random: &mut shotline::testkit::random::Random) -> Option<Vec<[i64; 2]>> {
+fn outline_of(cells: &[[i64; 2]], random: &mut crate::testkit::random::Random) -> Option<Vec<[i64; 2]>> {
     let mut edges = Vec::new();
     for &[x, y] in cells {
         let corners = [[x, y], [x + 1, y], [x + 1, y + 1], [x, y + 1]];

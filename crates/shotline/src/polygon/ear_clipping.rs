@@ -11,7 +11,7 @@
 
 use std::collections::{HashMap, VecDeque};
 
-use shotline::math::Vec3;
+use crate::math::Vec3;
 
 use super::projection::{
     Point, is_clockwise, is_spike, orientation, project, projection_axes, scaled, turning_number,
@@ -20,17 +20,17 @@ use super::reflex_vertices::ReflexVertices;
 
 /// The triangles of a polygon.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Triangulation {
+pub struct Triangulation {
     /// Indices of corners, in the direction of the polygon; two triangles fewer than it has corners.
-    pub(crate) triangles: Vec<[u32; 3]>,
+    pub triangles: Vec<[u32; 3]>,
     /// Whether the triangles, projected along an axis, cover the polygon without overlap. No polygon that crosses
     /// itself has such a triangulation, and few that are far from flat have one.
-    pub(crate) is_proper: bool,
+    pub is_proper: bool,
 }
 
 /// Triangulates a polygon of at least three corners. It is projected along the axis along which its area is largest. If
 /// the projection crosses itself, another axis is tried. If every projection does, the first triangulation is returned.
-pub(crate) fn triangulate(corners: &[Vec3]) -> Triangulation {
+pub fn triangulate(corners: &[Vec3]) -> Triangulation {
     let corners = scaled(corners);
     let mut first = None;
     let mut has_area = false;

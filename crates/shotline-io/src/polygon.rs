@@ -1,19 +1,11 @@
 //! The faces of a mesh file: checked against the number of vertices and triangulated.
 
-mod ear_clipping;
-#[cfg(any(test, feature = "testkit"))]
-pub(crate) mod invariants;
-mod projection;
-mod reflex_vertices;
-#[cfg(test)]
-mod tests;
-
 use std::ops::Range;
 
 use shotline::math::Vec3;
+use shotline::polygon::{Triangulation, triangulate};
 use shotline::solid::mesh::{MeshError, TriangleMesh};
 
-pub(crate) use self::ear_clipping::{Triangulation, triangulate};
 use crate::diagnostic::RawDiagnostic;
 use crate::location::RawLocation;
 use crate::mesh_file::MeshFile;
