@@ -4,7 +4,7 @@ from numpy.typing import ArrayLike
 from .nodes import Vector
 from .solid import Solid
 
-__all__ = ["Halfspace", "Box", "Sphere", "Ellipsoid", "Cylinder", "Cone", "Paraboloid", "Hyperboloid", "Hyperboloid2", "Quadric", "Torus", "Tube", "ConeSection", "CutTube", "EllipsoidSection", "EllipticalCone", "EllipticalCylinder", "HyperboloidShell", "ParaboloidSection", "SphereSection", "TorusSection"]
+__all__ = ["Halfspace", "Box", "Sphere", "Ellipsoid", "Cylinder", "Cone", "Paraboloid", "Hyperboloid", "Hyperboloid2", "Quadric", "Torus", "Tube", "ConeSection", "CutTube", "EllipsoidSection", "EllipticalCone", "EllipticalCylinder", "HyperboloidShell", "ParaboloidSection", "SphereSection", "TorusSection", "Revolved", "Polycone", "Polyhedra", "GenericPolyhedra", "Extruded", "Tetrahedron", "Trapezoid", "TwistedTube"]
 
 class Halfspace(Solid):
     normal: Vector
@@ -151,3 +151,54 @@ class TorusSection(Solid):
     phi0: float
     dphi: float
     def __init__(self, R: float, rmin: float, rmax: float, phi0: float = ..., dphi: float = ...) -> None: ...
+
+class Revolved(Solid):
+    points: tuple[tuple[float, ...], ...]
+    phi0: float
+    dphi: float
+    def __init__(self, points: ArrayLike, phi0: float = ..., dphi: float = ...) -> None: ...
+
+class Polycone(Solid):
+    planes: tuple[tuple[float, ...], ...]
+    phi0: float
+    dphi: float
+    def __init__(self, planes: ArrayLike, phi0: float = ..., dphi: float = ...) -> None: ...
+
+class Polyhedra(Solid):
+    planes: tuple[tuple[float, ...], ...]
+    sides: float
+    phi0: float
+    dphi: float
+    def __init__(self, planes: ArrayLike, sides: float, phi0: float = ..., dphi: float = ...) -> None: ...
+
+class GenericPolyhedra(Solid):
+    points: tuple[tuple[float, ...], ...]
+    sides: float
+    phi0: float
+    dphi: float
+    def __init__(self, points: ArrayLike, sides: float, phi0: float = ..., dphi: float = ...) -> None: ...
+
+class Extruded(Solid):
+    polygon: tuple[tuple[float, ...], ...]
+    sections: tuple[tuple[float, ...], ...]
+    def __init__(self, polygon: ArrayLike, sections: ArrayLike) -> None: ...
+
+class Tetrahedron(Solid):
+    corners: tuple[tuple[float, ...], ...]
+    def __init__(self, corners: ArrayLike) -> None: ...
+
+class Trapezoid(Solid):
+    z: float
+    lower: tuple[tuple[float, ...], ...]
+    upper: tuple[tuple[float, ...], ...]
+    def __init__(self, z: float, lower: ArrayLike, upper: ArrayLike) -> None: ...
+
+class TwistedTube(Solid):
+    rmin: float
+    rmax: float
+    z0: float
+    z1: float
+    twist: float
+    phi0: float
+    dphi: float
+    def __init__(self, rmin: float, rmax: float, z0: float, z1: float, twist: float, phi0: float = ..., dphi: float = ...) -> None: ...

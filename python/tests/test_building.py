@@ -46,6 +46,15 @@ def test_parameters_are_kept_and_shown():
         box.radius
 
 
+def test_lists_are_rows():
+    corners = [(0, 0), (1, 0), (0, 1)]
+    turned = shotline.Revolved(points=corners)
+    assert turned.points == ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)) and turned.dphi == 360.0
+    assert turned == shotline.Revolved(np.array(corners)) != shotline.Revolved(corners[::-1])
+    assert repr(turned) == "Revolved(points=((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)), phi0=0.0, dphi=360.0)"
+    assert ts(Scene(turned), (-2, 0, 0.5), (1, 0, 0)) == [1.5, 2.5]
+
+
 @pytest.mark.parametrize(
     "wrong, message",
     [
@@ -53,6 +62,10 @@ def test_parameters_are_kept_and_shown():
         (lambda: Sphere(radius=float("nan")), "radius is .*finite"),
         (lambda: Box(min=(0, 0), max=(1, 1, 1)), "min takes 3 numbers, not 2"),
         (lambda: Box(min=(0, 0, 0), max=(1, 1, -1)), "max"),
+        (lambda: shotline.Revolved([(0, 0), (1, 0)]), "points has 2 rows, but takes at least 3"),
+        (lambda: shotline.Revolved([(0, 0, 0)] * 3), r"points takes rows of 2 numbers, .* not \(3, 3\)"),
+        (lambda: shotline.Revolved([(0, 0), (1, 0), (0, np.nan)]), "points row 3 of 3 is .*finite"),
+        (lambda: shotline.Revolved([(0, 0), (1, 0), (-1, 1)]), "points row 3 of 3 .* must not be negative"),
         (lambda: Sphere(radius=1).scale(1, 0, 1), "no factor may be zero"),
         (lambda: Sphere(radius=1).rotate(axis=(0, 0, 0), degrees=3), "no direction"),
         (lambda: Sphere(radius=1).rotate(1, 2, 3, axis=(0, 0, 1), degrees=3), "together"),

@@ -314,6 +314,27 @@ fn accelerators_are_chosen_by_name() {
 }
 
 #[test]
+fn lists_are_arrays_of_rows() {
+    let polycone =
+        |planes: &str| scene(&format!(r#"{{"node": {{"kind": "polycone", "planes": {planes}}}}}"#));
+    let document = read(&polycone("[[0, 1, 2], [1, 1, 3]]"));
+    let Node::Object { node, .. } = document.scene.node(document.scene.objects[0]) else { panic!() };
+    let Node::Solid { params, .. } = document.scene.node(*node) else { panic!() };
+    assert_eq!(params.entries[0].1[..], [0.0, 1.0, 2.0, 1.0, 1.0, 3.0]);
+    let written = shotline_io::write_scene(&document.scene).expect("a scene");
+    assert!(written.contains("\"planes\": [[0, 1, 2], [1, 1, 3]]"), "{written}");
+    for (planes, message) in [
+        ("[[0, 1, 2]]", "planes must be an array of at least 2 rows [z, rmin, rmax], not an array of 1"),
+        ("[[0, 1, 2], [1, 1]]", "row 2 of planes must be an array of 3 numbers, not an array of 2"),
+        ("[[0, 1, 2], [1, \"1\", 3]]", "each of row 2 of planes must be a number, not a string"),
+        ("5", "planes must be an array of at least 2 rows [z, rmin, rmax], not a number"),
+    ] {
+        let found = refused(&polycone(planes));
+        assert!(found.contains(message), "{found}");
+    }
+}
+
+#[test]
 fn duplicate_object_names_are_noted_with_the_first_location() {
     let ball = r#""node": { "kind": "sphere", "radius": 1 } }"#;
     let twice = format!(

@@ -59,7 +59,7 @@ fn parts(p: &Params) -> Result<Parts, ParamError> {
 }
 
 /// The tangent of an angle in degrees.
-fn tangent(degrees: f64) -> Dd {
+pub(super) fn tangent(degrees: f64) -> Dd {
     let (s, c) = sin_cos_degrees_wide(degrees);
     s * c.recip()
 }

@@ -18,7 +18,10 @@ mod ellipsoid;
 mod ellipsoid_section;
 mod elliptical_cone;
 mod elliptical_cylinder;
+mod extruded;
+mod faces;
 mod form;
+mod generic_polyhedra;
 mod halfspace;
 mod hyperboloid;
 mod hyperboloid2;
@@ -28,15 +31,21 @@ mod ignored_axes_tests;
 mod interval;
 mod kind;
 pub(crate) mod lanes;
+#[cfg(test)]
+mod listed_tests;
 pub mod mesh;
 mod moments;
 mod paraboloid;
 mod paraboloid_section;
 mod parts;
+mod polycone;
+mod polyhedra;
+mod profile;
 mod quadratic;
 mod quadric;
 mod quadric_line;
 mod quadric_matrix;
+mod revolved;
 mod ring;
 #[cfg(test)]
 mod sections_tests;
@@ -44,9 +53,12 @@ mod sector;
 mod sides;
 mod sphere;
 mod sphere_section;
+mod tetrahedron;
 pub mod torus;
 mod torus_section;
+mod trapezoid;
 mod tube;
+mod twisted_tube;
 
 use std::fmt::Debug;
 
@@ -232,6 +244,14 @@ registry!(
     paraboloid_section,
     sphere_section,
     torus_section,
+    revolved,
+    polycone,
+    polyhedra,
+    generic_polyhedra,
+    extruded,
+    tetrahedron,
+    trapezoid,
+    twisted_tube,
 );
 
 /// Returns the kind with a given name.

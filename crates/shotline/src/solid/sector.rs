@@ -46,7 +46,26 @@ impl Sector {
 
     /// The half-spaces that it is made of.
     pub fn parts(&self) -> Parts {
-        let [start, end] = self.planes();
+        self.combined(self.planes())
+    }
+
+    /// The sector twisted about the axis: at the height z it is turned by the angle whose tangent is `z * twist`. The units
+    /// of length across the axis and along it are powers of two.
+    pub fn twisted(&self, twist: Dd, [unit, unit_z]: [f64; 2]) -> Parts {
+        if twist.hi == 0.0 {
+            return self.parts();
+        }
+        let k = twist * unit_z;
+        self.combined(self.planes().map(|plane| {
+            // A plane through the axis is a x + b y < 0; turned it is a (x + k z y) + b (y - k z x) < 0.
+            let [a, b, _] = plane.linear;
+            let cross = Some([k * a, -(k * b), Dd::ZERO]);
+            Form { shrink: Vec3::new(1.0 / unit, 1.0 / unit, 1.0 / unit_z), cross, ..plane }
+        }))
+    }
+
+    /// The sector between two surfaces that are like its planes.
+    fn combined(&self, [start, end]: [Form; 2]) -> Parts {
         let half = |plane, surfaces| Parts::of(Capped::whole(plane, Aabb::EVERYTHING, surfaces));
         let halves = vec![half(start, &["start"]), half(end, &["end"])];
         if self.is_reflex { Parts::Union(halves) } else { Parts::Intersection(halves) }
