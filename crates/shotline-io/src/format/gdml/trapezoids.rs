@@ -85,9 +85,26 @@ impl Module<'_> {
         Ok(corners)
     }
 
-    /// Angles in degrees of the ends and the twist; given by the radii at the ends or in the middle.
+    /// Given by the radii at the ends and a full length, or by those in the middle and the ends; by the angle of the part, or by
+    /// that of several parts and their number. The middle of the part is at the x axis.
     pub(super) fn twisted_tube(&mut self, element: Element) -> Found<NodeId> {
-        Err(self.unsupported(element, "<twistedtubs>"))
+        let twist = self.angle(element, "twistedangle")?;
+        let by_ends = element.has_attribute("zlen") && self.number(element, "zlen")? != 0.0;
+        let ([rmin, rmax], z) = if by_ends {
+            let half = self.half(element, "zlen")?;
+            let (_, cos) = sin_cos_degrees_wide(twist * 0.5);
+            (self.radii(element, "endinnerrad", "endouterrad")?.map(|r| r * cos.hi), [-half, half])
+        } else {
+            let z = [self.length(element, "negativeEndz")?, self.length(element, "positiveEndz")?];
+            (self.radii(element, "midinnerrad", "midouterrad")?, z)
+        };
+        let parts = self.number_or(element, "nseg", 0.0)?;
+        let dphi = match parts == 0.0 {
+            true => self.angle(element, "phi")?,
+            false => self.angle(element, "totphi")? / parts,
+        };
+        let values: &[&[f64]] = &[&[rmin], &[rmax], &[z[0]], &[z[1]], &[twist], &[-0.5 * dphi], &[dphi]];
+        self.of_kind(element, "twisted_tube", values)
     }
 
     pub(super) fn twisted_trap(&mut self, element: Element) -> Found<NodeId> {
