@@ -12,6 +12,7 @@ pub(super) struct Interval {
 }
 
 /// One end of an interval.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct End {
     pub crossing: Crossing,
     pub interval: usize,
@@ -25,17 +26,44 @@ pub(super) fn are_apart(intervals: &[Interval]) -> bool {
         && intervals.windows(2).all(|pair| !are_coincident(&pair[0].end, &pair[1].start))
 }
 
-/// All ends of the intervals in ascending order of `t`; at the same `t` in the order of the paths.
-pub(super) fn ends(intervals: &[Interval]) -> Vec<End> {
-    let mut ends: Vec<End> = Vec::with_capacity(2 * intervals.len());
-    for (interval, i) in intervals.iter().enumerate() {
-        let end =
-            |crossing: Crossing, entering| End { crossing: Crossing { entering, ..crossing }, interval };
-        ends.extend([end(i.start, true), end(i.end, false)]);
+/// The memory for sorting ends.
+#[derive(Debug, Default)]
+pub(super) struct EndsScratch {
+    keys: Vec<(i64, u32)>,
+    order: Vec<u32>,
+}
+
+/// All ends of the intervals in ascending order of `t`; at the same `t` in the order of the intervals in `by_path`, which lists
+/// them by path.
+pub(super) fn ends(
+    intervals: &[Interval],
+    by_path: &[(u64, u32)],
+    scratch: &mut EndsScratch,
+    out: &mut Vec<End>,
+) {
+    let EndsScratch { keys, order } = scratch;
+    // An end is sorted by a key of a quarter of its size.
+    keys.clear();
+    order.clear();
+    for (place, &(_, interval)) in (0..).zip(by_path) {
+        let Interval { start, end, .. } = &intervals[interval as usize];
+        keys.extend([(order_of(start.t), 2 * place), (order_of(end.t), 2 * place + 1)]);
+        order.push(interval);
     }
-    let path = |e: &End| intervals[e.interval].path;
-    ends.sort_by(|a, b| a.crossing.t.total_cmp(&b.crossing.t).then(path(a).cmp(&path(b))));
-    ends
+    keys.sort_unstable();
+    out.clear();
+    out.extend(keys.iter().map(|&(_, end)| {
+        let interval = order[end as usize / 2] as usize;
+        let entering = end % 2 == 0;
+        let crossing = if entering { intervals[interval].start } else { intervals[interval].end };
+        End { crossing: Crossing { entering, ..crossing }, interval }
+    }));
+}
+
+/// A whole number that is ordered as [`f64::total_cmp`] orders the numbers.
+fn order_of(t: f64) -> i64 {
+    let bits = t.to_bits().cast_signed();
+    bits ^ ((bits >> 63).cast_unsigned() >> 1).cast_signed()
 }
 
 /// Groups sorted ends into events. In a chain, the first end does not coincide with the last. Then ends of different

@@ -5,11 +5,13 @@
 //! first object that is not around both, as a search from the outermost object down to the innermost finds it. What an object that clips contains counts only inside it. The cost for `n` intervals is
 //! `O(n log n)` without clipping, however they are nested; clipping adds the number of intervals that stick out.
 
-use std::cmp::Reverse;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
+use std::ops::Range;
 
-use super::instances::{Instance, Instances, NONE, is_in};
-use super::interval_ends::{End, Interval, are_apart, ends, events};
+use super::instances::{Instance, NONE};
+use super::interval_ends::{End, EndsScratch, Interval, are_apart, ends, events};
+use super::ordered_set::OrderedSet;
+use super::ranks::Ranks;
 use super::{Conflict, ConflictKind, Overlaps, QueryError, Segment};
 use crate::budget::Budget;
 use crate::compile::World;
@@ -20,23 +22,20 @@ use crate::ray::Ray;
 /// The memory of a sweep over intervals; reused from ray to ray.
 #[derive(Debug, Default)]
 pub(super) struct OwnershipScratch<'w> {
-    instances: Instances<'w>,
-    /// The instance of each interval.
-    of_interval: Vec<u32>,
+    ranks: Ranks<'w>,
     /// For each instance the number of intervals that contain the ray, and whether its contents count.
     inside: Vec<u32>,
     counts: Vec<bool>,
-    /// The intervals that contain the ray, by instance, if anything clips.
-    present: BTreeSet<(u32, usize)>,
-    /// Those that count, by rank.
-    ranked: BTreeSet<Rank>,
-    /// Those that overlap the one that ranks next below.
-    overlapping: BTreeSet<Rank>,
+    /// The places of the intervals that contain the ray, if anything clips.
+    present: OrderedSet,
+    /// The ranks of those that count.
+    ranked: OrderedSet,
+    /// The ranks of those that overlap the one that ranks next below.
+    overlapping: OrderedSet,
+    touched: Vec<u32>,
+    ends: Vec<End>,
+    of_ends: EndsScratch,
 }
-
-/// The rank of an interval: by priority, then the later instance, which comes after those that it is in, then the lower path. The
-/// last field is the index of the interval; intervals of one path follow each other along the ray.
-type Rank = (i32, u32, Reverse<u64>, usize);
 
 /// The interval that owns the ray, and the one that ranks highest of those that it overlaps.
 type Pair = (usize, usize);
@@ -94,12 +93,12 @@ fn sweep<'w>(
     out: &mut Vec<Segment>,
 ) -> Result<u64, QueryError> {
     let segment = segment_of(world, ray);
+    let sorted = Ownership::sorted_ends(world, intervals, scratch);
     let mut sweep = Ownership::new(world, intervals, scratch);
     // The start of a segment whose end is not known yet, and the interval that owns it now.
     let mut owned: Option<(f64, usize)> = None;
     let mut overlap_count = 0;
-    let ends = ends(intervals);
-    let mut events = events(&ends);
+    let mut events = events(&sorted);
     while let Some(event) = events.next() {
         if !budget.step() {
             break;
@@ -143,6 +142,8 @@ fn sweep<'w>(
             (t_of(if begins { after } else { before }), interval)
         });
     }
+    drop(events);
+    scratch.ends = sorted;
     Ok(overlap_count)
 }
 
@@ -155,11 +156,12 @@ pub(super) fn conflicts<'w>(
     budget: &mut Budget,
     out: &mut Vec<Conflict>,
 ) {
+    let sorted = Ownership::sorted_ends(world, intervals, scratch);
     let mut sweep = Ownership::new(world, intervals, scratch);
     // The pair that overlaps now, and where it has begun to.
     let mut overlapping: Option<(Pair, Crossing)> = None;
     let mut protruding = BTreeMap::new();
-    for event in events(&ends(intervals)) {
+    for event in events(&sorted) {
         if !budget.step() {
             return;
         }
@@ -175,6 +177,7 @@ pub(super) fn conflicts<'w>(
             overlapping = now.map(|pair| (pair, t_of_pair(event, pair)));
         }
     }
+    scratch.ends = sorted;
 }
 
 /// The end of one of two intervals in an event; if neither ends there, the first end.
@@ -197,10 +200,13 @@ pub(super) fn at_point<'w>(
     let here = Crossing::new(0.0, 0.0, true, 0);
     let interval = |&(path, object): &(u64, u32)| Interval { start: here, end: here, object, path };
     let intervals: Vec<Interval> = bodies.iter().map(interval).collect();
+    scratch.ranks.begin(world, &intervals);
     let mut sweep = Ownership::new(world, &intervals, scratch);
     let event: Vec<End> = (0..intervals.len()).map(|interval| End { crossing: here, interval }).collect();
     sweep.apply(&event);
-    sweep.memory.ranked.iter().rev().map(|(.., interval)| bodies[*interval]).collect()
+    let ranked = &sweep.memory.ranked;
+    let descending = std::iter::successors(ranked.last(), |&rank| ranked.below(rank));
+    descending.map(|rank| bodies[sweep.interval_ranked(rank)]).collect()
 }
 
 /// Determines which interval owns the ray after an event.
@@ -211,25 +217,24 @@ struct Ownership<'a, 'w> {
 }
 
 impl<'a, 'w> Ownership<'a, 'w> {
+    /// Determines the ranks of the intervals. Returns their ends in order, in memory that is given back by the caller.
+    fn sorted_ends(world: &'w World, intervals: &[Interval], memory: &mut OwnershipScratch<'w>) -> Vec<End> {
+        memory.ranks.begin(world, intervals);
+        let mut sorted = std::mem::take(&mut memory.ends);
+        ends(intervals, &memory.ranks.by_path, &mut memory.of_ends, &mut sorted);
+        sorted
+    }
+
+    /// Begins in front of all intervals, whose ranks are known.
     fn new(
         world: &'w World,
         intervals: &'a [Interval],
         memory: &'a mut OwnershipScratch<'w>,
     ) -> Ownership<'a, 'w> {
-        // A ray that ended with an error may have left entries.
-        memory.present.clear();
-        memory.ranked.clear();
-        memory.overlapping.clear();
-        memory.instances.begin(world);
-        memory.of_interval.clear();
-        memory.of_interval.resize(intervals.len(), NONE);
-        let mut by_path: Vec<usize> = (0..intervals.len()).collect();
-        by_path.sort_unstable_by_key(|&interval| intervals[interval].path);
-        for interval in by_path {
-            let instance = memory.instances.of_path(world, intervals[interval].path);
-            memory.of_interval[interval] = instance;
+        for set in [&mut memory.present, &mut memory.ranked, &mut memory.overlapping] {
+            set.begin(intervals.len());
         }
-        let count = memory.instances.finish().len();
+        let count = memory.ranks.instances.all().len();
         memory.inside.clear();
         memory.inside.resize(count, 0);
         memory.counts.clear();
@@ -238,17 +243,16 @@ impl<'a, 'w> Ownership<'a, 'w> {
     }
 
     fn instances(&self) -> &[Instance] {
-        self.memory.instances.all()
+        self.memory.ranks.instances.all()
     }
 
     /// The instance of an interval.
     fn instance(&self, interval: usize) -> u32 {
-        self.memory.of_interval[interval]
+        self.memory.ranks.instance_at(self.memory.ranks.place_of(interval))
     }
 
-    fn rank(&self, interval: usize) -> Rank {
-        let Interval { object, path, .. } = self.intervals[interval];
-        (self.world.object_priority(object), self.instance(interval), Reverse(path), interval)
+    fn interval_ranked(&self, rank: u32) -> usize {
+        self.memory.ranks.interval_at(self.memory.ranks.place_ranked(rank))
     }
 
     fn apply(&mut self, event: &[End]) {
@@ -260,34 +264,38 @@ impl<'a, 'w> Ownership<'a, 'w> {
             self.leave(end.interval);
         }
         if self.world.clips() {
-            for instance in self.touched(event) {
-                self.settle(instance);
-            }
+            let touched = self.touched(event);
+            touched.iter().for_each(|&instance| self.settle(instance));
+            self.memory.touched = touched;
         }
     }
 
     fn enter(&mut self, interval: usize) {
+        let place = self.memory.ranks.place_of(interval);
         if self.world.clips() {
-            let instance = self.instance(interval);
+            let instance = self.memory.ranks.instance_at(place);
             self.memory.inside[instance as usize] += 1;
-            self.memory.present.insert((instance, interval));
+            self.memory.present.insert(place);
         } else {
-            self.insert(self.rank(interval));
+            self.insert(place);
         }
     }
 
     fn leave(&mut self, interval: usize) {
-        self.remove(self.rank(interval));
+        let place = self.memory.ranks.place_of(interval);
+        self.remove(place);
         if self.world.clips() {
-            let instance = self.instance(interval);
+            let instance = self.memory.ranks.instance_at(place);
             self.memory.inside[instance as usize] -= 1;
-            self.memory.present.remove(&(instance, interval));
+            self.memory.present.remove(place);
         }
     }
 
     /// The instances of an event, each after those that it is in.
-    fn touched(&self, event: &[End]) -> Vec<u32> {
-        let mut touched: Vec<u32> = event.iter().map(|end| self.instance(end.interval)).collect();
+    fn touched(&mut self, event: &[End]) -> Vec<u32> {
+        let mut touched = std::mem::take(&mut self.memory.touched);
+        touched.clear();
+        touched.extend(event.iter().map(|end| self.instance(end.interval)));
         touched.sort_unstable();
         touched.dedup();
         touched
@@ -299,16 +307,24 @@ impl<'a, 'w> Ownership<'a, 'w> {
         let counts = self.memory.inside[instance as usize] > 0 && self.contents_count(instance);
         let has_changed = std::mem::replace(&mut self.memory.counts[instance as usize], counts) != counts;
         let last = if has_changed { end } else { instance };
-        let present = self.memory.present.range((instance, 0)..(last + 1, 0));
-        for (instance, interval) in present.copied().collect::<Vec<_>>() {
+        let mut places = self.memory.ranks.places_of(instance, last);
+        while let Some(place) = self.next_present(&places) {
+            places.start = place + 1;
+            let instance = self.memory.ranks.instance_at(place);
             let counts = self.contents_count(instance);
             self.memory.counts[instance as usize] = counts;
             if counts {
-                self.insert(self.rank(interval));
+                self.insert(place);
             } else {
-                self.remove(self.rank(interval));
+                self.remove(place);
             }
         }
+    }
+
+    /// The first place of some whose interval contains the ray.
+    fn next_present(&self, places: &Range<u32>) -> Option<u32> {
+        let is_one = !places.is_empty();
+        is_one.then(|| self.memory.present.at_or_above(places.start))?.filter(|place| *place < places.end)
     }
 
     /// Whether the ray is in all instances around an instance that clip.
@@ -317,65 +333,58 @@ impl<'a, 'w> Ownership<'a, 'w> {
         clip == NONE || self.memory.counts[clip as usize]
     }
 
-    fn insert(&mut self, rank: Rank) {
-        if !self.memory.ranked.insert(rank) {
-            return;
+    /// Counts the interval at a place.
+    fn insert(&mut self, place: u32) {
+        let rank = self.memory.ranks.rank_of(place);
+        if self.memory.ranked.insert(rank) {
+            let (below, above) = (self.memory.ranked.below(rank), self.memory.ranked.above(rank));
+            self.compare(below, Some(rank));
+            self.compare(Some(rank), above);
         }
-        let (below, above) = self.neighbours(rank);
-        self.compare(below, Some(rank));
-        self.compare(Some(rank), above);
     }
 
-    fn remove(&mut self, rank: Rank) {
-        if !self.memory.ranked.remove(&rank) {
-            return;
+    fn remove(&mut self, place: u32) {
+        let rank = self.memory.ranks.rank_of(place);
+        if self.memory.ranked.remove(rank) {
+            self.memory.overlapping.remove(rank);
+            let (below, above) = (self.memory.ranked.below(rank), self.memory.ranked.above(rank));
+            self.compare(below, above);
         }
-        self.memory.overlapping.remove(&rank);
-        let (below, above) = self.neighbours(rank);
-        self.compare(below, above);
-    }
-
-    /// What ranks next below and next above.
-    fn neighbours(&self, rank: Rank) -> (Option<Rank>, Option<Rank>) {
-        let ranked = &self.memory.ranked;
-        let above = ranked.range((std::ops::Bound::Excluded(rank), std::ops::Bound::Unbounded)).next();
-        (ranked.range(..rank).next_back().copied(), above.copied())
     }
 
     /// Notes whether an interval overlaps the one that ranks next below. Of the intervals of the highest priority, some
     /// overlap if and only if two neighbours do: otherwise each is in the next one.
-    fn compare(&mut self, below: Option<Rank>, rank: Option<Rank>) {
+    fn compare(&mut self, below: Option<u32>, rank: Option<u32>) {
         let Some(rank) = rank else { return };
         if below.is_some_and(|below| self.do_overlap(below, rank)) {
             self.memory.overlapping.insert(rank);
         } else {
-            self.memory.overlapping.remove(&rank);
+            self.memory.overlapping.remove(rank);
         }
     }
 
-    fn do_overlap(&self, below: Rank, above: Rank) -> bool {
-        let [outer, inner] = [below, above].map(|(.., interval)| self.instance(interval));
-        below.0 == above.0 && outer != inner && !is_in(self.instances(), inner, outer)
+    fn do_overlap(&self, below: u32, above: u32) -> bool {
+        let ranks = &self.memory.ranks;
+        let [outer, inner] = [below, above].map(|rank| ranks.place_ranked(rank));
+        ranks.is_apart(inner, outer) && self.priority(below) == self.priority(above)
+    }
+
+    fn priority(&self, rank: u32) -> i32 {
+        self.world.object_priority(self.intervals[self.interval_ranked(rank)].object)
     }
 
     /// The interval of the highest rank.
     fn owner(&self) -> Option<usize> {
-        self.memory.ranked.last().map(|(.., interval)| *interval)
+        self.memory.ranked.last().map(|rank| self.interval_ranked(rank))
     }
 
-    /// The interval of the highest rank among those that overlap the owner.
-    fn rival(&self, owner: usize) -> Option<usize> {
-        let rank = self.memory.overlapping.last()?;
-        let (below, _) = self.neighbours(*rank);
-        let owner = self.intervals[owner].object;
-        let is_of_owner = rank.0 == self.world.object_priority(owner);
-        below.filter(|_| is_of_owner).map(|(.., interval)| interval)
-    }
-
-    /// The pair that overlaps now.
+    /// The pair that overlaps now: the owner, and the interval of the highest rank among those that overlap it.
     fn overlapping_pair(&self) -> Option<Pair> {
-        let owner = self.owner()?;
-        self.rival(owner).map(|rival| (owner, rival))
+        let rank = self.memory.overlapping.last()?;
+        let owner = self.memory.ranked.last()?;
+        let below = self.memory.ranked.below(rank)?;
+        let is_of_owner = self.priority(rank) == self.priority(owner);
+        is_of_owner.then(|| (self.interval_ranked(owner), self.interval_ranked(below)))
     }
 
     /// The overlap of a pair from one crossing to another.
@@ -395,24 +404,28 @@ impl<'a, 'w> Ownership<'a, 'w> {
     /// Notes which intervals begin to protrude in an event: they are outside the innermost instance around theirs that clips.
     /// Appends those that end to do so.
     fn protrusions(
-        &self,
+        &mut self,
         event: &[End],
         protruding: &mut BTreeMap<usize, (f64, f64)>,
         out: &mut Vec<Conflict>,
     ) {
         let (t, t_err) = (event[0].crossing.t, t_err_of(event));
         let mut affected: Vec<usize> = event.iter().map(|end| end.interval).collect();
-        for instance in self.touched(event) {
-            let end = self.instances()[instance as usize].end;
-            affected
-                .extend(self.memory.present.range((instance, 0)..(end + 1, 0)).map(|(_, interval)| interval));
+        let touched = self.touched(event);
+        for &instance in &touched {
+            let mut places = self.memory.ranks.places_of(instance, self.instances()[instance as usize].end);
+            while let Some(place) = self.next_present(&places) {
+                places.start = place + 1;
+                affected.push(self.memory.ranks.interval_at(place));
+            }
         }
+        self.memory.touched = touched;
         affected.sort_unstable();
         affected.dedup();
         for interval in affected {
             let instance = self.instance(interval);
             let Instance { object, clip, .. } = self.instances()[instance as usize];
-            let is_present = self.memory.present.contains(&(instance, interval));
+            let is_present = self.memory.present.contains(self.memory.ranks.place_of(interval));
             if is_present && clip != NONE && self.memory.inside[clip as usize] == 0 {
                 protruding.entry(interval).or_insert((t, t_err));
             } else if let Some((t_in, t_in_err)) = protruding.remove(&interval) {
