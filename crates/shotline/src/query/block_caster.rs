@@ -5,7 +5,7 @@
 use super::block_queries::QueryMemory;
 use super::few_meshes::{FewMemory, FewMeshes};
 use super::row_block::RowBlock;
-use super::row_hit::{ListsOfRows, RowHit, RowLists};
+use super::row_hit::{ByRow, ListsOfRows, RowHit};
 use super::{Caster, Hit, Overlaps, QueryError, Segment};
 use crate::compile::World;
 use crate::math::Vec3;
@@ -32,11 +32,18 @@ pub(super) struct BlockMemory<'w> {
     is_plain: Vec<bool>,
     few: FewMemory,
     queries: QueryMemory<'w>,
-    lists: RowLists,
+    lists: ByRow<RowHit>,
 }
 
 /// Crossings are passed on when there are more of them than this.
 const MOST_LISTED: usize = 1 << 13;
+
+/// So many intervals are looked for at once, by as many rays as may have them.
+const MOST_INTERVALS: usize = 1 << 13;
+
+/// The numbers of rays that are cast at once for segments: enough to fill the registers, and as many as a chunk has.
+const FEWEST_ROWS: usize = 128;
+const MOST_ROWS: usize = 2048;
 
 /// A caster, and how it casts blocks.
 pub(super) struct BlockCaster<'c, 'w> {
@@ -131,7 +138,7 @@ impl<'w> BlockCaster<'_, 'w> {
         let is_plain = begin(&mut memory.is_plain, block);
         match self.plan.few.as_ref().and_then(FewMeshes::only) {
             Some(placed) => {
-                let BlockMemory { few, lists: RowLists { hits, .. }, .. } = memory;
+                let BlockMemory { few, lists: ByRow { items: hits, .. }, .. } = memory;
                 few.make_lists(placed, block);
                 for (row, is_plain) in is_plain.iter_mut().enumerate() {
                     hits.clear();
@@ -168,15 +175,15 @@ impl<'w> BlockCaster<'_, 'w> {
             pass_lists(&queries.crossings, add)?;
             return outcome(block);
         }
-        lists.hits.clear();
+        lists.items.clear();
         lists.ends.clear();
         let mut found = Vec::<Hit>::new();
         for (row, &is_plain) in is_plain.iter().enumerate() {
             let is_made = match only {
-                Some(placed) => few.list(placed, block, row, self.caster.limits.crossings, &mut lists.hits),
+                Some(placed) => few.list(placed, block, row, self.caster.limits.crossings, &mut lists.items),
                 None => {
                     if !is_plain {
-                        lists.hits.extend_from_slice(queries.crossings.row_mut(row));
+                        lists.items.extend_from_slice(queries.crossings.row(row));
                     }
                     !is_plain
                 }
@@ -184,14 +191,14 @@ impl<'w> BlockCaster<'_, 'w> {
             if !is_made {
                 found.clear();
                 plainly(block, row, |ray| self.caster.crossings(ray, block.scope, &mut found))?;
-                lists.hits.extend(found.iter().map(RowHit::from));
+                lists.items.extend(found.iter().map(RowHit::from));
             }
-            lists.ends.push(lists.hits.len());
-            if lists.hits.len() > MOST_LISTED || row + 1 == block.rays.len() {
-                let some = ListsOfRows { hits: &lists.hits, ends: &lists.ends, before: 0 };
+            lists.ends.push(lists.items.len());
+            if lists.items.len() > MOST_LISTED || row + 1 == block.rays.len() {
+                let some = ListsOfRows { hits: &lists.items, ends: &lists.ends, before: 0 };
                 add(some).map_err(|error| BlockError { row, error: error.into() })?;
-                lists.hits.clear();
-                lists.hits.shrink_to(2 * MOST_LISTED);
+                lists.items.clear();
+                lists.items.shrink_to(2 * MOST_LISTED);
                 lists.ends.clear();
             }
         }
@@ -199,7 +206,7 @@ impl<'w> BlockCaster<'_, 'w> {
     }
 
     /// Passes the segments of each ray to `set`, in order of the rays, as [`Caster::segments`] finds them, with the number
-    /// of overlaps.
+    /// of overlaps. The rays are cast some at a time: so many that their intervals stay near the CPU.
     pub(super) fn segments(
         &mut self,
         block: &RowBlock,
@@ -207,6 +214,27 @@ impl<'w> BlockCaster<'_, 'w> {
         memory: &mut BlockMemory<'w>,
         mut set: impl FnMut(usize, &[Segment], u64) -> Result<(), QueryError>,
     ) -> Result<(), BlockError> {
+        let (mut row, mut count) = (0, FEWEST_ROWS);
+        while row < block.rays.len() {
+            let end = block.rays.len().min(row + count);
+            let part = RowBlock { rays: &block.rays[row..end], ..*block };
+            let found = self
+                .segments_of_part(&part, overlaps, memory, |at, segments, met| set(row + at, segments, met))
+                .map_err(|error| BlockError { row: row + error.row, ..error })?;
+            count = (MOST_INTERVALS * (end - row) / found.max(1)).clamp(FEWEST_ROWS, MOST_ROWS);
+            row = end;
+        }
+        Ok(())
+    }
+
+    /// As [`BlockCaster::segments`], of some rays. Returns the number of intervals.
+    fn segments_of_part(
+        &mut self,
+        block: &RowBlock,
+        overlaps: Overlaps,
+        memory: &mut BlockMemory<'w>,
+        mut set: impl FnMut(usize, &[Segment], u64) -> Result<(), QueryError>,
+    ) -> Result<usize, BlockError> {
         let BlockMemory { is_plain, few, queries, .. } = memory;
         let is_plain = begin(is_plain, block);
         let only = self.plan.few.as_ref().and_then(FewMeshes::only).filter(|placed| placed.is_solid);
@@ -214,35 +242,35 @@ impl<'w> BlockCaster<'_, 'w> {
             Some(placed) => few.make_lists(placed, block),
             None => self.caster.fold_intervals(block, queries, is_plain),
         }
-        let (mut segments, mut intervals, mut rest) = (Vec::new(), Vec::new(), &queries.intervals[..]);
+        let (mut segments, mut of_mesh, mut found) = (Vec::new(), Vec::new(), 0);
         for (row, &is_plain) in is_plain.iter().enumerate() {
             segments.clear();
-            intervals.clear();
-            let is_made = match only {
+            of_mesh.clear();
+            let most = self.caster.limits.crossings;
+            let (intervals, is_made) = match only {
                 Some(placed) => {
-                    few.intervals(placed, block, row, self.caster.limits.crossings, &mut intervals)
+                    let is_made = few.intervals(placed, block, row, most, &mut of_mesh);
+                    (&of_mesh[..], is_made)
                 }
-                None => {
-                    intervals.extend(rows_of(&mut rest, row).iter().map(|(_, interval)| *interval));
-                    !is_plain
-                }
+                None => (queries.intervals.row(row), !is_plain),
             };
+            found += intervals.len();
             let count = plainly(block, row, |ray| {
                 if is_made {
-                    self.caster.resolve(ray, &intervals, overlaps, &mut segments)
+                    self.caster.resolve(ray, intervals, overlaps, &mut segments)
                 } else {
                     self.caster.segments(ray, block.scope.span, overlaps, &mut segments)
                 }
             })?;
             set(row, &segments, count).map_err(|error| BlockError { row, error: error.into() })?;
         }
-        outcome(block)
+        outcome(block).map(|()| found)
     }
 }
 
 /// Passes the crossings of rays, some rays at a time: so many that they stay near the CPU while columns are written.
 fn pass_lists(
-    lists: &RowLists,
+    lists: &ByRow<RowHit>,
     mut add: impl FnMut(ListsOfRows) -> Result<(), QueryError>,
 ) -> Result<(), BlockError> {
     let (mut row, mut before) = (0, 0);
@@ -250,7 +278,7 @@ fn pass_lists(
         let ends = &lists.ends[row..];
         let count = ends.partition_point(|end| *end <= before + MOST_LISTED).max(1);
         let end = ends[count - 1];
-        let some = ListsOfRows { hits: &lists.hits[before..end], ends: &ends[..count], before };
+        let some = ListsOfRows { hits: &lists.items[before..end], ends: &ends[..count], before };
         add(some).map_err(|error| BlockError { row, error: error.into() })?;
         (row, before) = (row + count, end);
     }
@@ -271,14 +299,6 @@ fn outcome(block: &RowBlock) -> Result<(), BlockError> {
 
 fn plain_rows(is_plain: &[bool]) -> impl Iterator<Item = usize> {
     is_plain.iter().enumerate().filter(|(_, is_plain)| **is_plain).map(|(row, _)| row)
-}
-
-/// Takes the entries of a row off the front of the rest, which is sorted by row.
-fn rows_of<'r, T>(rest: &mut &'r [(u32, T)], row: usize) -> &'r [(u32, T)] {
-    let count = rest.iter().take_while(|(of, _)| *of as usize == row).count();
-    let (of_row, after) = rest.split_at(count);
-    *rest = after;
-    of_row
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use super::interval_ends::Interval;
 use super::level_paths::LevelPaths;
 use super::limit::search_limit_of_row;
 use super::row_block::RowBlock;
-use super::row_hit::{RowHit, RowLists};
+use super::row_hit::{ByRow, RowHit};
 use super::traversal::{BodyEntry, PlacedBody};
 use crate::compile::World;
 use crate::csg::{Boundary, HitKind};
@@ -30,19 +30,34 @@ pub(super) struct QueryMemory<'w> {
     open: Vec<(BodyEntry, Boundary)>,
     counts: Vec<u64>,
     /// The crossings of the rays, one ray after the other.
-    pub crossings: RowLists,
+    pub crossings: ByRow<RowHit>,
     /// The crossings in the order in which they were found, and their numbers by row.
-    unsorted: Unsorted,
+    unsorted: Unsorted<RowHit>,
     order: Vec<u32>,
-    /// By row: the intervals, in the order of the traversal.
-    pub intervals: Vec<(u32, Interval)>,
+    /// The intervals of the rays, one ray after the other, each ray's in the order of its traversal.
+    pub intervals: ByRow<Interval>,
+    /// The intervals in the order in which they were found.
+    unsorted_intervals: Unsorted<Interval>,
 }
 
-/// Crossings, and the row of each.
-#[derive(Debug, Default)]
-struct Unsorted {
+/// What was found, and the row of each.
+#[derive(Debug)]
+struct Unsorted<T> {
     rows: Vec<u32>,
-    hits: Vec<RowHit>,
+    items: Vec<T>,
+}
+
+impl<T> Default for Unsorted<T> {
+    fn default() -> Unsorted<T> {
+        Unsorted { rows: Vec::new(), items: Vec::new() }
+    }
+}
+
+impl<T> Unsorted<T> {
+    fn clear(&mut self) {
+        self.rows.clear();
+        self.items.clear();
+    }
 }
 
 /// The nearest boundary of a ray so far.
@@ -138,8 +153,7 @@ impl<'w> Caster<'w> {
         is_plain: &mut [bool],
     ) {
         let QueryMemory { fold, counts, crossings, unsorted, order, .. } = memory;
-        unsorted.rows.clear();
-        unsorted.hits.clear();
+        unsorted.clear();
         let most = self.limits.crossings as u64;
         let world = self.world;
         let mut visitor =
@@ -163,18 +177,24 @@ impl<'w> Caster<'w> {
         memory: &mut QueryMemory<'w>,
         is_plain: &mut [bool],
     ) {
-        let QueryMemory { fold, counts, intervals, .. } = memory;
-        intervals.clear();
+        let QueryMemory { fold, counts, intervals, unsorted_intervals: unsorted, order, .. } = memory;
+        unsorted.clear();
         let most = self.limits.crossings as u64;
-        let mut visitor = Intervals { most, counts: zeros(counts), intervals, open: None, is_plain };
+        let mut visitor =
+            Intervals { most, counts: zeros(counts), intervals: unsorted, open: None, is_plain };
         self.fold_block(block, Wanted::All, fold, &mut visitor);
-        intervals.sort_by_key(|(row, _)| *row);
+        sort_by_row(block.rays.len(), unsorted, order, intervals);
     }
 }
 
-/// Sorts crossings by row, by counting. Those of a row keep their order.
-fn sort_by_row(rows: usize, unsorted: &mut Unsorted, order: &mut Vec<u32>, sorted: &mut RowLists) {
-    let RowLists { hits, ends } = sorted;
+/// Sorts by row, by counting. What belongs to one row keeps its order.
+fn sort_by_row<T: Copy>(
+    rows: usize,
+    unsorted: &mut Unsorted<T>,
+    order: &mut Vec<u32>,
+    sorted: &mut ByRow<T>,
+) {
+    let ByRow { items, ends } = sorted;
     ends.clear();
     ends.resize(rows, 0);
     unsorted.rows.iter().for_each(|row| ends[*row as usize] += 1);
@@ -184,7 +204,7 @@ fn sort_by_row(rows: usize, unsorted: &mut Unsorted, order: &mut Vec<u32>, sorte
             sum += *end;
             *end = sum;
         }
-        std::mem::swap(hits, &mut unsorted.hits);
+        std::mem::swap(items, &mut unsorted.items);
         return;
     }
     // Where each row begins, and then where it ends.
@@ -199,8 +219,8 @@ fn sort_by_row(rows: usize, unsorted: &mut Unsorted, order: &mut Vec<u32>, sorte
         order[*at] = number;
         *at += 1;
     }
-    hits.clear();
-    hits.extend(order.iter().map(|number| unsorted.hits[*number as usize]));
+    items.clear();
+    items.extend(order.iter().map(|number| unsorted.items[*number as usize]));
 }
 
 struct Closest<'v, S> {
@@ -307,7 +327,7 @@ struct Crossings<'v> {
     block: &'v RowBlock<'v>,
     most: u64,
     counts: &'v mut Vec<u64>,
-    crossings: &'v mut Unsorted,
+    crossings: &'v mut Unsorted<RowHit>,
     is_plain: &'v mut [bool],
 }
 
@@ -333,7 +353,7 @@ impl<'w> BlockVisitor<'w> for Crossings<'_> {
             Normal::Open(_) => {}
         }
         self.crossings.rows.push(ray.row as u32);
-        self.crossings.hits.push(hit);
+        self.crossings.items.push(hit);
         FoldControl::Limit(f64::INFINITY)
     }
 
@@ -350,7 +370,7 @@ impl<'w> BlockVisitor<'w> for Crossings<'_> {
 struct Intervals<'v> {
     most: u64,
     counts: &'v mut Vec<u64>,
-    intervals: &'v mut Vec<(u32, Interval)>,
+    intervals: &'v mut Unsorted<Interval>,
     /// The interval whose end comes next.
     open: Option<Interval>,
     is_plain: &'v mut [bool],
@@ -370,12 +390,13 @@ impl<'w> BlockVisitor<'w> for Intervals<'_> {
             return FoldControl::Limit(f64::INFINITY);
         };
         let count = &mut self.counts[ray.slot];
-        if 2 * *count >= self.most || self.intervals.len() >= MAX_BOUNDARIES {
+        if 2 * *count >= self.most || self.intervals.rows.len() >= MAX_BOUNDARIES {
             self.is_plain[ray.row] = true;
             return FoldControl::Stop;
         }
         *count += 1;
-        self.intervals.push((ray.row as u32, Interval { end, ..started }));
+        self.intervals.rows.push(ray.row as u32);
+        self.intervals.items.push(Interval { end, ..started });
         FoldControl::Limit(f64::INFINITY)
     }
 

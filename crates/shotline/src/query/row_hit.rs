@@ -25,12 +25,18 @@ impl From<&Hit> for RowHit {
     }
 }
 
-/// The crossings of rays, one ray after the other.
-#[derive(Debug, Default)]
-pub(super) struct RowLists {
-    pub hits: Vec<RowHit>,
+/// What was found along rays, one ray after the other.
+#[derive(Debug)]
+pub(super) struct ByRow<T> {
+    pub items: Vec<T>,
     /// Where those of each ray end.
     pub ends: Vec<usize>,
+}
+
+impl<T> Default for ByRow<T> {
+    fn default() -> ByRow<T> {
+        ByRow { items: Vec::new(), ends: Vec::new() }
+    }
 }
 
 /// The crossings of some rays that follow each other.
@@ -42,10 +48,16 @@ pub(super) struct ListsOfRows<'l> {
     pub before: usize,
 }
 
-impl RowLists {
-    /// The crossings of a ray.
-    pub fn row_mut(&mut self, row: usize) -> &mut [RowHit] {
+impl<T> ByRow<T> {
+    /// Those of a ray.
+    pub fn row(&self, row: usize) -> &[T] {
         let start = row.checked_sub(1).map_or(0, |before| self.ends[before]);
-        &mut self.hits[start..self.ends[row]]
+        &self.items[start..self.ends[row]]
+    }
+
+    /// Those of a ray.
+    pub fn row_mut(&mut self, row: usize) -> &mut [T] {
+        let start = row.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &mut self.items[start..self.ends[row]]
     }
 }
