@@ -14,6 +14,7 @@ pub mod op;
 mod program;
 mod single_leaf;
 mod sweep;
+mod tally;
 mod truth_table;
 
 pub use bounds::LeafBounds;
@@ -21,6 +22,7 @@ pub use contact::OrderExchange;
 pub use event::{Boundary, Event, EventKind, HitKind};
 pub use list_sweep::{ListSweep, ListedBoundary, ListedCrossings, ListedEvent};
 pub use op::Op;
-pub use program::{Program, ProgramState, Tally, Tree, TreeNode};
+pub use program::{Program, ProgramState, Tree, TreeNode};
 pub use single_leaf::SingleLeaf;
 pub use sweep::Sweep;
+pub use tally::Tally;

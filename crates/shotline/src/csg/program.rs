@@ -4,6 +4,7 @@
 //! a node. So a crossing costs what it changes, not the size of the expression.
 
 use super::Op;
+use super::tally::{Sums, Tally};
 use super::truth_table::TruthTable;
 
 /// A boolean expression as an arena. It is processed without recursion, so its depth is not limited by the call
@@ -53,6 +54,7 @@ pub struct Program {
     table: Option<TruthTable>,
     /// The set of leaves that must all be inside for the result to be true, from the table; 0 without a table.
     needed: u32,
+    sums: Option<Sums>,
 }
 
 impl Program {
@@ -69,6 +71,7 @@ impl Program {
             leaves: vec![top; leaf_count],
             table: None,
             needed: 0,
+            sums: None,
         };
         let mut stack = vec![(root, Link { node: 0, first: op == Op::Difference, subtracted: false })];
         while let Some((node, link)) = stack.pop() {
@@ -96,6 +99,7 @@ impl Program {
             state.value(&program)
         });
         program.needed = program.table.map_or(0, |table| table.needed());
+        program.sums = Sums::of(&program);
         program
     }
 
@@ -132,26 +136,15 @@ impl Program {
         self.needed.checked_shr(leaf).is_some_and(|needed| needed & 1 == 1)
     }
 
-    /// The value of a program of one node without operands; `None` for other programs.
+    /// The value as a sum, where there is one; otherwise `None`.
     pub fn tally(&self) -> Option<Tally> {
-        let [ProgramNode { op, arity, .. }] = self.nodes[..] else { return None };
-        let sum = match op {
-            Op::Union => 0,
-            Op::Intersection => arity as i32,
-            // The first operand is missing.
-            Op::Difference => 1,
-        };
-        Some(Tally { sum, is_union: op == Op::Union })
+        self.sums.as_ref().map(Sums::tally)
     }
 
-    /// What entering a leaf adds to the [`Tally`] of a program of one node, and leaving it subtracts.
+    /// What entering a leaf adds to the [`Tally`] of a program that has one, and leaving it subtracts.
     pub fn step(&self, leaf: u32) -> i32 {
         let link = self.leaves[leaf as usize];
-        match self.nodes[link.node as usize].op {
-            Op::Union => 1,
-            Op::Difference if !link.first => 1,
-            Op::Intersection | Op::Difference => -1,
-        }
+        self.sums.as_ref().map_or(0, |sums| sums.step(link.node, link.first))
     }
 
     /// Drops the table, so that the counters are used however few leaves there are.
@@ -162,29 +155,8 @@ impl Program {
 
     /// Bytes used.
     pub fn memory(&self) -> usize {
-        size_of_val(self.nodes.as_slice()) + size_of_val(self.leaves.as_slice())
-    }
-}
-
-/// The value of a program of one node as a sum. In a union it counts the operands that are inside; otherwise what keeps the
-/// ray outside: the operands of an intersection that are not inside, or those of a difference that are on the wrong side.
-#[derive(Clone, Copy, Debug)]
-pub struct Tally {
-    sum: i32,
-    is_union: bool,
-}
-
-impl Tally {
-    /// Whether the ray is inside.
-    #[inline]
-    pub fn value(self) -> bool {
-        (self.sum == 0) != self.is_union
-    }
-
-    /// Adds a [`Program::step`], or its negative.
-    #[inline]
-    pub fn add(&mut self, step: i32) {
-        self.sum += step;
+        let sums = self.sums.as_ref().map_or(0, Sums::memory);
+        size_of_val(self.nodes.as_slice()) + size_of_val(self.leaves.as_slice()) + sums
     }
 }
 

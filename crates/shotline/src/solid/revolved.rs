@@ -5,7 +5,6 @@ use super::form::Form;
 use super::parts::Parts;
 use super::sector::Sector;
 use super::{Build, Kind, Param, ParamError, Params, cone, constructors, cylinder, profile};
-use crate::aabb::Aabb;
 use crate::math::{Dd, two_sum};
 use crate::polygon::Ring;
 
@@ -62,13 +61,23 @@ struct Piece {
 /// The polygons of a parameter turned about the z axis, within the sector of the others.
 pub(super) fn parts(param: &'static str, rings: &[Ring], p: &Params) -> Result<Parts, ParamError> {
     let sector = Sector::of(p)?.map(|sector| sector.parts());
-    let mut pieces: Vec<Parts> = rings.iter().flat_map(pieces).filter_map(|piece| piece.parts()).collect();
-    let whole = match pieces.len() {
-        0 => return Err(ParamError { param, why: "enclose nothing, as their outline runs twice".into() }),
-        1 => pieces.remove(0),
-        _ => Parts::Union(pieces),
+    let mut pieces: Vec<Piece> =
+        rings.iter().flat_map(pieces).filter(|piece| piece.outer().is_some()).collect();
+    pieces.sort_by(|a, b| a.z[0].total_cmp(&b.z[0]));
+    let whole = match &pieces[..] {
+        [] => return Err(ParamError { param, why: "enclose nothing, as their outline runs twice".into() }),
+        // One difference has a sum, which a union of differences does not have.
+        pieces if pieces.windows(2).all(|pair| pair[0].z[1] <= pair[1].z[0]) => {
+            union(pieces.iter().filter_map(Piece::outer)).without(pieces.iter().filter_map(Piece::inner))
+        }
+        pieces => union(pieces.iter().filter_map(|piece| Some(piece.outer()?.without(piece.inner())))),
     };
     Ok(whole.within(sector))
+}
+
+fn union(parts: impl Iterator<Item = Parts>) -> Parts {
+    let mut parts: Vec<Parts> = parts.collect();
+    if parts.len() == 1 { parts.remove(0) } else { Parts::Union(parts) }
 }
 
 /// A polygon cut at the heights of its corners, as far as its edges change there. Between two heights the edges that pass
@@ -126,13 +135,19 @@ impl Edge {
 }
 
 impl Piece {
-    /// `None` if there is nothing between the edges, because both are on the axis.
-    fn parts(&self) -> Option<Parts> {
-        let ([z0, z1], widest) = (self.z, self.outer.low[0].max(self.outer.high[0]));
-        let outer = Capped::between(self.outer.form()?, z0, z1, widest);
-        // Between the caps the inner cone has one nappe.
-        let inner =
-            self.inner.form().map(|form| Parts::of(Capped::whole(form, Aabb::EVERYTHING, &["inner"])));
-        Some(Parts::named(outer, &["outer", "bottom", "top"]).without(inner))
+    /// The inside of the outer edge; `None` if that is on the axis.
+    fn outer(&self) -> Option<Parts> {
+        self.inside(&self.outer, &["outer", "bottom", "top"])
+    }
+
+    /// The inside of the inner edge.
+    fn inner(&self) -> Option<Parts> {
+        self.inside(&self.inner, &["inner", "bottom", "top"])
+    }
+
+    fn inside(&self, edge: &Edge, surfaces: &'static [&'static str]) -> Option<Parts> {
+        let [z0, z1] = self.z;
+        let solid = Capped::between(edge.form()?, z0, z1, edge.low[0].max(edge.high[0]));
+        Some(Parts::named(solid, surfaces))
     }
 }
