@@ -10,6 +10,9 @@ use crate::suggest;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reported;
 
+/// The deepest nesting of loops, which are run by recursion.
+const MAX_LOOPS: usize = 32;
+
 pub(super) type Found<T> = Result<T, Reported>;
 
 impl Module<'_> {
@@ -91,7 +94,11 @@ impl Module<'_> {
         match expression::evaluate(text, &self.definitions) {
             Ok(value) => Ok(value),
             Err(why) => {
-                let message = format!("'{}' has no value: {why}", text.trim());
+                let mut shown: String = text.trim().chars().take(60).collect();
+                if shown.len() < text.trim().len() {
+                    shown.push_str("...");
+                }
+                let message = format!("'{shown}' has no value: {why}");
                 let help = "an expression has numbers, defined names, units, + - * / ^ and functions";
                 Err(self.report(element, Some(key), message, help))
             }
@@ -237,6 +244,14 @@ impl Module<'_> {
         if step <= 0.0 && first <= last {
             let message = format!("the loop from {first} to {last} in steps of {step} has no end");
             return Err(self.report(element, Some("step"), message, "the step must be positive"));
+        }
+        if self.loops >= MAX_LOOPS {
+            let message = format!("the loops are nested more than {MAX_LOOPS} deep");
+            return Err(self.report(element, None, message, "write out the outer ones"));
+        }
+        // What is known to be too much is refused before it is begun.
+        if (last - first) / step > self.reader.copies as f64 {
+            self.count_copies(element, usize::MAX)?;
         }
         let mut value = first;
         self.loops += 1;

@@ -147,7 +147,11 @@ impl Module<'_> {
                 }
             };
             let volume = self.with_solid(element, volume, solid?)?;
-            placed.push(self.placed(element, volume, &placement, format!("{name}_PV[{i}]")));
+            let label = match element.attribute("name") {
+                Some(label) => format!("{label}[{i}]"),
+                None => format!("{name}_PV[{i}]"),
+            };
+            placed.push(self.placed(element, volume, &placement, label));
         }
         Ok(placed)
     }
@@ -169,9 +173,10 @@ impl Module<'_> {
             (count, width) if (1.0..1e9).contains(&count) && width > 0.0 => {
                 Ok(Copies { axis, count: count as usize, width, offset })
             }
-            _ => {
-                let message = "the divisions have no positive number and width";
-                Err(self.report(element, None, message, "give \"number\", \"width\" or both"))
+            (count, width) => {
+                let message = format!("there would be {count} divisions of a width of {width}");
+                let help = "give a \"number\" from 1, a positive \"width\", or both";
+                Err(self.report(element, None, message, help))
             }
         }
     }
@@ -265,11 +270,11 @@ impl Module<'_> {
     /// Copies, each with a placement and dimensions of its own.
     pub(super) fn parameterised(&mut self, element: Element) -> Found<Vec<NodeId>> {
         let Some((volume, name)) = self.copied_volume(element)? else { return Err(Reported) };
-        let mut placed = Vec::new();
+        let (mut placed, reported) = (Vec::new(), self.reader.reported());
         for child in elements(element) {
             self.parameters(child, volume, &name, &mut placed);
         }
-        if placed.is_empty() {
+        if placed.is_empty() && self.reader.reported() == reported {
             let help = "add <parameterised_position_size> with <parameters>";
             return Err(self.report(element, None, "the volume is placed nowhere", help));
         }

@@ -31,9 +31,23 @@ impl Definitions {
     }
 }
 
+impl Definitions {
+    /// The element of a matrix by the name that Geant4 gives it: that of the matrix and the indices from 0, as in `m_0_1`.
+    fn element_by_name(&self, name: &str) -> Option<f64> {
+        let (rest, last) = name.rsplit_once('_')?;
+        let last: usize = last.parse().ok()?;
+        if self.matrices.contains_key(rest) {
+            return self.element(rest, &[last + 1]).ok();
+        }
+        let (matrix, first) = rest.rsplit_once('_')?;
+        let first: usize = first.parse().ok()?;
+        self.element(matrix, &[first + 1, last + 1]).ok()
+    }
+}
+
 impl Names for Definitions {
     fn value(&self, name: &str) -> Option<f64> {
-        self.values.get(name).copied()
+        self.values.get(name).copied().or_else(|| self.element_by_name(name))
     }
 
     fn element(&self, matrix: &str, indices: &[usize]) -> Result<f64, String> {
@@ -139,7 +153,11 @@ impl Module<'_> {
     fn value(&mut self, element: Element) -> Found<()> {
         let name = self.text(element, "name")?.trim().to_owned();
         let value = match tag(element) {
-            "expression" => self.evaluate(element, "", element.text().unwrap_or_default())?,
+            "expression" => {
+                let texts = element.children().filter(|child| child.is_text());
+                let text: String = texts.filter_map(|child| child.text()).collect();
+                self.evaluate(element, "", &text)?
+            }
             "quantity" => {
                 let factor = element.attribute("unit").map_or(1.0, |unit| of_quantity(unit.trim()));
                 self.number(element, "value")? * factor

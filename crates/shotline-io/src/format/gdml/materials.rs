@@ -7,6 +7,7 @@ use shotline::scene::Material;
 use super::attributes::Found;
 use super::units::Measure;
 use super::{Element, Module, elements, tag};
+use crate::note::{Effect, Note};
 use crate::suggest;
 
 /// The isotopes, elements and materials of a file.
@@ -87,6 +88,8 @@ impl Module<'_> {
         let name = self.name(element)?;
         let density = self.density(element)?;
         let mut shares: Vec<(String, f64)> = Vec::new();
+        // The sum of the fractions by mass; infinite where there are others.
+        let mut by_mass = 0.0;
         for child in elements(element) {
             let is_by_number = match tag(child) {
                 "fraction" => false,
@@ -95,6 +98,11 @@ impl Module<'_> {
             };
             let of = self.reference(child, "ref")?;
             let mut share = self.number(child, "n")?;
+            if share < 0.0 {
+                let message = format!("the share of '{of}' is {share}");
+                return Err(self.report(child, Some("n"), message, "it must not be negative"));
+            }
+            by_mass += if is_by_number { f64::INFINITY } else { share };
             if is_by_number {
                 share *= self.substances.masses.get(&of).copied().unwrap_or(0.0);
             }
@@ -107,6 +115,11 @@ impl Module<'_> {
         }
         if shares.is_empty() && element.has_attribute("Z") {
             shares.push((name.clone(), 1.0));
+        }
+        if by_mass.is_finite() && !shares.is_empty() && (by_mass - 1.0_f64).abs() > 0.01 {
+            let text =
+                format!("the fractions of the material '{name}' sum to {by_mass}, and were scaled to 1");
+            self.reader.notes.push(Note::new("fractions_scaled", Effect::Changed, 1, text));
         }
         let sum: f64 = shares.iter().map(|(_, share)| share).sum();
         if sum > 0.0 {
@@ -184,6 +197,10 @@ impl Module<'_> {
             return Ok(found.clone());
         }
         if name.starts_with(OF_GEANT4) {
+            let text = format!(
+                "the material '{name}' is one of Geant4's own: its density and elements are not known"
+            );
+            self.reader.notes.push(Note::new("materials_of_geant4", Effect::Changed, 1, text));
             self.add_material(name.clone(), Material::default());
             return Ok(name);
         }

@@ -212,6 +212,11 @@ impl Reader {
         Ok(Document { scene: self.scene, notes: self.notes, source })
     }
 
+    /// How much has been reported so far.
+    fn reported(&self) -> usize {
+        self.found.len() + self.unlisted + self.unsupported.len()
+    }
+
     fn push(&mut self, text: usize, diagnostic: RawDiagnostic) {
         if self.found.len() < Diagnostics::MAX_LISTED {
             self.found.push((text, diagnostic));

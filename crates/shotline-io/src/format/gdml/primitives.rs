@@ -57,6 +57,10 @@ impl Module<'_> {
         for (r, key) in r.iter_mut().zip(["rmin1", "rmax1", "rmin2", "rmax2"]) {
             *r = self.radius(element, key)?;
         }
+        if r[1] == 0.0 && r[3] == 0.0 {
+            let message = "\"rmax1\" and \"rmax2\" are 0: the cone has no volume";
+            return Err(self.report(element, Some("rmax1"), message, "give it a radius"));
+        }
         let is_solid = r[0] == 0.0 && r[2] == 0.0 && dphi == 360.0;
         match is_solid {
             true if r[1] == r[3] => self.of_kind(element, "cylinder", &[&[r[1]], &[-z], &[z]]),
@@ -79,9 +83,17 @@ impl Module<'_> {
         let [rmin, rmax] = self.radii(element, "rmin", "rmax")?;
         let [phi0, dphi] = self.sector(element, "startphi", "deltaphi")?;
         let theta0 = self.angle_or(element, "starttheta", 0.0)?;
+        if !(0.0..180.0).contains(&theta0) {
+            let message = format!("\"starttheta\" is {theta0} degrees, but must be from 0 to below 180");
+            return Err(self.report(element, Some("starttheta"), message, "correct the angle or its unit"));
+        }
         // Geant4 cuts the angle off at the pole, and takes up to 1e-9 less than it for the pole.
         let most = 180.0 - theta0;
         let dtheta = self.angle(element, "deltatheta")?;
+        if dtheta <= 0.0 {
+            let message = format!("\"deltatheta\" is {dtheta} degrees, but must be positive");
+            return Err(self.report(element, Some("deltatheta"), message, "correct the angle"));
+        }
         let dtheta = if dtheta >= most - 3e-8 { most } else { dtheta };
         if rmin == 0.0 && dphi == 360.0 && dtheta == 180.0 {
             return self.of_kind(element, "sphere", &[&[rmax]]);
@@ -124,6 +136,10 @@ impl Module<'_> {
         let c = self.positive(element, "cz")?;
         let [low, high] = [self.length_or_zero(element, "zcut1")?, self.length_or_zero(element, "zcut2")?];
         let [low, high] = if [low, high] == [0.0; 2] { [-c, c] } else { [low.max(-c), high.min(c)] };
+        if low >= high {
+            let message = "the cuts leave nothing of the ellipsoid";
+            return Err(self.report(element, Some("zcut2"), message, "\"zcut1\" must be below \"zcut2\""));
+        }
         if [low, high] == [-c, c] {
             return self.of_kind(element, "ellipsoid", &[&[a, b, c]]);
         }

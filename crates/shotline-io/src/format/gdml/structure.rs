@@ -74,11 +74,7 @@ impl Module<'_> {
             "replicavol" => self.replicas(element),
             "divisionvol" => self.divisions(element, mother),
             "paramvol" => self.parameterised(element),
-            other => {
-                let message = format!("<{other}> has no meaning in <volume>");
-                let help = "it has a solid, a material and what is placed in it";
-                Err(self.report(element, None, message, help))
-            }
+            other => Err(self.unsupported(element, format!("<{other}> in <volume>"))),
         };
         contents.extend(placed.into_iter().flatten());
     }
@@ -107,8 +103,11 @@ impl Module<'_> {
                     volume = self.volume_of(child)?;
                 }
                 "file" => {
-                    name = child.attribute("volname").unwrap_or("world").to_owned();
                     volume = self.file(child)?;
+                    let known = volume.map(|volume| self.reader.scene.node(volume));
+                    if let Some(Node::Object { name: of_volume, .. }) = known {
+                        name = of_volume.clone();
+                    }
                 }
                 _ if self.place(child, "", &mut placement)? => {}
                 other => {

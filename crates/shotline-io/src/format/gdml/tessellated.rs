@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use shotline::math::Vec3;
 use shotline::scene::{Node, NodeId};
-use shotline::solid::mesh::Weld;
 
 use super::attributes::Found;
 use super::{Element, Module, elements, tag};
@@ -43,6 +42,9 @@ impl Module<'_> {
             };
             facets.push(corners.into_iter().map(&mut number).collect());
         }
+        if has_open_edges(&facets) {
+            merge_within(TOLERANCE, &vertices, &mut facets);
+        }
         let turned = orient(&vertices, &mut facets);
         let (mesh, notes) = match mesh_of_polygons(vertices, facets.iter().map(|facet| &facet[..])) {
             Ok(made) => made,
@@ -50,10 +52,6 @@ impl Module<'_> {
                 let help = "give it facets whose corners are defined positions";
                 return Err(self.report(element, None, error.to_string(), help));
             }
-        };
-        let mesh = match mesh.welded(Weld::Auto) {
-            Ok((welded, _)) => welded,
-            Err(_) => mesh,
         };
         let name = self.name(element)?;
         if turned > 0 {
@@ -63,6 +61,45 @@ impl Module<'_> {
         self.reader.notes.extend(notes.into_iter().filter(|note| note.effect == Effect::Changed));
         Ok(self.add(element, Node::Mesh { mesh: Arc::new(mesh), file: None }))
     }
+}
+
+/// Geant4 joins corners up to about this distance apart, in millimetres.
+const TOLERANCE: f64 = 1e-8;
+
+fn has_open_edges(facets: &[Vec<u32>]) -> bool {
+    let mut counts: HashMap<[u32; 2], usize> = HashMap::new();
+    for [a, b] in facets.iter().flat_map(|facet| sides(facet)) {
+        *counts.entry([a.min(b), a.max(b)]).or_default() += 1;
+    }
+    counts.values().any(|count| count % 2 == 1)
+}
+
+/// Makes facets share the corners that are near each other, and drops those of which fewer than three corners are left.
+fn merge_within(distance: f64, vertices: &[Vec3], facets: &mut Vec<Vec<u32>>) {
+    let mut by_x: Vec<u32> = (0..vertices.len() as u32).collect();
+    let at = |number: u32| vertices[number as usize];
+    by_x.sort_by(|&a, &b| at(a).x.total_cmp(&at(b).x));
+    let mut merged: Vec<u32> = (0..vertices.len() as u32).collect();
+    let mut first = 0;
+    for (place, &number) in by_x.iter().enumerate() {
+        while at(number).x - at(by_x[first]).x > distance {
+            first += 1;
+        }
+        let near = by_x[first..place]
+            .iter()
+            .find(|&&other| (at(other) - at(number)).abs().max_element() <= distance);
+        if let Some(&near) = near {
+            merged[number as usize] = merged[near as usize];
+        }
+    }
+    for facet in facets.iter_mut() {
+        facet.iter_mut().for_each(|corner| *corner = merged[*corner as usize]);
+        facet.dedup();
+        if facet.first() == facet.last() {
+            facet.pop();
+        }
+    }
+    facets.retain(|facet| facet.len() >= 3);
 }
 
 /// Turns facets over so that neighbours agree and the volume is positive. Returns how many were turned. Facets that do not meet
@@ -121,6 +158,16 @@ fn volume(vertices: &[Vec3], facet: &[u32], turned: Option<bool>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn corners_that_differ_by_rounding_are_joined() {
+        let vertices =
+            [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z, Vec3::X * (1.0 + 1e-12), Vec3::Y + Vec3::splat(5e-9)];
+        let mut facets = vec![vec![0, 2, 1], vec![0, 4, 3], vec![1, 5, 3], vec![2, 0, 3], vec![1, 4, 3]];
+        assert!(has_open_edges(&facets));
+        merge_within(TOLERANCE, &vertices, &mut facets);
+        assert!(facets.len() == 4 && !has_open_edges(&facets), "{facets:?}");
+    }
 
     #[test]
     fn facets_that_face_inwards_are_turned_over() {

@@ -106,7 +106,8 @@ fn check_expansion(main: &Text) -> Result<(), ReadError> {
         return Ok(());
     }
     let message = format!("the entities could expand to {} MiB", expansion >> 20);
-    let diagnostic = RawDiagnostic::file(message).help("write out what they stand for");
+    let at = main.text.find("<!ENTITY").unwrap_or(0);
+    let diagnostic = RawDiagnostic::text(at..at + 1, message).help("write out what they stand for");
     Err(ReadError::new(Some(&main.path), bytes, diagnostic.into()))
 }
 
@@ -135,37 +136,49 @@ pub(super) fn with_tree<T>(texts: &[Text], read: impl FnOnce(&Document) -> T) ->
 
 /// The error of the parser. It knows the line but not the file, so each included file is parsed alone.
 fn syntax_error(texts: &[Text], error: &Error) -> ReadError {
+    const WRAP: &str = "<x>";
     for text in &texts[1..] {
-        let wrapped = format!("<x>{}</x>", text.content());
+        let wrapped = format!("{WRAP}{}</x>", text.content());
         let options = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
         match Document::parse_with_options(&wrapped, options) {
-            Err(error) if !matches!(error, Error::UnknownEntityReference(..)) => {
-                let message = format!("this file, which {} includes, {error}", texts[0].path.display());
-                return ReadError::new(Some(&text.path), &[], RawDiagnostic::file(message).into());
+            // What an entity stands for is known only in the file that includes this one.
+            Ok(_) | Err(Error::UnknownEntityReference(..)) => {}
+            Err(error) => {
+                let before = text.text.len() - text.content().len();
+                let at = before + offset_of(&wrapped, &error).saturating_sub(WRAP.len());
+                return located(text, at.min(text.text.len()), &error);
             }
-            _ => {}
         }
     }
-    let main = &texts[0];
-    let (row, column) = (error.pos().row as usize, error.pos().col as usize);
-    let start = match row {
-        0 | 1 => 0,
-        row => line_starts(main.text.as_bytes()).nth(row - 2).unwrap_or(main.text.len()),
-    };
-    let line = main.text[start..].lines().next().unwrap_or("");
-    let inside = line.char_indices().nth(column.saturating_sub(1)).map_or(line.len(), |(at, _)| at);
-    let at = start + inside;
+    located(&texts[0], offset_of(&texts[0].text, error), error)
+}
+
+fn located(text: &Text, at: usize, error: &Error) -> ReadError {
     let message = match error {
         Error::EntityReferenceLoop(_) => "an entity refers to itself, or to too many others".into(),
         Error::UnknownEntityReference(name, _) => format!("the entity '&{name};' is not defined"),
         Error::NodesLimitReached => "the entities expand to too many elements".into(),
-        error => {
-            // The parser's messages end with the position, which is shown already.
-            let text = error.to_string();
-            text.rsplit_once(" at ").map_or(text.clone(), |(what, _)| what.to_owned())
-        }
+        Error::UnclosedRootNode => "the file ends before its elements do".into(),
+        Error::DuplicatedAttribute(name, _) => format!("the attribute '{name}' is given twice"),
+        // The parser's messages contain the position, which is shown already.
+        error => error.to_string().replace(&format!(" at {}", error.pos()), ""),
     };
-    ReadError::new(Some(&main.path), main.text.as_bytes(), RawDiagnostic::text(at..at + 1, message).into())
+    let diagnostic = RawDiagnostic::text(at..at + 1, message).help("correct the XML of this line");
+    ReadError::new(Some(&text.path), text.text.as_bytes(), diagnostic.into())
+}
+
+/// Where in a text an error is.
+fn offset_of(text: &str, error: &Error) -> usize {
+    if matches!(error, Error::UnclosedRootNode | Error::NoRootNode) {
+        return text.trim_end().len();
+    }
+    let (row, column) = (error.pos().row as usize, error.pos().col as usize);
+    let start = match row {
+        0 | 1 => 0,
+        row => line_starts(text.as_bytes()).nth(row - 2).unwrap_or(text.len()),
+    };
+    let line = text[start..].lines().next().unwrap_or("");
+    start + line.char_indices().nth(column.saturating_sub(1)).map_or(line.len(), |(at, _)| at)
 }
 
 /// Where an element stands: the number of its text, and its bytes there. The name of an element is a part of the text that

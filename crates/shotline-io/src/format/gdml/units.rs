@@ -26,6 +26,47 @@ const ANGLES: &[(&[&str], f64)] =
 const DENSITIES: &[(&[&str], f64)] =
     &[(&["g/cm3", "g/cm^3"], 1.0), (&["mg/cm3", "mg/cm^3"], 1e-3), (&["kg/m3", "kg/m^3"], 1e-3)];
 
+/// Other units, in those of Geant4: MeV, ns, mm, elementary charge, kelvin, mole and steradian. Geometry does not depend on them,
+/// but files define optical properties by them.
+const OTHERS: &[(&[&str], f64)] = &[
+    (&["eV", "electronvolt"], 1e-6),
+    (&["keV", "kiloelectronvolt"], 1e-3),
+    (&["MeV", "megaelectronvolt"], 1.0),
+    (&["GeV", "gigaelectronvolt"], 1e3),
+    (&["TeV", "teraelectronvolt"], 1e6),
+    (&["J", "joule"], 6.241_509_074e12),
+    (&["ns", "nanosecond"], 1.0),
+    (&["ps", "picosecond"], 1e-3),
+    (&["us", "microsecond"], 1e3),
+    (&["ms", "millisecond"], 1e6),
+    (&["s", "second"], 1e9),
+    (&["minute"], 6e10),
+    (&["hour"], 3.6e12),
+    (&["day"], 8.64e13),
+    (&["year"], 3.1536e16),
+    (&["Hz", "hertz", "Bq", "becquerel"], 1e-9),
+    (&["kHz", "kilohertz"], 1e-6),
+    (&["MHz", "megahertz"], 1e-3),
+    (&["Ci", "curie"], 37.0),
+    (&["kg", "kilogram"], 6.241_509_074e24),
+    (&["g", "gram"], 6.241_509_074e21),
+    (&["mg", "milligram"], 6.241_509_074e18),
+    (&["K", "kelvin", "mol", "mole", "sr", "steradian", "cd", "candela", "lumen"], 1.0),
+    (&["V", "volt"], 1e-6),
+    (&["T", "tesla"], 1e-3),
+    (&["gauss"], 1e-7),
+    (&["C", "coulomb"], 6.241_509_074e18),
+    (&["A", "ampere"], 6.241_509_074e9),
+    (&["N", "newton"], 6.241_509_074e9),
+    (&["W", "watt"], 6.241_509_074e3),
+    (&["Pa", "pascal"], 6.241_509_074e3),
+    (&["bar"], 6.241_509_074e8),
+    (&["atm", "atmosphere"], 6.324_209_069e8),
+    (&["barn"], 1e-22),
+    (&["L", "liter", "litre"], 1e6),
+    (&["mL"], 1e3),
+];
+
 /// What a unit measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Measure {
@@ -80,13 +121,14 @@ pub(super) fn in_expressions(name: &str) -> Option<f64> {
             _ => None,
         }
     };
-    Measure::Length.factor(name).or_else(angle).or_else(volume)
+    let other = || OTHERS.iter().find(|(names, _)| names.contains(&name)).map(|(_, factor)| *factor);
+    Measure::Length.factor(name).or_else(angle).or_else(volume).or_else(other)
 }
 
 /// The factor of a quantity's unit: that of a length or an angle in an expression, or of a density; 1 for other quantities,
 /// which have nothing to do with geometry.
 pub(super) fn of_quantity(unit: &str) -> f64 {
-    in_expressions(unit).or_else(|| Measure::Density.factor(unit)).unwrap_or(1.0)
+    Measure::Density.factor(unit).or_else(|| in_expressions(unit)).unwrap_or(1.0)
 }
 
 #[cfg(test)]
@@ -102,6 +144,8 @@ mod tests {
         assert_eq!(in_expressions("cm3"), Some(1000.0));
         assert_eq!(in_expressions("deg"), Some(PI / 180.0));
         assert_eq!(of_quantity("mg/cm3"), 1e-3);
-        assert_eq!(of_quantity("MeV"), 1.0);
+        assert_eq!(of_quantity("eV"), 1e-6);
+        assert_eq!(of_quantity("furlong"), 1.0);
+        assert_eq!(in_expressions("keV"), Some(1e-3));
     }
 }
