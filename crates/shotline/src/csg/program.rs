@@ -99,7 +99,9 @@ impl Program {
             state.value(&program)
         });
         program.needed = program.table.map_or(0, |table| table.needed());
-        program.sums = Sums::of(&program);
+        let place = |link: &Link| (link.node, link.first);
+        let operations: Vec<_> = program.nodes.iter().map(|node| (node.op, place(&node.link))).collect();
+        program.sums = Sums::of(&operations, program.leaves.iter().map(place));
         program
     }
 

@@ -5,7 +5,6 @@
 //! have sums, and operations of two combinations have none.
 
 use super::Op;
-use super::program::Program;
 
 /// The sum of a program along a ray.
 #[derive(Clone, Copy, Debug)]
@@ -35,6 +34,9 @@ pub(super) struct Sums {
     steps: Vec<[i32; 2]>,
 }
 
+/// Where an operand of an operation is: the number of the operation, and whether it is the first of a difference.
+pub(super) type Place = (u32, bool);
+
 /// The largest sum.
 const MOST: i64 = 1 << 30;
 
@@ -51,20 +53,18 @@ struct NodeSum {
 }
 
 impl Sums {
-    /// The sums of a program, if it has them.
-    pub(super) fn of(program: &Program) -> Option<Sums> {
-        let mut leaves = vec![[0_i64; 2]; program.nodes.len()];
-        program.leaves.iter().for_each(|link| leaves[link.node as usize][usize::from(!link.first)] += 1);
-        let mut sums = vec![NodeSum::default(); program.nodes.len()];
-        let mut children: Vec<Option<usize>> = vec![None; program.nodes.len()];
-        // Children come after their parents.
-        for node in (0..program.nodes.len()).rev() {
-            let child = children[node].map(|child| (child, sums[child], program.nodes[child].link.first));
-            sums[node] = NodeSum::of(program.nodes[node].op, leaves[node], child)?;
-            if sums[node].most > MOST || sums[node].least < -MOST {
-                return None;
-            }
-            if node > 0 && children[program.nodes[node].link.node as usize].replace(node).is_some() {
+    /// The sums of a program, if it has them: of its operations, parents before their children, each with its place, and of
+    /// the places of its leaves.
+    pub(super) fn of(operations: &[(Op, Place)], leaves: impl Iterator<Item = Place>) -> Option<Sums> {
+        let mut counts = vec![[0_i64; 2]; operations.len()];
+        leaves.for_each(|(node, is_first)| counts[node as usize][usize::from(!is_first)] += 1);
+        let mut sums = vec![NodeSum::default(); operations.len()];
+        let mut children: Vec<Option<usize>> = vec![None; operations.len()];
+        for (node, &(op, (parent, _))) in operations.iter().enumerate().rev() {
+            let child = children[node].map(|child| (child, sums[child], operations[child].1.1));
+            sums[node] = NodeSum::of(op, counts[node], child)?;
+            let has_several = node > 0 && children[parent as usize].replace(node).is_some();
+            if has_several || sums[node].most > MOST || sums[node].least < -MOST {
                 return None;
             }
         }
@@ -138,7 +138,7 @@ impl NodeSum {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{ProgramState, Tree, TreeNode};
+    use super::super::{Program, ProgramState, Tree, TreeNode};
     use super::*;
     use crate::testkit::random::Random;
 
@@ -174,7 +174,7 @@ mod tests {
                 with_sums[0] += 1;
                 continue;
             };
-            with_sums[1] += usize::from(program.nodes.len() > 2);
+            with_sums[1] += usize::from(tree.nodes.len() > leaves as usize + 2);
             let mut state = ProgramState::default();
             state.reset(&program);
             let mut inside = vec![false; leaves as usize];

@@ -114,7 +114,7 @@ impl Turn {
             .iter()
             .map(|[r, z]| {
                 // A corner on the axis stays where it is.
-                let turned = if *r == 0.0 { &directions[..1] } else { &directions[..] };
+                let turned = if *r == 0.0 { &directions[..1] } else { directions };
                 let vertex = |[c, s]: &[f64; 2]| faces.vertex(Vec3::new(r * factor * c, r * factor * s, *z));
                 turned.iter().map(vertex).collect()
             })

@@ -122,7 +122,7 @@ impl Module<'_> {
     /// The whole number of an attribute, at least 1 and not so large that it could not be meant.
     pub(super) fn count(&mut self, element: Element, key: &str) -> Found<usize> {
         let number = self.number(element, key)?;
-        if number >= 1.0 && number <= 1e9 && number.fract() == 0.0 {
+        if (1.0..=1e9).contains(&number) && number.fract() == 0.0 {
             return Ok(number as usize);
         }
         let message = format!("\"{key}\" is {number}, but must be a whole number from 1");

@@ -32,9 +32,12 @@ pub(super) fn evaluate(text: &str, names: &dyn Names) -> Result<f64, String> {
     }
 }
 
+/// The symbol of a binary operator, and what it does.
+type Operator = (&'static str, fn(f64, f64) -> f64);
+
 /// The binary operators, from those that bind loosest to those that bind tightest; an operator stands before those that it
 /// begins with.
-const OPERATORS: [&[(&str, fn(f64, f64) -> f64)]; 6] = [
+const OPERATORS: [&[Operator]; 6] = [
     &[("||", |a, b| truth(a != 0.0 || b != 0.0))],
     &[("&&", |a, b| truth(a != 0.0 && b != 0.0))],
     &[("==", |a, b| truth(a == b)), ("!=", |a, b| truth(a != b))],
@@ -221,7 +224,7 @@ impl Parser<'_, '_> {
 
 /// A whole number from 1.
 fn index(x: f64) -> Option<usize> {
-    (x >= 1.0 && x <= 1e9 && x.fract() == 0.0).then_some(x as usize)
+    ((1.0..=1e9).contains(&x) && x.fract() == 0.0).then_some(x as usize)
 }
 
 fn constant(name: &str) -> Option<f64> {
