@@ -20,7 +20,7 @@ use crate::stream;
 #[derive(Args, Debug)]
 pub struct Model {
     #[arg(value_name = "SCENE_OR_MESH", help = format!(
-        "A scene file (JSON) or a mesh ({}), which is a scene of one object; - for standard input",
+        "A scene file (JSON), a detector (GDML) or a mesh ({}), which is a scene of one object; - for standard input",
         mesh_format_names()
     ))]
     pub path: PathBuf,
