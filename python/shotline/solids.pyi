@@ -4,7 +4,7 @@ from numpy.typing import ArrayLike
 from .nodes import Vector
 from .solid import Solid
 
-__all__ = ["Halfspace", "Box", "Sphere", "Ellipsoid", "Cylinder", "Cone", "Paraboloid", "Hyperboloid", "Hyperboloid2", "Quadric", "Torus", "Tube", "ConeSection", "CutTube", "EllipsoidSection", "EllipticalCone", "EllipticalCylinder", "HyperboloidShell", "ParaboloidSection", "SphereSection", "TorusSection", "Revolved", "Polycone", "Polyhedra", "GenericPolyhedra", "Extruded", "Tetrahedron", "Trapezoid", "TwistedTube"]
+__all__ = ["Halfspace", "Box", "Sphere", "Ellipsoid", "Cylinder", "Cone", "Paraboloid", "Hyperboloid", "Hyperboloid2", "Quadric", "Torus", "Tube", "ConeSection", "CutTube", "EllipsoidSection", "EllipticalCone", "EllipticalCylinder", "HyperboloidShell", "ParaboloidSection", "SphereSection", "TorusSection", "Revolved", "Polycone", "Polyhedra", "GenericPolyhedra", "Extruded", "Tetrahedron", "Trapezoid", "TwistedTube", "TwistedTrapezoid"]
 
 class Halfspace(Solid):
     normal: Vector
@@ -202,3 +202,12 @@ class TwistedTube(Solid):
     phi0: float
     dphi: float
     def __init__(self, rmin: float, rmax: float, z0: float, z1: float, twist: float, phi0: float = ..., dphi: float = ...) -> None: ...
+
+class TwistedTrapezoid(Solid):
+    z: float
+    lower: tuple[tuple[float, ...], ...]
+    upper: tuple[tuple[float, ...], ...]
+    twist: float
+    shift_x: float
+    shift_y: float
+    def __init__(self, z: float, lower: ArrayLike, upper: ArrayLike, twist: float, shift_x: float = ..., shift_y: float = ...) -> None: ...

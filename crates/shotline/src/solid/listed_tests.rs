@@ -89,6 +89,16 @@ const INTERIORS: &[(&str, Interior)] = &[
         let section: Vec<_> = pairs.map(|(l, u)| mixed(l, u, (at.z + z) / (2.0 * z))).collect();
         at.z.abs() < z && in_polygon(&section, [at.x, at.y])
     }),
+    ("twisted_trapezoid", |p, at| {
+        let (z, shift) = (number(p, "z"), [number(p, "shift_x"), number(p, "shift_y")]);
+        let s = at.z / (2.0 * z);
+        let pairs = rows(p, "lower").into_iter().zip(rows(p, "upper"));
+        let section: Vec<_> = pairs.map(|(l, u)| mixed(l, u, s + 0.5)).collect();
+        let turned = (number(p, "twist") * s).to_radians();
+        let (x, y) = (at.x - s * shift[0], at.y - s * shift[1]);
+        let back = [x * turned.cos() + y * turned.sin(), y * turned.cos() - x * turned.sin()];
+        at.z.abs() < z && in_polygon(&section, back)
+    }),
     ("twisted_tube", |p, at| {
         let (z0, z1) = (number(p, "z0"), number(p, "z1"));
         let k = (0.5 * number(p, "twist")).to_radians().tan() / z0.abs().max(z1.abs());
@@ -196,6 +206,12 @@ fn wrong_rows_are_named() {
             "upper: makes twisted sides together with lower, and then each cross-section must be convex",
         ),
         ("twisted_tube", &[&[0.0], &[1.0], &[0.0], &[1.0], &[180.0]], "twist: is 180, but must be between"),
+        (
+            "twisted_trapezoid",
+            &[&[1.0], &square, &[-1.0, -1.0, 1.0, -1.0, 1.0, 1.0, -1.0, 0.5], &[30.0]],
+            "upper: has an edge that is not parallel to that of lower",
+        ),
+        ("twisted_trapezoid", &[&[1.0], &square, &square, &[361.0]], "twist: is 361, but must be from"),
     ] {
         let found = error(kind(name).expect("a kind"), values);
         assert!(found.starts_with(expected), "{name}: {found}");

@@ -23,6 +23,7 @@ mod faces;
 mod form;
 mod generic_polyhedra;
 mod halfspace;
+mod helicoid;
 mod hyperboloid;
 mod hyperboloid2;
 mod hyperboloid_shell;
@@ -58,6 +59,7 @@ pub mod torus;
 mod torus_section;
 mod trapezoid;
 mod tube;
+mod twisted_trapezoid;
 mod twisted_tube;
 
 use std::fmt::Debug;
@@ -252,6 +254,7 @@ registry!(
     tetrahedron,
     trapezoid,
     twisted_tube,
+    twisted_trapezoid,
 );
 
 /// Returns the kind with a given name.

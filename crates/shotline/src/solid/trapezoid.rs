@@ -159,6 +159,12 @@ impl Corners {
         is_along && cross(lower, upper).abs() <= FLAT * self.size * longer
     }
 
+    /// The edge of a side at the end at which it is longer.
+    pub fn longer_edge(&self, side: usize) -> [f64; 2] {
+        let [lower, upper] = self.edges(side);
+        if libm::hypot(upper[0], upper[1]) > libm::hypot(lower[0], lower[1]) { upper } else { lower }
+    }
+
     /// The solid if all sides are flat.
     fn flat(&self) -> Result<Parts, ParamError> {
         let mut faces = Faces::default();

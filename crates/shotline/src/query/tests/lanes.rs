@@ -91,7 +91,7 @@ fn rays(random: &mut Random) -> Vec<[f64; 6]> {
 fn rays_in_lanes_find_what_single_rays_find() {
     let mut random = Random::new(47);
     let (mut hits, mut in_lanes, mut in_waves) = (0, 0, 0);
-    for case in 0..80 {
+    for case in 0..100 {
         let scene = scene(&mut random);
         let Ok(world) = compile(&scene, Options::default()) else { continue };
         in_lanes += usize::from(world.casts_lanes());
