@@ -6,7 +6,7 @@ use shotline::scene::NodeId;
 use super::attributes::Found;
 use super::definitions::Vector;
 use super::units::Measure;
-use super::{Element, Module};
+use super::{Element, Module, tag};
 
 impl Module<'_> {
     /// Full lengths: a box with its widths at both ends.
@@ -23,7 +23,7 @@ impl Module<'_> {
     /// Full lengths. The middles of the faces are on a line at the angles theta and phi; alpha shears a face along x.
     pub(super) fn trap(&mut self, element: Element) -> Found<NodeId> {
         let z = self.half(element, "z")?;
-        let shift = self.shift(element, z)?;
+        let shift = self.shift(element, z, ["theta", "phi"])?;
         let mut faces = [[0.0; 8]; 2];
         let keys = [["y1", "x1", "x2", "alpha1"], ["y2", "x3", "x4", "alpha2"]];
         for ((face, keys), side) in faces.iter_mut().zip(keys).zip([-1.0, 1.0]) {
@@ -39,14 +39,14 @@ impl Module<'_> {
     pub(super) fn para(&mut self, element: Element) -> Found<NodeId> {
         let [x, y, z] = [self.half(element, "x")?, self.half(element, "y")?, self.half(element, "z")?];
         let alpha = self.angle_or(element, "alpha", 0.0)?;
-        let shift = self.shift(element, z)?;
+        let shift = self.shift(element, z, ["theta", "phi"])?;
         let face = |side: f64| sheared(shift.map(|x| x * side), y, [x; 2], alpha);
         self.trapezoid(element, z, &face(-1.0), &face(1.0))
     }
 
-    /// How far the middle of the upper face is shifted by the angles theta and phi.
-    fn shift(&mut self, element: Element, z: f64) -> Found<[f64; 2]> {
-        let [theta, phi] = [self.angle_or(element, "theta", 0.0)?, self.angle_or(element, "phi", 0.0)?];
+    /// How far the line between the middles of the faces is shifted along z by the angles theta and phi.
+    fn shift(&mut self, element: Element, z: f64, [theta, phi]: [&str; 2]) -> Found<[f64; 2]> {
+        let [theta, phi] = [self.angle_or(element, theta, 0.0)?, self.angle_or(element, phi, 0.0)?];
         let (sin, cos) = sin_cos_degrees_wide(phi);
         let r = z * tangent(theta);
         Ok([r * cos.hi, r * sin.hi])
@@ -107,8 +107,22 @@ impl Module<'_> {
         self.of_kind(element, "twisted_tube", values)
     }
 
+    /// Full lengths. The angle of the cross-section grows with z.
     pub(super) fn twisted_trap(&mut self, element: Element) -> Found<NodeId> {
-        Err(self.unsupported(element, format!("<{}>", super::tag(element))))
+        let z = self.half(element, "z")?;
+        let keys: [[&str; 3]; 2] = match tag(element) {
+            "twistedbox" => [["y", "x", "x"]; 2],
+            "twistedtrd" => [["y1", "x1", "x1"], ["y2", "x2", "x2"]],
+            _ => [["y1", "x1", "x2"], ["y2", "x3", "x4"]],
+        };
+        let (alpha, twist) = (self.angle_or(element, "Alph", 0.0)?, self.angle(element, "PhiTwist")?);
+        let mut faces = [[0.0; 8]; 2];
+        for (face, [y, low, high]) in faces.iter_mut().zip(keys) {
+            let widths = [self.half(element, low)?, self.half(element, high)?];
+            *face = sheared([0.0; 2], self.half(element, y)?, widths, alpha);
+        }
+        let [x, y] = self.shift(element, 2.0 * z, ["Theta", "Phi"])?;
+        self.of_kind(element, "twisted_trapezoid", &[&[z], &faces[0], &faces[1], &[twist], &[x], &[y]])
     }
 }
 
