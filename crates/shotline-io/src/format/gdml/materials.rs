@@ -116,7 +116,7 @@ impl Module<'_> {
         if shares.is_empty() && element.has_attribute("Z") {
             shares.push((name.clone(), 1.0));
         }
-        if by_mass.is_finite() && !shares.is_empty() && (by_mass - 1.0_f64).abs() > 0.01 {
+        if by_mass.is_finite() && by_mass > 0.0 && (by_mass - 1.0_f64).abs() > 0.01 {
             let text =
                 format!("the fractions of the material '{name}' sum to {by_mass}, and were scaled to 1");
             self.reader.notes.push(Note::new("fractions_scaled", Effect::Changed, 1, text));
