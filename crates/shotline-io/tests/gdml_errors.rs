@@ -168,7 +168,7 @@ fn broken_structures() {
         (volume("<physvol><file name=\"../../other.gdml\"/></physvol>"), "other.gdml"),
         (volume("<physvol name=\"a[\"><volumeref ref=\"v\"/></physvol>"), "there is no volume 'v'"),
         (volume("<replicavol number=\"0\"/>"), "must be a whole number from 1"),
-        (volume("<physvolume/>"), "<physvolume> has no meaning in <volume>"),
+        (volume("<physvolume/>"), "1 of <physvolume> in <volume> is not supported"),
     ] {
         expect(&with_volume(&text), 10, says);
     }
@@ -214,6 +214,20 @@ fn broken_xml() {
     assert!(message("<gdml>").contains("part.gdml"));
     assert!(message("").contains("part.gdml"));
     assert!(message("<root/>").contains("the root element is <root>, not <gdml>"));
+    for nested in ["loop for=\"i\" to=\"1\"", "parameterised_position_size"] {
+        let end = nested.split(' ').next().unwrap_or_default();
+        let deep = format!("{}{}", format!("<{nested}>").repeat(50_000), format!("</{end}>").repeat(50_000));
+        let contents = format!(
+            "<volume name=\"v\"><solidref ref=\"b\"/><paramvol><volumeref ref=\"v\"/>{deep}</paramvol>{}</volume>",
+            if end == "loop" { deep.as_str() } else { "" }
+        );
+        let text = with_volume(&contents).replace("<define>", "<define><variable name=\"i\" value=\"0\"/>");
+        assert!(
+            message(&text).contains("part.gdml:10:"),
+            "{}",
+            &message(&text)[..300.min(message(&text).len())]
+        );
+    }
     let deep = format!("<gdml>{}{}</gdml>", "<define>".repeat(100_000), "</define>".repeat(100_000));
     assert!(!message(&deep).is_empty());
 }
@@ -246,7 +260,7 @@ fn errors_in_included_files_name_them() {
     assert!(error.contains("solids.xml:3:11: \"y\" is 0 mm, but must be positive"), "{error}");
     write("parts/solids.xml", "<box name=\"x\" ");
     let error = load(folder.path().join("main.gdml")).expect_err("a broken file").to_string();
-    assert!(error.contains("solids.xml") && error.contains("main.gdml"), "{error}");
+    assert!(error.contains("solids.xml:1:15: "), "{error}");
     let module = with_volume(
         "<volume name=\"v\"><solidref ref=\"b\"/><physvol><file name=\"module.gdml\"/></physvol></volume>",
     );

@@ -283,8 +283,11 @@ impl Module<'_> {
 
     fn parameters(&mut self, element: Element, volume: NodeId, name: &str, placed: &mut Vec<NodeId>) {
         match tag(element) {
-            "parameterised_position_size" => {
-                elements(element).for_each(|child| self.parameters(child, volume, name, placed));
+            // One directly in another means nothing, and could be nested without end.
+            outer @ "parameterised_position_size" => {
+                for child in elements(element).filter(|child| tag(*child) != outer) {
+                    self.parameters(child, volume, name, placed);
+                }
             }
             "loop" => {
                 // What is wrong has been reported.
