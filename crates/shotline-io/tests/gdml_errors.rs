@@ -80,6 +80,7 @@ fn broken_definitions() {
             "<matrix name=\"m\" coldim=\"1\" values=\"1 2\"/><constant name=\"a\" value=\"m[0]\"/>",
             "not a whole number from 1",
         ),
+        ("<constant name=\"a\" value=\"m_18446744073709551615\"/>", "is not defined"),
         ("<place name=\"p\"/>", "<place> is no definition"),
         ("<loop for=\"i\" to=\"3\"/>", "'i' is not a defined variable"),
         ("<variable name=\"i\" value=\"1\"/><loop for=\"i\" to=\"3\" step=\"0\"/>", "has no end"),
@@ -151,6 +152,9 @@ fn broken_structures() {
     let volume = |content: &str| {
         format!("<volume name=\"v\"><materialref ref=\"Al\"/><solidref ref=\"b\"/>{content}</volume>")
     };
+    let placed = volume("<physvol name=\"a#[\"><volumeref ref=\"early\"/></physvol>");
+    let many_brackets = format!("<volume name=\"early\"><solidref ref=\"b\"/></volume>{placed}")
+        .replace('#', &"[-1e300]".repeat(50_000));
     for (text, says) in [
         ("<volume name=\"v\"><materialref ref=\"Al\"/></volume>".to_owned(), "the volume 'v' has no solid"),
         (
@@ -167,6 +171,7 @@ fn broken_structures() {
         (volume("<physvol><file name=\"/etc/passwd\"/></physvol>"), "the path of this file is absolute"),
         (volume("<physvol><file name=\"../../other.gdml\"/></physvol>"), "other.gdml"),
         (volume("<physvol name=\"a[\"><volumeref ref=\"v\"/></physvol>"), "there is no volume 'v'"),
+        (many_brackets, "a ']' is missing"),
         (volume("<replicavol number=\"0\"/>"), "must be a whole number from 1"),
         (volume("<physvolume/>"), "1 of <physvolume> in <volume> is not supported"),
     ] {
@@ -191,6 +196,9 @@ fn broken_setups() {
 fn broken_xml() {
     let unclosed = with_solid("<union name=\"x\">");
     assert!(message(&unclosed).starts_with("part.gdml:8:"), "{}", message(&unclosed));
+    // An element that begins in an entity and ends behind it, with characters of several bytes in between.
+    let cut = "<!DOCTYPE gdml [<!ENTITY e \"<gdml><\u{e9}>\">]>\n<gdml>&e;\u{e9}\u{e9}\u{e9}</\u{e9}></gdml>";
+    assert!(message(cut).contains("part.gdml"));
     let entity = with_solid("&parts;");
     assert!(
         message(&entity).contains("part.gdml:7:")

@@ -63,23 +63,20 @@ impl Module<'_> {
         name: &str,
         loops: bool,
     ) -> Found<String> {
-        let Some((start, rest)) = name.split_once('[').filter(|_| loops) else {
-            return Ok(name.trim().into());
-        };
-        let Some((indices, end)) = rest.split_once(']') else {
-            return Err(self.report(
-                element,
-                Some(key),
-                "a ']' is missing in this name",
-                "close the bracket",
-            ));
-        };
-        let mut out = start.trim().to_owned();
-        for index in indices.split(',') {
-            let index = self.evaluate(element, key, index)?;
-            out.push_str(&format!("_{}", index as i64 - 1));
+        let (mut out, mut rest) = (String::new(), name.trim());
+        while let Some((start, behind)) = rest.split_once('[').filter(|_| loops) {
+            let Some((indices, end)) = behind.split_once(']') else {
+                let message = "a ']' is missing in this name";
+                return Err(self.report(element, Some(key), message, "close the bracket"));
+            };
+            out.push_str(start.trim());
+            for index in indices.split(',') {
+                let before = self.evaluate(element, key, index)? - 1.0;
+                out.push_str(&format!("_{}", before as i64));
+            }
+            rest = end;
         }
-        out.push_str(&self.written_out(element, key, end, loops)?);
+        out.push_str(rest.trim());
         Ok(out)
     }
 

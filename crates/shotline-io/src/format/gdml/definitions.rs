@@ -35,13 +35,13 @@ impl Definitions {
     /// The element of a matrix by the name that Geant4 gives it: that of the matrix and the indices from 0, as in `m_0_1`.
     fn element_by_name(&self, name: &str) -> Option<f64> {
         let (rest, last) = name.rsplit_once('_')?;
-        let last: usize = last.parse().ok()?;
+        let index = |digits: &str| digits.parse::<usize>().ok()?.checked_add(1);
+        let last = index(last)?;
         if self.matrices.contains_key(rest) {
-            return self.element(rest, &[last + 1]).ok();
+            return self.element(rest, &[last]).ok();
         }
         let (matrix, first) = rest.rsplit_once('_')?;
-        let first: usize = first.parse().ok()?;
-        self.element(matrix, &[first + 1, last + 1]).ok()
+        self.element(matrix, &[index(first)?, last]).ok()
     }
 }
 

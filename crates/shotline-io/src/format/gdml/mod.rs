@@ -99,6 +99,13 @@ struct Volumes {
     worlds: Vec<(String, Option<NodeId>)>,
 }
 
+impl Volumes {
+    /// The name and the world of the default setup, or else of the first one.
+    fn world(&self) -> Option<&(String, Option<NodeId>)> {
+        self.worlds.iter().find(|(name, _)| name == "Default").or(self.worlds.first())
+    }
+}
+
 /// One file while it is read.
 struct Module<'r> {
     reader: &'r mut Reader,
@@ -170,9 +177,9 @@ impl Reader {
         volumes
     }
 
-    /// The world of the setup that the options name, or else of the default setup or the only one.
+    /// The world of the model.
     fn world(&mut self, volumes: &Volumes) -> Option<NodeId> {
-        let chosen = volumes.worlds.iter().find(|(name, _)| name == "Default").or(volumes.worlds.first());
+        let chosen = volumes.world();
         if chosen.is_none() && self.found.is_empty() {
             let message = "the file has no setup, which names the world volume";
             let help =
@@ -259,7 +266,7 @@ impl Module<'_> {
             let name = setup.attribute("name").unwrap_or("Default").to_owned();
             self.volumes.worlds.push((name, world.ok().flatten()));
         }
-        if is_main && let Some((_, Some(world))) = self.volumes.worlds.first() {
+        if is_main && let Some((_, Some(world))) = self.volumes.world() {
             let is_object = matches!(self.reader.scene.node(*world), Node::Object { .. });
             if !is_object {
                 self.report(root, None, "the world is an assembly", "name a volume that has a solid");

@@ -192,12 +192,7 @@ impl Module<'_> {
         let volumes = &self.reader.modules[&path];
         let found = match element.attribute("volname") {
             Some(name) => volumes.by_name.get(name).copied(),
-            None => volumes
-                .worlds
-                .iter()
-                .find(|(name, _)| name == "Default")
-                .or(volumes.worlds.first())
-                .map(|w| w.1),
+            None => volumes.world().map(|(_, world)| *world),
         };
         found.ok_or_else(|| {
             let message = format!("'{file}' has no such volume");

@@ -192,7 +192,8 @@ pub(super) fn place_of(texts: &[Text], node: Node) -> (usize, Range<usize>) {
     let number = texts.iter().position(holds).unwrap_or(0);
     let before = name.saturating_sub(texts[number].text.as_ptr() as usize);
     // The name follows the bracket, and possibly a prefix.
-    let start = texts[number].text[..before].rfind('<').unwrap_or(before);
+    let text = texts[number].text.get(..before).unwrap_or_default();
+    let start = text.rfind('<').unwrap_or(text.len());
     (number, start..(start + node.range().len()).min(texts[number].text.len()))
 }
 
@@ -209,8 +210,8 @@ pub(super) fn place_of_attribute(texts: &[Text], node: Node, name: &str) -> (usi
     }
 }
 
-/// The start tag of an element.
+/// The start tag of an element, of which only the beginning is certain: it may end in another text than it begins in.
 fn start_tag(text: &str, element: Range<usize>) -> Range<usize> {
-    let end = text[element.clone()].find('>').map_or(element.end, |end| element.start + end + 1);
-    element.start..end
+    let rest = text.get(element.start..).unwrap_or_default();
+    element.start..rest.find('>').map_or(element.end, |end| element.start + end + 1)
 }
