@@ -34,7 +34,7 @@ def axis(name):
 
 
 def section(scene, what, across, along, upwards, width, height, at, pixels=(900, 620)):
-    """The material or object of each pixel of a section; -1 where there is none."""
+    """The material or object of each pixel of a section; -1 outside of all."""
     rows = np.linspace(*height, 2 * pixels[1] + 1)[1::2] * 1000
     rays = np.zeros((len(rows), 6))
     rays[:, axis(across)], rays[:, axis(along)], rays[:, axis(upwards)] = at * 1000, width[0] * 1000, rows

@@ -34,7 +34,7 @@ impl Faces {
         points.iter().map(|p| *numbers.entry(key(*p)).or_insert_with(|| self.vertex(*p))).collect()
     }
 
-    /// Adds a face. Corners that are equal to the next count once, and a face of fewer than three corners is none.
+    /// Adds a face. Corners that are equal to the next count once. A face with fewer than three corners is left out.
     pub fn add(&mut self, corners: &[u32]) {
         let mut corners = corners.to_vec();
         corners.dedup();

@@ -80,7 +80,7 @@ fn union(parts: impl Iterator<Item = Parts>) -> Parts {
     if parts.len() == 1 { parts.remove(0) } else { Parts::Union(parts) }
 }
 
-/// A polygon cut at the heights of its corners, as far as its edges change there. Between two heights the edges that pass
+/// A polygon cut at the heights of its corners where its edges change. Between two heights the edges that pass
 /// do not cross, and the interior is between the first and the second of them, the third and the fourth...
 fn pieces(ring: &Ring) -> Vec<Piece> {
     let mut edges: Vec<Edge> = ring

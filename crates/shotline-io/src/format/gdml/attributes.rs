@@ -212,7 +212,7 @@ impl Module<'_> {
         Err(self.report(element, Some(extent), message, "correct the angle"))
     }
 
-    /// The vector of the attributes x, y and z in a unit; `missing` where there is none.
+    /// The vector of the attributes x, y and z in a unit; an absent one is `missing`.
     pub(super) fn vector(&mut self, element: Element, measure: Option<Measure>, missing: f64) -> Found<Vec3> {
         let mut v = [missing; 3];
         for (x, key) in v.iter_mut().zip(["x", "y", "z"]) {
