@@ -276,6 +276,12 @@ fn errors_in_included_files_name_them() {
     write("module.gdml", &with_solid("<box name=\"x\" x=\"1\" y=\"a\" z=\"1\"/>"));
     let error = load(folder.path().join("main.gdml")).expect_err("a wrong module").to_string();
     assert!(error.contains("module.gdml:7:") && error.contains("'a' is not defined"), "{error}");
+    let placed = "<physvol><file name=\"module.gdml\"/></physvol>";
+    write("main.gdml", &module.replace(placed, &placed.repeat(3)));
+    write("module.gdml", "<gdml>");
+    let error = load(folder.path().join("main.gdml")).expect_err("a broken module").to_string();
+    assert_eq!(error.matches("this module cannot be read: module.gdml:1:").count(), 1, "{error}");
+    write("main.gdml", &module);
     write("module.gdml", &module);
     let error = load(folder.path().join("main.gdml")).expect_err("a cycle").to_string();
     assert!(error.contains("'module.gdml' includes itself"), "{error}");

@@ -86,7 +86,8 @@ struct Reader {
     folder: PathBuf,
     /// The modules that are being read, the outermost first.
     open: Vec<PathBuf>,
-    modules: HashMap<PathBuf, Volumes>,
+    /// The modules that have been read; `None` for one that cannot be.
+    modules: HashMap<PathBuf, Option<Volumes>>,
     /// How many more copies of volumes may be made.
     copies: usize,
 }

@@ -183,13 +183,13 @@ impl Module<'_> {
             self.reader.open.push(path.clone());
             let volumes = texts.and_then(|texts| self.reader.module(texts, false));
             self.reader.open.pop();
-            let volumes = volumes.map_err(|error| {
+            if let Err(error) = &volumes {
                 let message = format!("this module cannot be read: {}", error.brief(&file));
-                self.report(element, Some("name"), message, "correct the module")
-            })?;
-            self.reader.modules.insert(path.clone(), volumes);
+                self.report(element, Some("name"), message, "correct the module");
+            }
+            self.reader.modules.insert(path.clone(), volumes.ok());
         }
-        let volumes = &self.reader.modules[&path];
+        let Some(volumes) = &self.reader.modules[&path] else { return Err(Reported) };
         let found = match element.attribute("volname") {
             Some(name) => volumes.by_name.get(name).copied(),
             None => volumes.world().map(|(_, world)| *world),
