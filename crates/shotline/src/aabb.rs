@@ -172,6 +172,28 @@ impl BoxRay {
         }
     }
 
+    /// Prepares a line for the boxes inside a box that it meets: `around` is the same line in the frame of that box. The span
+    /// is narrowed to where the line is in the box. On an axis where the slope is too uncertain to cull, the line then stays
+    /// so near to its origin that it is taken as parallel to the other axes: a ray along the rows of a turned lattice meets
+    /// one row, and not all.
+    pub(crate) fn inside(line: &Line, around: &BoxRay, bounds: &Aabb) -> BoxRay {
+        let part = around.enter_exit(bounds).and_then(|(enter, exit)| Span::new(enter, exit).ok());
+        let span = part.unwrap_or(around.span);
+        let mut ray = BoxRay::new(line, span);
+        let reach = span.t_min().abs().max(span.t_max().abs());
+        for axis in 0..3 {
+            let travel = (line.d[axis].abs() + line.d_err[axis]) * reach;
+            let far = (line.o_err[axis] + travel) * (1.0 + 8.0 * HALF_ULP);
+            if ray.inverse[axis].is_nan() && far.is_finite() {
+                let rounding = 2.0 * HALF_ULP * (line.o[axis].abs() + far);
+                (ray.ahead[axis], ray.behind[axis]) =
+                    (line.o[axis] + far + rounding, line.o[axis] - far - rounding);
+                ray.inverse[axis] = f64::INFINITY;
+            }
+        }
+        ray
+    }
+
     /// The same line in coordinates `(v - centre) / size`, where `size` is a power of two. The ends of the origin's
     /// error are moved apart by the rounding of the difference, so the tests stay conservative.
     pub(crate) fn relative_to(&self, centre: Vec3, size: f64) -> BoxRay {

@@ -11,6 +11,7 @@ mod collapse;
 mod display;
 mod grid;
 mod hierarchy;
+mod lattice;
 mod octree;
 mod prim_ref;
 mod walk;
@@ -20,6 +21,7 @@ use std::fmt::Debug;
 use std::ops::Range;
 
 pub use beam::{BEAM_RAYS, Beam, BeamEntry, BeamRays, BeamSome, ByRay, MetRays};
+pub use lattice::LatticeIndex;
 pub use walk::{Walk, WalkEntry, WalkKind};
 
 use crate::aabb::{Aabb, BoxRay};

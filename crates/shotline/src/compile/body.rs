@@ -11,13 +11,18 @@ use super::{SceneError, Stats};
 use crate::aabb::Aabb;
 use crate::accel::{self, Items};
 use crate::csg::{LeafBounds, Op, Program, Tree, TreeNode};
-use crate::math::{Affine, ComposedTransform, TransformPair};
+use crate::math::{
+    Affine, ComposedTransform, Lattice, ShiftedTransform, SingularTransform, TransformPair, Vec3,
+};
 use crate::region::Constraint;
 use crate::scene::{Node, NodeId, Scene};
 use crate::solid::{Parts, Solid};
 
 /// Up to this many leaves are tested one after the other, which is cheaper than any accelerator.
 const MAX_LEAVES_WITHOUT_ACCEL: usize = 8;
+
+/// The largest number of cells of a lattice that is an operand of a combination.
+const MAX_WRITTEN_CELLS: u64 = 1 << 20;
 
 /// The input of building bodies, and the totals over all bodies built.
 pub(super) struct BodyBuilder<'s> {
@@ -92,6 +97,15 @@ impl BodyBuilder<'_> {
                         enter_all(&mut steps, Op::Union, members, &composed);
                         continue;
                     }
+                    Node::Lattice { lattice, .. } => {
+                        check_written(node, lattice)?;
+                        let cells: Vec<(Vec3, NodeId)> = self.scene.node(node).cells().collect();
+                        steps.push(Step::Combine(Op::Union, cells.len()));
+                        steps.extend(cells.into_iter().rev().map(|(shift, element)| {
+                            Step::Enter(element, composed.then(&Affine::translation(shift)))
+                        }));
+                        continue;
+                    }
                     Node::Solid { .. } | Node::Mesh { .. } => {
                         done.push(self.solid(node, &composed, &mut tree, &mut leaves)?);
                         continue;
@@ -151,19 +165,40 @@ impl BodyBuilder<'_> {
         node: NodeId,
         composed: &ComposedTransform,
     ) -> Result<TransformPair, SceneError> {
-        let placement = composed.placement();
-        let placement = placement.map_err(|e| {
-            let hint = "scale it less, or less unevenly, in the transforms above it";
-            SceneError::at(node, format!("all transforms above it together: {e}")).with_hint(hint)
-        })?;
+        let placement = composed.placement().map_err(|e| refused(node, e))?;
         self.stats.condition = self.stats.condition.max(placement.condition);
         Ok(placement)
+    }
+
+    /// As [`BodyBuilder::placed`], for a chain of transforms that is placed with many shifts.
+    pub fn shifted(&mut self, node: NodeId, chain: &[Affine]) -> Result<ShiftedTransform, SceneError> {
+        let (transform, condition) = ShiftedTransform::new(chain).map_err(|e| refused(node, e))?;
+        self.stats.condition = self.stats.condition.max(condition);
+        Ok(transform)
     }
 
     fn count_surfaces(&mut self, solid: &dyn Solid) {
         self.surfaces += solid.surfaces().len() as u32;
         self.stats.leaves += 1;
     }
+}
+
+/// Checks that a lattice in a combination, where each cell is an operand, is not too large.
+fn check_written(node: NodeId, lattice: &Lattice) -> Result<(), SceneError> {
+    let count = lattice.cell_count();
+    if count <= MAX_WRITTEN_CELLS {
+        return Ok(());
+    }
+    let message = format!(
+        "in a combination each cell of a lattice is an operand: {count} are too many, {MAX_WRITTEN_CELLS} are possible"
+    );
+    Err(SceneError::at(node, message).with_hint("use the lattice outside of combinations"))
+}
+
+/// The error of a node whose transforms together cannot be inverted.
+fn refused(node: NodeId, why: SingularTransform) -> SceneError {
+    SceneError::at(node, format!("all transforms above it together: {why}"))
+        .with_hint("scale it less, or less unevenly, in the transforms above it")
 }
 
 /// Adds parts to an expression, and their solids by `add`, which returns their numbers. Returns the node of the parts.

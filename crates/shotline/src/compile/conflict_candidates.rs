@@ -7,7 +7,8 @@
 use std::collections::{HashMap, HashSet};
 
 use super::box_join::{intersects, join};
-use super::world::{Body, Level, ObjectScope, Placement, Target, World};
+use super::placements::{Level, ObjectScope, Placement, Target};
+use super::world::{Body, World};
 use crate::aabb::Aabb;
 use crate::math::Affine;
 
@@ -91,7 +92,7 @@ impl World {
             budget: comparisons,
             found: ConflictCandidates::default(),
         };
-        search.found.complete = search.run();
+        search.found.complete = search.run() && !search.children.is_cut;
         search.found
     }
 
@@ -130,9 +131,30 @@ impl World {
     }
 }
 
+/// The largest number of cells of a lattice that are all compared with what is around it. Of a larger one only those near its
+/// first corner are, which shows whether neighbours overlap.
+const MAX_SEARCHED_CELLS: u32 = 1 << 16;
+const CORNER: u32 = 32;
+
+/// The placements of a level that are searched. The empty cells of a lattice are left out.
+fn cells_to_search(level: &Level) -> Vec<u32> {
+    match &level.lattice {
+        Some(cells) if cells.count() > MAX_SEARCHED_CELLS => {
+            let lattice = &cells.lattice;
+            let [rows, layers] = [lattice.rows(), lattice.layers()].map(|count| count.min(CORNER));
+            let row = |k, j| (0..lattice.row(j).count.min(CORNER)).map(move |i| lattice.number([i, j, k]));
+            let near = (0..layers).flat_map(|k| (0..rows).flat_map(move |j| row(k, j)));
+            near.filter(|&number| level.has_placement(number)).collect()
+        }
+        _ => level.numbers().collect(),
+    }
+}
+
 /// Computes the children of subtrees.
 struct SubtreeChildren<'w> {
     world: &'w World,
+    /// Whether some cells of a lattice were left out.
+    is_cut: bool,
     instances: Vec<Instance>,
     levels_with_objects: Vec<bool>,
     /// The boxes of the leaves of a body, without duplicates, in its frame.
@@ -142,7 +164,13 @@ struct SubtreeChildren<'w> {
 impl<'w> SubtreeChildren<'w> {
     fn new(world: &'w World) -> SubtreeChildren<'w> {
         let levels_with_objects = world.levels_with_objects();
-        SubtreeChildren { world, instances: Vec::new(), levels_with_objects, leaves: HashMap::new() }
+        SubtreeChildren {
+            world,
+            is_cut: false,
+            instances: Vec::new(),
+            levels_with_objects,
+            leaves: HashMap::new(),
+        }
     }
 
     fn root(&self) -> Subtree {
@@ -170,8 +198,12 @@ impl<'w> SubtreeChildren<'w> {
             SubtreeKind::Placement(Target::Level(level), map) => {
                 let level = self.world.level(level);
                 let mut scopes = vec![None; level.scopes.len()];
-                let mut placed = |placed| self.placed(level, placed, &map, subtree.instance, &mut scopes);
-                level.placements.iter().filter_map(&mut placed).collect()
+                let numbers = cells_to_search(level);
+                self.is_cut |= (numbers.len() as u64) < u64::from(level.placement_count());
+                let mut placed = |number: u32| {
+                    self.placed(level, &level.placement(number), &map, subtree.instance, &mut scopes)
+                };
+                numbers.into_iter().filter_map(&mut placed).collect()
             }
             SubtreeKind::Placement(Target::Body(body), map) => {
                 let leaf = |b: &Aabb| Subtree {
@@ -427,74 +459,5 @@ fn spend(budget: &mut u64, steps: usize) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::compile::{Options, compile};
-    use crate::math::Vec3;
-    use crate::scene::{Node, NodeId, Op, Scene};
-
-    fn ball(scene: &mut Scene, at: [f64; 3]) -> NodeId {
-        let ball = scene.add_solid("sphere", &[&[1.0]]).unwrap();
-        scene.add_transform(Affine::translation(Vec3::from_array(at)), ball)
-    }
-
-    fn conflict_candidates(scene: &Scene) -> ConflictCandidates {
-        compile(scene, Options::default()).unwrap().conflict_candidates(100, 1 << 20)
-    }
-
-    #[test]
-    fn pairs_are_those_of_leaves_of_different_objects_of_equal_priority() {
-        let mut scene = Scene::default();
-        let [a, b, far, off] =
-            [[0.0; 3], [1.5, 0.0, 0.0], [100.0; 3], [50.0; 3]].map(|at| ball(&mut scene, at));
-        let two = scene.add_csg(Op::Union, vec![a, far]);
-        scene.add_object("two", None, two);
-        scene.add_object("b", None, b);
-        // In the box of the union, but in none of the boxes of its leaves.
-        scene.add_object("off", None, off);
-        let found = conflict_candidates(&scene);
-        assert!(found.complete && found.count == 1, "{found:?}");
-        assert_eq!(found.pairs[0].objects, [0, 1]);
-        let common = found.pairs[0].place;
-        assert!((common.min.x - 0.5).abs() < 1e-12 && (common.max.x - 1.0).abs() < 1e-12, "{common:?}");
-    }
-
-    #[test]
-    fn pairs_within_a_shared_group_are_found_at_one_place() {
-        let mut scene = Scene::default();
-        let [a, b] = [[0.0; 3], [1.5, 0.0, 0.0]].map(|at| ball(&mut scene, at));
-        let members = [("a", a), ("b", b)].map(|(name, node)| {
-            scene.add(Node::Object {
-                name: name.into(),
-                material: None,
-                priority: 0,
-                node,
-                contents: Vec::new(),
-                clip: false,
-            })
-        });
-        let mut group = scene.add(Node::Group { members: members.to_vec() });
-        for k in 0..40 {
-            let step = 4.0 * f64::powi(2.0, k);
-            let moved = scene.add_transform(Affine::translation(Vec3::new(0.0, step, 0.0)), group);
-            group = scene.add(Node::Group { members: vec![group, moved] });
-        }
-        scene.add_object("all", None, group);
-        let found = conflict_candidates(&scene);
-        assert!(found.complete && found.count == 1, "{found:?}");
-    }
-
-    #[test]
-    fn comparisons_that_are_too_few_are_told() {
-        let mut scene = Scene::default();
-        for i in 0..100 {
-            let ball = ball(&mut scene, [0.1 * f64::from(i), 0.0, 0.0]);
-            scene.add_object(&format!("ball {i}"), None, ball);
-        }
-        let world = compile(&scene, Options::default()).unwrap();
-        let few = world.conflict_candidates(10, 200);
-        assert!(!few.complete, "{few:?}");
-        let all = world.conflict_candidates(10, 1 << 20);
-        assert!(all.complete && all.count > 1000 && all.pairs.len() == 10, "{}", all.count);
-    }
-}
+#[path = "conflict_tests.rs"]
+mod tests;

@@ -10,8 +10,8 @@ use crate::scene::{Node, NodeId, Scene};
 pub(super) struct Graph {
     /// Every reachable node, children before parents.
     pub postorder: Vec<NodeId>,
-    /// Whether a node is placed through more than one path from the roots. A node below a combination is not placed
-    /// by itself.
+    /// Whether a node is compiled by itself, to be placed on more than one path from the roots: lattices are, and what they
+    /// hold. A node below a combination is not placed by itself.
     shared: Vec<bool>,
 }
 
@@ -57,7 +57,7 @@ fn check_contents(scene: &Scene, postorder: &[NodeId]) -> Result<(), Vec<SceneEr
                 }));
                 true
             }
-            Node::Group { members } => members.iter().all(holds),
+            Node::Group { members } | Node::Lattice { elements: members, .. } => members.iter().all(holds),
             Node::Transform { child, .. } => holds(child),
             Node::Solid { .. } | Node::Mesh { .. } | Node::Csg { .. } => false,
         };
@@ -161,8 +161,8 @@ fn cycle_error(names: &HashMap<NodeId, &str>, cycle: &[(NodeId, usize)]) -> Scen
         .with_hint("break the cycle: a shared part may not be used inside itself")
 }
 
-/// Finds shared nodes: those with several parents, or with a parent that is shared. Operands of combinations do not
-/// count.
+/// Finds shared nodes: lattices, those with several parents, and those with a parent that is shared. Operands of
+/// combinations do not count.
 fn find_shared(scene: &Scene, postorder: &[NodeId]) -> Vec<bool> {
     let mut parents = vec![0u32; scene.nodes.len()];
     let mut reached = vec![false; scene.nodes.len()];
@@ -176,7 +176,7 @@ fn find_shared(scene: &Scene, postorder: &[NodeId]) -> Vec<bool> {
         if !reached[i] {
             continue;
         }
-        shared[i] |= parents[i] > 1;
+        shared[i] |= parents[i] > 1 || matches!(scene.node(*id), Node::Lattice { .. });
         if matches!(scene.node(*id), Node::Csg { .. }) {
             continue;
         }

@@ -11,13 +11,15 @@ use super::accel_choice::AccelChoice;
 use super::body::{BodyBuilder, is_body};
 use super::built_leaves::BuiltLeaves;
 use super::graph::Graph;
+use super::lattice_cells::{Element, LatticeCells};
 use super::names::{Labels, NO_NAME, NameId};
-use super::world::{Level, ObjectInfo, ObjectScope, Placement, Target, World};
+use super::placements::{Level, ObjectScope, Placement, Target};
+use super::world::{ObjectInfo, World};
 use super::{SceneError, Stats};
 use crate::aabb::Aabb;
-use crate::accel::{self, Items};
-use crate::math::{ComposedTransform, TransformPair};
-use crate::scene::{Node, NodeId, Scene};
+use crate::accel::{self, Items, LatticeIndex};
+use crate::math::{Affine, ComposedTransform, Lattice, TransformPair};
+use crate::scene::{EMPTY_CELL, Node, NodeId, Scene};
 
 /// Index of one occurrence of a transform on the path from the root of a level to its placements.
 pub(super) type OccurrenceId = u32;
@@ -155,17 +157,18 @@ impl<'s> Builder<'s> {
         // Children come before parents, so the targets of a level's placements exist already.
         for &id in graph.postorder.iter().filter(|&&id| graph.is_shared(id)) {
             let node = scene.node(id);
-            let target = match MemberList::of(node) {
-                Some(members) => {
-                    let object = self.objects.get(&id).copied();
-                    Target::Level(self.level(members, object, self.bodies.choice.of(id))?)
+            let target = match (node, MemberList::of(node)) {
+                (Node::Lattice { lattice, elements, table }, _) => {
+                    self.lattice(id, *lattice, elements, table.as_deref())?
                 }
-                None if is_body(node) => match self.body(id, &ComposedTransform::IDENTITY)? {
-                    Some(target) => target,
-                    None => continue,
-                },
-                None => continue,
+                (_, Some(members)) => {
+                    let object = self.objects.get(&id).copied();
+                    Some(Target::Level(self.level(members, object, self.bodies.choice.of(id))?))
+                }
+                _ if is_body(node) => self.body(id, &ComposedTransform::IDENTITY)?,
+                _ => None,
             };
+            let Some(target) = target else { continue };
             self.targets.insert(id, target);
         }
         let roots = MemberList { shape: None, nodes: &scene.objects, indexed: false, visited: 0 };
@@ -248,6 +251,99 @@ impl<'s> Builder<'s> {
         level.accel = accel::build(accel, Items { boxes: &boxes, groups: Some(&ranges) });
         self.world.levels.push(Arc::new(level));
         Ok((self.world.levels.len() - 1) as u32)
+    }
+
+    /// Builds the level of a lattice. Returns `None` if no cell holds anything.
+    fn lattice(
+        &mut self,
+        id: NodeId,
+        lattice: Lattice,
+        elements: &[NodeId],
+        table: Option<&[u32]>,
+    ) -> Result<Option<Target>, SceneError> {
+        let mut level = Level { accel_name: "lattice", ..Level::default() };
+        let (mut of_cells, mut numbers) = (Vec::new(), Vec::new());
+        for &node in elements {
+            let placed = self.element(node)?;
+            numbers.push(placed.as_ref().map_or(EMPTY_CELL, |_| of_cells.len() as u32));
+            if let Some((element, placement)) = placed {
+                of_cells.push(element);
+                level.placements.push(placement);
+            }
+        }
+        if of_cells.is_empty() {
+            return Ok(None);
+        }
+        let number = |&element: &u32| numbers.get(element as usize).copied().unwrap_or(EMPTY_CELL);
+        let table: Option<Arc<[u32]>> = match table {
+            None => None,
+            Some(table) => Some(table.iter().map(number).collect()),
+        };
+        let count = |of: fn(&Element) -> u64| match &table {
+            None => of(&of_cells[0]).checked_mul(lattice.cell_count()),
+            Some(table) => table
+                .iter()
+                .filter_map(|&element| of_cells.get(element as usize))
+                .try_fold(0u64, |sum, element| sum.checked_add(of(element))),
+        };
+        level.leaf_count = count(|element| element.leaf_count).unwrap_or(u64::MAX);
+        level.path_count = count(|element| element.path_count)
+            .filter(|&n| n <= i64::MAX as u64)
+            .ok_or_else(|| SceneError::at(id, "more than 2^63 instances cannot be numbered".into()))?;
+        let cells = LatticeCells::new(lattice, of_cells, table);
+        level.bounds = cells.all_bounds();
+        if cells.element_bounds().is_finite() && !level.bounds.is_finite() {
+            return Err(SceneError::at(id, "the cells of this lattice are too far away".into())
+                .with_hint("use smaller numbers, or another unit of length"));
+        }
+        for (element, placed) in (0..).zip(&mut level.placements) {
+            placed.bounds = cells.bounds(0, element);
+        }
+        let index = LatticeIndex::new(lattice, cells.element_bounds(), cells.table().cloned());
+        level.accel = Some(Box::new(index));
+        level.lattice = Some(Box::new(cells));
+        self.recorder.end_level();
+        self.world.levels.push(Arc::new(level));
+        Ok(Some(Target::Level((self.world.levels.len() - 1) as u32)))
+    }
+
+    /// An element of a lattice, and the placement from which those of its cells are made. Returns `None` if there is nothing
+    /// to place.
+    fn element(&mut self, node: NodeId) -> Result<Option<(Element, Placement)>, SceneError> {
+        let (label, _) = self.labels.of(node);
+        let name = Arc::make_mut(&mut self.world.names).add(NO_NAME, label, None);
+        let (mut at, mut object, mut chain) = (node, None, Vec::new());
+        loop {
+            match self.bodies.scene.node(at) {
+                Node::Transform { transform, child } => {
+                    chain.extend(transform.matrices());
+                    at = *child;
+                }
+                Node::Object { node, contents, .. } if contents.is_empty() => {
+                    object = self.objects.get(&at).copied();
+                    at = *node;
+                }
+                _ => break,
+            }
+        }
+        let Some(&target) = self.targets.get(&at) else { return Ok(None) };
+        let transform = self.bodies.shifted(at, &chain)?;
+        let element = Element {
+            transform,
+            bounds: self.world.bounds_of(target),
+            path_count: self.world.paths_of(target),
+            leaf_count: self.world.leaves_of(target),
+        };
+        let placement = Placement {
+            local_from_parent: Affine::IDENTITY,
+            bounds: Aabb::EMPTY,
+            target,
+            object,
+            scope: None,
+            first_path: 0,
+            name,
+        };
+        Ok(Some((element, placement)))
     }
 
     /// The visit of the next member, if there is one left.

@@ -12,9 +12,12 @@ mod conflict_candidates;
 mod dynamic;
 mod error;
 mod graph;
+mod lattice_cells;
+mod lattices;
 mod level;
 mod materials;
 mod names;
+mod placements;
 #[cfg(any(test, feature = "testkit"))]
 mod reference_world;
 mod world;
@@ -24,7 +27,9 @@ pub use dynamic::DynamicWorld;
 pub use error::{InvalidScene, SceneError};
 pub use world::{Stats, World};
 
-pub(crate) use world::{Body, Leaf, Level, Placement, SolidBody, SurfaceBody, Target};
+pub(crate) use lattice_cells::LatticeCells;
+pub(crate) use placements::{Level, Placement, Target};
+pub(crate) use world::{Body, Leaf, SolidBody, SurfaceBody};
 
 use accel_choice::AccelChoice;
 use built_leaves::BuiltLeaves;
@@ -57,6 +62,7 @@ fn build(
     let choice = AccelChoice::new(scene, options)?;
     let graph = graph::Graph::of(scene)?;
     let mut errors = materials::check(scene);
+    errors.extend(lattices::check(scene));
     let leaves = match BuiltLeaves::build(scene, &graph, choice) {
         Ok(leaves) if errors.is_empty() => leaves,
         Ok(_) => return Err(errors),

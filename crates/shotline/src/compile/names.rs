@@ -130,6 +130,7 @@ impl<'s> Labels<'s> {
                 Node::Solid { kind, .. } => kind.name,
                 Node::Mesh { .. } => "mesh",
                 Node::Group { .. } => "group",
+                Node::Lattice { .. } => "lattice",
                 Node::Csg { op, .. } => op.name(),
             };
             return (label, false);

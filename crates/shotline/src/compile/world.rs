@@ -1,9 +1,10 @@
 //! The compiled form of a scene.
 
-use std::ops::Range;
+use std::borrow::Cow;
 use std::sync::Arc;
 
-use super::names::{NameId, PathNames};
+use super::names::PathNames;
+use super::placements::{Level, Placement, Target};
 use crate::aabb::Aabb;
 use crate::accel::Accelerator;
 use crate::csg::Program;
@@ -62,52 +63,6 @@ pub(super) struct ObjectInfo {
     pub priority: i32,
     /// Whether what it contains counts only inside it.
     pub clip: bool,
-}
-
-/// An object that begins in a level and has several placements there: those of its shape and of what it contains.
-#[derive(Clone, Debug)]
-pub(crate) struct ObjectScope {
-    pub object: u32,
-    /// The scope in the same level that it is in; `None` if that is where the level is placed.
-    pub parent: Option<u32>,
-    /// Its paths, of those of the level.
-    pub paths: Range<u64>,
-}
-
-/// The placements of a group, or of an object with what it contains.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Level {
-    pub placements: Vec<Placement>,
-    pub scopes: Vec<ObjectScope>,
-    pub accel: Option<Box<dyn Accelerator>>,
-    pub(super) accel_name: &'static str,
-    pub bounds: Aabb,
-    /// Number of bodies below, counted once for every placement.
-    pub path_count: u64,
-    pub leaf_count: u64,
-}
-
-/// A body or a level, placed.
-#[derive(Clone, Debug)]
-pub(crate) struct Placement {
-    /// The inverse transform `T^-1`, by which rays are transformed.
-    pub local_from_parent: Affine,
-    /// In the frame of the level.
-    pub bounds: Aabb,
-    pub target: Target,
-    /// The object that begins here or in a scope around it; `None` where the object is named further up.
-    pub object: Option<u32>,
-    /// The innermost scope in the level that it is in. If its object is another, the object begins at this placement.
-    pub scope: Option<u32>,
-    /// Number of paths of the level that come before this placement.
-    pub first_path: u64,
-    pub(super) name: NameId,
-}
-
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Target {
-    Body(u32),
-    Level(u32),
 }
 
 /// Anything that rays can hit, in a frame of its own.
@@ -215,7 +170,13 @@ impl World {
                     _ => Aabb::EMPTY,
                 },
             });
-            finite.push(boxes.fold(Aabb::EMPTY, |all, b| all.union(&b)));
+            // The cells of a lattice are all bounded or all unbounded.
+            let listed = boxes.fold(Aabb::EMPTY, |all, b| all.union(&b));
+            finite.push(match &level.lattice {
+                Some(_) if level.bounds.is_finite() => level.bounds,
+                Some(_) => Aabb::EMPTY,
+                None => listed,
+            });
         }
         finite.get(self.root as usize).copied().unwrap_or_default()
     }
@@ -228,7 +189,7 @@ impl World {
     /// The name of an instance path, as in `world/arm[2]/bolt[0]`; empty for a number not in use.
     pub fn path_name(&self, path: u64) -> String {
         let mut name = String::new();
-        self.placements_of_path(path).for_each(|placed| self.names.write(placed.name, &mut name));
+        self.steps_of_path(path).for_each(|(level, number)| self.write_name(level, number, &mut name));
         name
     }
 
@@ -236,31 +197,32 @@ impl World {
     /// The local frame of a solid or a mesh alone is its own. That of a combination is the frame it is written in if
     /// it is shared, otherwise that of the group around it. `None` for a number that is not in use.
     pub fn path_transform(&self, path: u64) -> Option<Affine> {
-        let placements_of_path: Vec<&Placement> = self.placements_of_path(path).collect();
-        let Target::Body(body) = placements_of_path.last()?.target else { return None };
+        let steps = self.steps_of_path(path);
+        let placements: Vec<Cow<Placement>> = steps.map(|(level, number)| level.placement(number)).collect();
+        let Target::Body(body) = placements.last()?.target else { return None };
         let local = match self.body(body) {
             Body::Surface(b) => &b.local_from_body,
             Body::Solid(b) if b.leaves.len() == 1 => &b.leaves[0].local_from_body,
             Body::Solid(_) => &Affine::IDENTITY,
         };
-        let down = placements_of_path.iter().rev().map(|placed| &placed.local_from_parent);
+        let down = placements.iter().rev().map(|placed| &placed.local_from_parent);
         let local_from_world =
             down.fold(ComposedTransform::IDENTITY.then(local), |composed, step| composed.then(step));
         local_from_world.placement().ok().map(|placement| placement.local_from_parent)
     }
 
-    /// The placements of an instance path, outermost first; none for a number not in use.
-    fn placements_of_path(&self, path: u64) -> impl Iterator<Item = &Placement> {
+    /// The levels on an instance path, outermost first, each with the number of its placement; none for a number not in use.
+    fn steps_of_path(&self, path: u64) -> impl Iterator<Item = (&Level, u32)> {
         let (mut level, mut rest) = (Some(self.root()), path);
         std::iter::from_fn(move || {
             let here = level.take().filter(|level| rest < level.path_count)?;
-            let i = here.placements.partition_point(|p| p.first_path <= rest) - 1;
-            let placed = &here.placements[i];
+            let number = here.placement_of_path(rest);
+            let placed = here.placement(number);
             rest -= placed.first_path;
             if let Target::Level(next) = placed.target {
                 level = Some(self.level(next));
             }
-            Some(placed)
+            Some((here, number))
         })
     }
 
@@ -286,11 +248,18 @@ impl World {
         }
     }
 
-    /// The name of a placement: the end of the paths that lead to it.
-    pub(crate) fn placed_name(&self, placed: &Placement) -> String {
+    /// The name of a placement of a level: the end of the paths that lead to it.
+    pub(crate) fn placed_name(&self, level: &Level, number: u32) -> String {
         let mut name = String::new();
-        self.names.write(placed.name, &mut name);
+        self.write_name(level, number, &mut name);
         name
+    }
+
+    fn write_name(&self, level: &Level, number: u32, out: &mut String) {
+        self.names.write(level.placement(number).name, out);
+        if let Some(cells) = &level.lattice {
+            out.push_str(&format!("[{}]", cells.lattice.cell_name(number)));
+        }
     }
 
     /// An object that has no inside, with its mesh, if there is one. A world with such an object has no segments.
@@ -390,7 +359,8 @@ impl World {
             .iter()
             .map(|l| {
                 let placements = size_of_val(l.placements.as_slice()) + size_of_val(l.scopes.as_slice());
-                size_of::<Level>() + placements + accel(&l.accel)
+                let cells = l.lattice.as_ref().map_or(0, |cells| cells.memory());
+                size_of::<Level>() + placements + cells + accel(&l.accel)
             })
             .sum();
         let leaf = |l: &Leaf| size_of::<Leaf>() + size_of_val(&*l.solid) + l.solid.memory();

@@ -209,7 +209,7 @@ impl TransformPair {
 /// A product of transforms in double-double. Only [`ComposedTransform::placement`] rounds it, so that equal chains
 /// give equal bits and long chains do not accumulate rounding errors.
 #[derive(Clone, Copy, Debug)]
-pub struct ComposedTransform(Wide);
+pub struct ComposedTransform(pub(super) Wide);
 
 impl ComposedTransform {
     /// The empty product.
@@ -247,13 +247,13 @@ impl ComposedTransform {
     }
 }
 
-type Wide = [[Dd; 4]; 3];
+pub(super) type Wide = [[Dd; 4]; 3];
 
-fn widen(m: &Affine) -> Wide {
+pub(super) fn widen(m: &Affine) -> Wide {
     m.rows.map(|r| r.map(Dd::from))
 }
 
-fn round(m: &Wide) -> Affine {
+pub(super) fn round(m: &Wide) -> Affine {
     Affine { rows: m.map(|r| r.map(|x| x.hi)) }
 }
 
@@ -275,7 +275,7 @@ fn times(a: Dd, b: Dd) -> Dd {
 
 /// The sum; that with zero needs no more than a test.
 #[inline(always)]
-fn plus(a: Dd, b: Dd) -> Dd {
+pub(super) fn plus(a: Dd, b: Dd) -> Dd {
     if b.hi == 0.0 {
         a
     } else if a.hi == 0.0 {
@@ -286,7 +286,7 @@ fn plus(a: Dd, b: Dd) -> Dd {
 }
 
 #[inline(always)]
-fn dot(a: [Dd; 3], b: [Dd; 3]) -> Dd {
+pub(super) fn dot(a: [Dd; 3], b: [Dd; 3]) -> Dd {
     plus(plus(times(a[0], b[0]), times(a[1], b[1])), times(a[2], b[2]))
 }
 
@@ -311,17 +311,21 @@ fn determinant_by(m: &Wide, adjugate: &[[Dd; 3]; 3]) -> Dd {
 
 /// The inverse of a matrix whose condition has been checked.
 fn inverse(m: &Wide) -> Wide {
+    inverse_linear(m).map(|row| {
+        let moved = dot(row, [m[0][3], m[1][3], m[2][3]]);
+        [row[0], row[1], row[2], -moved]
+    })
+}
+
+/// The linear part of the inverse.
+pub(super) fn inverse_linear(m: &Wide) -> [[Dd; 3]; 3] {
     // A power of two scales the linear part to size 1 and is removed at the end, without rounding.
     let size = m.iter().flat_map(|r| &r[..3]).fold(0.0, |a: f64, x| a.max(x.hi.abs()));
     let unit = 1.0 / power_of_two_near(size);
     let scaled: Wide = m.map(|r| [r[0] * unit, r[1] * unit, r[2] * unit, r[3]]);
     let a = adjugate(&scaled);
     let over_det = determinant_by(&scaled, &a).recip();
-    std::array::from_fn(|i| {
-        let row: [Dd; 3] = std::array::from_fn(|j| times(a[i][j], over_det) * unit);
-        let moved = dot(row, [m[0][3], m[1][3], m[2][3]]);
-        [row[0], row[1], row[2], -moved]
-    })
+    a.map(|row| row.map(|x| times(x, over_det) * unit))
 }
 
 /// Sine and cosine of an angle in degrees; exact at multiples of 90. Uses `libm`, so that every machine gets the same

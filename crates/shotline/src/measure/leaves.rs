@@ -43,12 +43,15 @@ pub(super) fn leaf_boxes(world: &World, wanted: &[bool]) -> Vec<Vec<LeafBox>> {
     // A level comes after the levels that it places, and the root is last.
     let (mut levels, mut kept): (Vec<Boxes>, usize) = (Vec::new(), 0);
     for level in world.levels() {
-        let each = (MAX_LEAVES / level.placements.len().max(1)).max(1);
+        // Of the cells of a large lattice, some.
+        let step = level.lattice.as_ref().map_or(1, |cells| cells.count().div_ceil(MAX_LEAVES as u32));
+        let numbers: Vec<u32> = level.numbers_by(step).collect();
+        let each = (MAX_LEAVES / numbers.len().max(1)).max(1);
         let mut boxes = Boxes::new();
-        for placed in &level.placements {
-            for (object, own) in of(world, &levels, placed) {
+        for placed in numbers.into_iter().map(|number| level.placement(number)) {
+            for (object, own) in of(world, &levels, &placed) {
                 if object.is_none_or(|object| wanted[object as usize]) {
-                    boxes.entry(object).or_default().extend(moved(own, placed, each));
+                    boxes.entry(object).or_default().extend(moved(own, &placed, each));
                 }
             }
         }

@@ -12,8 +12,8 @@ use super::known::KnownMoments;
 use super::partly::Sampling;
 use super::{MeasureError, polytope};
 use crate::aabb::Aabb;
-use crate::compile::{Body, Placement, Target, World};
-use crate::math::Affine;
+use crate::compile::{Body, LatticeCells, Level, Placement, Target, World};
+use crate::math::{Affine, Lattice, Vec3};
 use crate::solid::Solid;
 use crate::solid::mesh::{Cancelled, Enclosed};
 
@@ -37,9 +37,10 @@ pub(super) fn extents(
     let mut entries = 0;
     for level in world.levels() {
         let mut parts: Holdings<Vec<Extent>> = BTreeMap::new();
-        for placed in &level.placements {
-            for (object, extent) in survey.of(placed)? {
-                parts.entry(object).or_default().push(extent);
+        let (numbers, repetition) = placements(level);
+        for number in numbers {
+            for (object, extent) in survey.of(&level.placement(number))? {
+                parts.entry(object).or_default().push(repeated(extent, repetition));
                 entries += 1;
                 if entries > MAX_NODES {
                     return Err(MeasureError::TooNested { most: MAX_NODES });
@@ -52,6 +53,45 @@ pub(super) fn extents(
     let of = |object: u32| found.and_then(|found| found.get(&Some(object))).cloned();
     let objects = (0..).zip(wanted).filter(|(_, wanted)| **wanted).map(|(object, _)| object);
     Ok(objects.map(|object| (object, of(object).unwrap_or_else(|| combined(&[])))).collect())
+}
+
+/// How often a part is repeated along each axis, and at which distances.
+type Repetition = [(u32, f64); 3];
+
+/// The placements of a level. Where the cells of a lattice are all alike, they are its first cell, repeated.
+fn placements(level: &Level) -> (Box<dyn Iterator<Item = u32> + '_>, Repetition) {
+    match level.lattice.as_deref() {
+        Some(LatticeCells { lattice: Lattice::Rectangular { counts, pitch, stagger: false }, .. })
+            if level.has_equal_cells() =>
+        {
+            (Box::new(0..1), [0, 1, 2].map(|axis| (counts[axis], pitch[axis])))
+        }
+        _ => (Box::new(level.numbers()), [(1, 0.0); 3]),
+    }
+}
+
+/// A part with all its repetitions.
+fn repeated(mut extent: Extent, repetition: Repetition) -> Extent {
+    for (axis, (count, pitch)) in repetition.into_iter().enumerate() {
+        let moved = |extent: &Extent, steps: u32| {
+            let mut shift = Vec3::ZERO;
+            shift[axis] = f64::from(steps) * pitch;
+            let map = Affine::translation(shift);
+            let moments = extent.moments.as_ref().map(|moments| moments.placed(&map));
+            Extent { bounds: extent.bounds.transformed(&map), moments, open: extent.open }
+        };
+        // By the binary digits of the number, the highest first.
+        let (one, mut done) = (extent.clone(), 1);
+        for digit in (0..count.ilog2()).rev() {
+            extent = combined(&[extent.clone(), moved(&extent, done)]);
+            done *= 2;
+            if count >> digit & 1 == 1 {
+                extent = combined(&[extent, moved(&one, done)]);
+                done += 1;
+            }
+        }
+    }
+    extent
 }
 
 /// The state of the pass over the levels.

@@ -217,7 +217,7 @@ impl<'w> Bundle<'w> {
     ) -> Option<Pause> {
         let LevelVisit { level, many, .. } = &self.visits[entry.visit as usize];
         let placement = entry.number as u32;
-        let placed = &level.placements[placement as usize];
+        let placed = &*level.placement(placement);
         let mut is_full = false;
         let mut count = 0;
         let mut offer = |place: usize, enter: f64| {
@@ -290,7 +290,8 @@ impl<'w> Bundle<'w> {
                 }
                 _ => {
                     let first = some.trailing_zeros() as usize;
-                    one = Some(OneRay::new(first, self.line(entry.visit, first).in_frame(frame), span));
+                    let above = self.line(entry.visit, first);
+                    one = Some(OneRay::below(first, &above, placed, level, span));
                 }
             }
             let visit = LevelVisit {
@@ -388,8 +389,8 @@ impl<'w> Bundle<'w> {
                     if *has_duplicate_refs && !self.tags.is_first(*serial, item) {
                         continue;
                     }
-                    let placed = &level.placements[item as usize];
-                    if let Some((t, _)) = self.ones[number as usize].boxes.enter_exit(&placed.bounds) {
+                    if let Some((t, _)) = self.ones[number as usize].boxes.enter_exit(&level.bounds_of(item))
+                    {
                         push(t, u64::from(item), 0, Kind::Entered);
                     }
                 }
@@ -410,7 +411,7 @@ impl<'w> Bundle<'w> {
         self.visits[visit as usize].many.as_deref()
     }
 
-    /// The transform into a placement in the level of a visit.
+    /// The transform into a placement in the level of a visit with several rays. Rays go through lattices one by one.
     pub fn frame(&self, visit: u32, placement: u32) -> &'w Affine {
         &self.visits[visit as usize].level.placements[placement as usize].local_from_parent
     }
@@ -418,7 +419,7 @@ impl<'w> Bundle<'w> {
     /// A body that is placed in the level of a visit.
     pub fn placed_body(&self, visit: u32, placement: u32) -> PlacedBody {
         let visit = &self.visits[visit as usize];
-        let placed = &visit.level.placements[placement as usize];
+        let placed = visit.level.placement(placement);
         let Target::Body(body) = placed.target else { unreachable!("levels are not offered") };
         PlacedBody {
             body,
@@ -432,10 +433,10 @@ impl<'w> Bundle<'w> {
     /// The body of an offer to the ray at a place, which stays in use.
     pub fn body_entry(&self, offer: &Offer, place: usize) -> BodyEntry {
         let level = self.visits[offer.visit as usize].level;
-        let local_from_parent = &level.placements[offer.placement as usize].local_from_parent;
+        let local_from_parent = level.frame_of(offer.placement);
         BodyEntry {
             placed: self.placed_body(offer.visit, offer.placement),
-            line: self.line(offer.visit, place).in_frame(local_from_parent),
+            line: self.line(offer.visit, place).in_frame(&local_from_parent),
             enter: offer.enter,
         }
     }

@@ -69,8 +69,7 @@ impl<'w> Instances<'w> {
     /// Goes on by one placement. Returns the instance of a body.
     fn descend(&mut self, world: &'w World, path: u64) -> Option<u32> {
         let Open { level, first_path, .. } = self.open[self.open.len() - 1];
-        let number = level.placements.partition_point(|placed| placed.first_path <= path - first_path) - 1;
-        let placed = &level.placements[number];
+        let placed = level.placement(level.placement_of_path(path - first_path));
         self.open_scopes(world, placed.scope);
         let around = self.open[self.open.len() - 1];
         let begins =

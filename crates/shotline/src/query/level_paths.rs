@@ -39,7 +39,8 @@ impl<'w> LevelPaths<'w> {
         self.steps.len()
     }
 
-    /// The transforms into the frame of a placed body, innermost first.
+    /// The transforms into the frame of a placed body that several rays meet together, innermost first. Rays go through
+    /// lattices one by one.
     pub fn frames(&self, placed: &PlacedBody) -> impl Iterator<Item = &'w Affine> {
         let mut at = Some((placed.visit, placed.placement));
         std::iter::from_fn(move || {
@@ -52,6 +53,13 @@ impl<'w> LevelPaths<'w> {
 
     /// Transforms a normal from the frame of a body to world coordinates, as the traversal of a single ray does.
     pub fn world_normal(&self, placed: &PlacedBody, normal: Vec3) -> Vec3 {
-        self.frames(placed).fold(normal, |n, local_from_parent| local_from_parent.covector(n))
+        let mut at = Some((placed.visit, placed.placement));
+        let mut n = normal;
+        while let Some((path, placement)) = at {
+            let Step { level, above } = &self.steps[path as usize];
+            n = level.placement(placement).local_from_parent.covector(n);
+            at = *above;
+        }
+        n
     }
 }

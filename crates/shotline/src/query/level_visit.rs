@@ -3,7 +3,7 @@
 use super::level_paths;
 use crate::aabb::BoxRay;
 use crate::accel::{BEAM_RAYS, Beam, BeamRays, BeamSome, ByRay};
-use crate::compile::Level;
+use crate::compile::{Level, Placement};
 use crate::lanes::{BoxLanes, LineLanes};
 use crate::math::{Affine, Vec3};
 use crate::ray::{Line, Span};
@@ -235,6 +235,15 @@ impl OneRay {
     /// The ray of a line.
     pub fn new(place: usize, line: Line, span: Span) -> OneRay {
         OneRay { place, line, boxes: BoxRay::new(&line, span) }
+    }
+
+    /// The ray of a line in a level that is placed in the one where the line is given.
+    pub fn below(place: usize, above: &Line, placed: &Placement, level: &Level, span: Span) -> OneRay {
+        let mut one = OneRay::new(place, above.in_frame(&placed.local_from_parent), span);
+        if level.lattice.is_some() {
+            one.boxes = BoxRay::inside(&one.line, &BoxRay::new(above, span), &placed.bounds);
+        }
+        one
     }
 }
 

@@ -7,6 +7,7 @@ mod first;
 mod growth;
 mod lanes;
 mod large_bodies;
+mod lattices;
 mod limits;
 mod ownership;
 mod rulings;

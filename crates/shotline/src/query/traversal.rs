@@ -3,7 +3,7 @@
 use super::heap::{Heap, Rank};
 use crate::aabb::BoxRay;
 use crate::accel::{Child, QueueEntry};
-use crate::compile::{Level, Placement, Target, World};
+use crate::compile::{Level, Target, World};
 use crate::counters::Counters;
 use crate::math::Vec3;
 use crate::ray::{Line, Span};
@@ -145,7 +145,10 @@ impl<'w> Traversal<'w> {
         for &item in placements_on_path {
             let LevelVisit { level, ray, .. } = &self.visits[visit as usize];
             counters.boxes += 1;
-            let (enter, _) = ray.enter_exit(&level.placements.get(item as usize)?.bounds)?;
+            if !level.has_placement(item) {
+                return None;
+            }
+            let (enter, _) = ray.enter_exit(&level.bounds_of(item))?;
             let placement_entry = self.enter_placement(visit, item, enter);
             match placement_entry.target {
                 Target::Body(body) => {
@@ -309,7 +312,7 @@ impl<'w> Traversal<'w> {
     /// Transforms the ray into the frame of a placement in a visited level.
     fn enter_placement(&self, visit: u32, placement: u32, enter: f64) -> PlacementEntry {
         let above = &self.visits[visit as usize];
-        let placed = &above.level.placements[placement as usize];
+        let placed = above.level.placement(placement);
         PlacementEntry {
             target: placed.target,
             line: above.line.in_frame(&placed.local_from_parent),
@@ -326,7 +329,10 @@ impl<'w> Traversal<'w> {
         let PlacementEntry { line, object, path, visit, placement, .. } = placement_entry;
         let parent = &mut self.visits[visit as usize];
         parent.uses += 1;
-        let ray = BoxRay::new(&line, parent.ray.span());
+        let ray = match level.lattice {
+            None => BoxRay::new(&line, parent.ray.span()),
+            Some(_) => BoxRay::inside(&line, &parent.ray, &parent.level.bounds_of(placement)),
+        };
         let above = Some((visit, placement));
         let serial = self.serial;
         self.serial = serial.wrapping_add(1);
@@ -360,26 +366,27 @@ impl<'w> Traversal<'w> {
         let mut n = normal;
         while let Some((visit, placement)) = at {
             let LevelVisit { level, above, .. } = &self.visits[visit as usize];
-            n = level.placements[placement as usize].local_from_parent.covector(n);
+            n = level.placement(placement).local_from_parent.covector(n);
             at = *above;
         }
         n
     }
 
     /// The placements through which a visit was reached, innermost first.
-    fn above(&self, visit: u32) -> impl Iterator<Item = &'w Placement> {
+    fn above(&self, visit: u32) -> impl Iterator<Item = (&'w Level, u32)> {
         let step = |v: u32| self.visits[v as usize].above;
-        let placed = |(v, i): (u32, u32)| &self.visits[v as usize].level.placements[i as usize];
+        let placed = |(v, number): (u32, u32)| (self.visits[v as usize].level, number);
         std::iter::successors(step(visit), move |(v, _)| step(*v)).map(placed)
     }
 
     /// Opens a visited level, whose box is entered at `t`.
     fn enter(&mut self, world: &World, visit: u32, t: f64, below: &mut Scratch) {
         if below.log.is_on() {
-            let mut path: Vec<String> = self.above(visit).map(|p| world.placed_name(p)).collect();
+            let mut path: Vec<String> =
+                self.above(visit).map(|(level, number)| world.placed_name(level, number)).collect();
             path.reverse();
             below.log.depth = path.len();
-            let placements = self.visits[visit as usize].level.placements.len();
+            let placements = self.visits[visit as usize].level.placement_count() as usize;
             below.log.add(0, Some(t), || Act::EnterLevel { path: path.join("/"), placements });
         }
         let LevelVisit { level, ray, has_duplicate_refs, .. } = &mut self.visits[visit as usize];
@@ -406,21 +413,19 @@ impl<'w> Traversal<'w> {
                     (child.t, node)
                 }
                 Child::Entered(item) => {
-                    let placed = &level.placements[item as usize];
-                    debug_assert_eq!(ray.enter_exit(&placed.bounds).map(|(t, _)| t), Some(child.t));
-                    log.add(1, Some(child.t), || Act::PushItem { item: world.placed_name(placed) });
+                    debug_assert_eq!(ray.enter_exit(&level.bounds_of(item)).map(|(t, _)| t), Some(child.t));
+                    log.add(1, Some(child.t), || Act::PushItem { item: world.placed_name(level, item) });
                     (child.t, u64::from(item))
                 }
                 Child::Item(item) => {
-                    let placed = &level.placements[item as usize];
-                    let name = || world.placed_name(placed);
+                    let name = || world.placed_name(level, item);
                     if *has_duplicate_refs && !self.tags.is_first(*serial, item) {
                         counters.tags_saved += 1;
                         log.add(1, None, || Act::Saved { item: name() });
                         continue;
                     }
                     counters.boxes += 1;
-                    let Some((t, _)) = ray.enter_exit(&placed.bounds) else {
+                    let Some((t, _)) = ray.enter_exit(&level.bounds_of(item)) else {
                         log.add(1, None, || Act::Miss { item: name() });
                         continue;
                     };

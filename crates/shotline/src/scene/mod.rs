@@ -14,13 +14,16 @@ pub use motion::Motion;
 pub use placement::{LocalTransform, Rotation};
 pub use units::Units;
 
-use crate::math::{Affine, Vec3};
+use crate::math::{Affine, Lattice, Vec3};
 use crate::solid::mesh::{TriangleMesh, Weld};
 use crate::solid::{Kind, Params};
 
 /// Index of a node in [`Scene::nodes`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct NodeId(pub u32);
+
+/// The element of an empty cell in the table of a [`Node::Lattice`].
+pub const EMPTY_CELL: u32 = u32::MAX;
 
 /// A node of the graph. A node with several parents is shared: it is compiled once.
 #[derive(Clone, Debug)]
@@ -50,6 +53,17 @@ pub enum Node {
     Group {
         /// The members.
         members: Vec<NodeId>,
+    },
+    /// Copies of nodes in the cells of a lattice, each with a path of its own. A lattice of a billion cells takes no more
+    /// memory than one of a single cell.
+    Lattice {
+        /// Where the cells are.
+        lattice: Lattice,
+        /// What the cells hold, at least one node.
+        elements: Vec<NodeId>,
+        /// The index of the element of each cell, or [`EMPTY_CELL`]: x runs fastest, then y, then z. `None` where every cell
+        /// holds the first element.
+        table: Option<Arc<[u32]>>,
     },
     /// A transform of a child.
     Transform {
@@ -91,12 +105,27 @@ impl Node {
         first.get(index).or_else(|| others.get(index - first.len())).copied()
     }
 
+    /// The cells of a lattice that are not empty, in order: how far each is shifted, and what it holds. None for other nodes.
+    pub fn cells(&self) -> impl Iterator<Item = (Vec3, NodeId)> + '_ {
+        let parts = match self {
+            Node::Lattice { lattice, elements, table } => Some((lattice, elements, table)),
+            _ => None,
+        };
+        let count = parts.map_or(0, |(lattice, ..)| lattice.cell_count() as u32);
+        (0..count).filter_map(move |cell| {
+            let (lattice, elements, table) = parts?;
+            let element = table.as_ref().map_or(0, |table| table[cell as usize]);
+            Some((lattice.offset(lattice.indices(cell)), *elements.get(element as usize)?))
+        })
+    }
+
     /// The nodes directly below in two parts.
     fn child_lists(&self) -> [&[NodeId]; 2] {
         match self {
             Node::Solid { .. } | Node::Mesh { .. } => [&[], &[]],
             Node::Csg { args, .. } => [args, &[]],
             Node::Group { members } => [members, &[]],
+            Node::Lattice { elements, .. } => [elements, &[]],
             Node::Transform { child, .. } => [std::slice::from_ref(child), &[]],
             Node::Object { node, contents, .. } => [std::slice::from_ref(node), contents],
         }

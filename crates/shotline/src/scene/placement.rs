@@ -65,7 +65,7 @@ impl LocalTransform {
     }
 
     /// The matrices, outermost first; at most three.
-    fn matrices(&self) -> impl Iterator<Item = Affine> {
+    pub(crate) fn matrices(&self) -> impl Iterator<Item = Affine> {
         let matrices = match *self {
             LocalTransform::Matrix(m) => [Some(m), None, None],
             LocalTransform::Steps { scale, rotate, translate } => [

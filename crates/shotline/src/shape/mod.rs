@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 use node::{NodeKind, ShapeNode};
 
-use crate::math::Vec3;
+use crate::math::{Lattice, Vec3};
 use crate::scene::Op;
 use crate::solid::mesh::{MeshError, TriangleMesh};
 use crate::solid::{InvalidSolid, Kind, ParamError, Params, every_constructor};
@@ -122,6 +122,35 @@ impl Shape {
     /// crossings. As an operand of a combination, a group counts as the union of its members.
     pub fn group(members: impl IntoIterator<Item = Shape>) -> Shape {
         Shape::new(NodeKind::Group, members)
+    }
+
+    /// Copies of this shape in the cells of a lattice: each is a body of its own, with its own path. Compiling refuses what is
+    /// [not a lattice](Lattice::fault).
+    ///
+    /// ```
+    /// use shotline::math::Lattice;
+    /// use shotline::prelude::*;
+    ///
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// let pins = Shape::cylinder(0.4, 0.0, 10.0)?.lattice(Lattice::rectangular([17, 17, 1], [1.26, 1.26, 0.0]));
+    /// let world = Scene::of([Object::new("pins", pins)]).compile()?;
+    /// let ray = Ray::new(Vec3::new(-5.0, 1.26, 5.0), Vec3::X)?;
+    /// assert_eq!(Caster::new(&world).count(&ray, Span::FORWARD)?, 34);
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn lattice(&self, lattice: Lattice) -> Shape {
+        Shape::new(NodeKind::Lattice { lattice, table: None }, [self.clone()])
+    }
+
+    /// Copies of several shapes in the cells of a lattice. The table has the index of the shape of each cell, or
+    /// [`EMPTY_CELL`](crate::scene::EMPTY_CELL): x runs fastest, then y, then z.
+    pub fn lattice_of(
+        elements: impl IntoIterator<Item = Shape>,
+        lattice: Lattice,
+        table: impl Into<Arc<[u32]>>,
+    ) -> Shape {
+        Shape::new(NodeKind::Lattice { lattice, table: Some(table.into()) }, elements)
     }
 
     /// The same shape with an accelerator of its own, by name (see [`accel::NAMES`](crate::accel::NAMES)); compiling

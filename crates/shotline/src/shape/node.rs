@@ -3,6 +3,7 @@
 use std::fmt::{self, Display, Formatter};
 use std::sync::Arc;
 
+use crate::math::Lattice;
 use crate::scene::{LocalTransform, Op};
 use crate::solid::mesh::TriangleMesh;
 use crate::solid::{Kind, Layout, Params};
@@ -25,6 +26,10 @@ pub(super) enum NodeKind {
     Mesh(Arc<TriangleMesh>),
     Combination(Op),
     Group,
+    Lattice {
+        lattice: Lattice,
+        table: Option<Arc<[u32]>>,
+    },
     /// A transformed child.
     Placed(LocalTransform),
     /// An object; its children are its shape, and what it contains.
@@ -77,6 +82,7 @@ impl Display for ShapeNode {
             NodeKind::Mesh(mesh) => write!(f, "mesh of {} faces", mesh.faces.len()),
             NodeKind::Combination(op) => write!(f, "{} of {}", op.name(), self.children.len()),
             NodeKind::Group => write!(f, "group of {}", self.children.len()),
+            NodeKind::Lattice { lattice, .. } => write!(f, "lattice of {}", lattice.cell_count()),
             NodeKind::Placed(_) => f.write_str("placed"),
             NodeKind::Object { name, .. } => write!(f, "object {name:?}"),
         }

@@ -53,6 +53,9 @@ fn scene_node(kind: &NodeKind, children: Vec<NodeId>) -> Node {
         NodeKind::Mesh(mesh) => Node::Mesh { mesh: mesh.clone(), file: None },
         NodeKind::Combination(op) => Node::Csg { op: *op, args: children },
         NodeKind::Group => Node::Group { members: children },
+        NodeKind::Lattice { lattice, table } => {
+            Node::Lattice { lattice: *lattice, elements: children, table: table.clone() }
+        }
         NodeKind::Placed(transform) => Node::Transform { transform: *transform, child: children[0] },
         NodeKind::Object { name, material, priority, clip } => Node::Object {
             name: name.clone(),

@@ -11,6 +11,8 @@ enum PreparedNode {
     Parts(Parts),
     Moved(Affine, NodeId),
     Combined(Op, Vec<NodeId>),
+    /// Shifted copies of nodes.
+    Copies(Vec<(Vec3, NodeId)>),
 }
 
 /// A scene prepared for point tests. Deep scenes need a deep stack.
@@ -34,6 +36,9 @@ impl Membership {
             PreparedNode::Parts(parts) => parts.contains(p),
             PreparedNode::Moved(local_from_parent, child) => {
                 self.contains(*child, local_from_parent.point(p))
+            }
+            PreparedNode::Copies(copies) => {
+                copies.iter().any(|(shift, child)| self.contains(*child, p - *shift))
             }
             PreparedNode::Combined(op, args) => {
                 let mut values = args.iter().map(|arg| self.contains(*arg, p));
@@ -78,6 +83,7 @@ fn prepare(node: &Node) -> PreparedNode {
         }
         Node::Csg { op, args } => PreparedNode::Combined(*op, args.clone()),
         Node::Group { members } => PreparedNode::Combined(Op::Union, members.clone()),
+        Node::Lattice { .. } => PreparedNode::Copies(node.cells().collect()),
         Node::Object { node, .. } => PreparedNode::Combined(Op::Union, vec![*node]),
     }
 }

@@ -6,8 +6,8 @@ use super::leaf::{add_varied, place};
 use super::meshes::Thin;
 use super::random::Random;
 use crate::aabb::Aabb;
-use crate::math::Vec3;
-use crate::scene::{LocalTransform, Node, NodeId, Op, Rotation, Scene};
+use crate::math::{Lattice, Vec3};
+use crate::scene::{EMPTY_CELL, LocalTransform, Node, NodeId, Op, Rotation, Scene};
 
 /// A function that adds a leaf of the scene.
 type Leaf = fn(&mut Scene, &mut Random) -> NodeId;
@@ -65,6 +65,10 @@ fn fill(scene: &mut Scene, random: &mut Random, leaf: Leaf) {
     for i in 0..1 + random.below(3) {
         let node = match random.below(4) {
             0 => leaf(scene, random),
+            1 if random.below(3) == 0 => {
+                let lattice = random_lattice(scene, random, &[group, shared[0]], 2.0);
+                moved(scene, random, lattice)
+            }
             1 => {
                 let members = (0..1 + random.below(4)).map(|_| moved(scene, random, group)).collect();
                 scene.add(Node::Group { members })
@@ -81,6 +85,30 @@ fn fill(scene: &mut Scene, random: &mut Random, leaf: Leaf) {
 fn shared_group(scene: &mut Scene, random: &mut Random, shared: &[NodeId]) -> NodeId {
     let members = shared.iter().map(|&part| moved(scene, random, part)).collect();
     scene.add(Node::Group { members })
+}
+
+/// A lattice of a few cells, of any arrangement, that holds the first element or any of them. Neighbours are about `pitch`
+/// apart.
+pub fn random_lattice(scene: &mut Scene, random: &mut Random, elements: &[NodeId], pitch: f64) -> NodeId {
+    let mut distance = || pitch * random.number(0.5, 1.5);
+    let distances = [distance(), distance(), distance()];
+    let lattice = match random.below(3) {
+        0 => Lattice::Hexagonal {
+            rings: 1 + random.below(3) as u32,
+            pitch: distances[0],
+            layers: 1 + random.below(2) as u32,
+            height: distances[2],
+        },
+        kind => Lattice::Rectangular {
+            counts: std::array::from_fn(|_| 1 + random.below(4) as u32),
+            pitch: distances,
+            stagger: kind == 1,
+        },
+    };
+    let choices = [&(0..elements.len() as u32).collect::<Vec<u32>>()[..], &[EMPTY_CELL]].concat();
+    let table = (0..lattice.cell_count()).map(|_| choices[random.below(choices.len())]);
+    let table = Some(table.collect()).filter(|_| random.below(2) == 0);
+    scene.add(Node::Lattice { lattice, elements: elements.to_vec(), table })
 }
 
 /// A tree of operations over placed leaves and shared nodes.

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::OnceLock;
 
 use super::super::level::{OccurrenceId, Recorder};
-use super::super::world::Target;
+use super::super::placements::Target;
 use crate::math::ComposedTransform;
 use crate::scene::{Node, NodeId, Scene};
 

@@ -3,7 +3,7 @@
 mod dependents;
 mod resolve_path;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::sync::Arc;
 
 use crate::aabb::Aabb;
@@ -11,7 +11,8 @@ use crate::accel::{self, Accelerator};
 use crate::compile::accel_choice::AccelChoice;
 use crate::compile::body::BodyBuilder;
 use crate::compile::built_leaves::BuiltLeaves;
-use crate::compile::world::{Body, Target, World};
+use crate::compile::placements::Target;
+use crate::compile::world::{Body, World};
 use crate::compile::{Options, SceneError, Stats, build};
 use crate::math::{Affine, ComposedTransform, TransformPair};
 use crate::scene::{LocalTransform, Node, NodeId, Scene};
@@ -49,6 +50,8 @@ pub struct DynamicWorld {
     world: Arc<World>,
     leaves: Arc<BuiltLeaves>,
     dependents: Arc<Dependents>,
+    /// The nodes below lattices. When one of them changes, the whole scene is compiled again.
+    in_lattices: Arc<HashSet<NodeId>>,
     options: Options,
 }
 
@@ -61,7 +64,9 @@ impl DynamicWorld {
         let mut dependents = Dependents::default();
         let (world, leaves) = build(&scene, options, &mut dependents)?;
         let (leaves, dependents) = (Arc::new(leaves), Arc::new(dependents));
-        Ok(DynamicWorld { scene: Arc::new(scene), world: Arc::new(world), leaves, dependents, options })
+        let in_lattices = Arc::new(below_lattices(&scene));
+        let (scene, world) = (Arc::new(scene), Arc::new(world));
+        Ok(DynamicWorld { scene, world, leaves, dependents, in_lattices, options })
     }
 
     /// The scene as it is now.
@@ -90,6 +95,9 @@ impl DynamicWorld {
             }
         }
         let old = self.write(transforms);
+        if transforms.iter().any(|(id, _)| self.in_lattices.contains(id)) {
+            return self.rebuild(&old);
+        }
         let done = self.update(transforms.iter().map(|(id, _)| *id));
         if done.is_err() {
             self.write(&old);
@@ -107,7 +115,9 @@ impl DynamicWorld {
     pub fn place(&mut self, path: &str, matrix: Affine) -> Result<(), Vec<SceneError>> {
         let member = resolve(&self.scene, path).ok_or_else(|| {
             let error = SceneError::general(format!("no path begins with '{path}'"));
-            vec![error.with_hint("paths are named as the answers name them, as in robot/arm[2]/bolt[0]")]
+            vec![error.with_hint(
+                "paths are named as the answers name them, as in robot/arm[2]/bolt[0]; cells of a lattice do not move alone",
+            )]
         })?;
         let namesakes = namesakes(&self.scene, path);
         if namesakes > 1 {
@@ -136,13 +146,29 @@ impl DynamicWorld {
     /// A box, in world coordinates, around everything that a transform moves. Infinite if some of it is an operand,
     /// or is in a shared node and so has several placements.
     pub fn moved_bounds(&self, node: NodeId) -> Aabb {
-        if !self.dependents.bodies_with(&self.scene, node).is_empty() {
+        let is_copied = self.in_lattices.contains(&node);
+        if is_copied || !self.dependents.bodies_with(&self.scene, node).is_empty() {
             return Aabb::EVERYTHING;
         }
         self.dependents.moved_by(node).fold(Aabb::EMPTY, |all, (level, placement)| {
             let placed = &self.world.level(level).placements[placement as usize];
             all.union(if level == self.world.root { &placed.bounds } else { &Aabb::EVERYTHING })
         })
+    }
+
+    /// Compiles the whole scene again; writes the old transforms if it cannot be compiled.
+    fn rebuild(&mut self, old: &[(NodeId, LocalTransform)]) -> Result<(), SceneError> {
+        match DynamicWorld::new((*self.scene).clone(), self.options) {
+            Ok(new) => {
+                *self = new;
+                Ok(())
+            }
+            Err(errors) => {
+                self.write(old);
+                let unknown = || SceneError::general("the scene cannot be compiled".into());
+                Err(errors.into_iter().next().unwrap_or_else(unknown))
+            }
+        }
     }
 
     /// Writes transforms into the scene and returns the previous ones, in an order such that writing them undoes the
@@ -256,6 +282,19 @@ impl DynamicWorld {
     }
 }
 
+/// The nodes that lattices hold, and those below them.
+fn below_lattices(scene: &Scene) -> HashSet<NodeId> {
+    let lattices = scene.nodes.iter().filter(|node| matches!(node, Node::Lattice { .. }));
+    let mut pending: Vec<NodeId> = lattices.flat_map(Node::children).collect();
+    let mut found = HashSet::new();
+    while let Some(id) = pending.pop() {
+        if found.insert(id) {
+            pending.extend(scene.node(id).children());
+        }
+    }
+    found
+}
+
 /// Placements to be updated, by level.
 #[derive(Default)]
 struct DirtyPlacements(BTreeMap<u32, BTreeSet<u32>>);
@@ -323,9 +362,13 @@ mod tests {
     #[test]
     fn clones_move_apart() {
         let mut random = Random::new(23);
-        for case in 0..30 {
+        for case in 0..40 {
             let scene = random_scene(&mut random);
             let options = Options { accel: Some(accel::NAMES[case % accel::NAMES.len()]) };
+            if scene.nodes.iter().any(|node| matches!(node, Node::Lattice { .. })) {
+                // Its cells do not move alone.
+                continue;
+            }
             let first = DynamicWorld::new(scene, options).unwrap();
             let ray = |_| Ray::new(random.direction() * 6.0, random.direction() * -1.0).unwrap();
             let rays: Vec<Ray> = (0..40).map(ray).collect();

@@ -65,7 +65,8 @@ fn lists_below(scene: &Scene, mut node: NodeId) -> Vec<(Option<NodeId>, &[NodeId
                 lists.push((Some(node), members));
                 return lists;
             }
-            Node::Solid { .. } | Node::Mesh { .. } | Node::Csg { .. } => return lists,
+            // The cells of a lattice do not move one by one.
+            Node::Solid { .. } | Node::Mesh { .. } | Node::Csg { .. } | Node::Lattice { .. } => return lists,
         }
     }
 }
