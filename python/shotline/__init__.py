@@ -14,6 +14,7 @@ scene is written in; nothing is converted. Everything is float64.
 from ._native import __version__
 from .appearance import Camera, Light, Material
 from .image import Image
+from .lattices import HexagonalLattice, Lattice
 from .mesh import Mesh
 from .nodes import Difference, Group, Intersection, Node, Object, Union
 from .queries import OverlapWarning
@@ -33,8 +34,10 @@ __all__ = [
     "Difference",
     "DuplicateNameWarning",
     "Group",
+    "HexagonalLattice",
     "Image",
     "Intersection",
+    "Lattice",
     "Light",
     "Material",
     "Measures",

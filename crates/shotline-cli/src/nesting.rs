@@ -1,5 +1,6 @@
 //! How objects are nested in a scene: how many instances of them there are, and how deep.
 
+use shotline::math::Lattice;
 use shotline::scene::{Node, NodeId, Scene};
 
 /// The instances of objects in a scene.
@@ -30,7 +31,10 @@ impl Nesting {
 
 fn of_node(scene: &Scene, id: NodeId, known: &[Option<Nesting>]) -> Nesting {
     let node = scene.node(id);
-    let below = sum(&node.children().collect::<Vec<_>>(), known);
+    let mut below = sum(&node.children().collect::<Vec<_>>(), known);
+    if let Node::Lattice { lattice, elements, table } = node {
+        below.instances = in_cells(lattice, elements, table.as_deref(), known);
+    }
     let own = u64::from(matches!(node, Node::Object { .. }));
     Nesting { instances: below.instances.saturating_add(own), depth: below.depth + own }
 }
@@ -41,6 +45,18 @@ fn sum(nodes: &[NodeId], known: &[Option<Nesting>]) -> Nesting {
         instances: sum.instances.saturating_add(next.instances),
         depth: sum.depth.max(next.depth),
     })
+}
+
+/// The number of instances in the cells of a lattice.
+fn in_cells(lattice: &Lattice, elements: &[NodeId], table: Option<&[u32]>, known: &[Option<Nesting>]) -> u64 {
+    let of = |element: u32| {
+        let node = elements.get(element as usize);
+        node.and_then(|node| known[node.0 as usize]).map_or(0, |nesting| nesting.instances)
+    };
+    match table {
+        None => of(0).saturating_mul(lattice.cell_count()),
+        Some(table) => table.iter().fold(0, |sum: u64, &element| sum.saturating_add(of(element))),
+    }
 }
 
 #[cfg(test)]

@@ -151,6 +151,15 @@ fn merge(scene: &Scene, format: &str) -> Result<(TriangleMesh, Vec<String>), Wri
             Node::Group { members } => {
                 todo.extend(members.iter().rev().map(|m| (*m, transform, depth + 1, object)))
             }
+            Node::Lattice { lattice, .. } => {
+                if lattice.cell_count() > (MAX_VISITED / 10) as u64 {
+                    return refuse("a lattice has too many cells to write each of them out");
+                }
+                let cells: Vec<_> = node.cells().collect();
+                todo.extend(cells.into_iter().rev().map(|(shift, element)| {
+                    (element, transform.then(&Affine::translation(shift)), depth + 1, object)
+                }));
+            }
             Node::Object { name, .. } => {
                 todo.extend(node.children().rev().map(|child| (child, transform, depth + 1, name.as_str())));
             }

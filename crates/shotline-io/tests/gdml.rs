@@ -4,7 +4,8 @@ use std::path::Path;
 
 use shotline::compile::compile;
 use shotline::math::Vec3;
-use shotline::query::Caster;
+use shotline::query::{Caster, Overlaps};
+use shotline::ray::{Ray, Span};
 use shotline_io::{Document, ReadOptions, load, load_bytes};
 
 /// A file whose world is a box of 100 mm with these contents.
@@ -126,6 +127,43 @@ fn replicas_and_divisions_fill_their_mother() {
     assert_eq!(x, ["world/m_PV".to_owned(), path(0), path(3), "world/m_PV".into()]);
     let y = owners(&division("kYAxis", "number=\"5\""), &[[1.0, -49.0, 0.0], [1.0, 49.0, 0.0]]);
     assert_eq!(y, [path(0), path(4)]);
+}
+
+/// Replicas of replicas of replicas: a billion voxels, of which none is stored.
+#[test]
+fn many_replicas_are_not_stored() {
+    let replicas = |of: &str, direction: &str| {
+        format!(
+            "<replicavol number=\"1000\"><volumeref ref=\"{of}\"/><replicate_along_axis><direction {direction}=\"1\"/>\
+             <width value=\"0.1\" unit=\"mm\"/><offset value=\"0\" unit=\"mm\"/></replicate_along_axis></replicavol>"
+        )
+    };
+    let volume = |name: &str, contents: &str| {
+        format!("<volume name=\"{name}\"><solidref ref=\"{name}_box\"/>{contents}</volume>")
+    };
+    let solids = [("voxel", 0.1, 0.1), ("row", 100.0, 0.1), ("layer", 100.0, 100.0)];
+    let solids =
+        solids.map(|(name, x, y)| format!("<box name=\"{name}_box\" x=\"{x}\" y=\"{y}\" z=\"0.1\"/>"));
+    let volumes = volume("voxel", "")
+        + &volume("row", &replicas("voxel", "x"))
+        + &volume("layer", &replicas("row", "y"));
+    let text = file("", &solids.concat(), &volumes, &replicas("layer", "z"));
+    let path = |z: usize, y: usize, x: usize| format!("world/layer_PV[{z}]/row_PV[{y}]/voxel_PV[{x}]");
+    let found = owners(&text, &[[-49.95, 0.05, 49.95], [0.05, 0.15, 0.25]]);
+    assert_eq!(found, [path(999, 500, 0), path(502, 501, 500)]);
+    let world = read(&text).scene.compile().expect("a world");
+    assert_eq!(world.path_count(), 1_001_001_001);
+    assert!(world.stats().memory_bytes < 20_000, "{}", world.stats().memory_bytes);
+    let ray = Ray::new(Vec3::new(-60.0, 0.05, 0.05), Vec3::X).expect("a ray");
+    let mut segments = Vec::new();
+    Caster::new(&world).segments(&ray, Span::FORWARD, Overlaps::Priority, &mut segments).expect("solids");
+    assert_eq!(segments.len(), 1000);
+    assert!(segments.iter().all(|segment| (segment.length - 0.1).abs() < 1e-12));
+    let division =
+        "<divisionvol axis=\"kZAxis\" number=\"500\" unit=\"mm\"><volumeref ref=\"s\"/></divisionvol>";
+    let volume = "<volume name=\"s\"><solidref ref=\"hall\"/></volume>";
+    let found = owners(&file("", "", volume, division), &[[1.0, 1.0, -49.9], [1.0, 1.0, 49.9]]);
+    assert_eq!(found, ["world/s_PV[0]", "world/s_PV[499]"]);
 }
 
 #[test]

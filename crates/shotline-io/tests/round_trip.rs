@@ -254,6 +254,9 @@ fn canonical(scene: &Scene) -> String {
             Node::Csg { op, args } => format!("{op:?} {:?}\n", all(args)),
             Node::Group { members } => format!("group {:?}\n", all(members)),
             Node::Transform { transform, child } => format!("{transform:?} {:?}\n", all(&[*child])),
+            Node::Lattice { lattice, elements, table } => {
+                format!("{lattice:?} {:?} {table:?}\n", all(elements))
+            }
             Node::Object { name, material, priority, node, contents, clip } => {
                 let parts = [&[*node], &contents[..]].concat();
                 format!("{name} {material:?} {priority} {clip} {:?}\n", all(&parts))

@@ -255,6 +255,7 @@ fn body(scene: &Scene, mut id: NodeId) -> String {
                 return format!("{} of {}", operation(*op), grouped(args.len() as u64));
             }
             Node::Group { members } => return format!("group of {}", grouped(members.len() as u64)),
+            Node::Lattice { lattice, .. } => return format!("lattice of {}", grouped(lattice.cell_count())),
             Node::Object { name, .. } => return format!("object '{name}'"),
         }
     }

@@ -73,7 +73,8 @@ impl PathNames {
             links.push(link);
             next = link.parent;
         }
-        for link in links.iter().rev() {
+        // An empty label is that of what has no name in paths.
+        for link in links.iter().rev().filter(|link| !self.labels[link.label as usize].is_empty()) {
             if !out.is_empty() {
                 out.push('/');
             }

@@ -164,7 +164,7 @@ pub struct Scene {
     /// placed several times; other groups are part of the level around them. No result depends on them.
     pub accels: HashMap<NodeId, &'static str>,
     /// The labels of transforms: what is placed by one is called so in the names of paths, instead of by its own name and its
-    /// index in the group.
+    /// index in the group. An empty label leaves it out of the names.
     pub labels: HashMap<NodeId, String>,
     /// How objects move in an animation; at most one for each name.
     pub motions: Vec<Motion>,

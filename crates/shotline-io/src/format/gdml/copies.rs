@@ -1,6 +1,6 @@
 //! Volumes that are placed many times by one element: replicas, divisions and parameterised volumes.
 
-use shotline::math::Vec3;
+use shotline::math::{Lattice, Vec3};
 use shotline::scene::{Node, NodeId};
 
 use super::attributes::{Found, Reported};
@@ -35,24 +35,67 @@ struct Copies {
     offset: f64,
 }
 
+/// From so many copies on a lattice computes where they are. Fewer are listed: rays find these in lanes.
+const LEAST_IN_LATTICE: usize = 256;
+
+impl Copies {
+    /// The axis of a lattice that holds the copies; `None` where they are listed.
+    fn in_lattice(&self) -> Option<usize> {
+        match self.axis {
+            Axis::Straight(axis) if self.count >= LEAST_IN_LATTICE => Some(axis),
+            _ => None,
+        }
+    }
+}
+
 impl Module<'_> {
+    /// Copies of a volume in a row along an axis, of which the first is at `first`.
+    fn lattice(
+        &mut self,
+        element: Element,
+        volume: NodeId,
+        copies: Copies,
+        axis: usize,
+        first: f64,
+        label: String,
+    ) -> Found<Vec<NodeId>> {
+        let (mut counts, mut pitch, mut start) = ([1; 3], [0.0; 3], Vec3::ZERO);
+        (counts[axis], pitch[axis], start[axis]) = (copies.count as u32, copies.width, first);
+        let named = self.placed(element, volume, &Placement::NONE, label);
+        let lattice = Lattice::rectangular(counts, pitch);
+        let row = self.add(element, Node::Lattice { lattice, elements: vec![named], table: None });
+        // In the names of paths the copies are directly in their mother.
+        Ok(vec![self.placed(element, row, &Placement::at(start), String::new())])
+    }
+
     /// Replicas fill their mother; those along x, y and z are centred in it.
     pub(super) fn replicas(&mut self, element: Element) -> Found<Vec<NodeId>> {
         let count = self.count(element, "number")?;
-        self.count_copies(element, count)?;
         let Some((volume, name)) = self.copied_volume(element)? else { return Err(Reported) };
         let Some(along) = elements(element).find(|child| tag(*child) == "replicate_along_axis") else {
             let help = "add <replicate_along_axis>";
             return Err(self.report(element, None, "the replicas have no axis", help));
         };
         let copies = self.replicate_along(along, count)?;
+        let middle = (count - 1) as f64 * 0.5;
+        if let Some(axis) = copies.in_lattice() {
+            return self.lattice(
+                element,
+                volume,
+                copies,
+                axis,
+                -(copies.width * middle),
+                format!("{name}_PV"),
+            );
+        }
+        self.count_copies(element, count)?;
         let mut placed = Vec::with_capacity(count);
         for i in 0..count {
             let number = i as f64;
             let (volume, placement) = match copies.axis {
                 Axis::Straight(axis) => {
                     let mut position = Vec3::ZERO;
-                    position[axis] = copies.width * (number - (count - 1) as f64 * 0.5);
+                    position[axis] = copies.width * (number - middle);
                     (volume, Placement::at(position))
                 }
                 // The placement of a volume turns the mother's frame.
@@ -126,6 +169,13 @@ impl Module<'_> {
             return Err(self.unsupported(element, format!("<divisionvol> of a {kind} along {written}")));
         };
         let copies = self.division(element, *axis, high - low)?;
+        if let Some(axis) = copies.in_lattice() {
+            let half = copies.width * 0.5;
+            let solid = self.cut(element, mother, axis, half)?;
+            let volume = self.with_solid(element, volume, solid)?;
+            let label = element.attribute("name").map_or_else(|| format!("{name}_PV"), str::to_owned);
+            return self.lattice(element, volume, copies, axis, low + copies.offset + half, label);
+        }
         self.count_copies(element, copies.count)?;
         let mut placed = Vec::with_capacity(copies.count);
         for i in 0..copies.count {

@@ -67,7 +67,8 @@ pub(super) const PLACEMENT: &[Key] = &[
     key(
         "label",
         Text,
-        "What it is called in the names of paths; its own name and its index in the group if absent.",
+        "What it is called in the names of paths, where an empty label leaves it out; its own name and its index in the \
+         group if absent.",
     ),
 ];
 
@@ -132,6 +133,50 @@ pub(super) const OPS: &[(&str, &str)] = &[
     ("difference", "In the first of the args and in no other."),
     ("group", "A collection: each member is a body of its own."),
 ];
+
+/// The operations that place copies of their args in cells.
+pub(super) const LATTICE: &str = "lattice";
+pub(super) const HEXAGONAL_LATTICE: &str = "hexagonal_lattice";
+
+/// The lattices, each with what it is and its keys. The first keys are required.
+pub(super) const LATTICES: &[(&str, &str, &[Key])] = &[
+    (
+        LATTICE,
+        "Copies in rows, columns and layers: each is a body of its own. The first is where the arg is.",
+        &[
+            key("counts", Numbers(3), "The numbers of cells along x, y and z."),
+            key("pitch", Numbers(3), "The distances between neighbours along x, y and z."),
+            CELLS,
+            key(
+                "stagger",
+                Boolean,
+                "Whether every second row is shifted by half a pitch along x; false if absent.",
+            ),
+        ],
+    ),
+    (
+        HEXAGONAL_LATTICE,
+        "Copies in rings around the z axis, each as far from its six neighbours; the first ring is one cell.",
+        &[
+            key("rings", Integer, "The number of rings."),
+            key("pitch", Number, "The distance between neighbours."),
+            CELLS,
+            key("layers", Integer, "The number of layers along z; 1 if absent."),
+            key("height", Number, "The distance between layers; 0 if absent."),
+        ],
+    ),
+];
+
+/// How many of the keys of a lattice are required.
+pub(super) const REQUIRED_OF_LATTICE: usize = 2;
+
+/// What the cells of a lattice hold.
+const CELLS: Key = key(
+    "cells",
+    Shape::Other,
+    "For each cell the index of its arg, or null for an empty cell: x runs fastest, then y, then z. Every cell holds the \
+     first arg if absent.",
+);
 
 /// The kind of a mesh, which is read from a file.
 pub(super) const MESH: &str = "mesh";

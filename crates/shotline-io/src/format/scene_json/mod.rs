@@ -3,6 +3,7 @@
 mod appearance;
 mod duplicates;
 mod keys;
+mod lattices;
 mod mesh_files;
 mod motions;
 mod names;

@@ -12,10 +12,11 @@ use shotline::scene::{LocalTransform, Material, Node, NodeId, Op, Scene};
 use shotline::solid::mesh::Weld;
 use shotline::solid::{self, Layout, Param, Params};
 
-use super::keys::{ACCEL, MESH, MESH_FILE, OBJECT, OPS, PLACEMENT, WELD, names};
+use super::keys::{ACCEL, Key, LATTICES, MESH, MESH_FILE, OBJECT, OPS, PLACEMENT, WELD, names};
+use super::lattices;
 use super::mesh_files::Meshes;
 use super::placement;
-use super::value_tree::{Member, ValueId};
+use super::value_tree::{Content, Member, ValueId};
 use super::values::{Values, layout_in_words};
 use crate::suggest;
 
@@ -181,7 +182,7 @@ impl<'r, 't> Graph<'r, 't> {
 
     fn ref_name(&self, value: ValueId) -> Option<&'r str> {
         match self.values.tree.content(self.values.tree.get(value, "ref")?) {
-            super::value_tree::Content::Text(name) if self.is_bare_ref(value) => Some(name),
+            Content::Text(name) if self.is_bare_ref(value) => Some(name),
             _ => None,
         }
     }
@@ -360,10 +361,11 @@ impl<'r, 't> Graph<'r, 't> {
     }
 
     fn combination(&mut self, value: ValueId, todo: &mut Vec<Task>) -> Option<Node> {
-        let known: Vec<_> = ["op", "args", ACCEL.name].into_iter().chain(names(PLACEMENT)).collect();
-        self.values.only(value, "an operation", &known);
+        let of_lattice = self.lattice_keys(value);
+        let known = ["op", "args", ACCEL.name].into_iter().chain(names(of_lattice)).chain(names(PLACEMENT));
+        self.values.only(value, "an operation", &known.collect::<Vec<_>>());
         let op_at = self.values.tree.get(value, "op").or_else(|| {
-            let ops: Vec<_> = OPS.iter().map(|(op, _)| format!("\"{op}\"")).collect();
+            let ops: Vec<_> = op_names().map(|op| format!("\"{op}\"")).collect();
             self.values.required(value, "this operation", "op", &format!("one of {}", ops.join(", ")))
         });
         let op = op_at.and_then(|at| Some((at, self.values.text(at, "\"op\"")?)));
@@ -371,8 +373,13 @@ impl<'r, 't> Graph<'r, 't> {
             self.values.required(value, "this operation", "args", "a list of nodes: [{...}, ...]")?;
         let args = self.values.array(args_at, "\"args\"")?;
         let (op_at, name) = op?;
-        if args.is_empty() && OPS.iter().any(|(op, _)| op == name) && name != "group" {
+        if args.is_empty() && op_names().any(|op| op == name) && name != "group" {
             self.values.report(args_at, format!("this {name} has no args"), "give it at least one");
+        }
+        if lattices::is_lattice(name) {
+            let elements = args.iter().map(|v| self.child(*v, Role::Member, todo)).collect();
+            let (lattice, table) = lattices::read(&mut self.values, value, name)?;
+            return Some(Node::Lattice { lattice, elements, table });
         }
         let op = match name.as_ref() {
             "union" => Some(Op::Union),
@@ -380,7 +387,7 @@ impl<'r, 't> Graph<'r, 't> {
             "difference" => Some(Op::Difference),
             "group" => None,
             _ => {
-                let help = self.values.hint(name, OPS.iter().map(|(name, _)| *name));
+                let help = self.values.hint(name, op_names());
                 self.values.report(op_at, format!("there is no operation '{name}'"), help);
                 // The args are still read, to report errors in them.
                 Some(Op::Union)
@@ -392,6 +399,13 @@ impl<'r, 't> Graph<'r, 't> {
             Some(op) => Node::Csg { op, args },
             None => Node::Group { members: args },
         })
+    }
+
+    /// The keys of an operation that is a lattice; none for others.
+    fn lattice_keys(&self, value: ValueId) -> &'static [Key] {
+        let op = self.values.tree.get(value, "op").map(|at| self.values.tree.content(at));
+        let Some(Content::Text(op)) = op else { return &[] };
+        LATTICES.iter().find(|(name, ..)| *name == op.as_ref()).map_or(&[], |(.., keys)| keys)
     }
 
     fn object(&mut self, value: ValueId, role: Role, todo: &mut Vec<Task>) -> Option<Node> {
@@ -431,6 +445,11 @@ impl<'r, 't> Graph<'r, 't> {
     }
 }
 
+/// The names of all operations.
+fn op_names() -> impl Iterator<Item = &'static str> {
+    OPS.iter().map(|(op, _)| *op).chain(LATTICES.iter().map(|(op, ..)| *op))
+}
+
 const WRAP: &str =
     "an object is {\"name\": ..., \"material\": ..., \"node\": {...}} with its shape in \"node\"";
 
@@ -447,7 +466,7 @@ fn missing_form(members: &[Member], role: Role) -> (&'static str, String) {
         if solid::kind(key).is_some() {
             return ("\"kind\"", format!("write {{\"kind\": \"{key}\", ...}} with the parameters beside it"));
         }
-        if OPS.iter().any(|(op, _)| *op == key) {
+        if op_names().any(|op| op == key) {
             return ("\"op\"", format!("write {{\"op\": \"{key}\", \"args\": [...]}}"));
         }
         if let Some(meant) = suggest::nearest(key, FORMS.map(|(name, _)| name)) {

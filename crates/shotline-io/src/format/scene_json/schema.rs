@@ -6,8 +6,8 @@ use shotline::scene::Units;
 use shotline::solid::{self, Layout};
 
 use super::keys::{
-    ACCEL, CAMERA, Key, LIGHT, MATERIAL, MESH, MESH_FILE, MOTION, OBJECT, OPS, PLACEMENT, ROTATION, Shape,
-    TOP, WELD, names,
+    ACCEL, CAMERA, Key, LATTICES, LIGHT, MATERIAL, MESH, MESH_FILE, MOTION, OBJECT, OPS, PLACEMENT,
+    REQUIRED_OF_LATTICE, ROTATION, Shape, TOP, WELD, names,
 };
 use crate::format::mesh_format_names;
 
@@ -86,9 +86,12 @@ fn shape() -> Value {
     let mut forms: Vec<Value> = leaves.collect();
     forms.push(when("kind", json!({ "const": MESH }), mesh()));
     forms.extend(OPS.iter().map(|(op, about)| when("op", json!({ "const": op }), operation(op, about))));
+    forms.extend(
+        LATTICES.iter().map(|(op, about, keys)| when("op", json!({ "const": op }), lattice(op, about, keys))),
+    );
     forms.push(when("ref", json!({}), placed(&[], &["ref"], part_name(), "A part of defs.")));
     let kinds: Vec<_> = solid::KINDS.iter().map(|k| k.name).chain([MESH]).collect();
-    let ops: Vec<_> = OPS.iter().map(|(op, _)| *op).collect();
+    let ops: Vec<_> = OPS.iter().map(|(op, _)| *op).chain(LATTICES.iter().map(|(op, ..)| *op)).collect();
     json!({
         "type": "object",
         "properties": { "kind": { "enum": kinds }, "op": { "enum": ops } },
@@ -154,6 +157,28 @@ fn operation(op: &str, about: &str) -> Value {
     let own = [("op", json!({ "const": op })), ("args", args), (ACCEL.name, accelerator(ACCEL.about))];
     let own = own.map(|(key, value)| (key.to_string(), value)).into_iter().collect();
     placed(&[], &["op", "args"], own, about)
+}
+
+fn lattice(op: &str, about: &str, keys: &[Key]) -> Value {
+    let args = json!({ "type": "array", "items": reference("member"), "minItems": 1 });
+    let count = |key: &Key| match key.shape {
+        Shape::Integer => Some((key.name, json!({ "type": "integer", "minimum": 1 }))),
+        _ if key.name == "counts" => {
+            let items = json!({ "type": "integer", "minimum": 1 });
+            Some((key.name, json!({ "type": "array", "items": items, "minItems": 3, "maxItems": 3 })))
+        }
+        _ if key.name == "cells" => {
+            let items = json!({ "type": ["integer", "null"], "minimum": 0 });
+            Some((key.name, json!({ "type": "array", "items": items })))
+        }
+        _ => None,
+    };
+    let own = [("op", json!({ "const": op })), ("args", args), (ACCEL.name, accelerator(ACCEL.about))];
+    let own = own.into_iter().chain(keys.iter().filter_map(count));
+    let own = own.map(|(key, value)| (key.to_string(), value)).collect();
+    let required: Vec<_> =
+        ["op", "args"].into_iter().chain(keys[..REQUIRED_OF_LATTICE].iter().map(|key| key.name)).collect();
+    placed(keys, &required, own, about)
 }
 
 /// An object that may also have a transform: a matrix or steps.

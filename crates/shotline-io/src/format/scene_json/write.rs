@@ -1,14 +1,15 @@
 //! A scene to the text of a scene file. Every number reads back bit for bit, and a node with several parents is
 //! written once, in `defs`.
 
-use shotline::math::Vec3;
+use shotline::math::{Lattice, Vec3};
 use shotline::scene::{
-    Camera, Lens, Light, LightSource, LocalTransform, Material, MeshFile, Motion, Node, NodeId, Op, Rotation,
-    Scene,
+    Camera, EMPTY_CELL, Lens, Light, LightSource, LocalTransform, Material, MeshFile, Motion, Node, NodeId,
+    Op, Rotation, Scene,
 };
 use shotline::solid::Layout;
 use shotline::solid::mesh::Weld;
 
+use super::keys::{HEXAGONAL_LATTICE, LATTICE};
 use super::names::Names;
 use crate::error::WriteError;
 
@@ -184,6 +185,7 @@ impl Writer<'_> {
             Node::Group { members } => {
                 vec![Field::Plain("\"op\": \"group\"".into()), Field::Nodes("args", members.clone())]
             }
+            Node::Lattice { lattice, elements, table } => self.lattice(lattice, elements, table.as_deref()),
             Node::Object { name, material, priority, node, contents, clip } => {
                 let mut fields = vec![Field::Plain(format!("\"name\": {}", quoted(name)))];
                 fields.extend(material.iter().map(|m| Field::Plain(format!("\"material\": {}", quoted(m)))));
@@ -202,6 +204,36 @@ impl Writer<'_> {
             // Reached only below a transform, where such a node has a name.
             Node::Transform { .. } => Vec::new(),
         }
+    }
+
+    fn lattice(&mut self, lattice: &Lattice, elements: &[NodeId], table: Option<&[u32]>) -> Vec<Field> {
+        let mut keys = match *lattice {
+            Lattice::Rectangular { counts, pitch, stagger } => {
+                let mut keys = vec![
+                    format!("\"op\": \"{LATTICE}\""),
+                    format!("\"counts\": {}", self.numbers(&counts.map(f64::from))),
+                    format!("\"pitch\": {}", self.numbers(&pitch)),
+                ];
+                keys.extend(stagger.then(|| "\"stagger\": true".into()));
+                keys
+            }
+            Lattice::Hexagonal { rings, pitch, layers, height } => vec![
+                format!("\"op\": \"{HEXAGONAL_LATTICE}\""),
+                format!("\"rings\": {rings}"),
+                format!("\"pitch\": {}", self.number(pitch)),
+                format!("\"layers\": {layers}"),
+                format!("\"height\": {}", self.number(height)),
+            ],
+        };
+        keys.extend(table.map(|table| {
+            let cell = |&element: &u32| match element {
+                EMPTY_CELL => "null".into(),
+                element => element.to_string(),
+            };
+            format!("\"cells\": [{}]", table.iter().map(cell).collect::<Vec<_>>().join(", "))
+        }));
+        let keys = keys.into_iter().map(Field::Plain);
+        keys.chain([Field::Nodes("args", elements.to_vec())]).collect()
     }
 
     fn mesh(&mut self, file: Option<&MeshFile>) -> Vec<Field> {

@@ -1,0 +1,90 @@
+//! Lattices in scene files.
+
+use shotline::math::Vec3;
+use shotline::query::Caster;
+use shotline::ray::{Ray, Span};
+use shotline_io::{Document, ReadError, write_scene};
+
+/// A scene with one node, which may use a ball of radius 1/4.
+fn text(node: &str) -> String {
+    format!(
+        r#"{{"shotline": 1, "defs": {{"ball": {{"kind": "sphere", "radius": 0.25}}}}, "objects": [{{"name": "o", "node": {node}}}]}}"#
+    )
+}
+
+fn parse_scene(text: &str) -> Result<Document, ReadError> {
+    shotline_io::parse_scene(text, None)
+}
+
+fn count(node: &str, o: [f64; 3], d: [f64; 3]) -> u64 {
+    let scene = parse_scene(&text(node)).unwrap_or_else(|error| panic!("{error}")).scene;
+    let again = parse_scene(&write_scene(&scene).unwrap()).unwrap_or_else(|error| panic!("{error}")).scene;
+    assert_eq!(format!("{scene:?}"), format!("{again:?}"));
+    let world = scene.compile().unwrap_or_else(|error| panic!("{error}"));
+    let ray = Ray::new(Vec3::from(o), Vec3::from(d)).unwrap();
+    Caster::new(&world).count(&ray, Span::FORWARD).unwrap()
+}
+
+#[test]
+fn lattices_are_read_and_written() {
+    let lattice = |more: &str| format!(r#"{{"op": "lattice", "args": [{{"ref": "ball"}}], {more}}}"#);
+    let rows = lattice(r#""counts": [4, 3, 2], "pitch": [1, 2, 3]"#);
+    assert_eq!(count(&rows, [-5.0, 2.0, 3.0], [1.0, 0.0, 0.0]), 8);
+    let staggered = lattice(r#""counts": [4, 3, 1], "pitch": [1, 1, 0], "stagger": true"#);
+    assert_eq!(count(&staggered, [0.5, -5.0, 0.0], [0.0, 1.0, 0.0]), 2);
+    let holes = lattice(r#""counts": [4, 1, 1], "pitch": [1, 0, 0], "cells": [0, null, 0, null]"#);
+    assert_eq!(count(&holes, [-5.0, 0.0, 0.0], [1.0, 0.0, 0.0]), 4);
+    let rings = r#"{"op": "hexagonal_lattice", "args": [{"ref": "ball"}], "rings": 3, "pitch": 1, "layers": 2, "height": 1}"#;
+    assert_eq!(count(rings, [-5.0, 0.0, 1.0], [1.0, 0.0, 0.0]), 10);
+    let single = r#"{"op": "hexagonal_lattice", "args": [{"ref": "ball"}, {"kind": "box", "min": [0,0,0], "max": [1,1,1]}], "rings": 1, "pitch": 1, "cells": [1]}"#;
+    assert_eq!(count(single, [-5.0, 0.5, 0.5], [1.0, 0.0, 0.0]), 2);
+}
+
+#[test]
+fn mistakes_in_lattices_are_explained() {
+    let args = r#""args": [{"ref": "ball"}]"#;
+    let cases = [
+        (format!(r#"{{"op": "lattice", {args}, "pitch": [1, 1, 1]}}"#), "this lattice lacks \"counts\""),
+        (
+            format!(r#"{{"op": "lattice", {args}, "counts": [2, 2], "pitch": [1, 1, 1]}}"#),
+            "three whole numbers",
+        ),
+        (
+            format!(r#"{{"op": "lattice", {args}, "counts": [2, 2, 0], "pitch": [1, 1, 1]}}"#),
+            "from 1 to 2147483648",
+        ),
+        (
+            format!(r#"{{"op": "lattice", {args}, "counts": [2, 2, 1.5], "pitch": [1, 1, 1]}}"#),
+            "whole numbers",
+        ),
+        (format!(r#"{{"op": "lattice", {args}, "counts": [2, 2, 1], "pitch": 1}}"#), "an array of 3 numbers"),
+        (format!(r#"{{"op": "lattice", {args}, "count": [2, 2, 1], "pitch": [1, 1, 1]}}"#), "'counts'"),
+        (format!(r#"{{"op": "lattise", {args}, "counts": [2, 2, 1], "pitch": [1, 1, 1]}}"#), "'lattice'"),
+        (
+            format!(
+                r#"{{"op": "lattice", {args}, "counts": [2, 1, 1], "pitch": [1, 1, 1], "cells": [0, -1]}}"#
+            ),
+            "or null",
+        ),
+        (format!(r#"{{"op": "hexagonal_lattice", {args}, "rings": 0, "pitch": 1}}"#), "whole numbers"),
+        (
+            r#"{"op": "lattice", "args": [], "counts": [2, 1, 1], "pitch": [1, 1, 1]}"#.to_owned(),
+            "has no args",
+        ),
+    ];
+    for (node, message) in cases {
+        let error = parse_scene(&text(&node)).expect_err(&node).to_string();
+        assert!(error.contains(message), "{message}\nis not in\n{error}");
+    }
+    // What the numbers are is checked when compiling.
+    for (more, message) in [
+        (r#""pitch": [-1, 1, 1], "counts": [2, 1, 1]"#, "positive where there is more than one cell"),
+        (r#""pitch": [1, 1, 1], "counts": [2147483648, 2, 1]"#, "at most 2147483648 cells"),
+        (r#""pitch": [1, 1, 1], "counts": [2, 1, 1], "cells": [0]"#, "1 cells are listed of a lattice of 2"),
+        (r#""pitch": [1, 1, 1], "counts": [2, 1, 1], "cells": [0, 1]"#, "holds element 1, but the last is 0"),
+    ] {
+        let scene = parse_scene(&text(&format!(r#"{{"op": "lattice", {args}, {more}}}"#))).unwrap().scene;
+        let error = scene.compile().unwrap_err().to_string();
+        assert!(error.contains(message), "{message}\nis not in\n{error}");
+    }
+}

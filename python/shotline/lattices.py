@@ -1,0 +1,140 @@
+"""Lattices: copies of nodes in cells at equal distances."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .nodes import Node, Object, _checked, _short_repr
+from .values import bounded_integer, number, numbers
+
+# The largest number of cells.
+MAX_CELLS = 2**31
+
+
+class _Cells(Node):
+    __slots__ = ("_cells", "_elements", "_inner")
+    _op = ""
+
+    def __init__(self, elements: Node | Iterable[Node], cells: list[int | None] | None) -> None:
+        nodes = (elements,) if isinstance(elements, Node) else tuple(elements)
+        if not nodes:
+            raise ValueError(f"a {type(self).__name__} needs at least one node")
+        self._elements: tuple[Node, ...] = tuple(_checked(node) for node in nodes)
+        self._inner = next((node._object for node in self._elements if node._object is not None), None)
+        self._cells = cells
+
+    def _keys(self) -> dict[str, Any]:
+        return {"op": self._op} | self._numbers() | ({} if self._cells is None else {"cells": self._cells})
+
+    def _numbers(self) -> dict[str, Any]:
+        raise NotImplementedError
+
+    def _children(self) -> tuple[Node, ...]:
+        return self._elements
+
+    @property
+    def _object(self) -> Object | None:
+        return self._inner
+
+    def __repr__(self) -> str:
+        shown = [_short_repr(node) for node in self._elements[:4]]
+        more = [f"... {len(self._elements) - 4} more"] if len(self._elements) > 4 else []
+        several = f"[{', '.join(shown + more)}]" if len(self._elements) > 1 else shown[0]
+        numbers = [f"{key}={value}" for key, value in self._numbers().items()]
+        return f"{type(self).__name__}({', '.join([several, *numbers])})"
+
+
+class Lattice(_Cells):
+    """Copies of a node in rows, columns and layers: each is a body of its own, with its own path. A lattice of a billion
+    cells takes no more memory than one of a single cell.
+
+    Cell `[i, j, k]` is shifted by `i`, `j` and `k` times the pitch along x, y and z, so the first copy is where the node
+    is. Members may be objects.
+
+    Args:
+        node: what every cell holds, or several nodes from which `cells` chooses.
+        counts: the numbers of cells along x, y and z, 2^31 cells at most.
+        pitch: the distances between neighbours along x, y and z, or one for all: positive where there are several cells.
+        stagger: whether every second row is shifted by half a pitch along x. Where the pitch along y is the root of 3/4
+            times that along x, each cell of a layer is then as far from its six neighbours.
+        cells: for each cell the index of its node, or -1 for an empty cell: integers of shape `counts`.
+
+    >>> Lattice(Cylinder(radius=0.4, z0=0, z1=10), counts=(17, 17, 1), pitch=1.26)
+    Lattice(Cylinder(radius=0.4, z0=0.0, z1=10.0), counts=(17, 17, 1), pitch=(1.26, 1.26, 1.26))
+    """
+
+    __slots__ = ("_counts", "_pitch", "_stagger")
+    _op = "lattice"
+
+    def __init__(
+        self,
+        node: Node | Iterable[Node],
+        *,
+        counts: Iterable[int],
+        pitch: ArrayLike,
+        stagger: bool = False,
+        cells: ArrayLike | None = None,
+    ) -> None:
+        sizes = tuple(bounded_integer(count, "counts", 1, MAX_CELLS) for count in counts)
+        if len(sizes) != 3:
+            raise ValueError(f"counts are three numbers of cells, along x, y and z, not {len(sizes)}")
+        same = np.ndim(pitch) == 0
+        self._pitch = numbers(np.repeat(np.asarray(pitch), 3) if same else pitch, 3, "pitch")
+        self._counts, self._stagger = sizes, bool(stagger)
+        super().__init__(node, None if cells is None else _table(cells, sizes))
+
+    def _numbers(self) -> dict[str, Any]:
+        stagger = {"stagger": True} if self._stagger else {}
+        return {"counts": self._counts, "pitch": self._pitch} | stagger
+
+
+class HexagonalLattice(_Cells):
+    """Copies of a node in rings around the z axis, each as far from its six neighbours: the first ring is one cell, at the
+    origin.
+
+    Args:
+        node: what every cell holds, or several nodes from which `cells` chooses.
+        rings: the number of rings, with the cell in the middle.
+        pitch: the distance between neighbours, two of which are along x.
+        layers: the number of layers along z; the first is at the origin.
+        height: the distance between layers.
+        cells: for each cell the index of its node, or -1 for an empty cell: row by row from the lowest y upwards, each row
+            along x; then the next layer.
+
+    >>> HexagonalLattice(Sphere(radius=0.5), rings=9, pitch=1.2)
+    HexagonalLattice(Sphere(radius=0.5), rings=9, pitch=1.2, layers=1, height=0.0)
+    """
+
+    __slots__ = ("_height", "_layers", "_pitch", "_rings")
+    _op = "hexagonal_lattice"
+
+    def __init__(
+        self,
+        node: Node | Iterable[Node],
+        *,
+        rings: int,
+        pitch: float,
+        layers: int = 1,
+        height: float = 0.0,
+        cells: ArrayLike | None = None,
+    ) -> None:
+        self._rings = bounded_integer(rings, "rings", 1, MAX_CELLS)
+        self._layers = bounded_integer(layers, "layers", 1, MAX_CELLS)
+        self._pitch, self._height = number(pitch, "pitch"), number(height, "height")
+        count = self._layers * (3 * self._rings * (self._rings - 1) + 1)
+        super().__init__(node, None if cells is None else _table(cells, (count,)))
+
+    def _numbers(self) -> dict[str, Any]:
+        return {"rings": self._rings, "pitch": self._pitch, "layers": self._layers, "height": self._height}
+
+
+def _table(cells: ArrayLike, shape: tuple[int, ...]) -> list[int | None]:
+    """The entries of a table in the order of a scene file, in which x runs fastest."""
+    table = np.asarray(cells)
+    if table.shape != shape or table.dtype.kind not in "iu":
+        raise ValueError(f"cells are integers of shape {shape}, not {table.dtype} of shape {table.shape}")
+    return [None if index < 0 else index for index in table.ravel(order="F").tolist()]
