@@ -14,7 +14,7 @@ scene is written in; nothing is converted. Everything is float64.
 from ._native import __version__
 from .appearance import Camera, Light, Material
 from .image import Image
-from .lattices import HexagonalLattice, Lattice
+from .lattices import HexagonalLattice, Lattice, ring
 from .mesh import Mesh
 from .nodes import Difference, Group, Intersection, Node, Object, Union
 from .queries import OverlapWarning
@@ -52,5 +52,6 @@ __all__ = [
     "__version__",
     "load",
     "radiograph",
+    "ring",
     *_solids,
 ]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .nodes import Node, Object, _checked, _short_repr
+from .nodes import Group, Node, Object, _checked, _short_repr
 from .values import bounded_integer, number, numbers
 
 # The largest number of cells.
@@ -130,6 +130,22 @@ class HexagonalLattice(_Cells):
 
     def _numbers(self) -> dict[str, Any]:
         return {"rings": self._rings, "pitch": self._pitch, "layers": self._layers, "height": self._height}
+
+
+def ring(node: Node, count: int, step: float | None = None) -> Group:
+    """Copies of a node turned about the z axis, the first where the node is: each is a body of its own.
+
+    Args:
+        node: what is copied; it may be an object.
+        count: the number of copies, 2^20 at most.
+        step: the degrees from one to the next; None fills a whole turn.
+
+    >>> Scene(ring(Sphere(radius=1).translate(5, 0, 0), 8)).count([-9, 0, 0], [1, 0, 0])
+    np.int64(4)
+    """
+    copies = bounded_integer(count, "count", 1, 2**20)
+    angle = 360.0 / copies if step is None else number(step, "step")
+    return Group(*(_checked(node).rotate(0, 0, i * angle) for i in range(copies)))
 
 
 def _table(cells: ArrayLike, shape: tuple[int, ...]) -> list[int | None]:

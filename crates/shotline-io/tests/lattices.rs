@@ -41,6 +41,23 @@ fn lattices_are_read_and_written() {
 }
 
 #[test]
+fn rings_are_groups_of_turned_copies() {
+    let arm = r#"{"kind": "box", "min": [1, -0.25, 0], "max": [2, 0.25, 1]}"#;
+    let ring = |more: &str| {
+        let text = text(&format!(r#"{{"op": "ring", "args": [{arm}], {more}}}"#));
+        parse_scene(&text).unwrap_or_else(|error| panic!("{error}")).scene.compile().unwrap()
+    };
+    let count = |more: &str, o: [f64; 3], d: [f64; 3]| {
+        let ray = Ray::new(Vec3::from(o), Vec3::from(d)).unwrap();
+        Caster::new(&ring(more)).count(&ray, Span::FORWARD).unwrap()
+    };
+    assert_eq!(count(r#""count": 4"#, [-5.0, 0.0, 0.5], [1.0, 0.0, 0.0]), 4);
+    assert_eq!(count(r#""count": 4"#, [0.0, -5.0, 0.5], [0.0, 1.0, 0.0]), 4);
+    assert_eq!(count(r#""count": 2, "step": 90"#, [0.0, -5.0, 0.5], [0.0, 1.0, 0.0]), 2);
+    assert_eq!(ring(r#""count": 3"#).path_name(2), "o/box[2]");
+}
+
+#[test]
 fn mistakes_in_lattices_are_explained() {
     let args = r#""args": [{"ref": "ball"}]"#;
     let cases = [
@@ -72,7 +89,12 @@ fn mistakes_in_lattices_are_explained() {
             "has no args",
         ),
     ];
-    for (node, message) in cases {
+    let of_rings = [
+        (format!(r#"{{"op": "ring", {args}, "count": 0}}"#), "whole numbers"),
+        (format!(r#"{{"op": "ring", {args}, "count": 2000000}}"#), "too large"),
+        (r#"{"op": "ring", "args": [{"ref": "ball"}, {"ref": "ball"}], "count": 2}"#.to_owned(), "one arg"),
+    ];
+    for (node, message) in cases.into_iter().chain(of_rings) {
         let error = parse_scene(&text(&node)).expect_err(&node).to_string();
         assert!(error.contains(message), "{message}\nis not in\n{error}");
     }

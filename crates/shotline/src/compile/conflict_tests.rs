@@ -1,6 +1,6 @@
 use super::*;
 use crate::compile::{Options, compile};
-use crate::math::Vec3;
+use crate::math::{Lattice, Vec3};
 use crate::scene::{Node, NodeId, Op, Scene};
 
 fn ball(scene: &mut Scene, at: [f64; 3]) -> NodeId {
@@ -65,4 +65,32 @@ fn comparisons_that_are_too_few_are_told() {
     assert!(!few.complete, "{few:?}");
     let all = world.conflict_candidates(10, 1 << 20);
     assert!(all.complete && all.count > 1000 && all.pairs.len() == 10, "{}", all.count);
+}
+
+/// Of a large lattice only the cells near a corner are compared, and that is told.
+#[test]
+fn neighbours_in_lattices_are_compared() {
+    let found = |counts: [u32; 3], pitch: f64| {
+        let mut scene = Scene::default();
+        let ball = scene.add_solid("sphere", &[&[1.0]]).unwrap();
+        let (name, material) = ("ball".to_owned(), None);
+        let ball = scene.add(Node::Object {
+            name,
+            material,
+            priority: 0,
+            node: ball,
+            contents: Vec::new(),
+            clip: false,
+        });
+        let lattice = Lattice::rectangular(counts, [pitch; 3]);
+        let lattice = scene.add(Node::Lattice { lattice, elements: vec![ball], table: None });
+        scene.add_object("all", None, lattice);
+        let found = conflict_candidates(&scene);
+        (found.count, found.complete)
+    };
+    assert_eq!(found([3, 2, 1], 1.9), (7 + 4, true));
+    assert_eq!(found([3, 2, 1], 2.1), (0, true));
+    assert_eq!(found([1000, 1000, 1000], 2.1), (0, false));
+    let (count, complete) = found([1000, 1, 1000], 1.9);
+    assert!(count > 1000 && !complete);
 }

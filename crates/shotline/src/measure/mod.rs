@@ -38,6 +38,8 @@ mod disjoint;
 mod estimate;
 mod extent;
 mod known;
+#[cfg(test)]
+mod lattice_tests;
 mod leaves;
 mod objects;
 mod partly;

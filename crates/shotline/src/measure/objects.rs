@@ -70,26 +70,33 @@ fn placements(level: &Level) -> (Box<dyn Iterator<Item = u32> + '_>, Repetition)
     }
 }
 
-/// A part with all its repetitions.
+/// A part with all its repetitions. It has moments if it has them alone and neighbours are disjoint.
 fn repeated(mut extent: Extent, repetition: Repetition) -> Extent {
-    for (axis, (count, pitch)) in repetition.into_iter().enumerate() {
-        let moved = |extent: &Extent, steps: u32| {
+    for (axis, (count, pitch)) in repetition.into_iter().enumerate().filter(|(_, (count, _))| *count > 1) {
+        let shift = |steps: u32| {
             let mut shift = Vec3::ZERO;
             shift[axis] = f64::from(steps) * pitch;
-            let map = Affine::translation(shift);
-            let moments = extent.moments.as_ref().map(|moments| moments.placed(&map));
-            Extent { bounds: extent.bounds.transformed(&map), moments, open: extent.open }
+            shift
         };
-        // By the binary digits of the number, the highest first.
-        let (one, mut done) = (extent.clone(), 1);
-        for digit in (0..count.ilog2()).rev() {
-            extent = combined(&[extent.clone(), moved(&extent, done)]);
-            done *= 2;
-            if count >> digit & 1 == 1 {
-                extent = combined(&[extent, moved(&one, done)]);
-                done += 1;
+        let bounds = |steps| Aabb::new(extent.bounds.min + shift(steps), extent.bounds.max + shift(steps));
+        // The last two are the farthest away, so rounding is largest.
+        let apart = are_disjoint(vec![bounds(count - 2), bounds(count - 1)]);
+        let moved = |m: &KnownMoments, steps| m.placed(&Affine::translation(shift(steps)));
+        let moments = extent.moments.take().filter(|_| apart).map(|one| {
+            // By the binary digits of the number, the highest first.
+            let (mut sum, mut done) = (one.clone(), 1);
+            for digit in (0..count.ilog2()).rev() {
+                sum = KnownMoments::total(&[moved(&sum, done), sum]);
+                done *= 2;
+                if count >> digit & 1 == 1 {
+                    sum = KnownMoments::total(&[moved(&one, done), sum]);
+                    done += 1;
+                }
             }
-        }
+            sum
+        });
+        let bounds = extent.bounds.union(&bounds(count - 1));
+        extent = Extent { bounds, moments, open: extent.open };
     }
     extent
 }

@@ -137,9 +137,11 @@ pub(super) const OPS: &[(&str, &str)] = &[
 /// The operations that place copies of their args in cells.
 pub(super) const LATTICE: &str = "lattice";
 pub(super) const HEXAGONAL_LATTICE: &str = "hexagonal_lattice";
+pub(super) const RING: &str = "ring";
 
-/// The lattices, each with what it is and its keys. The first keys are required.
-pub(super) const LATTICES: &[(&str, &str, &[Key])] = &[
+/// The operations that place copies of their args, each with what it is, its keys, and how many of these are required: the
+/// first ones.
+pub(super) const COPIES: &[(&str, &str, &[Key], usize)] = &[
     (
         LATTICE,
         "Copies in rows, columns and layers: each is a body of its own. The first is where the arg is.",
@@ -153,6 +155,7 @@ pub(super) const LATTICES: &[(&str, &str, &[Key])] = &[
                 "Whether every second row is shifted by half a pitch along x; false if absent.",
             ),
         ],
+        2,
     ),
     (
         HEXAGONAL_LATTICE,
@@ -164,11 +167,22 @@ pub(super) const LATTICES: &[(&str, &str, &[Key])] = &[
             key("layers", Integer, "The number of layers along z; 1 if absent."),
             key("height", Number, "The distance between layers; 0 if absent."),
         ],
+        2,
+    ),
+    (
+        RING,
+        "Copies turned about the z axis: each is a body of its own. The first is where the arg is.",
+        &[
+            key("count", Integer, "The number of copies."),
+            key(
+                "step",
+                Number,
+                "The degrees from one to the next; those of a whole turn over the count if absent.",
+            ),
+        ],
+        1,
     ),
 ];
-
-/// How many of the keys of a lattice are required.
-pub(super) const REQUIRED_OF_LATTICE: usize = 2;
 
 /// What the cells of a lattice hold.
 const CELLS: Key = key(

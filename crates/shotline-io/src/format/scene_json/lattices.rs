@@ -1,9 +1,9 @@
-//! Reads the lattices of a scene file.
+//! Reads the operations of a scene file that place copies: lattices and rings.
 
 use std::sync::Arc;
 
-use shotline::math::{Lattice, MAX_CELLS};
-use shotline::scene::EMPTY_CELL;
+use shotline::math::{Lattice, MAX_CELLS, Vec3};
+use shotline::scene::{EMPTY_CELL, LocalTransform, Rotation};
 
 use super::keys::{HEXAGONAL_LATTICE, LATTICE};
 use super::value_tree::{Content, ValueId};
@@ -72,6 +72,32 @@ fn size(values: &mut Values, at: ValueId, key: &str) -> Option<u32> {
     }
     values.report(at, format!("\"{key}\" must be whole numbers"), format!("from 1 to {MAX_CELLS}"));
     None
+}
+
+/// The largest number of copies of a ring, each of which is a node of the scene.
+const MAX_TURNS: u32 = 1 << 20;
+
+/// The turns of the copies of a ring.
+pub(super) fn turns(
+    values: &mut Values,
+    at: ValueId,
+) -> Option<impl Iterator<Item = LocalTransform> + use<>> {
+    let count_at = values.required(at, "this ring", "count", "the number of copies: a whole number")?;
+    let count = size(values, count_at, "count")?;
+    if count > MAX_TURNS {
+        values.report(
+            count_at,
+            format!("a ring of {count} copies is too large"),
+            format!("up to {MAX_TURNS}"),
+        );
+        return None;
+    }
+    let step = match values.tree.get(at, "step") {
+        Some(at) => values.number(at, "\"step\"")?,
+        None => 360.0 / f64::from(count),
+    };
+    let turn = move |i| Vec3::new(0.0, 0.0, f64::from(i) * step);
+    Some((0..count).map(move |i| LocalTransform::rotation(Rotation::Xyz(turn(i)))))
 }
 
 /// The index of the element of each cell; null for an empty one.

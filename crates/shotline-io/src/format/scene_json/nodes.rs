@@ -12,7 +12,7 @@ use shotline::scene::{LocalTransform, Material, Node, NodeId, Op, Scene};
 use shotline::solid::mesh::Weld;
 use shotline::solid::{self, Layout, Param, Params};
 
-use super::keys::{ACCEL, Key, LATTICES, MESH, MESH_FILE, OBJECT, OPS, PLACEMENT, WELD, names};
+use super::keys::{ACCEL, COPIES, Key, MESH, MESH_FILE, OBJECT, OPS, PLACEMENT, RING, WELD, names};
 use super::lattices;
 use super::mesh_files::Meshes;
 use super::placement;
@@ -361,8 +361,8 @@ impl<'r, 't> Graph<'r, 't> {
     }
 
     fn combination(&mut self, value: ValueId, todo: &mut Vec<Task>) -> Option<Node> {
-        let of_lattice = self.lattice_keys(value);
-        let known = ["op", "args", ACCEL.name].into_iter().chain(names(of_lattice)).chain(names(PLACEMENT));
+        let of_copies = self.copies_keys(value);
+        let known = ["op", "args", ACCEL.name].into_iter().chain(names(of_copies)).chain(names(PLACEMENT));
         self.values.only(value, "an operation", &known.collect::<Vec<_>>());
         let op_at = self.values.tree.get(value, "op").or_else(|| {
             let ops: Vec<_> = op_names().map(|op| format!("\"{op}\"")).collect();
@@ -380,6 +380,20 @@ impl<'r, 't> Graph<'r, 't> {
             let elements = args.iter().map(|v| self.child(*v, Role::Member, todo)).collect();
             let (lattice, table) = lattices::read(&mut self.values, value, name)?;
             return Some(Node::Lattice { lattice, elements, table });
+        }
+        if name == RING {
+            let [arg] = args else {
+                self.values.report(args_at, "a ring has one arg", "put several into a group");
+                return None;
+            };
+            let child = self.child(*arg, Role::Member, todo);
+            let turns = lattices::turns(&mut self.values, value)?;
+            let members = turns.map(|transform| {
+                let member = self.reserve(value);
+                self.scene.nodes[member.0 as usize] = Node::Transform { transform, child };
+                member
+            });
+            return Some(Node::Group { members: members.collect() });
         }
         let op = match name.as_ref() {
             "union" => Some(Op::Union),
@@ -401,11 +415,11 @@ impl<'r, 't> Graph<'r, 't> {
         })
     }
 
-    /// The keys of an operation that is a lattice; none for others.
-    fn lattice_keys(&self, value: ValueId) -> &'static [Key] {
+    /// The keys of an operation that places copies, besides those of all operations; none for others.
+    fn copies_keys(&self, value: ValueId) -> &'static [Key] {
         let op = self.values.tree.get(value, "op").map(|at| self.values.tree.content(at));
         let Some(Content::Text(op)) = op else { return &[] };
-        LATTICES.iter().find(|(name, ..)| *name == op.as_ref()).map_or(&[], |(.., keys)| keys)
+        COPIES.iter().find(|(name, ..)| *name == op.as_ref()).map_or(&[], |(_, _, keys, _)| keys)
     }
 
     fn object(&mut self, value: ValueId, role: Role, todo: &mut Vec<Task>) -> Option<Node> {
@@ -447,7 +461,7 @@ impl<'r, 't> Graph<'r, 't> {
 
 /// The names of all operations.
 fn op_names() -> impl Iterator<Item = &'static str> {
-    OPS.iter().map(|(op, _)| *op).chain(LATTICES.iter().map(|(op, ..)| *op))
+    OPS.iter().map(|(op, _)| *op).chain(COPIES.iter().map(|(op, ..)| *op))
 }
 
 const WRAP: &str =

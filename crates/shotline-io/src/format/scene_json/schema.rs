@@ -6,8 +6,8 @@ use shotline::scene::Units;
 use shotline::solid::{self, Layout};
 
 use super::keys::{
-    ACCEL, CAMERA, Key, LATTICES, LIGHT, MATERIAL, MESH, MESH_FILE, MOTION, OBJECT, OPS, PLACEMENT,
-    REQUIRED_OF_LATTICE, ROTATION, Shape, TOP, WELD, names,
+    ACCEL, CAMERA, COPIES, Key, LIGHT, MATERIAL, MESH, MESH_FILE, MOTION, OBJECT, OPS, PLACEMENT, ROTATION,
+    Shape, TOP, WELD, names,
 };
 use crate::format::mesh_format_names;
 
@@ -86,12 +86,12 @@ fn shape() -> Value {
     let mut forms: Vec<Value> = leaves.collect();
     forms.push(when("kind", json!({ "const": MESH }), mesh()));
     forms.extend(OPS.iter().map(|(op, about)| when("op", json!({ "const": op }), operation(op, about))));
-    forms.extend(
-        LATTICES.iter().map(|(op, about, keys)| when("op", json!({ "const": op }), lattice(op, about, keys))),
-    );
+    forms.extend(COPIES.iter().map(|(op, about, keys, required)| {
+        when("op", json!({ "const": op }), copies(op, about, keys, *required))
+    }));
     forms.push(when("ref", json!({}), placed(&[], &["ref"], part_name(), "A part of defs.")));
     let kinds: Vec<_> = solid::KINDS.iter().map(|k| k.name).chain([MESH]).collect();
-    let ops: Vec<_> = OPS.iter().map(|(op, _)| *op).chain(LATTICES.iter().map(|(op, ..)| *op)).collect();
+    let ops: Vec<_> = OPS.iter().map(|(op, _)| *op).chain(COPIES.iter().map(|(op, ..)| *op)).collect();
     json!({
         "type": "object",
         "properties": { "kind": { "enum": kinds }, "op": { "enum": ops } },
@@ -159,7 +159,7 @@ fn operation(op: &str, about: &str) -> Value {
     placed(&[], &["op", "args"], own, about)
 }
 
-fn lattice(op: &str, about: &str, keys: &[Key]) -> Value {
+fn copies(op: &str, about: &str, keys: &[Key], required: usize) -> Value {
     let args = json!({ "type": "array", "items": reference("member"), "minItems": 1 });
     let count = |key: &Key| match key.shape {
         Shape::Integer => Some((key.name, json!({ "type": "integer", "minimum": 1 }))),
@@ -176,8 +176,8 @@ fn lattice(op: &str, about: &str, keys: &[Key]) -> Value {
     let own = [("op", json!({ "const": op })), ("args", args), (ACCEL.name, accelerator(ACCEL.about))];
     let own = own.into_iter().chain(keys.iter().filter_map(count));
     let own = own.map(|(key, value)| (key.to_string(), value)).collect();
-    let required: Vec<_> =
-        ["op", "args"].into_iter().chain(keys[..REQUIRED_OF_LATTICE].iter().map(|key| key.name)).collect();
+    let required = keys[..required].iter().map(|key| key.name);
+    let required: Vec<_> = ["op", "args"].into_iter().chain(required).collect();
     placed(keys, &required, own, about)
 }
 
