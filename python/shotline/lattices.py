@@ -141,7 +141,7 @@ def ring(node: Node, count: int, step: float | None = None) -> Group:
         step: the degrees from one to the next; None fills a whole turn.
 
     >>> Scene(ring(Sphere(radius=1).translate(5, 0, 0), 8)).count([-9, 0, 0], [1, 0, 0])
-    np.int64(4)
+    array(4)
     """
     copies = bounded_integer(count, "count", 1, 2**20)
     angle = 360.0 / copies if step is None else number(step, "step")

@@ -7,7 +7,7 @@ from shotline import Box, Cylinder, Group, HexagonalLattice, Lattice, Scene, Sph
 def everything(scene, rays):
     found = scene.crossings(rays)
     return {
-        name: getattr(found, name).tolist()
+        name: getattr(found, name).tobytes()
         for name in ("t", "t_err", "normal", "entering", "path", "surface", "ray_splits")
     }
 

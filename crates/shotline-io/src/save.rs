@@ -156,7 +156,7 @@ fn merge(scene: &Scene, format: &str) -> Result<(TriangleMesh, Vec<String>), Wri
                     return refuse("a lattice has too many cells to write each of them out");
                 }
                 let cells: Vec<_> = node.cells().collect();
-                todo.extend(cells.into_iter().rev().map(|(shift, element)| {
+                todo.extend(cells.into_iter().rev().map(|(_, shift, element)| {
                     (element, transform.then(&Affine::translation(shift)), depth + 1, object)
                 }));
             }

@@ -99,9 +99,9 @@ impl BodyBuilder<'_> {
                     }
                     Node::Lattice { lattice, .. } => {
                         check_written(node, lattice)?;
-                        let cells: Vec<(Vec3, NodeId)> = self.scene.node(node).cells().collect();
+                        let cells: Vec<(u32, Vec3, NodeId)> = self.scene.node(node).cells().collect();
                         steps.push(Step::Combine(Op::Union, cells.len()));
-                        steps.extend(cells.into_iter().rev().map(|(shift, element)| {
+                        steps.extend(cells.into_iter().rev().map(|(_, shift, element)| {
                             Step::Enter(element, composed.then(&Affine::translation(shift)))
                         }));
                         continue;

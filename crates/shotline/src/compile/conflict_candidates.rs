@@ -200,8 +200,13 @@ impl<'w> SubtreeChildren<'w> {
                 let mut scopes = vec![None; level.scopes.len()];
                 let numbers = cells_to_search(level);
                 self.is_cut |= (numbers.len() as u64) < u64::from(level.placement_count());
+                let world = self.world;
                 let mut placed = |number: u32| {
-                    self.placed(level, &level.placement(number), &map, subtree.instance, &mut scopes)
+                    let placed = Placement {
+                        bounds: world.placed_bounds(level, number),
+                        ..level.placement(number).into_owned()
+                    };
+                    self.placed(level, &placed, &map, subtree.instance, &mut scopes)
                 };
                 numbers.into_iter().filter_map(&mut placed).collect()
             }

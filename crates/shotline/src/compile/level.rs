@@ -9,6 +9,7 @@ use std::ops::Range;
 
 use super::accel_choice::AccelChoice;
 use super::body::{BodyBuilder, is_body};
+use super::box_frame::turn_boxes;
 use super::built_leaves::BuiltLeaves;
 use super::graph::Graph;
 use super::lattice_cells::{Element, LatticeCells};
@@ -163,7 +164,9 @@ impl<'s> Builder<'s> {
                 }
                 (_, Some(members)) => {
                     let object = self.objects.get(&id).copied();
-                    Some(Target::Level(self.level(members, object, self.bodies.choice.of(id))?))
+                    let (mut level, groups) = self.level(members, object)?;
+                    turn_boxes(&mut level, &self.world);
+                    Some(Target::Level(self.add_level(level, &groups, self.bodies.choice.of(id))))
                 }
                 _ if is_body(node) => self.body(id, &ComposedTransform::IDENTITY)?,
                 _ => None,
@@ -172,7 +175,8 @@ impl<'s> Builder<'s> {
             self.targets.insert(id, target);
         }
         let roots = MemberList { shape: None, nodes: &scene.objects, indexed: false, visited: 0 };
-        self.world.root = self.level(roots, None, self.bodies.choice.general())?;
+        let (root, groups) = self.level(roots, None)?;
+        self.world.root = self.add_level(root, &groups, self.bodies.choice.general());
         Arc::make_mut(&mut self.world.names).shrink();
         Ok(())
     }
@@ -208,14 +212,14 @@ impl<'s> Builder<'s> {
         Ok(Some(Target::Body((self.world.bodies.len() - 1) as u32)))
     }
 
-    /// Builds the level of some members; those of an object with contents are in its scope.
+    /// Builds the level of some members, but for its accelerator; those of an object with contents are in its scope. Also
+    /// returns the ranges of placements that are groups.
     fn level(
         &mut self,
         members: MemberList<'s>,
         object: Option<u32>,
-        accel: &'static str,
-    ) -> Result<u32, SceneError> {
-        let mut level = Level { accel_name: accel, ..Level::default() };
+    ) -> Result<(Level, Vec<Range<u32>>), SceneError> {
+        let mut level = Level::default();
         let scope = object.map(|object| add_scope(&mut level, object, None));
         // The placements of each group. They are a contiguous range because members are visited depth first.
         let mut ranges: Vec<Range<u32>> = Vec::new();
@@ -246,11 +250,17 @@ impl<'s> Builder<'s> {
         }
         self.recorder.end_level();
         level.placements.shrink_to_fit();
+        level.bounds = level.placements.iter().fold(Aabb::EMPTY, |all, placed| all.union(&placed.bounds));
+        Ok((level, ranges))
+    }
+
+    /// Adds a level with an accelerator over the boxes of its placements.
+    fn add_level(&mut self, mut level: Level, groups: &[Range<u32>], accel: &'static str) -> u32 {
         let boxes: Vec<Aabb> = level.placements.iter().map(|p| p.bounds).collect();
-        level.bounds = boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(b));
-        level.accel = accel::build(accel, Items { boxes: &boxes, groups: Some(&ranges) });
+        level.accel_name = accel;
+        level.accel = accel::build(accel, Items { boxes: &boxes, groups: Some(groups) });
         self.world.levels.push(Arc::new(level));
-        Ok((self.world.levels.len() - 1) as u32)
+        (self.world.levels.len() - 1) as u32
     }
 
     /// Builds the level of a lattice. Returns `None` if no cell holds anything.

@@ -6,6 +6,7 @@
 
 mod accel_choice;
 mod body;
+mod box_frame;
 mod box_join;
 mod built_leaves;
 mod conflict_candidates;

@@ -27,6 +27,8 @@ pub(crate) struct Level {
     pub lattice: Option<Box<LatticeCells>>,
     pub scopes: Vec<ObjectScope>,
     pub accel: Option<Box<dyn Accelerator>>,
+    /// The frame of the boxes of the placements, from that of the level, if it is another: see `compile/box_frame.rs`.
+    pub box_frame: Option<Box<Affine>>,
     pub(super) accel_name: &'static str,
     pub bounds: Aabb,
     /// Number of bodies below, counted once for every placement.
@@ -39,7 +41,7 @@ pub(crate) struct Level {
 pub(crate) struct Placement {
     /// The inverse transform `T^-1`, by which rays are transformed.
     pub local_from_parent: Affine,
-    /// In the frame of the level.
+    /// In the frame of the level, or in that of its boxes if it has one.
     pub bounds: Aabb,
     pub target: Target,
     /// The object that begins here or in a scope around it; `None` where the object is named further up.
@@ -78,7 +80,7 @@ impl Level {
         }
     }
 
-    /// The box of a placement.
+    /// The box of a placement, in the frame of the boxes.
     #[inline]
     pub fn bounds_of(&self, number: u32) -> Aabb {
         match &self.lattice {

@@ -170,10 +170,10 @@ impl World {
                     _ => Aabb::EMPTY,
                 },
             });
-            // The cells of a lattice are all bounded or all unbounded.
+            // The cells of a lattice are all bounded or all unbounded. Boxes in a frame of their own are bounded.
             let listed = boxes.fold(Aabb::EMPTY, |all, b| all.union(&b));
             finite.push(match &level.lattice {
-                Some(_) if level.bounds.is_finite() => level.bounds,
+                _ if level.bounds.is_finite() => level.bounds,
                 Some(_) => Aabb::EMPTY,
                 None => listed,
             });

@@ -48,10 +48,12 @@ pub(super) fn leaf_boxes(world: &World, wanted: &[bool]) -> Vec<Vec<LeafBox>> {
         let numbers: Vec<u32> = level.numbers_by(step).collect();
         let each = (MAX_LEAVES / numbers.len().max(1)).max(1);
         let mut boxes = Boxes::new();
-        for placed in numbers.into_iter().map(|number| level.placement(number)) {
+        for number in numbers {
+            let placed = level.placement(number);
+            let bounds = world.placed_bounds(level, number);
             for (object, own) in of(world, &levels, &placed) {
                 if object.is_none_or(|object| wanted[object as usize]) {
-                    boxes.entry(object).or_default().extend(moved(own, &placed, each));
+                    boxes.entry(object).or_default().extend(moved(own, &placed, bounds, each));
                 }
             }
         }
@@ -80,14 +82,14 @@ fn of(world: &World, levels: &[Boxes], placed: &Placement) -> Vec<(Option<u32>, 
     }
 }
 
-/// Transforms boxes to the frame of the level that places them; more than `most` are replaced by one around all.
-fn moved(boxes: Vec<LeafBox>, placed: &Placement, most: usize) -> Vec<LeafBox> {
+/// Transforms boxes to the frame of the level that places them within a box; more than `most` are replaced by one around all.
+fn moved(boxes: Vec<LeafBox>, placed: &Placement, bounds: Aabb, most: usize) -> Vec<LeafBox> {
     // The map was inverted once, so it can be inverted again, but for rounding.
     let Ok(map) = inverse(&placed.local_from_parent) else {
-        return vec![LeafBox { bounds: placed.bounds, moments: None }];
+        return vec![LeafBox { bounds, moments: None }];
     };
     let boxes = if boxes.len() > most { vec![around(&boxes)] } else { boxes };
-    boxes.iter().filter_map(|own| own.placed(&map).within(&placed.bounds)).collect()
+    boxes.iter().filter_map(|own| own.placed(&map).within(&bounds)).collect()
 }
 
 fn inverse(map: &Affine) -> Result<Affine, crate::math::SingularTransform> {

@@ -39,7 +39,8 @@ pub(super) fn extents(
         let mut parts: Holdings<Vec<Extent>> = BTreeMap::new();
         let (numbers, repetition) = placements(level);
         for number in numbers {
-            for (object, extent) in survey.of(&level.placement(number))? {
+            let bounds = world.placed_bounds(level, number);
+            for (object, extent) in survey.of(&level.placement(number), bounds)? {
                 parts.entry(object).or_default().push(repeated(extent, repetition));
                 entries += 1;
                 if entries > MAX_NODES {
@@ -112,8 +113,8 @@ struct ObjectSurvey<'w> {
 }
 
 impl ObjectSurvey<'_> {
-    /// Returns the extents of the objects in a placement, in the frame of its level.
-    fn of(&mut self, placed: &Placement) -> Result<Vec<(Option<u32>, Extent)>, MeasureError> {
+    /// Returns the extents of the objects in a placement, in the frame of its level, where its box is given.
+    fn of(&mut self, placed: &Placement, bounds: Aabb) -> Result<Vec<(Option<u32>, Extent)>, MeasureError> {
         let wanted = self.wanted;
         let is_wanted = |object: Option<u32>| object.is_none_or(|object| wanted[object as usize]);
         let parts: Vec<(Option<u32>, Extent)> = match placed.target {
@@ -129,8 +130,7 @@ impl ObjectSurvey<'_> {
         let baked = placed.local_from_parent.is_identity();
         let map = if baked { Some(Affine::IDENTITY) } else { placed.local_from_parent.inverse().ok() };
         let moved = |extent: Extent| Extent {
-            bounds: map
-                .map_or(placed.bounds, |map| extent.bounds.transformed(&map).intersection(&placed.bounds)),
+            bounds: map.map_or(bounds, |map| extent.bounds.transformed(&map).intersection(&bounds)),
             moments: extent.moments.and_then(|moments| Some(moments.placed(&map?))),
             open: extent.open,
         };

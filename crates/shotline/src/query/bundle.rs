@@ -285,13 +285,13 @@ impl<'w> Bundle<'w> {
             match &above.many {
                 Some(rays_above) if some.count_ones() > 1 => {
                     let mut rays = memory.rays();
-                    rays.set_below(rays_above, some, frame, span);
+                    rays.set_below(rays_above, some, frame, level.box_frame.as_deref(), span);
                     many = Some(rays);
                 }
                 _ => {
                     let first = some.trailing_zeros() as usize;
-                    let above = self.line(entry.visit, first);
-                    one = Some(OneRay::below(first, &above, placed, level, span));
+                    let line_above = self.line(entry.visit, first);
+                    one = Some(OneRay::below(first, (above.level, &line_above), placed, level, span));
                 }
             }
             let visit = LevelVisit {
@@ -409,6 +409,11 @@ impl<'w> Bundle<'w> {
     /// The rays of a visit, if it has several.
     pub fn rays(&self, visit: u32) -> Option<&ManyRays> {
         self.visits[visit as usize].many.as_deref()
+    }
+
+    /// Whether the boxes of the level of a visit are in the frame of the level.
+    pub fn has_own_boxes(&self, visit: u32) -> bool {
+        self.visits[visit as usize].level.box_frame.is_none()
     }
 
     /// The transform into a placement in the level of a visit with several rays. Rays go through lattices one by one.

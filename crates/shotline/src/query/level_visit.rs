@@ -97,11 +97,19 @@ impl ManyRays {
         self.set_beam(is_loose, span);
     }
 
-    /// Sets the lines at the places of a mask to those of the rays of a level above, in the frame below it.
-    pub fn set_below(&mut self, above: &ManyRays, places: u32, local_from_parent: &Affine, span: Span) {
+    /// Sets the lines at the places of a mask to those of the rays of a level above, in the frame below it. Boxes may be in
+    /// another frame than the lines.
+    pub fn set_below(
+        &mut self,
+        above: &ManyRays,
+        places: u32,
+        local_from_parent: &Affine,
+        box_frame: Option<&Affine>,
+        span: Span,
+    ) {
         (self.places, self.are_exact) = (places, false);
         self.boxes.set_span(span.t_min(), span.t_max());
-        dispatch(Below { rays: self, above, local_from_parent, span });
+        dispatch(Below { rays: self, above, local_from_parent, box_frame, span });
         self.set_beam(above.beam.is_loose, span);
     }
 
@@ -146,6 +154,7 @@ struct Below<'a> {
     rays: &'a mut ManyRays,
     above: &'a ManyRays,
     local_from_parent: &'a Affine,
+    box_frame: Option<&'a Affine>,
     span: Span,
 }
 
@@ -154,7 +163,7 @@ impl Task for Below<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self) {
-        let Below { rays, above, local_from_parent, span } = self;
+        let Below { rays, above, local_from_parent, box_frame, span } = self;
         let other = above.line(rays.places.trailing_zeros() as usize);
         for first in (0..BEAM_RAYS).step_by(S::Wide::LANES) {
             let used = (rays.places >> first) as u8;
@@ -167,7 +176,11 @@ impl Task for Below<'_> {
                     vector[axis].store_some(&mut to[axis][first / 8], first % 8);
                 }
             }
-            rays.boxes.set_lanes(first, &BoxLanes::new(&line, span));
+            let boxes = match box_frame {
+                None => line,
+                Some(frame) => line.in_frame(frame),
+            };
+            rays.boxes.set_lanes(first, &BoxLanes::new(&boxes, span));
         }
     }
 }
@@ -237,13 +250,28 @@ impl OneRay {
         OneRay { place, line, boxes: BoxRay::new(&line, span) }
     }
 
-    /// The ray of a line in a level that is placed in the one where the line is given.
-    pub fn below(place: usize, above: &Line, placed: &Placement, level: &Level, span: Span) -> OneRay {
-        let mut one = OneRay::new(place, above.in_frame(&placed.local_from_parent), span);
-        if level.lattice.is_some() {
-            one.boxes = BoxRay::inside(&one.line, &BoxRay::new(above, span), &placed.bounds);
-        }
-        one
+    /// The ray of a line in a level that is placed in another, where the line is given.
+    pub fn below(
+        place: usize,
+        (level_above, line_above): (&Level, &Line),
+        placed: &Placement,
+        level: &Level,
+        span: Span,
+    ) -> OneRay {
+        let line = line_above.in_frame(&placed.local_from_parent);
+        let boxes = match level.lattice {
+            None => box_ray(level, &line, span),
+            Some(_) => BoxRay::inside(&line, &box_ray(level_above, line_above, span), &placed.bounds),
+        };
+        OneRay { place, line, boxes }
+    }
+}
+
+/// A line in a level, for the boxes of the level.
+pub(super) fn box_ray(level: &Level, line: &Line, span: Span) -> BoxRay {
+    match &level.box_frame {
+        None => BoxRay::new(line, span),
+        Some(frame) => BoxRay::new(&line.in_frame(frame), span),
     }
 }
 

@@ -119,10 +119,10 @@ impl<'w> BlockFold<'_, 'w> {
         let (placed, scope) = (bundle.placed_body(visit, placement), self.query.scope);
         frames.clear();
         frames.extend(bundle.paths.frames(&placed));
-        let rays = if frames[0].is_identity() {
+        let rays = if frames[0].is_identity() && bundle.has_own_boxes(visit) {
             rays
         } else {
-            body_rays.set_below(rays, places, frames[0], scope.span);
+            body_rays.set_below(rays, places, frames[0], None, scope.span);
             &*body_rays
         };
         let request = ListRequest {
@@ -160,10 +160,10 @@ impl<'w> BlockFold<'_, 'w> {
         let placed = bundle.placed_body(met.meeting.visit, met.meeting.placement);
         let frame = bundle.frame(met.meeting.visit, met.meeting.placement);
         let span = self.query.scope.span;
-        let rays = if frame.is_identity() {
+        let rays = if frame.is_identity() && bundle.has_own_boxes(met.meeting.visit) {
             rays
         } else {
-            flight.body_rays.set_below(rays, places, frame, span);
+            flight.body_rays.set_below(rays, places, frame, None, span);
             &*flight.body_rays
         };
         let request = StreamRequest {

@@ -17,6 +17,7 @@ mod structures;
 mod surfaces;
 mod thin;
 mod touching;
+mod turned_boxes;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

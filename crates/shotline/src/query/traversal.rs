@@ -1,6 +1,7 @@
 //! The traversal of levels: finds the bodies whose boxes a ray hits, nearest box first.
 
 use super::heap::{Heap, Rank};
+use super::level_visit::box_ray;
 use crate::aabb::BoxRay;
 use crate::accel::{Child, QueueEntry};
 use crate::compile::{Level, Target, World};
@@ -330,7 +331,7 @@ impl<'w> Traversal<'w> {
         let parent = &mut self.visits[visit as usize];
         parent.uses += 1;
         let ray = match level.lattice {
-            None => BoxRay::new(&line, parent.ray.span()),
+            None => box_ray(level, &line, parent.ray.span()),
             Some(_) => BoxRay::inside(&line, &parent.ray, &parent.level.bounds_of(placement)),
         };
         let above = Some((visit, placement));

@@ -4,6 +4,7 @@ use arrayvec::ArrayVec;
 
 use super::block_visitor::Slot;
 use super::level_paths::{self, LevelPaths};
+use super::level_visit::box_ray;
 use super::traversal::{BodyEntry, PlacedBody};
 use crate::aabb::BoxRay;
 use crate::accel::{Walk, WalkKind};
@@ -126,7 +127,7 @@ impl<'w> WaveRay<'w> {
             level,
             placement: Some(placement),
             line,
-            boxes: BoxRay::new(&line, above.boxes.span()),
+            boxes: box_ray(level, &line, above.boxes.span()),
             path,
             object: placement.object.unwrap_or(above.object),
             first_path: above.first_path + placement.first_path,
@@ -146,9 +147,10 @@ impl<'w> WaveRay<'w> {
         &self.visits.last().expect("a ray that has met a body is in a level").line
     }
 
-    /// As [`WaveRay::line`], for box tests.
-    pub fn boxes(&self) -> &BoxRay {
-        &self.visits.last().expect("a ray that has met a body is in a level").boxes
+    /// As [`WaveRay::line`], for box tests; `None` where those of the level are in another frame.
+    pub fn boxes(&self) -> Option<&BoxRay> {
+        let visit = self.visits.last().expect("a ray that has met a body is in a level");
+        visit.level.box_frame.is_none().then_some(&visit.boxes)
     }
 
     /// How many levels below the root it is in.

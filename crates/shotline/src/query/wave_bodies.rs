@@ -255,7 +255,8 @@ impl BodyWave {
             let ray = &request.rays[pair.ray];
             let frame = &pair.met.placement.local_from_parent;
             let line = ray.line().in_frame(frame);
-            let boxes = if frame.is_identity() { *ray.boxes() } else { BoxRay::new(&line, span) };
+            let of_level = ray.boxes().filter(|_| frame.is_identity());
+            let boxes = of_level.copied().unwrap_or_else(|| BoxRay::new(&line, span));
             match self.searches.get_mut(number) {
                 Some(search) => search.begin(&line, boxes, tally),
                 None => self.searches.push(Search::new(&line, boxes, tally)),

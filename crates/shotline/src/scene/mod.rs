@@ -1,6 +1,7 @@
 //! The scene as plain data: a directed acyclic graph of nodes in one arena, objects, materials, camera, lights.
 //! Nothing is checked here beyond the types; [`crate::compile`] checks the scene.
 
+mod lattices;
 mod motion;
 mod placement;
 mod units;
@@ -105,8 +106,9 @@ impl Node {
         first.get(index).or_else(|| others.get(index - first.len())).copied()
     }
 
-    /// The cells of a lattice that are not empty, in order: how far each is shifted, and what it holds. None for other nodes.
-    pub fn cells(&self) -> impl Iterator<Item = (Vec3, NodeId)> + '_ {
+    /// The cells of a lattice that are not empty, in order: the number of each, how far it is shifted, and what it holds. None
+    /// for other nodes.
+    pub fn cells(&self) -> impl Iterator<Item = (u32, Vec3, NodeId)> + '_ {
         let parts = match self {
             Node::Lattice { lattice, elements, table } => Some((lattice, elements, table)),
             _ => None,
@@ -115,7 +117,7 @@ impl Node {
         (0..count).filter_map(move |cell| {
             let (lattice, elements, table) = parts?;
             let element = table.as_ref().map_or(0, |table| table[cell as usize]);
-            Some((lattice.offset(lattice.indices(cell)), *elements.get(element as usize)?))
+            Some((cell, lattice.offset(lattice.indices(cell)), *elements.get(element as usize)?))
         })
     }
 

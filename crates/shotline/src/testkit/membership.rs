@@ -83,7 +83,9 @@ fn prepare(node: &Node) -> PreparedNode {
         }
         Node::Csg { op, args } => PreparedNode::Combined(*op, args.clone()),
         Node::Group { members } => PreparedNode::Combined(Op::Union, members.clone()),
-        Node::Lattice { .. } => PreparedNode::Copies(node.cells().collect()),
+        Node::Lattice { .. } => {
+            PreparedNode::Copies(node.cells().map(|(_, shift, child)| (shift, child)).collect())
+        }
         Node::Object { node, .. } => PreparedNode::Combined(Op::Union, vec![*node]),
     }
 }

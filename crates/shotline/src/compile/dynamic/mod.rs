@@ -152,6 +152,7 @@ impl DynamicWorld {
         }
         self.dependents.moved_by(node).fold(Aabb::EMPTY, |all, (level, placement)| {
             let placed = &self.world.level(level).placements[placement as usize];
+            // The boxes of the root are in the frame of the world.
             all.union(if level == self.world.root { &placed.bounds } else { &Aabb::EVERYTHING })
         })
     }
@@ -246,9 +247,30 @@ impl DynamicWorld {
         BodyBuilder { scene: &self.scene, leaves: &self.leaves, choice, surfaces, stats }
     }
 
+    /// Gives a level boxes in its own frame, since the one in which they are small may not be so any more.
+    fn straighten(&mut self, level: u32) -> Result<(), SceneError> {
+        let count = self.world.level(level).placement_count();
+        let boxes = (0..count).map(|number| {
+            let target = self.world.level(level).placements[number as usize].target;
+            let parent_from_local = self.placement((level, number))?.parent_from_local;
+            Ok(self.world.bounds_of(target).transformed(&parent_from_local))
+        });
+        let boxes = boxes.collect::<Result<Vec<Aabb>, SceneError>>()?;
+        let level = Arc::make_mut(&mut Arc::make_mut(&mut self.world).levels[level as usize]);
+        for (placed, bounds) in level.placements.iter_mut().zip(&boxes) {
+            placed.bounds = *bounds;
+        }
+        level.box_frame = None;
+        level.accel = accel::build(level.accel_name, &boxes);
+        Ok(())
+    }
+
     /// Updates some placements of a level. Returns whether the level's box has changed.
     fn update_level(&mut self, level: u32, placements: &BTreeSet<u32>) -> Result<bool, SceneError> {
         let mut boxes = Vec::new();
+        if self.world.level(level).box_frame.is_some() {
+            self.straighten(level)?;
+        }
         for &placement in placements {
             let new = self.placement((level, placement))?;
             let world = Arc::make_mut(&mut self.world);

@@ -8,21 +8,6 @@ use crate::query::batch::RowsOfSix;
 use crate::scene::{LocalTransform, NodeId};
 use crate::testkit::scene::random_lattice;
 
-/// The scene with every lattice replaced by a group of its cells.
-fn listed(scene: &Scene) -> Scene {
-    let mut out = scene.clone();
-    for id in (0..scene.nodes.len() as u32).map(NodeId) {
-        if matches!(scene.node(id), Node::Lattice { .. }) {
-            let members = scene.node(id).cells().map(|(shift, child)| {
-                out.add(Node::Transform { transform: LocalTransform::translation(shift), child })
-            });
-            let members = members.collect();
-            out.nodes[id.0 as usize] = Node::Group { members };
-        }
-    }
-    out
-}
-
 /// Lattices of solids, of combinations, of objects with contents and of lattices. All of them are placed twice, so that the
 /// groups that replace them are levels of their own too.
 fn random_lattices(random: &mut Random) -> Scene {
@@ -102,7 +87,8 @@ fn lattices_are_their_placements_listed_one_by_one() {
     for case in 0..150 {
         let scene = random_lattices(&mut random);
         let accel = crate::accel::NAMES[case % crate::accel::NAMES.len()];
-        let (lattice, listed) = (world(&scene, "bvh"), world(&listed(&scene), accel));
+        let (lattice, listed) =
+            (world(&scene, "bvh"), world(&scene.with_lattices_listed(1 << 20).unwrap(), accel));
         assert_eq!(lattice.path_count(), listed.path_count());
         assert_eq!(lattice.stats().virtual_leaves, listed.stats().virtual_leaves);
         let rays = some_rays(&mut random);
