@@ -11,7 +11,9 @@ use shotline::solid::mesh::TriangleMesh;
 
 use crate::atomic_write::atomic_write;
 use crate::error::WriteError;
-use crate::format::{Content, by_extension, known_extensions, lossless_mesh_format};
+use crate::format::{
+    Content, WriteScene, WrittenScene, by_extension, known_extensions, lossless_mesh_format,
+};
 use crate::load::read_mesh_file;
 use crate::mesh_file::Encoded;
 
@@ -19,7 +21,7 @@ use crate::mesh_file::Encoded;
 /// Files appear complete or not at all.
 ///
 /// A scene file names the mesh files that lie in its folder and still hold the mesh that was read, with its welding; all
-/// other meshes are written beside it as PLY, in their present state. A mesh file holds all meshes of the scene, with
+/// other meshes are written beside it as PLY, in their present state. A GDML file holds the meshes itself. A mesh file holds all meshes of the scene, with
 /// their transforms applied, as one.
 ///
 /// # Errors
@@ -29,6 +31,11 @@ pub fn save(path: impl AsRef<Path>, scene: &Scene) -> Result<Vec<String>, WriteE
     let unknown = || WriteError::UnknownFormat { path: path.into(), known: known_extensions() };
     let format = by_extension(path).ok_or_else(unknown)?;
     match format.content {
+        Content::Scene { write, holds_meshes: true, .. } => {
+            let WrittenScene { text, notes } = write(scene)?;
+            atomic_write(path, |out| out.write_all(text.as_bytes()))?;
+            Ok(notes)
+        }
         Content::Scene { write, .. } => save_scene(path, scene, write),
         Content::Mesh { write, .. } => {
             let (mesh, mut notes) = merge(scene, format.name)?;
@@ -41,11 +48,7 @@ pub fn save(path: impl AsRef<Path>, scene: &Scene) -> Result<Vec<String>, WriteE
 }
 
 /// Writes a scene file, and mesh files beside it for the meshes that have none there.
-fn save_scene(
-    path: &Path,
-    scene: &Scene,
-    write: fn(&Scene) -> Result<String, WriteError>,
-) -> Result<Vec<String>, WriteError> {
+fn save_scene(path: &Path, scene: &Scene, write: WriteScene) -> Result<Vec<String>, WriteError> {
     let no_format = || WriteError::Unwritable("no mesh format keeps every bit of a mesh".into());
     let (mesh_format, write_mesh) = lossless_mesh_format().ok_or_else(no_format)?;
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -66,13 +69,14 @@ fn save_scene(
         });
         *file = Some(found.clone());
     }
-    let text = write(&scene)?;
+    let WrittenScene { text, mut notes } = write(&scene)?;
     for (name, mesh) in &extra {
         let Encoded { bytes, .. } = write_mesh(mesh)?;
         atomic_write(&folder.join(name), |out| out.write_all(&bytes))?;
     }
     atomic_write(path, |out| out.write_all(text.as_bytes()))?;
-    Ok(extra.into_iter().map(|(name, _)| format!("a mesh was written to {name}")).collect())
+    notes.extend(extra.into_iter().map(|(name, _)| format!("a mesh was written to {name}")));
+    Ok(notes)
 }
 
 /// A file for a mesh beside a scene. Other files in the folder are not overwritten.

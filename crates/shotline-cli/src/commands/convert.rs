@@ -13,8 +13,9 @@ use crate::{input, interrupt, output, stream};
 
 /// Convert between file formats
 ///
-/// The extension of OUT gives the format: .json a scene, those of mesh formats a mesh. Reports on stderr what is lost, and
-/// which other files were written: the meshes that a scene names are written to its folder as PLY, unless they are there.
+/// The extension of OUT gives the format: .json a scene, .gdml a detector, those of mesh formats a mesh. Reports on stderr what
+/// is lost, and which other files were written: the meshes that a scene names are written to its folder as PLY, unless they
+/// are there. A GDML file holds them itself; what GDML lacks is an error that names the object.
 ///
 /// PLY and OBJ keep every bit of a mesh. STL has no vertex indices, and float32 coordinates in its binary form, so it is
 /// written as text if float32 would move a vertex. A mesh file contains all meshes of a scene, transformed, as one mesh;
@@ -35,7 +36,8 @@ const EXAMPLES: &str = "\
 Examples:
   shotline convert part.stl part.ply
   shotline convert part.ply part.json      # a scene of one object, to edit
-  shotline convert detector.gdml detector.json";
+  shotline convert detector.gdml detector.json
+  shotline convert scene.json detector.gdml";
 
 impl Command {
     /// Runs the command.

@@ -30,6 +30,16 @@ pub struct Format {
     pub(crate) content: Content,
 }
 
+/// The text of a scene in a format, and notes on what is lost.
+#[derive(Clone, Debug)]
+pub(crate) struct WrittenScene {
+    pub(crate) text: String,
+    pub(crate) notes: Vec<String>,
+}
+
+/// Writes a scene.
+pub(crate) type WriteScene = fn(&Scene) -> Result<WrittenScene, WriteError>;
+
 /// Encodes a mesh.
 pub(crate) type WriteMesh = fn(&TriangleMesh) -> Result<Encoded, WriteError>;
 
@@ -39,7 +49,9 @@ pub(crate) enum Content {
     /// Scenes.
     Scene {
         read: fn(&Path, Vec<u8>, MeshSource) -> Result<Document, ReadError>,
-        write: fn(&Scene) -> Result<String, WriteError>,
+        write: WriteScene,
+        /// Whether the file holds meshes itself. Otherwise it names their files.
+        holds_meshes: bool,
         /// The largest file that is read, in bytes.
         max_bytes: u64,
     },

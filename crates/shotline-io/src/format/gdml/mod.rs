@@ -1,4 +1,4 @@
-//! GDML, the geometry files of Geant4 and ROOT, read with the meaning that Geant4 gives them. See `docs/gdml.md`.
+//! GDML, the geometry files of Geant4 and ROOT, read and written with the meaning that Geant4 gives them. See `docs/gdml.md`.
 //!
 //! A volume becomes an object that contains the objects placed in it, with `clip`; a placement becomes a transform, whose label
 //! is the name and copy number of the physical volume. Lengths are in millimetres.
@@ -18,6 +18,7 @@ mod tessellated;
 mod texts;
 mod trapezoids;
 mod units;
+mod write;
 
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
@@ -31,7 +32,7 @@ use self::materials::Substances;
 use self::texts::{Text, place_of, place_of_attribute, read_texts, with_tree};
 use crate::diagnostic::{Diagnostics, RawDiagnostic};
 use crate::document::{Document, Included, Source};
-use crate::error::{ReadError, WriteError};
+use crate::error::ReadError;
 use crate::format::{Content, Format, MeshSource};
 use crate::note::{Effect, Note};
 use crate::options::ReadOptions;
@@ -44,7 +45,7 @@ pub(crate) const FORMAT: Format = Format {
         let start = &bytes[..bytes.len().min(4096)];
         start.trim_ascii_start().starts_with(b"<") && start.windows(5).any(|word| word == b"<gdml")
     },
-    content: Content::Scene { read, write, max_bytes: MAX_BYTES },
+    content: Content::Scene { read, write: write::write, holds_meshes: true, max_bytes: MAX_BYTES },
 };
 
 /// The largest file that is read, in bytes.
@@ -52,10 +53,6 @@ const MAX_BYTES: u64 = 256 << 20;
 
 /// The largest number of times that the loops of a file run, and of copies that it makes of volumes.
 const MAX_COPIES: usize = 4_000_000;
-
-fn write(_scene: &Scene) -> Result<String, WriteError> {
-    Err(WriteError::Unwritable("GDML is read, not written".into()))
-}
 
 /// An element of the tree.
 type Element<'a> = roxmltree::Node<'a, 'a>;

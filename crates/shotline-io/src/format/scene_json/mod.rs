@@ -18,7 +18,7 @@ mod write;
 
 use std::path::Path;
 
-use shotline::scene::Units;
+use shotline::scene::{Scene, Units};
 
 use self::keys::{TOP, names};
 use self::mesh_files::Meshes;
@@ -30,9 +30,9 @@ pub use self::write::write_scene;
 use crate::bytes::{text_start, zero_byte};
 use crate::diagnostic::{Diagnostics, RawDiagnostic};
 use crate::document::{Document, Source};
-use crate::error::ReadError;
+use crate::error::{ReadError, WriteError};
 use crate::files::too_large;
-use crate::format::{Content, Format, MeshSource};
+use crate::format::{Content, Format, MeshSource, WrittenScene};
 use crate::note::Note;
 use crate::paths::folder_of;
 
@@ -43,11 +43,15 @@ pub(crate) const FORMAT: Format = Format {
         let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).trim_ascii_start();
         text.starts_with(b"{") || text.starts_with(b"//") || text.starts_with(b"/*")
     },
-    content: Content::Scene { read, write: write_scene, max_bytes: MAX_BYTES },
+    content: Content::Scene { read, write, holds_meshes: false, max_bytes: MAX_BYTES },
 };
 
 /// The largest scene file that is read, in bytes.
 const MAX_BYTES: u64 = 256 << 20;
+
+fn write(scene: &Scene) -> Result<WrittenScene, WriteError> {
+    Ok(WrittenScene { text: write_scene(scene)?, notes: Vec::new() })
+}
 
 /// Reads the bytes of a scene file.
 fn read(path: &Path, bytes: Vec<u8>, meshes: MeshSource) -> Result<Document, ReadError> {
@@ -87,7 +91,7 @@ pub(crate) fn parse(
 }
 
 /// A scene, the bytes of each node, and notes.
-type Parsed = (shotline::scene::Scene, Vec<std::ops::Range<usize>>, Vec<Note>);
+type Parsed = (Scene, Vec<std::ops::Range<usize>>, Vec<Note>);
 
 fn document(text: &str, meshes: Meshes, diagnostics: &mut Diagnostics) -> Option<Parsed> {
     // The limit applies to files only; offsets in the text have 32 bits.
