@@ -155,21 +155,15 @@ fn combinations_are_the_same_again() {
             op,
             &scene(&object("part", &format!(r#""node": {{ "op": "{op}", "args": [{args}] }}"#))),
         );
-        assert_eq!(text.contains("<multiUnion "), op == "union");
+        assert!(op != "union" || text.contains("<multiUnion "));
     }
 }
 
 /// A tray that holds two parts, of which one holds a ball.
 fn tray(clip: bool) -> String {
-    let ball = object("ball", &format!(r#""node": {{ "kind": "sphere", "radius": 0.4 }}"#));
-    let cell = object(
-        "cell",
-        &format!(r#""node": {CORNER}, "clip": {clip}, "contents": [{}]"#, {
-            let at = r#""translate": [1.5, 0.5, 0.75], "rotate": [10, 0, 0]"#;
-            ball.replace(r#""node""#, &format!("{at}, \"node\""))
-        }),
-    );
-    cell
+    let ball = object("ball", r#""node": { "kind": "sphere", "radius": 0.4 }"#);
+    let ball = placed(&ball, r#""translate": [1.5, 0.5, 0.75], "rotate": [10, 0, 0]"#);
+    object("cell", &format!(r#""node": {CORNER}, "clip": {clip}, "contents": [{ball}]"#))
 }
 
 fn placed(object: &str, placement: &str) -> String {
@@ -306,7 +300,8 @@ fn materials_keep_densities_and_elements() {
     }
     assert_eq!(known("Vacuum").density, Some(1e-25));
     let all = notes.join("\n");
-    for part in ["'my water!'", "without a density", "'Unobtainium'", "colours", "the objects: 'gap'"] {
+    for part in ["'my water!'", "without a density", "'Unobtainium'", "colours", "written with vacuum: 'gap'"]
+    {
         assert!(all.contains(part), "{part}: {all}");
     }
 }

@@ -89,14 +89,14 @@ impl<'s> Writer<'s> {
 
     /// The name in the file of the material of an object; one that is not defined is written as vacuum.
     pub(super) fn material(&mut self, name: Option<&'s str>) -> String {
-        if let Some(known) = self.materials.get(&name) {
-            return known.clone();
-        }
         let Some(name) = name else {
             let object = self.object.clone();
-            self.report.lose("without a material, and written with vacuum, are the objects", &object);
+            self.report.lose("objects without a material were written with vacuum", &object);
             return self.vacuum();
         };
+        if let Some(known) = self.materials.get(&Some(name)) {
+            return known.clone();
+        }
         let wanted = self.xml_name(name);
         let written = self.material_names.free(&wanted);
         self.add_material(&written, name, &Material::default(), &[]);

@@ -156,19 +156,10 @@ impl Writer<'_> {
         Ok(Placed { solid, place: placement.rigid })
     }
 
-    /// A solid that is where it is by itself: the element for reflections holds any position and rotation.
+    /// A solid that is where it is by itself: a union of one. Geant4 takes a `reflectedSolid` to the inverse of its transform, so
+    /// that one serves for mirrors only.
     pub(super) fn fixed(&mut self, placed: Placed) -> Placed {
-        let Some(placement) = Placement::of(&placed.place).filter(|_| !placed.place.is_identity()) else {
-            return placed;
-        };
-        let ([rx, ry, rz], p) = (placement.degrees_of_operand().to_array(), placement.position());
-        Placed::centred(self.solid("reflectedSolid", |element| {
-            let element = element.text("solid", &placed.solid);
-            let element = element.number("sx", 1.0).number("sy", 1.0).number("sz", 1.0);
-            let element = element.number("rx", rx).number("ry", ry).number("rz", rz);
-            let element = element.length("dx", p.x).length("dy", p.y).length("dz", p.z);
-            element.in_millimetres_and_degrees()
-        }))
+        if placed.place.is_identity() { placed } else { self.multi_union(&[placed]) }
     }
 
     /// The combination of some parts.
