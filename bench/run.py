@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measure shotline, side by side with Embree where its harness is available.
 
-usage: run.py [--bin target/release/shotline] [--work DIR] [--only mesh|csg|solid] [--repeats K]
+usage: run.py [--bin target/release/shotline] [--work DIR] [--only mesh|csg|solid|lattice] [--repeats K]
 
 mesh  closest, any and crossings on the bunny, the dragon and the armadillo of ../shared/data, with the rays of
       ../shared/peers/rays.py, on 1 and 2 threads, taking turns with Embree (../shared/peers/embree): the medians,
@@ -10,6 +10,8 @@ csg   a box minus 10 to 100,000 spheres that remove the same fraction: rays/s fo
       crossings, build time, memory.
 
 solid one solid alone, random rays most of which meet it: nanoseconds per ray, from array to array.
+lattice 40^3 balls as a lattice and listed one by one, taking turns, and lattices of up to 10^9: microseconds a ray, build
+      time, memory.
 
 Rates are rays per second of the cast itself, the median of the repeats.
 """
@@ -191,15 +193,48 @@ def solids(binary, work, repeats):
         )
 
 
+def balls(count, is_lattice):
+    """A cube of count^3 balls."""
+    ball = {"kind": "sphere", "radius": 0.25}
+    node: dict[str, Any] = {"op": "lattice", "args": [ball], "counts": [count] * 3, "pitch": [1, 1, 1]}
+    if not is_lattice:
+        cells = [[i, j, k] for k in range(count) for j in range(count) for i in range(count)]
+        node = {"op": "group", "args": [{"ref": "ball", "translate": cell} for cell in cells]}
+    return {"shotline": 1, "defs": {"ball": ball}, "objects": [{"name": "balls", "node": node}]}
+
+
+def lattices(binary, work, repeats):
+    print(f"{'balls':18} {'us closest':>11} {'us count':>13} {'crossings a ray':>16} {'build ms':>9} {'kB':>8}")
+    for count, is_lattice in ((40, False), (40, True), (40, False), (40, True), (200, True), (1000, True)):
+        rng = np.random.default_rng(count)
+        n = 8_000_000 // count**2
+        origins = rng.uniform(-0.25 * count, 1.25 * count, (n, 3))
+        rays, scene = os.path.join(work, "lattice-rays.npy"), os.path.join(work, "lattice.json")
+        np.save(rays, np.hstack([origins, rng.uniform(0, count, (n, 3)) - origins]))
+        with open(scene, "w") as f:
+            json.dump(balls(count, is_lattice), f)
+        out = os.path.join(work, "out.npz")
+        closest = cast(binary, scene, rays, "closest", 1, repeats, out)
+        every = cast(binary, scene, rays, "count", 1, repeats, out)
+        with np.load(out) as z:
+            met = z["count"].mean()
+        name = f"{count}^3" + ("" if is_lattice else ", listed")
+        print(
+            f"{name:18} {1e6 / closest['rays_per_s']:11.2f} {1e6 / every['rays_per_s']:13.2f} {met:16.1f} "
+            f"{1e3 * every['build_s']:9.2f} {every['memory_bytes'] / 1e3:8.1f}",
+            flush=True,
+        )
+
+
 def main():
     ap = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     ap.add_argument("--bin", default=os.path.join(ROOT, "target", "release", "shotline"))
     ap.add_argument("--work", default=os.path.join(tempfile.gettempdir(), "shotline-bench"))
-    ap.add_argument("--only", choices=("mesh", "csg", "solid"))
+    ap.add_argument("--only", choices=("mesh", "csg", "solid", "lattice"))
     ap.add_argument("--repeats", type=int, default=3)
     a = ap.parse_args()
     os.makedirs(a.work, exist_ok=True)
-    for name, measure in (("mesh", meshes), ("csg", combinations), ("solid", solids)):
+    for name, measure in (("mesh", meshes), ("csg", combinations), ("solid", solids), ("lattice", lattices)):
         if a.only in (None, name):
             measure(a.bin, a.work, a.repeats)
 

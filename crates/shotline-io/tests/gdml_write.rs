@@ -208,6 +208,21 @@ fn placements_are_the_same_again() {
 }
 
 #[test]
+fn lattices_are_written_cell_by_cell() {
+    let lattice = |op: &str| {
+        let ball = object("ball", r#""node": { "kind": "sphere", "radius": 0.4 }"#);
+        let node = r#"{ "kind": "box", "min": [-9, -9, -9], "max": [9, 9, 9] }"#;
+        object("hall", &format!(r#""node": {node}, "clip": true, "contents": [{{ {op}, "args": [{ball}] }}]"#))
+    };
+    let rows = lattice(r#""op": "lattice", "counts": [3, 4, 2], "pitch": [1, 2, 1.5], "rotate": [0, 0, 20]"#);
+    let (text, _) = assert_round_trip("a lattice", &scene(&rows));
+    assert_eq!(text.matches("volumeref ref=\"ball\"").count(), 24);
+    let many = lattice(r#""op": "lattice", "counts": [1000, 1000, 1000], "pitch": [0.01, 0.01, 0.01]"#);
+    let error = written(&scene(&many)).err().expect("too many cells");
+    assert!(error.contains("more than 1048576"), "{error}");
+}
+
+#[test]
 fn shared_objects_are_written_once() {
     let text = format!(
         r#"{{ "shotline": 1, "units": "cm", "defs": {{

@@ -54,8 +54,16 @@ struct Writer<'s> {
     volumes_text: String,
 }
 
+/// The largest number of cells of lattices, each of which is written as a placement.
+const MAX_CELLS: u64 = 1 << 20;
+
 /// Writes a scene, with notes on what is lost.
 pub(super) fn write(scene: &Scene) -> Result<WrittenScene, WriteError> {
+    let Some(scene) = &scene.with_lattices_listed(MAX_CELLS) else {
+        return Err(WriteError::Unwritable(format!(
+            "each cell of a lattice is written as a placement, and the scene has more than {MAX_CELLS}"
+        )));
+    };
     let Some(structure) = Structure::of(scene) else {
         return Err(WriteError::Unwritable(
             "the scene has a node that contains itself, or one that does not exist".into(),

@@ -74,7 +74,8 @@ impl Writer<'_> {
                 }
                 self.joined(args, *op)
             }
-            Node::Object { .. } => Ok(None),
+            // Lattices have been written out.
+            Node::Object { .. } | Node::Lattice { .. } => Ok(None),
         }
     }
 

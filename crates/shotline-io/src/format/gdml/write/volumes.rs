@@ -127,7 +127,8 @@ impl<'s> Writer<'s> {
                 Node::Object { .. } | Node::Group { .. } => {
                     children.extend(self.child(id, &transform, label));
                 }
-                Node::Solid { .. } | Node::Mesh { .. } | Node::Csg { .. } => {}
+                // Lattices have been written out.
+                Node::Solid { .. } | Node::Mesh { .. } | Node::Csg { .. } | Node::Lattice { .. } => {}
             }
         }
         children
