@@ -19,13 +19,13 @@ class _Cells(Node):
     __slots__ = ("_cells", "_elements", "_inner")
     _op = ""
 
-    def __init__(self, elements: Node | Iterable[Node], cells: list[int | None] | None) -> None:
+    def __init__(self, elements: Node | Iterable[Node], cells: ArrayLike | None, shape: tuple[int, ...]) -> None:
         nodes = (elements,) if isinstance(elements, Node) else tuple(elements)
         if not nodes:
             raise ValueError(f"a {type(self).__name__} needs at least one node")
         self._elements: tuple[Node, ...] = tuple(_checked(node) for node in nodes)
         self._inner = next((node._object for node in self._elements if node._object is not None), None)
-        self._cells = cells
+        self._cells = None if cells is None else _table(cells, shape, len(nodes))
 
     def _keys(self) -> dict[str, Any]:
         return {"op": self._op} | self._numbers() | ({} if self._cells is None else {"cells": self._cells})
@@ -45,6 +45,7 @@ class _Cells(Node):
         more = [f"... {len(self._elements) - 4} more"] if len(self._elements) > 4 else []
         several = f"[{', '.join(shown + more)}]" if len(self._elements) > 1 else shown[0]
         numbers = [f"{key}={value}" for key, value in self._numbers().items()]
+        numbers += [] if self._cells is None else [f"cells=<{len(self._cells)}>"]
         return f"{type(self).__name__}({', '.join([several, *numbers])})"
 
 
@@ -79,13 +80,18 @@ class Lattice(_Cells):
         stagger: bool = False,
         cells: ArrayLike | None = None,
     ) -> None:
-        sizes = tuple(bounded_integer(count, "counts", 1, MAX_CELLS) for count in counts)
+        sizes = tuple(_size(count, "counts") for count in counts)
         if len(sizes) != 3:
             raise ValueError(f"counts are three numbers of cells, along x, y and z, not {len(sizes)}")
         same = np.ndim(pitch) == 0
         self._pitch = numbers(np.repeat(np.asarray(pitch), 3) if same else pitch, 3, "pitch")
+        if not isinstance(stagger, (bool, np.bool_)):
+            raise TypeError(f"stagger is True or False, not {stagger!r}")
         self._counts, self._stagger = sizes, bool(stagger)
-        super().__init__(node, None if cells is None else _table(cells, sizes))
+        for count, distance in zip(sizes, self._pitch, strict=True):
+            _check_distance(distance, count, "pitch")
+        _check_count(sizes[0] * sizes[1] * sizes[2], "counts")
+        super().__init__(node, cells, sizes)
 
     def _numbers(self) -> dict[str, Any]:
         stagger = {"stagger": True} if self._stagger else {}
@@ -122,11 +128,13 @@ class HexagonalLattice(_Cells):
         height: float = 0.0,
         cells: ArrayLike | None = None,
     ) -> None:
-        self._rings = bounded_integer(rings, "rings", 1, MAX_CELLS)
-        self._layers = bounded_integer(layers, "layers", 1, MAX_CELLS)
+        self._rings, self._layers = _size(rings, "rings"), _size(layers, "layers")
         self._pitch, self._height = number(pitch, "pitch"), number(height, "height")
+        _check_distance(self._pitch, self._rings, "pitch")
+        _check_distance(self._height, self._layers, "height")
         count = self._layers * (3 * self._rings * (self._rings - 1) + 1)
-        super().__init__(node, None if cells is None else _table(cells, (count,)))
+        _check_count(count, "rings and layers")
+        super().__init__(node, cells, (count,))
 
     def _numbers(self) -> dict[str, Any]:
         return {"rings": self._rings, "pitch": self._pitch, "layers": self._layers, "height": self._height}
@@ -144,13 +152,37 @@ def ring(node: Node, count: int, step: float | None = None) -> Group:
     array(4)
     """
     copies = bounded_integer(count, "count", 1, 2**20)
-    angle = 360.0 / copies if step is None else number(step, "step")
+    (angle,) = (360.0 / copies,) if step is None else numbers(number(step, "step"), 1, "step")
     return Group(*(_checked(node).rotate(0, 0, i * angle) for i in range(copies)))
 
 
-def _table(cells: ArrayLike, shape: tuple[int, ...]) -> list[int | None]:
+def _size(value: Any, what: str) -> int:
+    """A number of cells along an axis."""
+    if isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{what} is a whole number, not {value!r}")
+    return bounded_integer(value, what, 1, MAX_CELLS)
+
+
+def _check_distance(distance: float, count: int, what: str) -> None:
+    """Raises ValueError for a distance between neighbours that is not positive, or too large."""
+    if count > 1 and not 0 < distance * count < np.inf:
+        raise ValueError(
+            f"{what} is {distance}, but must be positive where there are several cells, and the last at a finite distance"
+        )
+
+
+def _check_count(count: int, what: str) -> None:
+    if count > MAX_CELLS:
+        raise ValueError(f"{what} give {count} cells, but a lattice has at most {MAX_CELLS}; nest lattices instead")
+
+
+def _table(cells: ArrayLike, shape: tuple[int, ...], nodes: int) -> list[int | None]:
     """The entries of a table in the order of a scene file, in which x runs fastest."""
     table = np.asarray(cells)
     if table.shape != shape or table.dtype.kind not in "iu":
         raise ValueError(f"cells are integers of shape {shape}, not {table.dtype} of shape {table.shape}")
+    if table.size and not -1 <= int(table.min()) <= int(table.max()) < nodes:
+        raise ValueError(
+            f"cells are from 0 to {nodes - 1}, or -1 for an empty cell, not {table.min()} to {table.max()}"
+        )
     return [None if index < 0 else index for index in table.ravel(order="F").tolist()]

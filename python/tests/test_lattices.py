@@ -81,9 +81,21 @@ def test_mistakes_are_told():
         (lambda: Lattice(ball, counts=(2, 2, 2), pitch=(1, 2)), "pitch"),
         (lambda: Lattice(ball, counts=(2, 2, 2), pitch=1, cells=[0, 0]), r"integers of shape \(2, 2, 2\)"),
         (lambda: Lattice(ball, counts=(2, 1, 1), pitch=1, cells=np.zeros((2, 1, 1))), "not float64"),
-        (lambda: Scene(Lattice(ball, counts=(2, 2, 2), pitch=0)), "positive where there is more than one cell"),
+        (lambda: Lattice(ball, counts=(2, 2, 2), pitch=0), "positive where there are several cells"),
+        (lambda: Lattice(ball, counts=(2, 2, 2), pitch=1e308), "finite distance"),
+        (lambda: Lattice(ball, counts=(65536, 65536, 1), pitch=1), "at most 2147483648; nest"),
+        (lambda: Lattice(ball, counts=(2, 1, 1), pitch=1, cells=[[[0]], [[-2]]]), "-1 for an empty cell"),
+        (lambda: Lattice(ball, counts=(2, 1, 1), pitch=1, cells=[[[0]], [[1]]]), "from 0 to 0"),
+        (lambda: HexagonalLattice(ball, rings=1, pitch=1, layers=2), "height is 0.0"),
+        (lambda: shotline.ring(ball, 3, step=float("inf")), "step"),
         (lambda: HexagonalLattice(ball, rings=0, pitch=1), "rings is 0"),
-        (lambda: Scene(HexagonalLattice(ball, rings=2, pitch=-1.0)), "pitch"),
+        (lambda: HexagonalLattice(ball, rings=2, pitch=-1.0), "pitch is -1.0"),
     ]:
         with pytest.raises(ValueError, match=message):
+            wrong()
+    for wrong in (
+        lambda: Lattice(ball, counts=(2, 2, 2), pitch=1, stagger="no"),
+        lambda: Lattice(ball, counts=(True, 2, 2), pitch=1),
+    ):
+        with pytest.raises(TypeError):
             wrong()

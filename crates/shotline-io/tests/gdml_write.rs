@@ -212,7 +212,10 @@ fn lattices_are_written_cell_by_cell() {
     let lattice = |op: &str| {
         let ball = object("ball", r#""node": { "kind": "sphere", "radius": 0.4 }"#);
         let node = r#"{ "kind": "box", "min": [-9, -9, -9], "max": [9, 9, 9] }"#;
-        object("hall", &format!(r#""node": {node}, "clip": true, "contents": [{{ {op}, "args": [{ball}] }}]"#))
+        object(
+            "hall",
+            &format!(r#""node": {node}, "clip": true, "contents": [{{ {op}, "args": [{ball}] }}]"#),
+        )
     };
     let rows = lattice(r#""op": "lattice", "counts": [3, 4, 2], "pitch": [1, 2, 1.5], "rotate": [0, 0, 20]"#);
     let (text, _) = assert_round_trip("a lattice", &scene(&rows));

@@ -102,11 +102,40 @@ fn mistakes_in_lattices_are_explained() {
     for (more, message) in [
         (r#""pitch": [-1, 1, 1], "counts": [2, 1, 1]"#, "positive where there is more than one cell"),
         (r#""pitch": [1, 1, 1], "counts": [2147483648, 2, 1]"#, "at most 2147483648 cells"),
-        (r#""pitch": [1, 1, 1], "counts": [2, 1, 1], "cells": [0]"#, "1 cells are listed of a lattice of 2"),
+        (
+            r#""pitch": [1, 1, 1], "counts": [2, 1, 1], "cells": [0]"#,
+            "a lattice of 2 cells has 1 in its table",
+        ),
         (r#""pitch": [1, 1, 1], "counts": [2, 1, 1], "cells": [0, 1]"#, "holds element 1, but the last is 0"),
     ] {
         let scene = parse_scene(&text(&format!(r#"{{"op": "lattice", {args}, {more}}}"#))).unwrap().scene;
         let error = scene.compile().unwrap_err().to_string();
         assert!(error.contains(message), "{message}\nis not in\n{error}");
     }
+}
+
+#[test]
+fn what_no_cell_holds_is_not_in_the_world() {
+    let open = r#"{"kind": "box", "min": [0, 0, 0], "max": [1, 1, 1]}"#;
+    let node = format!(
+        r#"{{"op": "lattice", "args": [{{"ref": "ball"}}, {open}], "counts": [2, 1, 1], "pitch": [1, 1, 1], "cells": [0, null]}}"#
+    );
+    let world = parse_scene(&text(&node)).unwrap().scene.compile().unwrap();
+    assert_eq!(world.path_count(), 1);
+    assert!(world.bounds().max.x < 0.3);
+}
+
+/// The cells of nested lattices in a combination are all counted before any is written out.
+#[test]
+fn lattices_in_combinations_have_a_limit() {
+    let lattice = |arg: &str, counts: &str| {
+        format!(r#"{{"op": "lattice", "args": [{arg}], "counts": {counts}, "pitch": [1, 1, 1]}}"#)
+    };
+    let union = |node: &str| format!(r#"{{"op": "union", "args": [{node}]}}"#);
+    let small = lattice(r#"{"ref": "ball"}"#, "[1024, 1, 1]");
+    let huge = union(&lattice(&small, "[1024, 1024, 1]"));
+    let error = parse_scene(&text(&huge)).unwrap().scene.compile().unwrap_err().to_string();
+    assert!(error.contains("a combination of 1073741824 leaves"), "{error}");
+    let few = union(&lattice(&lattice(r#"{"ref": "ball"}"#, "[3, 1, 1]"), "[1, 4, 1]"));
+    assert_eq!(count(&few, [-5.0, 2.0, 0.0], [1.0, 0.0, 0.0]), 6);
 }

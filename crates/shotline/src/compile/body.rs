@@ -11,18 +11,13 @@ use super::{SceneError, Stats};
 use crate::aabb::Aabb;
 use crate::accel::{self, Items};
 use crate::csg::{LeafBounds, Op, Program, Tree, TreeNode};
-use crate::math::{
-    Affine, ComposedTransform, Lattice, ShiftedTransform, SingularTransform, TransformPair, Vec3,
-};
+use crate::math::{Affine, ComposedTransform, ShiftedTransform, SingularTransform, TransformPair, Vec3};
 use crate::region::Constraint;
 use crate::scene::{Node, NodeId, Scene};
 use crate::solid::{Parts, Solid};
 
 /// Up to this many leaves are tested one after the other, which is cheaper than any accelerator.
 const MAX_LEAVES_WITHOUT_ACCEL: usize = 8;
-
-/// The largest number of cells of a lattice that is an operand of a combination.
-const MAX_WRITTEN_CELLS: u64 = 1 << 20;
 
 /// The input of building bodies, and the totals over all bodies built.
 pub(super) struct BodyBuilder<'s> {
@@ -97,8 +92,7 @@ impl BodyBuilder<'_> {
                         enter_all(&mut steps, Op::Union, members, &composed);
                         continue;
                     }
-                    Node::Lattice { lattice, .. } => {
-                        check_written(node, lattice)?;
+                    Node::Lattice { .. } => {
                         let cells: Vec<(u32, Vec3, NodeId)> = self.scene.node(node).cells().collect();
                         steps.push(Step::Combine(Op::Union, cells.len()));
                         steps.extend(cells.into_iter().rev().map(|(_, shift, element)| {
@@ -181,18 +175,6 @@ impl BodyBuilder<'_> {
         self.surfaces += solid.surfaces().len() as u32;
         self.stats.leaves += 1;
     }
-}
-
-/// Checks that a lattice in a combination, where each cell is an operand, is not too large.
-fn check_written(node: NodeId, lattice: &Lattice) -> Result<(), SceneError> {
-    let count = lattice.cell_count();
-    if count <= MAX_WRITTEN_CELLS {
-        return Ok(());
-    }
-    let message = format!(
-        "in a combination each cell of a lattice is an operand: {count} are too many, {MAX_WRITTEN_CELLS} are possible"
-    );
-    Err(SceneError::at(node, message).with_hint("use the lattice outside of combinations"))
 }
 
 /// The error of a node whose transforms together cannot be inverted.

@@ -112,10 +112,15 @@ fn build_leaf(node: &Node, id: NodeId, choice: AccelChoice) -> Result<Option<Bui
 
 fn gather(node: &Node, id: NodeId, below: &[SubtreeSummary], leaf: Option<&BuiltLeaf>) -> SubtreeSummary {
     let mut out = SubtreeSummary { nodes: 1, ..SubtreeSummary::default() };
-    for child in node.children() {
+    let uses = node.element_uses();
+    for (number, child) in node.children().enumerate() {
         let b = &below[child.0 as usize];
-        out.leaves = out.leaves.saturating_add(b.leaves);
-        out.nodes = out.nodes.saturating_add(b.nodes);
+        let times = uses.as_ref().map_or(1, |uses| uses[number]);
+        if times == 0 {
+            continue;
+        }
+        out.leaves = out.leaves.saturating_add(b.leaves.saturating_mul(times));
+        out.nodes = out.nodes.saturating_add(b.nodes.saturating_mul(times));
         out.reported |= b.reported;
         out.object = out.object.or(b.object);
         out.open_mesh = out.open_mesh.or(b.open_mesh);

@@ -273,8 +273,10 @@ impl<'s> Builder<'s> {
     ) -> Result<Option<Target>, SceneError> {
         let mut level = Level { accel_name: "lattice", ..Level::default() };
         let (mut of_cells, mut numbers) = (Vec::new(), Vec::new());
-        for &node in elements {
-            let placed = self.element(node)?;
+        let uses = self.bodies.scene.node(id).element_uses().unwrap_or_default();
+        for (&node, uses) in elements.iter().zip(uses) {
+            // What no cell holds is not in the world.
+            let placed = if uses > 0 { self.element(node)? } else { None };
             numbers.push(placed.as_ref().map_or(EMPTY_CELL, |_| of_cells.len() as u32));
             if let Some((element, placement)) = placed {
                 of_cells.push(element);

@@ -81,7 +81,8 @@ impl Lattice {
             !pitch.is_finite() || (count > 1 && !(pitch > 0.0 && (pitch * f64::from(count)).is_finite()))
         };
         if let Some((name, ..)) = pitches.iter().find(|(_, count, pitch)| is_wrong(*count, *pitch)) {
-            return Some((name, "must be finite, and positive where there is more than one cell".into()));
+            let must = "must be positive where there is more than one cell, and the last cell must be at a finite distance";
+            return Some((name, must.into()));
         }
         let too_many = sizes.iter().any(|(_, size)| u64::from(*size) > MAX_CELLS)
             || self.layer_size() > MAX_CELLS

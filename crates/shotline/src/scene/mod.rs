@@ -121,6 +121,24 @@ impl Node {
         })
     }
 
+    /// How many cells of a lattice hold each of its elements; `None` for other nodes.
+    pub fn element_uses(&self) -> Option<Vec<u64>> {
+        let Node::Lattice { lattice, elements, table } = self else { return None };
+        let mut uses = vec![0; elements.len()];
+        match table {
+            None => uses[..1].fill(lattice.cell_count()),
+            Some(table) => {
+                for &element in table.iter() {
+                    // The empty cells have no element.
+                    if let Some(count) = uses.get_mut(element as usize) {
+                        *count += 1;
+                    }
+                }
+            }
+        }
+        Some(uses)
+    }
+
     /// The nodes directly below in two parts.
     fn child_lists(&self) -> [&[NodeId]; 2] {
         match self {
