@@ -1,7 +1,7 @@
 //! Which objects a picture shows.
 
 use clap::Args;
-use shotline::scene::{Node, Scene};
+use shotline::scene::{HiddenObjects, Node, Scene};
 
 use crate::failure::Failure;
 use crate::progress::{self, Quiet};
@@ -19,11 +19,11 @@ pub struct Shown {
 }
 
 impl Shown {
-    /// The part of a scene that is shown.
+    /// The objects of a scene that are not shown.
     ///
     /// # Errors
     /// If no object has one of the names.
-    pub fn of(&self, scene: &Scene, quiet: Quiet) -> Result<Scene, Failure> {
+    pub fn hidden(&self, scene: &Scene, quiet: Quiet) -> Result<HiddenObjects, Failure> {
         for pattern in self.hide.iter().chain(&self.only) {
             let is_named = |node: &Node| matches!(node, Node::Object { name, .. } if matches(pattern, name));
             if !scene.nodes.iter().any(is_named) {
@@ -40,7 +40,7 @@ impl Shown {
         }
         let enclosures = scene.enclosures();
         if enclosures.is_empty() {
-            return Ok(scene.clone());
+            return Ok(HiddenObjects::default());
         }
         let names = enclosures.iter().map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ");
         progress::note(

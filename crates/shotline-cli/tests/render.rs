@@ -91,3 +91,66 @@ fn a_motion_of_an_unknown_object_is_an_error() {
     let result = sandbox.run(&["render", "moving.json", "-o", "out.png", "--frames", "2"]);
     result.fails_with(&["no object named 'slap'", "did you mean 'slab'?"]);
 }
+
+/// A box of which a flush part is in front, as a nest and as a combination.
+const NEST: &str = r#"{ "shotline": 1, "camera": { "eye": [3, -9, 4], "target": [0, 0, 0], "fov": 30 }, "objects": [
+  { "name": "World", "clip": true, "node": { "kind": "box", "min": [-9, -9, -9], "max": [9, 9, 9] }, "contents": [
+    { "name": "outer", "node": { "kind": "box", "min": [-2, -1, -2], "max": [2, 1, 2] }, "contents": [
+      { "name": "inner", "node": { "kind": "box", "min": [-1, -1, -1], "max": [1, 0, 1] } } ] } ] } ] }"#;
+const COMBINATION: &str = r#"{ "shotline": 1, "camera": { "eye": [3, -9, 4], "target": [0, 0, 0], "fov": 30 }, "objects": [
+  { "name": "outer", "node": { "op": "difference", "args": [
+    { "kind": "box", "min": [-2, -1, -2], "max": [2, 1, 2] }, { "kind": "box", "min": [-1, -1, -1], "max": [1, 0, 1] } ] } } ] }"#;
+
+/// The bytes of a small picture.
+fn picture(sandbox: &Sandbox, scene: &str, rest: &[&str]) -> Vec<u8> {
+    let args = ["render", scene, "-o", "out.png", "--size", "40x30", "--samples", "2"];
+    sandbox.run(&[&args[..], rest].concat()).ok();
+    fs::read(sandbox.path("out.png")).unwrap()
+}
+
+#[test]
+fn hidden_contents_leave_a_hole() {
+    let sandbox = Sandbox::new().with("nest.json", NEST).with("combination.json", COMBINATION);
+    for look in ["normal", "depth", "thickness"] {
+        let hole = picture(&sandbox, "combination.json", &["--look", look]);
+        let hide = ["--look", look, "--hide", "World", "--hide", "inner"];
+        assert!(picture(&sandbox, "nest.json", &hide) == hole, "{look}");
+        assert!(picture(&sandbox, "nest.json", &["--look", look]) != hole, "{look}");
+        let cut = ["--clip", "x=0.25", "--clip=0,0,-2,1"];
+        assert!(
+            picture(&sandbox, "nest.json", &[&hide[..], &cut].concat())
+                == picture(&sandbox, "combination.json", &[&["--look", look], &cut[..]].concat()),
+            "{look}"
+        );
+    }
+}
+
+#[test]
+fn a_cut_is_the_same_for_every_accelerator_and_number_of_threads() {
+    let sandbox = Sandbox::new().with("nest.json", NEST).with("drilled.json", DRILLED);
+    for scene in ["nest.json", "drilled.json"] {
+        let cut = ["--clip", "y=0.5", "--clip", "0,0,1,1e-3"];
+        let first = picture(&sandbox, scene, &cut);
+        assert!(first != picture(&sandbox, scene, &[]));
+        for rest in [["--accel", "octree"], ["--accel", "brute"], ["--threads", "1"]] {
+            assert!(picture(&sandbox, scene, &[&cut[..], &rest].concat()) == first, "{scene} {rest:?}");
+        }
+    }
+}
+
+#[test]
+fn planes_that_are_none_are_errors() {
+    let sandbox = Sandbox::new().with("drilled.json", DRILLED);
+    for (plane, why) in [
+        ("w=1", "x=1, y=-2, z=0"),
+        ("x=", "NX,NY,NZ,D"),
+        ("1,2,3", "four numbers"),
+        ("0,0,0,1", "the normal of the plane"),
+        ("z=nan", "NaN or infinite"),
+    ] {
+        let result = sandbox.run(&["render", "drilled.json", "-o", "out.png", "--clip", plane]);
+        result.fails_with(&["--clip", plane, why]);
+    }
+    // A plane that removes all leaves the background.
+    sandbox.run(&["render", "drilled.json", "-o", "out.png", "--size", "8x8", "--clip", "x=-99"]).ok();
+}

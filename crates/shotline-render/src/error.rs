@@ -57,7 +57,9 @@ impl RenderError {
     pub(crate) fn of(look: &'static str, error: BatchError) -> RenderError {
         match error {
             BatchError::Cancelled => RenderError::Cancelled,
-            BatchError::World(error) => RenderError::NotSolid { look, error },
+            BatchError::World(error) | BatchError::Query { error: error @ QueryError::NotASolid { .. }, .. } => {
+                RenderError::NotSolid { look, error }
+            }
             BatchError::Query { error, .. } => RenderError::Ray(error),
             BatchError::Ray { error, .. } => RenderError::Camera(CameraError::Ray(error)),
             // What is left is too little memory: a picture has no limit of rows.

@@ -17,6 +17,7 @@ use crate::sampling::{self, SampleNumbers};
 use crate::settings::Settings;
 use crate::temporal_cache::TemporalCache;
 use crate::tracer::{SampleRays, Tracer};
+use crate::visible_part::VisiblePart;
 
 /// The side of a tile in pixels: small enough that rays of one tile mostly meet the same objects.
 const TILE: u32 = 32;
@@ -30,6 +31,7 @@ pub struct Film<'a> {
     pub view: &'a View,
     pub shader: &'a dyn Shader,
     pub settings: &'a Settings,
+    pub visible: &'a VisiblePart,
 }
 
 impl Film<'_> {
@@ -87,7 +89,7 @@ impl Film<'_> {
         };
         let all = || {
             let swept = cache.swept.as_ref();
-            let tracer = || Tracer::new(self.world, self.settings.coherence, swept, run);
+            let tracer = || Tracer::new(self.world, self.settings.coherence, swept, self.visible, run);
             tiles.par_iter().enumerate().map_init(tracer, one).collect()
         };
         let exposed: Vec<_> = match run.pool {

@@ -3,7 +3,7 @@
 use shotline::aabb::Aabb;
 use shotline::compile::World;
 use shotline::math::Vec3;
-use shotline::scene::{Camera, Lens};
+use shotline::scene::{Camera, HiddenObjects, Lens, Scene};
 
 /// The direction from the scene to the eye: in front, to the right and above, with z up.
 const FROM: Vec3 = Vec3::new(0.45, -0.8, 0.5);
@@ -15,6 +15,15 @@ const FILL: f64 = 0.92;
 /// The box that a picture frames: the bounds of everything of finite size. `None` if there is nothing of finite size.
 pub fn subject(world: &World) -> Option<Aabb> {
     Some(world.finite_bounds()).filter(|bounds| bounds.is_finite() && !bounds.is_empty())
+}
+
+/// The box that a picture frames where some objects are hidden.
+pub(crate) fn visible_subject(world: &World, scene: &Scene, hidden: &HiddenObjects) -> Option<Aabb> {
+    if hidden.is_empty() {
+        return subject(world);
+    }
+    // A world without the hidden objects knows the bounds of the others. It fails to compile only if the scene does.
+    subject(scene.without(hidden).compile().as_ref().unwrap_or(world))
 }
 
 /// A three-quarter view from above, z up, that holds all of a box with a small margin. The ratio is

@@ -1,7 +1,7 @@
 //! Pictures of shotline worlds: a camera, lights, a registry of looks (render modes), and a film that develops to PNG.
 //!
 //! [`render()`] makes a picture. It uses the public queries of [`shotline::query::batch::BatchCaster`] only: closest
-//! crossings, occlusion and segments. Rays of the same kind are cast together: those from the camera, those to each lamp,
+//! crossings, occlusion and segments, and where objects contain others, what is visible first. Rays of the same kind are cast together: those from the camera, those to each lamp,
 //! those of each reflection.
 //!
 //! A picture is the same, bit for bit, for any number of threads.
@@ -10,6 +10,7 @@
 pub mod animation;
 pub mod background;
 pub mod camera;
+pub mod clip_plane;
 pub mod color;
 pub mod error;
 mod exposure;
@@ -28,9 +29,11 @@ mod surface_material;
 mod temporal_cache;
 mod text;
 mod tracer;
+mod visible_part;
 
 pub use animation::{Animation, AnimationError, animate};
 pub use background::Background;
+pub use clip_plane::{ClipPlane, InvalidClipPlane};
 pub use error::RenderError;
 pub use exposure::{Exposure, Sample};
 pub use image::Image;

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use shotline::aabb::Aabb;
 use shotline::compile::World;
 use shotline::query::batch::Run;
 use shotline::scene::{Camera, Scene};
@@ -15,6 +16,7 @@ use crate::image::Image;
 use crate::look::{Shader, ShaderContext};
 use crate::settings::Settings;
 use crate::temporal_cache::TemporalCache;
+use crate::visible_part::VisiblePart;
 
 /// Makes a picture of a world, with the materials, camera and lights of the scene it was compiled from.
 /// A scene without a camera gets one that frames it, and a scene without lights gets automatic ones.
@@ -31,16 +33,18 @@ pub fn render(world: &World, scene: &Scene, settings: &Settings, run: Run) -> Re
 pub(crate) struct Setup {
     pub camera: Camera,
     size: f64,
+    visible: VisiblePart,
 }
 
 impl Setup {
     pub fn new(world: &World, scene: &Scene, settings: &Settings) -> Result<Setup, RenderError> {
-        let size = framing::subject(world).map_or(1.0, |b| b.size().max_element());
+        let subject = framing::visible_subject(world, scene, &settings.hidden);
+        let size = subject.map_or(1.0, |b| b.size().max_element());
         let camera = match settings.camera {
             Some(camera) => camera,
-            None => camera(world, scene, settings.width, settings.height)?,
+            None => camera(subject, scene, settings.width, settings.height)?,
         };
-        Ok(Setup { camera, size })
+        Ok(Setup { camera, size, visible: VisiblePart::new(scene, settings) })
     }
 }
 
@@ -54,7 +58,7 @@ pub(crate) fn render_frame(
     cache: &mut TemporalCache,
 ) -> Result<Image, RenderError> {
     with_shader(world, scene, setup, settings, |view, shader| {
-        let exposure = Film { world, view, shader, settings }.expose(0..settings.height, run, cache)?;
+        let exposure = Film { world, view, shader, settings, visible: &setup.visible }.expose(0..settings.height, run, cache)?;
         Ok(compose(shader, settings, exposure))
     })
 }
@@ -75,8 +79,9 @@ pub fn expose(
     if rows.start >= rows.end || rows.end > height {
         return Err(RenderError::Size { width, height: rows.end.saturating_sub(rows.start) });
     }
-    with_shader(world, scene, &Setup::new(world, scene, settings)?, settings, |view, shader| {
-        Film { world, view, shader, settings }.expose(rows, run, &mut TemporalCache::default())
+    let setup = Setup::new(world, scene, settings)?;
+    with_shader(world, scene, &setup, settings, |view, shader| {
+        Film { world, view, shader, settings, visible: &setup.visible }.expose(rows, run, &mut TemporalCache::default())
     })
 }
 
@@ -127,13 +132,13 @@ fn compose(shader: &dyn Shader, settings: &Settings, mut exposure: Exposure) -> 
 /// # Errors
 /// [`RenderError`] if the camera is not valid, or if there is neither a camera nor anything to frame.
 pub fn view(world: &World, scene: &Scene, width: u32, height: u32) -> Result<View, RenderError> {
-    Ok(View::new(&camera(world, scene, width, height)?, width, height)?)
+    Ok(View::new(&camera(framing::subject(world), scene, width, height)?, width, height)?)
 }
 
-/// The scene's camera, or a camera that frames everything.
-fn camera(world: &World, scene: &Scene, width: u32, height: u32) -> Result<Camera, RenderError> {
+/// The scene's camera, or a camera that frames a box.
+fn camera(subject: Option<Aabb>, scene: &Scene, width: u32, height: u32) -> Result<Camera, RenderError> {
     let aspect = f64::from(width) / f64::from(height);
-    let framed = || framing::subject(world).and_then(|bounds| framing::frame(&bounds, aspect));
+    let framed = || subject.and_then(|bounds| framing::frame(&bounds, aspect));
     scene.camera.or_else(framed).ok_or(RenderError::NothingToFrame)
 }
 
@@ -162,7 +167,7 @@ mod tests {
             let exposure = Exposure { width: 50, height: 45, samples };
             let developed = develop(&world, &scene, &settings, exposure.clone()).expect("a picture");
             assert_eq!(developed, expected, "{}", look.name);
-            let smaller = Settings { height: 44, ..settings };
+            let smaller = Settings { height: 44, ..settings.clone() };
             assert!(develop(&world, &scene, &smaller, exposure).is_err());
             assert!(expose(&world, &scene, &settings, 40..46, Run::default()).is_err());
         }

@@ -1,9 +1,10 @@
 //! The settings of a picture.
 
 use shotline::counters::{COUNTERS, Counter};
-use shotline::scene::Camera;
+use shotline::scene::{Camera, HiddenObjects};
 
 use crate::background::Background;
+use crate::clip_plane::ClipPlane;
 use crate::error::{MAX_PIXELS, MAX_SAMPLES, MAX_SIDE, RenderError};
 use crate::light::Lighting;
 use crate::look::{LOOKS, Look};
@@ -11,7 +12,7 @@ use crate::tracer::Coherence;
 
 /// The settings of a picture. The number of threads, progress, cancelling and the sum of the work belong to
 /// [`Run`](shotline::query::batch::Run).
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Settings {
     /// Pixels in a row.
     pub width: u32,
@@ -31,6 +32,10 @@ pub struct Settings {
     pub counter: &'static Counter,
     /// What rays reuse from earlier rays.
     pub coherence: Coherence,
+    /// The planes that cut the scene open.
+    pub clip: Vec<ClipPlane>,
+    /// The objects that are not shown. They still displace the objects around them.
+    pub hidden: HiddenObjects,
 }
 
 impl Default for Settings {
@@ -45,6 +50,8 @@ impl Default for Settings {
             lighting: Lighting::Sharp,
             counter: &COUNTERS[0],
             coherence: Coherence::default(),
+            clip: Vec::new(),
+            hidden: HiddenObjects::default(),
         }
     }
 }

@@ -5,10 +5,11 @@ use shotline::counters::Counters;
 use shotline::crossing::GROUPING;
 use shotline::math::{HALF_ULP, Vec3};
 use shotline::query::batch::{BatchCaster, BatchError, ClosestRows, Fields, Run};
-use shotline::query::{CoherenceHint, Overlaps, Scope, Segment};
+use shotline::query::{CoherenceHint, Hit, HitKind, Overlaps, Scope, Segment};
 use shotline::ray::{Ray, Span};
 
 use crate::temporal_cache::SweptBounds;
+use crate::visible_part::VisiblePart;
 
 /// What rays reuse from earlier rays. It does not change the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,6 +70,7 @@ pub struct Tracer<'w> {
     caster: BatchCaster<'w>,
     coherence: Coherence,
     swept: Option<&'w SweptBounds>,
+    visible: &'w VisiblePart,
     /// By sample, whether a ray has met the swept bounds.
     meets_motion: Vec<bool>,
     /// By lamp, what occluded the last ray to it that was occluded: the shadow cache.
@@ -93,6 +95,26 @@ pub struct SurfacePoint {
     pub normal: Vec3,
     /// A point beside the surface from which other rays can start, see [`offset_from_surface`].
     pub start: Vec3,
+    /// Whether it is where a plane cuts through the object.
+    pub is_cut: bool,
+}
+
+impl SurfacePoint {
+    fn new(number: usize, ray: &Ray, hit: &RayHit) -> SurfacePoint {
+        let &RayHit { t, t_err, object, normal, is_cut } = hit;
+        let normal = if normal.dot(ray.direction()) > 0.0 { -normal } else { normal };
+        let start = offset_from_surface(ray, t, t_err, normal);
+        SurfacePoint { ray: number, t, object, normal, start, is_cut }
+    }
+}
+
+/// What is known of the surface that a ray meets.
+struct RayHit {
+    t: f64,
+    t_err: f64,
+    object: u32,
+    normal: Vec3,
+    is_cut: bool,
 }
 
 impl<'w> Tracer<'w> {
@@ -101,6 +123,7 @@ impl<'w> Tracer<'w> {
         world: &'w World,
         coherence: Coherence,
         swept: Option<&'w SweptBounds>,
+        visible: &'w VisiblePart,
         run: Run<'w>,
     ) -> Tracer<'w> {
         let fields = Fields::OBJECT | Fields::NORMAL | Fields::T_ERR;
@@ -108,6 +131,7 @@ impl<'w> Tracer<'w> {
             caster: BatchCaster::new(world, Run { fields, ..run }),
             coherence,
             swept,
+            visible,
             meets_motion: Vec::new(),
             occluders: Vec::new(),
             last: CoherenceHint::default(),
@@ -146,6 +170,9 @@ impl<'w> Tracer<'w> {
     /// # Errors
     /// As [`BatchCaster::closest`].
     pub fn surfaces(&mut self, rays: &SampleRays) -> Result<Vec<SurfacePoint>, BatchError> {
+        if !self.visible.is_everything() {
+            return self.visible_surfaces(rays);
+        }
         let hint = self.coherence.neighbours.then_some(&mut self.last);
         self.caster.closest(&rays.rays, Scope::surfaces(Span::FORWARD), hint, &mut self.closest)?;
         let mut points = Vec::with_capacity(rays.len());
@@ -155,11 +182,30 @@ impl<'w> Tracer<'w> {
             self.record_motion(sample, ray, Span::new(0.0, t).unwrap_or(Span::FORWARD));
             if t < f64::INFINITY {
                 let normal = Vec3::from_array(self.closest.normal[number]);
-                let normal = if normal.dot(ray.direction()) > 0.0 { -normal } else { normal };
-                let start = offset_from_surface(ray, t, self.closest.t_err[number], normal);
-                let object = self.closest.object[number] as u32;
-                points.push(SurfacePoint { ray: number, t, object, normal, start });
+                let (t_err, object) = (self.closest.t_err[number], self.closest.object[number] as u32);
+                let hit = RayHit { t, t_err, object, normal, is_cut: false };
+                points.push(SurfacePoint::new(number, ray, &hit));
             }
+        }
+        Ok(points)
+    }
+
+    /// As [`Tracer::surfaces`], where not all is visible.
+    fn visible_surfaces(&mut self, rays: &SampleRays) -> Result<Vec<SurfacePoint>, BatchError> {
+        let mut points = Vec::with_capacity(rays.len());
+        let visible = self.visible;
+        self.caster.cast_rays(&rays.rays, |caster, number, ray| {
+            if let Some(hit) = visible.closest(caster, ray, Span::FORWARD)? {
+                let &Hit { t, t_err, object, normal, kind, .. } = &hit;
+                let hit = RayHit { t, t_err, object, normal, is_cut: kind == HitKind::Start };
+                points.push(SurfacePoint::new(number, ray, &hit));
+            }
+            Ok(())
+        })?;
+        let mut met = points.iter().peekable();
+        for (number, (ray, &sample)) in rays.rays.iter().zip(&rays.samples).enumerate() {
+            let t = met.next_if(|point| point.ray == number).map_or(f64::INFINITY, |point| point.t);
+            self.record_motion(sample, ray, Span::new(0.0, t).unwrap_or(Span::FORWARD));
         }
         Ok(points)
     }
@@ -178,6 +224,15 @@ impl<'w> Tracer<'w> {
         for (ray, &sample) in rays.rays.iter().zip(&rays.samples) {
             self.record_motion(sample, ray, span);
         }
+        if !self.visible.is_everything() {
+            self.occluded.clear();
+            let (visible, occluded) = (self.visible, &mut self.occluded);
+            self.caster.cast_rays(&rays.rays, |caster, _, ray| {
+                occluded.push(visible.occludes(caster, ray, span)?);
+                Ok(())
+            })?;
+            return Ok(&self.occluded);
+        }
         let lamp = lamp.filter(|_| self.coherence.shadows);
         if let Some(lamp) = lamp
             && self.occluders.len() <= lamp
@@ -193,7 +248,20 @@ impl<'w> Tracer<'w> {
     ///
     /// # Errors
     /// As [`BatchCaster::cost`].
-    pub fn cost(&mut self, rays: &SampleRays, take: impl FnMut(usize, Counters)) -> Result<(), BatchError> {
+    pub fn cost(
+        &mut self,
+        rays: &SampleRays,
+        mut take: impl FnMut(usize, Counters),
+    ) -> Result<(), BatchError> {
+        if !self.visible.is_everything() {
+            let visible = self.visible;
+            return self.caster.cast_rays(&rays.rays, |caster, number, ray| {
+                caster.take_counters();
+                visible.closest(caster, ray, Span::FORWARD)?;
+                take(number, caster.take_counters());
+                Ok(())
+            });
+        }
         self.caster.cost(&rays.rays, Span::FORWARD, take)
     }
 
@@ -205,10 +273,19 @@ impl<'w> Tracer<'w> {
     pub fn segments(
         &mut self,
         rays: &SampleRays,
-        take: impl FnMut(usize, &[Segment]),
+        mut take: impl FnMut(usize, &[Segment]),
     ) -> Result<(), BatchError> {
         for (ray, &sample) in rays.rays.iter().zip(&rays.samples) {
             self.record_motion(sample, ray, Span::FORWARD);
+        }
+        if !self.visible.is_everything() {
+            let (visible, mut segments) = (self.visible, Vec::new());
+            return self.caster.cast_rays(&rays.rays, |caster, number, ray| {
+                segments.clear();
+                visible.segments(caster, ray, Span::FORWARD, &mut segments)?;
+                take(number, &segments);
+                Ok(())
+            });
         }
         self.caster.segments(&rays.rays, Span::FORWARD, Overlaps::Priority, take)
     }

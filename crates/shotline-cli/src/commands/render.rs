@@ -11,11 +11,11 @@ use serde_json::json;
 use shotline::counters::{COUNTERS, Counter, Counters};
 use shotline::query::batch::Run;
 
-use shotline::scene::Scene;
+use shotline::scene::{HiddenObjects, Scene};
 use shotline_io::Document;
 use shotline_render::animation::MAX_FRAMES;
 use shotline_render::{
-    Animation, AnimationError, Background, Coherence, Image, LOOKS, Lighting, Look, Movie, RenderError,
+    Animation, AnimationError, Background, ClipPlane, Coherence, Image, LOOKS, Lighting, Look, Movie, RenderError,
     Settings, animate, encode_png,
 };
 
@@ -69,6 +69,10 @@ pub struct Command {
     coherence: Vec<CoherenceChoice>,
     #[command(flatten)]
     shown: Shown,
+    /// Cut the scene open: remove the points beyond a plane, x=1, y=-2, z=0, or NX,NY,NZ,D for those with N.p > D. What is cut
+    /// through is drawn flat. May be given several times; what is beyond any of the planes is removed
+    #[arg(long, value_name = "PLANE", value_parser = ClipPlane::from_str, allow_hyphen_values = true)]
+    clip: Vec<ClipPlane>,
     /// Print times and work as one line of JSON; rays are then cast one by one, which is slower for meshes
     #[arg(long)]
     stats: bool,
@@ -86,7 +90,8 @@ Examples:
   shotline render bunny.ply -o bunny.png --look xray --background white
   shotline render engine.json -o soft.png --lighting soft --samples 64
   shotline render bunny.ply -o turning.png --frames 72
-  shotline render detector.gdml -o inside.png --hide 'World*' --hide 'Hall*'";
+  shotline render detector.gdml -o inside.png --hide 'World*' --hide 'Hall*'
+  shotline render detector.gdml -o cut.png --clip x=0 --clip 0,-1,0,100";
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum LightingChoice {
@@ -147,7 +152,12 @@ impl Command {
         self.expect_options_of_look()?;
         output::expect_writable(&self.output, output::PICTURE, std::slice::from_ref(&self.model.path))?;
         let mut document = input::load_with_notes(&self.model, self.quiet)?;
-        document.scene = self.shown.of(&document.scene, self.quiet)?;
+        let mut hidden = self.shown.hidden(&document.scene, self.quiet)?;
+        if !document.scene.is_nested() {
+            // Objects that contain no others displace none: without those that are hidden, rays take the quick path.
+            document.scene = document.scene.without(&std::mem::take(&mut hidden));
+        }
+        let settings = Settings { hidden, ..self.settings() };
         input::note_meshes_never_hit(&document, self.quiet);
         let work = Mutex::default();
         let started = Instant::now();
@@ -164,8 +174,8 @@ impl Command {
                 ..Run::default()
             };
             let png = match self.frames {
-                None => self.picture(&document, run),
-                Some(frames) => self.movie(&document, frames, run),
+                None => self.picture(&document, &settings, run),
+                Some(frames) => self.movie(&document, &settings, frames, run),
             };
             bar.finish_and_clear();
             output::write(&self.output, &png?)
@@ -178,13 +188,19 @@ impl Command {
         Ok(0)
     }
 
-    fn picture(&self, document: &Document, run: Run) -> Result<Vec<u8>, Failure> {
+    fn picture(&self, document: &Document, settings: &Settings, run: Run) -> Result<Vec<u8>, Failure> {
         let world = input::compile(document, &self.build)?;
-        let picture = shotline_render::render(&world, &document.scene, &self.settings(), run);
+        let picture = shotline_render::render(&world, &document.scene, settings, run);
         Ok(encode_png(&picture.map_err(|e| self.failure(e))?))
     }
 
-    fn movie(&self, document: &Document, frames: u32, run: Run) -> Result<Vec<u8>, Failure> {
+    fn movie(
+        &self,
+        document: &Document,
+        settings: &Settings,
+        frames: u32,
+        run: Run,
+    ) -> Result<Vec<u8>, Failure> {
         let scene = document.scene.clone();
         let orbit = self.orbit.unwrap_or(if scene.motions.is_empty() { 360.0 } else { 0.0 });
         let animation = Animation { frames, orbit };
@@ -196,7 +212,7 @@ impl Command {
             }
             movie.as_mut().map_or(Ok(()), |movie| movie.add(&image))
         };
-        animate(scene, self.build.options(), &self.settings(), animation, run, take)
+        animate(scene, self.build.options(), settings, animation, run, take)
             .and_then(|()| movie.map_or(Ok(()), Movie::finish).map_err(AnimationError::Rejected))
             .map_err(|error| match error {
                 AnimationError::Render(error) => self.failure(error),
@@ -223,6 +239,8 @@ impl Command {
                 neighbours: has(CoherenceChoice::Neighbours),
                 frames: has(CoherenceChoice::Frames),
             },
+            clip: self.clip.clone(),
+            hidden: HiddenObjects::default(),
         }
     }
 

@@ -31,6 +31,9 @@ const SKY: f64 = 0.35;
 /// The fraction of the sky's light that an occluder passes on, since it is lit itself.
 const PASSED_ON: f64 = 0.35;
 
+/// The light of a cut through an object: the same everywhere, without shade, shadow and highlight, so that it is seen to be a cut.
+const CUT_LIGHT: f64 = 1.0;
+
 struct Lit {
     materials: Vec<SurfaceMaterial>,
     lights: Lights,
@@ -121,9 +124,13 @@ impl Lit {
             let view = -rays.ray(surface.ray).direction().normalize();
             ShadingPoint { surface, material, view, sample, numbers: &numbers[sample as usize] }
         };
-        let points: Vec<_> = tracer.surfaces(rays)?.into_iter().map(shading_point).collect();
-        let own = self.reflected_light(tracer, &points)?;
         let mut incoming = vec![None; rays.len()];
+        let (cuts, surfaces): (Vec<_>, Vec<_>) = tracer.surfaces(rays)?.into_iter().partition(|s| s.is_cut);
+        for cut in cuts {
+            incoming[cut.ray] = Some(self.materials[cut.object as usize].color * CUT_LIGHT);
+        }
+        let points: Vec<_> = surfaces.into_iter().map(shading_point).collect();
+        let own = self.reflected_light(tracer, &points)?;
         let (mut mirrored, mut mirrored_weights, mut mirrors) =
             (SampleRays::default(), Vec::new(), Vec::new());
         for (point, &own) in points.iter().zip(&own) {

@@ -1,5 +1,6 @@
 //! The caster: a world and the memory with which one thread queries it. Each kind of query is in its own file.
 
+use super::first_visible::MetBodies;
 use super::interval_ends::Interval;
 use super::membership::Membership;
 use super::ownership::OwnershipScratch;
@@ -44,6 +45,7 @@ pub struct Caster<'w> {
     pub(super) limits: Limits,
     pub(super) membership: Membership,
     pub(super) intervals: Vec<Interval>,
+    pub(super) met: MetBodies,
     pub(super) ownership: OwnershipScratch<'w>,
 }
 
@@ -59,6 +61,7 @@ impl<'w> Caster<'w> {
             limits: Limits::default(),
             membership: Membership::default(),
             intervals: Vec::new(),
+            met: MetBodies::default(),
             ownership: OwnershipScratch::default(),
         }
     }

@@ -3,7 +3,8 @@
 use super::caster::{Caster, all_solid};
 use super::fold_query::{FoldControl, FoldQuery};
 use super::interval_ends::Interval;
-use super::ownership::{self, resolve};
+use super::owned_parts::resolve;
+use super::ownership;
 use super::{Conflict, Overlaps, QueryError, Segment};
 use crate::ray::{Line, Ray, Span};
 use crate::solid::Wanted;

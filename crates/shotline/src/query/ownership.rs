@@ -2,22 +2,21 @@
 //!
 //! Where several instances contain a point, the one of the highest priority owns it; of equal priorities, one that is in
 //! another displaces it. If neither is in the other, they overlap, and the one that is placed later owns the point: at the
-//! first object that is not around both, as a search from the outermost object down to the innermost finds it. What an object that clips contains counts only inside it. The cost for `n` intervals is
-//! `O(n log n)` without clipping, however they are nested; clipping adds the number of intervals that stick out.
+//! first object that is not around both, as a search from the outermost object down to the innermost finds it. What an object
+//! that clips contains counts only inside it. The cost for `n` intervals is `O(n log n)` without clipping, however they are
+//! nested; clipping adds the number of intervals that stick out.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
 
 use super::instances::{Instance, NONE};
-use super::interval_ends::{End, EndsScratch, Interval, are_apart, ends, events};
+use super::interval_ends::{End, EndsScratch, Interval, ends, events};
 use super::ordered_set::OrderedSet;
 use super::ranks::Ranks;
-use super::{Conflict, ConflictKind, Overlaps, QueryError, Segment};
+use super::{Conflict, ConflictKind, QueryError};
 use crate::budget::Budget;
 use crate::compile::World;
 use crate::crossing::Crossing;
-use crate::math::length;
-use crate::ray::Ray;
 
 /// The memory of a sweep over intervals; reused from ray to ray.
 #[derive(Debug, Default)]
@@ -33,119 +32,12 @@ pub(super) struct OwnershipScratch<'w> {
     /// The ranks of those that overlap the one that ranks next below.
     overlapping: OrderedSet,
     touched: Vec<u32>,
-    ends: Vec<End>,
+    pub(super) ends: Vec<End>,
     of_ends: EndsScratch,
 }
 
 /// The interval that owns the ray, and the one that ranks highest of those that it overlaps.
-type Pair = (usize, usize);
-
-/// Converts the intervals of all bodies to segments, ascending, and returns the number of overlaps of equal priority.
-/// The result is invalid if the budget has ended.
-pub(super) fn resolve<'w>(
-    world: &'w World,
-    ray: &Ray,
-    intervals: &[Interval],
-    overlaps: Overlaps,
-    scratch: &mut OwnershipScratch<'w>,
-    budget: &mut Budget,
-    out: &mut Vec<Segment>,
-) -> Result<u64, QueryError> {
-    if out.try_reserve(intervals.len()).is_err() {
-        return Err(QueryError::OutOfMemory);
-    }
-    let first = out.len();
-    let segment = segment_of(world, ray);
-    let whole = |i: &Interval| segment(i.start.t, i.end.t, i);
-    if overlaps == Overlaps::All {
-        out.extend(intervals.iter().map(whole));
-        out[first..].sort_by(|a, b| a.t_in.total_cmp(&b.t_in).then(a.path.cmp(&b.path)));
-        return Ok(0);
-    }
-    if !world.clips() && are_apart(intervals) {
-        out.extend(intervals.iter().map(whole));
-        return Ok(0);
-    }
-    sweep(world, ray, intervals, overlaps, scratch, budget, out)
-}
-
-/// Makes the segment from `start` to `end` of an interval on a ray.
-fn segment_of(world: &World, ray: &Ray) -> impl Fn(f64, f64, &Interval) -> Segment {
-    let step = length(ray.direction());
-    move |t_in, t_out, &Interval { object, path, .. }| Segment {
-        t_in,
-        t_out,
-        length: (t_out - t_in) * step,
-        object,
-        material: world.object_material(object),
-        path,
-    }
-}
-
-/// Determines which interval owns each part of the ray, event by event.
-fn sweep<'w>(
-    world: &'w World,
-    ray: &Ray,
-    intervals: &[Interval],
-    overlaps: Overlaps,
-    scratch: &mut OwnershipScratch<'w>,
-    budget: &mut Budget,
-    out: &mut Vec<Segment>,
-) -> Result<u64, QueryError> {
-    let segment = segment_of(world, ray);
-    let sorted = Ownership::sorted_ends(world, intervals, scratch);
-    let mut sweep = Ownership::new(world, intervals, scratch);
-    // The start of a segment whose end is not known yet, and the interval that owns it now.
-    let mut owned: Option<(f64, usize)> = None;
-    let mut overlap_count = 0;
-    let mut events = events(&sorted);
-    while let Some(event) = events.next() {
-        if !budget.step() {
-            break;
-        }
-        let before = owned.map(|(_, interval)| interval);
-        sweep.apply(event);
-        let after = sweep.owner();
-        if let Some(pair) = sweep.overlapping_pair() {
-            overlap_count += 1;
-            if overlaps == Overlaps::Error {
-                let begin = t_of_pair(event, pair);
-                let is_last = |sweep: &mut Ownership, event: &[End]| {
-                    sweep.apply(event);
-                    sweep.overlapping_pair() != Some(pair)
-                };
-                let last = events.find(|event| is_last(&mut sweep, event)).unwrap_or(event);
-                return Err(sweep.overlap(pair, begin, t_of_pair(last, pair)).error(world));
-            }
-        }
-        if let (Some((start, before)), Some(after)) = (owned, after)
-            && intervals[before].path == intervals[after].path
-        {
-            // Intervals of one body that touch are joined.
-            owned = Some((start, after));
-            continue;
-        }
-        // The interval's own end if it is part of the event, otherwise the first end of the event.
-        let t_of = |interval: Option<usize>| {
-            let own = event.iter().find(|e| Some(e.interval) == interval);
-            own.unwrap_or(&event[0]).crossing.t
-        };
-        if let Some((start, interval)) = owned.take() {
-            let stops = event.iter().any(|e| e.interval == interval);
-            let end = t_of(if stops { before } else { after });
-            if start < end {
-                out.push(segment(start, end, &intervals[interval]));
-            }
-        }
-        owned = after.map(|interval| {
-            let begins = event.iter().any(|e| e.interval == interval);
-            (t_of(if begins { after } else { before }), interval)
-        });
-    }
-    drop(events);
-    scratch.ends = sorted;
-    Ok(overlap_count)
-}
+pub(super) type Pair = (usize, usize);
 
 /// Appends the overlaps of equal priority, which are ascending and disjoint, and the protrusions. Each overlap is between the
 /// interval that owns the ray and the one that ranks highest of those that it overlaps. Invalid if the budget has ended.
@@ -181,7 +73,7 @@ pub(super) fn conflicts<'w>(
 }
 
 /// The end of one of two intervals in an event; if neither ends there, the first end.
-fn t_of_pair(event: &[End], (a, b): Pair) -> Crossing {
+pub(super) fn t_of_pair(event: &[End], (a, b): Pair) -> Crossing {
     let own = event.iter().find(|end| end.interval == a || end.interval == b);
     own.unwrap_or(&event[0]).crossing
 }
@@ -210,7 +102,7 @@ pub(super) fn at_point<'w>(
 }
 
 /// Determines which interval owns the ray after an event.
-struct Ownership<'a, 'w> {
+pub(super) struct Ownership<'a, 'w> {
     world: &'w World,
     intervals: &'a [Interval],
     memory: &'a mut OwnershipScratch<'w>,
@@ -218,7 +110,7 @@ struct Ownership<'a, 'w> {
 
 impl<'a, 'w> Ownership<'a, 'w> {
     /// Determines the ranks of the intervals. Returns their ends in order, in memory that is given back by the caller.
-    fn sorted_ends(world: &'w World, intervals: &[Interval], memory: &mut OwnershipScratch<'w>) -> Vec<End> {
+    pub(super) fn sorted_ends(world: &'w World, intervals: &[Interval], memory: &mut OwnershipScratch<'w>) -> Vec<End> {
         memory.ranks.begin(world, intervals);
         let mut sorted = std::mem::take(&mut memory.ends);
         ends(intervals, &memory.ranks.by_path, &mut memory.of_ends, &mut sorted);
@@ -226,7 +118,7 @@ impl<'a, 'w> Ownership<'a, 'w> {
     }
 
     /// Begins in front of all intervals, whose ranks are known.
-    fn new(
+    pub(super) fn new(
         world: &'w World,
         intervals: &'a [Interval],
         memory: &'a mut OwnershipScratch<'w>,
@@ -255,7 +147,7 @@ impl<'a, 'w> Ownership<'a, 'w> {
         self.memory.ranks.interval_at(self.memory.ranks.place_ranked(rank))
     }
 
-    fn apply(&mut self, event: &[End]) {
+    pub(super) fn apply(&mut self, event: &[End]) {
         // An interval that begins and ends in the same event is inserted and removed here: it has no length.
         for end in event.iter().filter(|end| end.crossing.entering) {
             self.enter(end.interval);
@@ -374,12 +266,12 @@ impl<'a, 'w> Ownership<'a, 'w> {
     }
 
     /// The interval of the highest rank.
-    fn owner(&self) -> Option<usize> {
+    pub(super) fn owner(&self) -> Option<usize> {
         self.memory.ranked.last().map(|rank| self.interval_ranked(rank))
     }
 
     /// The pair that overlaps now: the owner, and the interval of the highest rank among those that overlap it.
-    fn overlapping_pair(&self) -> Option<Pair> {
+    pub(super) fn overlapping_pair(&self) -> Option<Pair> {
         let rank = self.memory.overlapping.last()?;
         let owner = self.memory.ranked.last()?;
         let below = self.memory.ranked.below(rank)?;
@@ -388,7 +280,7 @@ impl<'a, 'w> Ownership<'a, 'w> {
     }
 
     /// The overlap of a pair from one crossing to another.
-    fn overlap(&self, (a, b): Pair, begin: Crossing, end: Crossing) -> Conflict {
+    pub(super) fn overlap(&self, (a, b): Pair, begin: Crossing, end: Crossing) -> Conflict {
         let (a, b) = (&self.intervals[a], &self.intervals[b]);
         let (first, second) = if (a.start.t, a.object) <= (b.start.t, b.object) { (a, b) } else { (b, a) };
         Conflict {
@@ -445,53 +337,9 @@ impl<'a, 'w> Ownership<'a, 'w> {
 }
 
 impl Conflict {
-    fn error(self, world: &World) -> QueryError {
+    pub(super) fn error(self, world: &World) -> QueryError {
         let name = |object: u32| world.object_names()[object as usize].clone();
         let Conflict { first, second, t_in, t_out, .. } = self;
         QueryError::Overlap { first: name(first), second: name(second), t_in, t_out }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::math::Vec3;
-    use crate::scene::Scene;
-    use crate::shape::{Object, Shape};
-    use crate::testkit::random::Random;
-
-    /// Intervals whose ends coincide, abut, and lie apart: those that are apart give the segments of the sweep.
-    #[test]
-    fn intervals_that_are_apart_need_no_sweep() {
-        let ball = |name: &str| Object::new(name, Shape::sphere(1.0).expect("a ball"));
-        let world = Scene::of([ball("a"), ball("b")]).compile().expect("a world");
-        let ray = Ray::new(Vec3::ZERO, Vec3::new(0.0, 3.0, 4.0)).expect("a ray");
-        let mut random = Random::new(3);
-        let mut apart = 0;
-        for _ in 0..20_000 {
-            let mut t = random.number(-1.0, 1.0);
-            let mut next = |entering: bool, random: &mut Random| {
-                let t_err = [0.0, 1e-16, 1e-9][random.below(3)];
-                t += [0.0, 1e-9, 1e-8, 2e-8, 1.0, 1.0, 1.0][random.below(7)];
-                Crossing::new(t, t_err, entering, 0)
-            };
-            let mut interval = |_| {
-                let (start, end) = (next(true, &mut random), next(false, &mut random));
-                Interval { start, end, object: random.below(2) as u32, path: random.below(2) as u64 }
-            };
-            let intervals: Vec<Interval> = (0..4).map(&mut interval).collect();
-            apart += usize::from(are_apart(&intervals));
-            for overlaps in [Overlaps::Priority, Overlaps::Error] {
-                let (mut scratch, mut budget) = (OwnershipScratch::default(), Budget::default());
-                budget.begin(1000);
-                let (mut found, mut expected) = (Vec::new(), Vec::new());
-                let of_sweep =
-                    sweep(&world, &ray, &intervals, overlaps, &mut scratch, &mut budget, &mut expected);
-                let outcome =
-                    resolve(&world, &ray, &intervals, overlaps, &mut scratch, &mut budget, &mut found);
-                assert_eq!((outcome, &found), (of_sweep, &expected), "{intervals:?}");
-            }
-        }
-        assert!(apart > 1000 && apart < 19_000, "{apart}");
     }
 }

@@ -4,6 +4,7 @@ mod bounds;
 mod bundles;
 mod contacts;
 mod first;
+mod first_visible;
 mod growth;
 mod lanes;
 mod large_bodies;

@@ -1,41 +1,68 @@
-//! Scenes of which only some objects are shown.
+//! Which objects of a scene are shown.
 
 use super::{Node, NodeId, Scene};
 
+/// The objects of a scene that are not shown. What they contain may be shown.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct HiddenObjects {
+    /// By node; nodes beyond the end are shown.
+    nodes: Vec<bool>,
+}
+
+impl HiddenObjects {
+    /// Whether every object is shown.
+    pub fn is_empty(&self) -> bool {
+        !self.nodes.contains(&true)
+    }
+
+    fn contains(&self, id: NodeId) -> bool {
+        self.nodes.get(id.0 as usize).copied().unwrap_or(false)
+    }
+
+    /// Tells by the number of an object in the world of the scene whether it is hidden.
+    pub fn by_number(&self, scene: &Scene) -> Vec<bool> {
+        scene.numbered_objects().into_iter().map(|id| self.contains(id)).collect()
+    }
+}
+
 impl Scene {
-    /// The same scene without the shapes of some objects, chosen by name. What they contain stays, also where it would count only
+    /// Hides objects, chosen by name, but not what they contain.
+    pub fn hiding(&self, is_hidden: impl Fn(&str) -> bool) -> HiddenObjects {
+        self.hidden(|_, name| is_hidden(name))
+    }
+
+    /// Hides all objects but those chosen by name and what they contain.
+    pub fn showing_only(&self, is_shown: impl Fn(&str) -> bool) -> HiddenObjects {
+        let is_chosen = |node: &Node| matches!(node, Node::Object { name, .. } if is_shown(name));
+        let chosen = self.ids().filter(|&id| is_chosen(self.node(id))).collect();
+        let mut is_shown = vec![false; self.nodes.len()];
+        self.visit_below(chosen, &mut is_shown, |_| {});
+        self.hidden(|id, _| !is_shown[id.0 as usize])
+    }
+
+    /// The same scene without the shapes of the objects that are hidden. What they contain stays, also where it would count only
     /// inside them.
     #[must_use]
-    pub fn hiding(&self, is_hidden: impl Fn(&str) -> bool) -> Scene {
-        self.without_shapes(|_, name| is_hidden(name))
-    }
-
-    /// The same scene with the shapes of some objects, chosen by name, and of all that they contain, and no others.
-    #[must_use]
-    pub fn showing_only(&self, is_shown: impl Fn(&str) -> bool) -> Scene {
-        let is_chosen = |node: &Node| matches!(node, Node::Object { name, .. } if is_shown(name));
-        let mut is_seen = vec![false; self.nodes.len()];
-        let ids = (0..).map(NodeId).zip(&self.nodes);
-        let mut next: Vec<NodeId> = ids.filter(|(_, node)| is_chosen(node)).map(|(id, _)| id).collect();
-        while let Some(id) = next.pop() {
-            if !std::mem::replace(&mut is_seen[id.0 as usize], true) {
-                next.extend(self.node(id).children());
-            }
-        }
-        self.without_shapes(|id, _| !is_seen[id.0 as usize])
-    }
-
-    fn without_shapes(&self, is_hidden: impl Fn(NodeId, &str) -> bool) -> Scene {
+    pub fn without(&self, hidden: &HiddenObjects) -> Scene {
         let mut scene = self.clone();
         let nothing = scene.add(Node::Group { members: Vec::new() });
         for (id, node) in (0..).map(NodeId).zip(&mut scene.nodes) {
-            if let Node::Object { name, node, clip, .. } = node
-                && is_hidden(id, name)
+            if let Node::Object { node, clip, .. } = node
+                && hidden.contains(id)
             {
                 (*node, *clip) = (nothing, false);
             }
         }
         scene
+    }
+
+    /// Whether an object contains others: then they displace it, and where both are, one owns the point.
+    pub fn is_nested(&self) -> bool {
+        let is_object = |id: NodeId| matches!(self.node(id), Node::Object { .. });
+        let parts = self.ids().filter(|&id| is_object(id)).flat_map(|id| self.node(id).children());
+        let (mut seen, mut is_nested) = (vec![false; self.nodes.len()], false);
+        self.visit_below(parts.collect(), &mut seen, |id| is_nested |= is_object(id));
+        is_nested
     }
 
     /// The names of the roots that contain other objects and clip them, as the world volume of a detector does: from outside
@@ -56,33 +83,85 @@ impl Scene {
         };
         self.objects.iter().filter_map(|&id| object(id)).collect()
     }
+
+    /// The objects in the order of their numbers in a world: depth first, each root followed by what is inside it.
+    fn numbered_objects(&self) -> Vec<NodeId> {
+        let (mut seen, mut objects) = (vec![false; self.nodes.len()], Vec::new());
+        self.visit_below(self.objects.iter().rev().copied().collect(), &mut seen, |id| {
+            if let Node::Object { .. } = self.node(id) {
+                objects.push(id);
+            }
+        });
+        objects
+    }
+
+    fn ids(&self) -> impl Iterator<Item = NodeId> + use<> {
+        (0..self.nodes.len() as u32).map(NodeId)
+    }
+
+    fn hidden(&self, is_hidden: impl Fn(NodeId, &str) -> bool) -> HiddenObjects {
+        let of_node = |id: NodeId| matches!(self.node(id), Node::Object { name, .. } if is_hidden(id, name));
+        HiddenObjects { nodes: self.ids().map(of_node).collect() }
+    }
+
+    /// Visits some nodes, the last one first, and those below them, depth first and each once.
+    fn visit_below(&self, mut next: Vec<NodeId>, seen: &mut [bool], mut visit: impl FnMut(NodeId)) {
+        while let Some(id) = next.pop() {
+            if !std::mem::replace(&mut seen[id.0 as usize], true) {
+                visit(id);
+                next.extend(self.node(id).children().rev());
+            }
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use crate::math::Vec3;
     use crate::prelude::*;
-    use crate::scene::Scene;
+    use crate::scene::{HiddenObjects, Scene};
 
     fn ball(name: &str, radius: f64) -> Object {
         Object::new(name, Shape::sphere(radius).expect("a ball"))
     }
 
+    fn nest() -> Scene {
+        let inner = ball("shell", 2.0).containing([ball("core", 1.0)]).clip();
+        Scene::of([ball("moon", 0.1).translate(Vec3::Y * 9.0), ball("world", 3.0).containing([inner]).clip()])
+    }
+
     #[test]
     fn hidden_objects_are_not_met_and_their_contents_are() {
-        let inner = ball("shell", 2.0).containing([ball("core", 1.0)]).clip();
-        let scene = Scene::of([ball("world", 3.0).containing([inner]).clip()]);
+        let scene = nest();
         assert_eq!(scene.enclosures(), ["world"]);
         let ray = Ray::new(Vec3::X * -9.0, Vec3::X).expect("a ray");
-        let first = |scene: &Scene| {
-            let world = scene.compile().expect("a world");
+        let first = |hidden: HiddenObjects| {
+            let world = scene.without(&hidden).compile().expect("a world");
             let hit = Caster::new(&world).closest(&ray, Span::FORWARD).expect("no budget").expect("a hit");
             (world.object_names()[hit.object as usize].clone(), hit.t)
         };
-        assert_eq!(first(&scene), ("world".into(), 6.0));
-        assert_eq!(first(&scene.hiding(|name| name == "world")), ("shell".into(), 7.0));
-        assert_eq!(first(&scene.hiding(|name| name != "core")), ("core".into(), 8.0));
-        assert_eq!(first(&scene.showing_only(|name| name == "shell")), ("shell".into(), 7.0));
-        assert_eq!(first(&scene.showing_only(|name| name == "core")), ("core".into(), 8.0));
+        assert_eq!(first(HiddenObjects::default()), ("world".into(), 6.0));
+        assert_eq!(first(scene.hiding(|name| name == "world")), ("shell".into(), 7.0));
+        assert_eq!(first(scene.hiding(|name| name != "core")), ("core".into(), 8.0));
+        assert_eq!(first(scene.showing_only(|name| name == "shell")), ("shell".into(), 7.0));
+        assert_eq!(first(scene.showing_only(|name| name == "core")), ("core".into(), 8.0));
+    }
+
+    #[test]
+    fn hidden_objects_have_the_numbers_of_the_world() {
+        let scene = nest();
+        let world = scene.compile().expect("a world");
+        for name in world.object_names() {
+            let numbers = scene.hiding(|other| other == name).by_number(&scene);
+            let names = world.object_names().iter();
+            assert_eq!(numbers, names.map(|other| other == name).collect::<Vec<_>>());
+        }
+        assert!(scene.hiding(|_| false).is_empty() && HiddenObjects::default().is_empty());
+    }
+
+    #[test]
+    fn objects_in_objects_are_nested() {
+        assert!(nest().is_nested());
+        assert!(!Scene::of([ball("a", 1.0), ball("b", 2.0)]).is_nested());
     }
 }

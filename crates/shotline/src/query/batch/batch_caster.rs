@@ -180,8 +180,11 @@ impl<'w> BatchCaster<'w> {
         made.and_then(|outcome| outcome.map_err(|error| block_error(0, error))).map_err(|(_, error)| error)
     }
 
-    /// Casts rays one by one.
-    fn cast_rays(
+    /// Passes the rays one by one, each with its row, to a query of single rays.
+    ///
+    /// # Errors
+    /// [`BatchError::Cancelled`], [`BatchError::Ray`], and the first error of the query.
+    pub fn cast_rays(
         &mut self,
         rays: &(impl Rays + ?Sized),
         mut query: impl FnMut(&mut Caster<'w>, usize, &Ray) -> Result<(), QueryError>,

@@ -14,14 +14,14 @@ use crate::testkit::random::Random;
 const CELLS: i32 = 12;
 
 /// A nest: objects in objects, which are placed several times and stick out of one another.
-struct Nest {
-    scene: Scene,
+pub(super) struct Nest {
+    pub(super) scene: Scene,
     /// Objects and groups of them, innermost first.
     parts: Vec<NodeId>,
 }
 
 impl Nest {
-    fn random(random: &mut Random, clips: bool) -> Nest {
+    pub(super) fn random(random: &mut Random, clips: bool) -> Nest {
         let mut nest = Nest { scene: Scene::default(), parts: Vec::new() };
         for i in 0..3 + random.below(10) {
             if i > 1 && random.below(4) == 0 {
@@ -84,30 +84,30 @@ impl Nest {
 }
 
 /// A body as the walk finds it: its box in the world, and its innermost instance.
-struct WalkedBody {
+pub(super) struct WalkedBody {
     low: Vec3,
     high: Vec3,
-    instance: usize,
+    pub(super) instance: usize,
 }
 
 /// A placement of an object, as the walk finds it.
-struct WalkedInstance {
-    object: u32,
+pub(super) struct WalkedInstance {
+    pub(super) object: u32,
     priority: i32,
     clip: bool,
     parent: Option<usize>,
 }
 
 /// A walk over all paths of a scene. The number of a body is that of its path.
-struct Walk<'s> {
+pub(super) struct Walk<'s> {
     scene: &'s Scene,
     numbers: HashMap<&'s str, u32>,
-    bodies: Vec<WalkedBody>,
-    instances: Vec<WalkedInstance>,
+    pub(super) bodies: Vec<WalkedBody>,
+    pub(super) instances: Vec<WalkedInstance>,
 }
 
 impl<'s> Walk<'s> {
-    fn of(scene: &'s Scene, world: &'s World) -> Walk<'s> {
+    pub(super) fn of(scene: &'s Scene, world: &'s World) -> Walk<'s> {
         let names = world.object_names().iter().map(String::as_str);
         let mut walk =
             Walk { scene, numbers: names.zip(0..).collect(), bodies: Vec::new(), instances: Vec::new() };
@@ -161,7 +161,7 @@ impl<'s> Walk<'s> {
     }
 
     /// The body that owns a point, and whether it overlaps another.
-    fn owner_at(&self, p: Vec3) -> Option<(usize, bool)> {
+    pub(super) fn owner_at(&self, p: Vec3) -> Option<(usize, bool)> {
         let counted = self.count_at(p);
         let rank = |&body: &usize| {
             let instance = self.bodies[body].instance;
