@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
-"""Draw sections and a material budget of detectors: python docs/detectors.py [FOLDER with cmse.gdml, lhcb_calos.gdml, ...]
+"""Draw sections, cut-open views and a material budget of detectors: python docs/detectors.py [FOLDER with cmse.gdml, ...]
 
-A section is made of rays that lie in it: what owns each part of a ray is the colour of its pixels.
+A section is made of rays that lie in it: what owns each part of a ray is the colour of its pixels. The views in three
+dimensions have the colours of the sections.
 """
 
 import json
 import subprocess
 import sys
+import tempfile
 import warnings
 from pathlib import Path
 
@@ -26,6 +28,33 @@ SECTIONS = {
     "cmse": ("object", "y", "z", "x", (-16, 16), (-9, 9), 0.0),
     "lhcb_calos": ("material", "y", "z", "x", (11.9, 15.6), (-1.2, 1.2), 0.105),
     "protodunehd_v8": ("material", "z", "x", "y", (-7.5, 7.5), (-2.5, 10.5), 2.3),
+}
+
+OTHER = (0.6, 0.6, 0.6)
+
+# For each file the planes that cut it open, what is not shown, and the camera, in metres.
+VIEWS = {
+    "cmse": {
+        "clip": ["1,0,0,0", "0,0,1,16", "0,0,-1,16"],
+        "hide": ["OCMS", "CMSE", "CMStoZDC", "ZDCtoFP420"],
+        "eye": (34, 17, 24),
+        "target": (0, -0.6, 0.8),
+        "fov": 29,
+    },
+    "lhcb_calos": {
+        "clip": ["0,1,0,0.105", "0,-1,0,0.8", "1,0,0,1.3", "-1,0,0,1.3"],
+        "hide": ["Air", "Vacuum"],
+        "eye": (-2.6, 3.4, 9.0),
+        "target": (0, -0.25, 13.6),
+        "fov": 25,
+    },
+    "protodunehd_v8": {
+        "clip": ["0,0,-1,-2.3", "1,0,0,6.2", "-1,0,0,6.2"],
+        "hide": ["Air", "LAr", "ArGas", "Concrete"],
+        "eye": (-7, 11, -15),
+        "target": (0.4, 3.2, 4),
+        "fov": 36,
+    },
 }
 
 
@@ -55,6 +84,7 @@ def short(name):
 
 
 def draw_section(name, folder):
+    """Draws a section. Returns the colours by short name, those of the largest areas first."""
     scene = shotline.load(folder / f"{name}.gdml")
     what, across, along, upwards, width, height, at = SECTIONS[name]
     names = scene.object_names if what == "object" else scene.material_names
@@ -68,10 +98,62 @@ def draw_section(name, folder):
     figure, axes = plt.subplots(figsize=(10, 6.2), dpi=90, layout="constrained")
     axes.imshow(colours[image], extent=(*width, *height), origin="lower", interpolation="nearest", aspect="equal")
     axes.set(xlabel=f"{along} in m", ylabel=f"{upwards} in m", title=f"{name}, {across} = {at} m")
-    for number in numbers[:14]:
-        axes.plot([], [], "s", color=colours[number], markeredgecolor="0.6", label=short(names[number]))
-    axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8, frameon=False)
+    by_name = {short(names[number]): tuple(map(float, colours[number])) for number in numbers}
+    add_legend(axes, by_name)
     figure.savefig(OUT / f"detector-{name}.png")
+    plt.close(figure)
+    return by_name
+
+
+def add_legend(axes, colours):
+    for name in list(colours)[:14]:
+        axes.plot([], [], "s", color=colours[name], markeredgecolor="0.6", label=name)
+    axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8, frameon=False)
+
+
+def objects_of(node):
+    """All objects below a node of a scene file."""
+    if isinstance(node, dict):
+        if "name" in node and "node" in node:
+            yield node
+        for below in node.values():
+            yield from objects_of(below)
+    elif isinstance(node, list):
+        for below in node:
+            yield from objects_of(below)
+
+
+def draw_view(name, folder, colours):
+    """Draws a detector cut open, with the colours of its section."""
+    what, view = SECTIONS[name][0], VIEWS[name]
+    with tempfile.TemporaryDirectory() as temporary:
+        path, picture = Path(temporary, f"{name}.json"), Path(temporary, f"{name}.png")
+        subprocess.run(["shotline", "convert", folder / f"{name}.gdml", path], check=True, capture_output=True)
+        scene = json.loads(path.read_text())
+        hidden, kinds = [], set()
+        for part in objects_of([scene["defs"], scene["objects"]]):
+            if what == "object":
+                part["material"] = part["name"]
+            kinds.add(kind := part.get("material", ""))
+            if short(kind) in view["hide"]:
+                hidden.append(part["name"])
+        shown = {part: colour for part, colour in colours.items() if part not in view["hide"]}
+        scene["materials"] = {kind: {"color": shown.get(short(kind), OTHER)} for kind in kinds if kind}
+        scene["camera"] = {"eye": [1000 * x for x in view["eye"]], "target": [1000 * x for x in view["target"]]}
+        scene["camera"] |= {"up": [0, 1, 0], "fov": view["fov"]}
+        path.write_text(json.dumps(scene))
+        planes = [plane.split(",") for plane in view["clip"]]
+        options = [f"--clip={','.join(plane[:3])},{1000 * float(plane[3])}" for plane in planes]
+        options += [f"--hide={part}" for part in dict.fromkeys(hidden)]
+        options += ["--size", "900x620", "--samples", "6", "--background", "white"]
+        subprocess.run(["shotline", "render", path, "-o", picture, *options], check=True, capture_output=True)
+        image = plt.imread(picture)
+    figure, axes = plt.subplots(figsize=(10, 6.2), dpi=90, layout="constrained")
+    axes.imshow(image)
+    axes.set_axis_off()
+    axes.set_title(f"{name}, cut open")
+    add_legend(axes, dict(list(shown.items())[:13]) | {"other": OTHER})
+    figure.savefig(OUT / f"detector-{name}-cut.png", bbox_inches="tight")
     plt.close(figure)
 
 
@@ -104,7 +186,7 @@ def main():
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else FOLDER
     warnings.simplefilter("ignore", shotline.OverlapWarning)
     for name in SECTIONS:
-        draw_section(name, folder)
+        draw_view(name, folder, draw_section(name, folder))
     draw_budget("lhcb_calos", folder)
 
 

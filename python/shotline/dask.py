@@ -23,7 +23,7 @@ import threading
 import uuid
 import weakref
 from collections import deque
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from typing import Any, NamedTuple, NoReturn
 
@@ -189,6 +189,7 @@ def render(
     lighting: str = "sharp",
     background: str | None = None,
     counter: str = "boxes",
+    clip: str | Sequence[str | Sequence[float]] = (),
     block: int = 32,
     progress: Any = None,
 ) -> Image:
@@ -198,7 +199,7 @@ def render(
     other arguments as in `Scene.render`. The range of a `BlockError` counts rows, not rays.
     """
     client = _client(client)
-    settings, view = picture_args(camera, size, samples, look, lighting, background, counter)
+    settings, view = picture_args(camera, size, samples, look, lighting, background, counter, clip)
     # Invalid settings raise before anything is sent.
     _native.expose(scene._native, settings._replace(samples=1), view, (0, 1), 1)
     width, height = size

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -74,6 +75,7 @@ def picture_args(
     lighting: str,
     background: str | None,
     counter: str,
+    clip: str | Sequence[str | Sequence[float]],
 ) -> tuple[PictureSettings, View | None]:
     """The arguments of `Scene.render` in the form that the native half takes."""
     width, height = picture_size(size)
@@ -85,4 +87,10 @@ def picture_args(
     view = (
         View(camera.eye, camera.target, camera.up or (0.0, 0.0, 1.0), camera.fov, camera.height) if camera else None
     )
-    return PictureSettings(width, height, samples, look, lighting, counter, background), view
+    return PictureSettings(width, height, samples, look, lighting, counter, background, _planes(clip)), view
+
+
+def _planes(clip: str | Sequence[str | Sequence[float]]) -> list[str]:
+    """The planes of a cut as the command line takes them."""
+    planes: Sequence[str | Sequence[float]] = [clip] if isinstance(clip, str) else clip
+    return [plane if isinstance(plane, str) else ",".join(repr(float(x)) for x in plane) for plane in planes]

@@ -36,6 +36,7 @@ class PictureSettings(NamedTuple):
     lighting: str
     counter: str
     background: str | None
+    clip: list[str]
 
 
 class View(NamedTuple):

@@ -9,7 +9,7 @@ import os
 import threading
 import warnings
 import weakref
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
 from typing import Any
 
@@ -160,6 +160,7 @@ class Scene(Queries):
         lighting: str = "sharp",
         background: str | None = None,
         counter: str = "boxes",
+        clip: str | Sequence[str | Sequence[float]] = (),
         threads: int = 0,
         progress: Any = None,
     ) -> Image:
@@ -176,14 +177,16 @@ class Scene(Queries):
                 that of the look.
             counter: the counter that the look "cost" shows: "boxes", "cells", "planes", "solids", "tags", "heap" or
                 "all".
+            clip: planes that cut the scene open: "x=1" removes the points with x > 1, and (nx, ny, nz, d) those with
+                nx x + ny y + nz z > d. What is cut through is drawn flat.
 
         Returns:
             `Image`, an array of shape (height, width, 3), or 4 with a transparent background, uint8 sRGB.
 
         Raises:
-            ValueError: for a camera that sees nothing, a size out of range, an unknown name.
+            ValueError: for a camera that sees nothing, a size out of range, an unknown name, an invalid plane.
         """
-        settings, view = picture_args(camera, size, samples, look, lighting, background, counter)
+        settings, view = picture_args(camera, size, samples, look, lighting, background, counter, clip)
         return Image(_native.render(self._native, settings, view, threads_of(threads), callback(progress)))
 
     def plot_ray(

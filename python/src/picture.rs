@@ -10,7 +10,7 @@ use pyo3::types::PyBytes;
 use shotline::counters::COUNTERS;
 use shotline::scene::{Camera, Lens};
 use shotline_io::atomic_write;
-use shotline_render::{Exposure, Image, LOOKS, Lighting, Sample, Settings, encode_bytes, look};
+use shotline_render::{ClipPlane, Exposure, Image, LOOKS, Lighting, Sample, Settings, encode_bytes, look};
 
 use crate::cancellation::work;
 use crate::scene::{Scene, write_error};
@@ -49,11 +49,17 @@ pub struct PictureSettings {
     lighting: String,
     counter: String,
     background: Option<String>,
+    clip: Vec<String>,
 }
 
 impl PictureSettings {
     fn resolve(&self, camera: Option<View>) -> PyResult<Settings> {
-        let PictureSettings { width, height, samples, look: look_name, lighting, counter, background } = self;
+        let PictureSettings { width, height, samples, look: look_name, lighting, counter, background, clip } =
+            self;
+        let plane = |text: &String| {
+            text.parse::<ClipPlane>()
+                .map_err(|e| PyValueError::new_err(format!("clip has the plane {text:?}: {e}")))
+        };
         let unknown = |what: &str, name: &str, known: Vec<&str>| {
             PyValueError::new_err(format!("there is no {what} {name:?}; the names are {}", known.join(", ")))
         };
@@ -81,6 +87,7 @@ impl PictureSettings {
                 ),
                 None => None,
             },
+            clip: clip.iter().map(plane).collect::<PyResult<_>>()?,
             ..Settings::default()
         })
     }

@@ -53,6 +53,8 @@ def test_cameras_and_looks():
         (lambda: SCENE.render(lighting="x"), ValueError, "sharp, soft"),
         (lambda: SCENE.render(counter="x"), ValueError, "boxes"),
         (lambda: SCENE.render(background="red"), ValueError, "#336699"),
+        (lambda: SCENE.render(clip=["x"]), ValueError, "NX,NY,NZ,D"),
+        (lambda: SCENE.render(clip=[(0, 0, 0, 1)]), ValueError, "normal"),
         (lambda: SCENE.render(size=(0, 3)), ValueError, "0x3"),
         (lambda: SCENE.render(samples=0), ValueError, "samples"),
         (lambda: SCENE.render(Camera(eye=(0, 0, 0), fov=30)), ValueError, "same point"),
@@ -64,6 +66,18 @@ def test_cameras_and_looks():
 def test_invalid_arguments_are_errors(wrong, error, message):
     with pytest.raises(error, match=message):
         wrong()
+
+
+def test_pictures_are_cut_open():
+    camera = Camera(eye=(0, -5, 0), fov=40)
+
+    def depth(scene, **options):
+        return scene.render(camera, size=(20, 20), samples=1, look="depth", **options)
+
+    half = Scene(Sphere(radius=1) & Box(min=(-2, 0, -2), max=(2, 2, 2)))
+    for clip in ([(0, -1, 0, 0)], "0,-1,0,0", ["y=3", (0, -2, 0, 0.0)]):
+        assert (depth(Scene(Sphere(radius=1)), clip=clip) == depth(half)).all()
+    assert (depth(half) != depth(Scene(Sphere(radius=1)))).any()
 
 
 def test_html_trees():

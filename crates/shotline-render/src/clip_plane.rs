@@ -20,7 +20,9 @@ pub struct ClipPlane {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum InvalidClipPlane {
     /// The text is not a plane.
-    #[error("expected a plane: x=1, y=-2, z=0, or four numbers NX,NY,NZ,D, which remove the points p with N.p > D")]
+    #[error(
+        "expected a plane: x=1, y=-2, z=0, or four numbers NX,NY,NZ,D, which remove the points p with N.p > D"
+    )]
     Text,
     /// The normal is zero.
     #[error("the normal of the plane, its first three numbers, is zero")]

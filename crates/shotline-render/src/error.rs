@@ -57,7 +57,8 @@ impl RenderError {
     pub(crate) fn of(look: &'static str, error: BatchError) -> RenderError {
         match error {
             BatchError::Cancelled => RenderError::Cancelled,
-            BatchError::World(error) | BatchError::Query { error: error @ QueryError::NotASolid { .. }, .. } => {
+            BatchError::World(error)
+            | BatchError::Query { error: error @ QueryError::NotASolid { .. }, .. } => {
                 RenderError::NotSolid { look, error }
             }
             BatchError::Query { error, .. } => RenderError::Ray(error),

@@ -58,7 +58,11 @@ pub(crate) fn render_frame(
     cache: &mut TemporalCache,
 ) -> Result<Image, RenderError> {
     with_shader(world, scene, setup, settings, |view, shader| {
-        let exposure = Film { world, view, shader, settings, visible: &setup.visible }.expose(0..settings.height, run, cache)?;
+        let exposure = Film { world, view, shader, settings, visible: &setup.visible }.expose(
+            0..settings.height,
+            run,
+            cache,
+        )?;
         Ok(compose(shader, settings, exposure))
     })
 }
@@ -81,7 +85,11 @@ pub fn expose(
     }
     let setup = Setup::new(world, scene, settings)?;
     with_shader(world, scene, &setup, settings, |view, shader| {
-        Film { world, view, shader, settings, visible: &setup.visible }.expose(rows, run, &mut TemporalCache::default())
+        Film { world, view, shader, settings, visible: &setup.visible }.expose(
+            rows,
+            run,
+            &mut TemporalCache::default(),
+        )
     })
 }
 

@@ -15,8 +15,8 @@ use shotline::scene::{HiddenObjects, Scene};
 use shotline_io::Document;
 use shotline_render::animation::MAX_FRAMES;
 use shotline_render::{
-    Animation, AnimationError, Background, ClipPlane, Coherence, Image, LOOKS, Lighting, Look, Movie, RenderError,
-    Settings, animate, encode_png,
+    Animation, AnimationError, Background, ClipPlane, Coherence, Image, LOOKS, Lighting, Look, Movie,
+    RenderError, Settings, animate, encode_png,
 };
 
 use crate::failure::Failure;

@@ -207,9 +207,8 @@ impl MetBodies {
 
     /// Notes a hit at a surface that has no inside. Of several at the same `t`, the one of the lowest path is kept.
     fn add_surface(&mut self, body: u32, boundary: Boundary) {
-        let key = |(body, boundary): (u32, Boundary)| {
-            (boundary.crossing.t, self.bodies[body as usize].placed.path)
-        };
+        let key =
+            |(body, boundary): (u32, Boundary)| (boundary.crossing.t, self.bodies[body as usize].placed.path);
         if self.surface.is_none_or(|other| key((body, boundary)) < key(other)) {
             self.surface = Some((body, boundary));
         }

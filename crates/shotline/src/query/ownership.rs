@@ -110,7 +110,11 @@ pub(super) struct Ownership<'a, 'w> {
 
 impl<'a, 'w> Ownership<'a, 'w> {
     /// Determines the ranks of the intervals. Returns their ends in order, in memory that is given back by the caller.
-    pub(super) fn sorted_ends(world: &'w World, intervals: &[Interval], memory: &mut OwnershipScratch<'w>) -> Vec<End> {
+    pub(super) fn sorted_ends(
+        world: &'w World,
+        intervals: &[Interval],
+        memory: &mut OwnershipScratch<'w>,
+    ) -> Vec<End> {
         memory.ranks.begin(world, intervals);
         let mut sorted = std::mem::take(&mut memory.ends);
         ends(intervals, &memory.ranks.by_path, &mut memory.of_ends, &mut sorted);

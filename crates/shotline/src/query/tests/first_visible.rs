@@ -139,7 +139,9 @@ fn it_begins_the_first_visible_segment() {
             assert_eq!(hit.map(|hit| (hit.t, hit.object, hit.path)), expected);
             met += usize::from(hit.is_some());
             if let Some(hit) = hit.filter(|hit| hit.kind == HitKind::Surface) {
-                assert!(hit.normal.dot(ray.direction()) <= 1e-12 && (hit.normal.length() - 1.0).abs() < 1e-12);
+                assert!(
+                    hit.normal.dot(ray.direction()) <= 1e-12 && (hit.normal.length() - 1.0).abs() < 1e-12
+                );
             }
         }
     }
