@@ -18,6 +18,7 @@ import shotline
 
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt  # noqa: E402
+from PIL import Image as Pixels  # noqa: E402
 
 OUT = Path(__file__).resolve().parent / "pictures"
 FOLDER = Path(__file__).resolve().parents[2] / "shared" / "data" / "gdml"
@@ -153,7 +154,10 @@ def draw_view(name, folder, colours):
     axes.set_axis_off()
     axes.set_title(f"{name}, cut open")
     add_legend(axes, dict(list(shown.items())[:13]) | {"other": OTHER})
-    figure.savefig(OUT / f"detector-{name}-cut.png", bbox_inches="tight")
+    path = OUT / f"detector-{name}-cut.png"
+    figure.savefig(path, bbox_inches="tight")
+    # 256 colours, so that the repository stays small.
+    Pixels.open(path).convert("RGB").quantize(256, dither=Pixels.Dither.NONE).save(path, optimize=True)
     plt.close(figure)
 
 
