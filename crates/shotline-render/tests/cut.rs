@@ -125,9 +125,9 @@ fn a_cut_along_faces_leaves_no_film() {
         let tilted = Camera { eye: Vec3::new(3.0, -9.0, 2.0), ..scene.camera.expect("a camera") };
         let settings = Settings { hidden, camera: Some(tilted), ..settings("lit", &["0,-1,0,-0.1"]) };
         let image = picture(&scene, &settings);
-        for (column, row) in [(20, 20), (14, 14), (24, 26)] {
-            assert!(is_color(&image, column, row, RED), "{:?}", image.pixel(column, row));
-        }
+        let [first, others @ ..] = [(20, 20), (14, 14), (24, 26), (17, 25)].map(|(x, y)| image.pixel(x, y));
+        assert!(first[0] > 0.6 && first[2] < 0.01, "{first:?}");
+        assert_eq!(others, [first; 3]);
     }
 }
 
@@ -158,7 +158,10 @@ fn every_look_shows_a_cut_nest() {
         let cut = picture(&nest, &Settings { hidden, ..settings(look.name, &["x=0.3"]) });
         let whole = picture(&nest, &Settings { hidden: hiding(&nest, "outer"), ..settings(look.name, &[]) });
         assert!(cut != whole, "{}", look.name);
-        assert_eq!(cut.pixel(38, 20), cut.pixel(2, 38), "{}", look.name);
+        if look.name != "cost" {
+            assert_eq!(cut.pixel(27, 20), cut.pixel(2, 20), "{}", look.name);
+            assert_ne!(whole.pixel(27, 20), whole.pixel(2, 20), "{}", look.name);
+        }
     }
 }
 

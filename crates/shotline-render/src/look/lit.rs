@@ -31,13 +31,16 @@ const SKY: f64 = 0.35;
 /// The fraction of the sky's light that an occluder passes on, since it is lit itself.
 const PASSED_ON: f64 = 0.35;
 
-/// The light of a cut through an object: the same everywhere, without shade, shadow and highlight, so that it is seen to be a cut.
-const CUT_LIGHT: f64 = 1.0;
+/// How much darker a cut is that is seen edge on. Otherwise the light of a cut is the same everywhere, without shade, shadow and
+/// highlight, so that it is seen to be a cut, and cuts by different planes can be told apart.
+const CUT_SHADE: f64 = 0.3;
 
 struct Lit {
     materials: Vec<SurfaceMaterial>,
     lights: Lights,
     zenith: Vec3,
+    /// The direction of view.
+    forward: Vec3,
     /// What mirrors show where rays meet nothing.
     background: Background,
     lighting: Lighting,
@@ -104,6 +107,7 @@ impl Lit {
             materials: surface_materials(context.world, context.scene),
             lights: lights.map_err(|(index, error)| RenderError::Light { index, error })?,
             zenith: context.view.zenith(),
+            forward: context.view.forward(),
             background,
             lighting: context.lighting,
         })
@@ -127,7 +131,8 @@ impl Lit {
         let mut incoming = vec![None; rays.len()];
         let (cuts, surfaces): (Vec<_>, Vec<_>) = tracer.surfaces(rays)?.into_iter().partition(|s| s.is_cut);
         for cut in cuts {
-            incoming[cut.ray] = Some(self.materials[cut.object as usize].color * CUT_LIGHT);
+            let light = 1.0 - CUT_SHADE * (1.0 - cut.normal.dot(self.forward).abs());
+            incoming[cut.ray] = Some(self.materials[cut.object as usize].color * light);
         }
         let points: Vec<_> = surfaces.into_iter().map(shading_point).collect();
         let own = self.reflected_light(tracer, &points)?;
