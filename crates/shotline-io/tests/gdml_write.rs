@@ -221,7 +221,7 @@ fn lattices_are_written_cell_by_cell() {
     let (text, _) = assert_round_trip("a lattice", &scene(&rows));
     assert_eq!(text.matches("volumeref ref=\"ball\"").count(), 24);
     let many = lattice(r#""op": "lattice", "counts": [1000, 1000, 1000], "pitch": [0.01, 0.01, 0.01]"#);
-    let error = written(&scene(&many)).err().expect("too many cells");
+    let error = written(&scene(&many)).expect_err("too many cells");
     assert!(error.contains("more than 1048576"), "{error}");
 }
 

@@ -44,7 +44,7 @@ impl Setup {
             Some(camera) => camera,
             None => camera(subject, scene, settings.width, settings.height)?,
         };
-        Ok(Setup { camera, size, visible: VisiblePart::new(scene, settings) })
+        Ok(Setup { camera, size, visible: VisiblePart::new(scene, &settings.hidden, &settings.clip) })
     }
 }
 

@@ -2,10 +2,9 @@
 
 use shotline::query::{Caster, Hit, HitKind, Kinds, Overlaps, QueryError, Scope, Segment};
 use shotline::ray::{Ray, Span};
-use shotline::scene::Scene;
+use shotline::scene::{HiddenObjects, Scene};
 
 use crate::clip_plane::{ClipPlane, KeptSpan};
-use crate::settings::Settings;
 
 /// What rays see of a world.
 #[derive(Clone, Debug, Default)]
@@ -18,10 +17,10 @@ pub(crate) struct VisiblePart {
 }
 
 impl VisiblePart {
-    pub fn new(scene: &Scene, settings: &Settings) -> VisiblePart {
-        let shows_owners = scene.is_nested() || !settings.hidden.is_empty();
-        let hidden = if shows_owners { settings.hidden.by_number(scene) } else { Vec::new() };
-        VisiblePart { planes: settings.clip.clone(), hidden, shows_owners }
+    pub fn new(scene: &Scene, hidden: &HiddenObjects, planes: &[ClipPlane]) -> VisiblePart {
+        let shows_owners = scene.is_nested() || !hidden.is_empty();
+        let hidden = if shows_owners { hidden.by_number(scene) } else { Vec::new() };
+        VisiblePart { planes: planes.to_vec(), hidden, shows_owners }
     }
 
     /// Whether rays see the surfaces of all bodies, whole.

@@ -67,6 +67,8 @@
 #![deny(missing_docs)]
 
 pub mod aabb;
+#[cfg(test)]
+mod aabb_tests;
 pub mod accel;
 pub mod budget;
 pub mod compile;

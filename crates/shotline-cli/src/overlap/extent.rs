@@ -32,10 +32,11 @@ pub fn extent(
             let from = bounds.min[axis] - ray.origin()[axis];
             let Ok(span) = Span::new(from, from + size[axis]) else { continue };
             let (found, _) = conflicts_on_ray(caster, &ray, span)?;
-            let length =
-                found.iter().filter(|o| o.is_wide() && is_of(o, conflict)).map(|o| o.t_out - o.t_in).sum();
-            longest = longest.max(length);
-            sum += length;
+            // A ray may meet many of them: copies that overlap their neighbours.
+            for o in found.iter().filter(|o| o.is_wide() && is_of(o, conflict)) {
+                longest = longest.max(o.t_out - o.t_in);
+                sum += o.t_out - o.t_in;
+            }
         }
         depth = depth.min(longest);
         let area = size[(axis + 1) % 3] * size[(axis + 2) % 3];

@@ -287,10 +287,7 @@ impl<'s> Builder<'s> {
             return Ok(None);
         }
         let number = |&element: &u32| numbers.get(element as usize).copied().unwrap_or(EMPTY_CELL);
-        let table: Option<Arc<[u32]>> = match table {
-            None => None,
-            Some(table) => Some(table.iter().map(number).collect()),
-        };
+        let table: Option<Arc<[u32]>> = table.map(|table| table.iter().map(number).collect());
         let count = |of: fn(&Element) -> u64| match &table {
             None => of(&of_cells[0]).checked_mul(lattice.cell_count()),
             Some(table) => table

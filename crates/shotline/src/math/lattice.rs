@@ -63,31 +63,31 @@ impl Lattice {
 
     /// Why it is not a lattice: the name of a parameter, and what it must be.
     pub fn fault(&self) -> Option<(&'static str, String)> {
-        let (sizes, pitches): (Vec<(&str, u32)>, Vec<(&str, u32, f64)>) = match *self {
-            Lattice::Rectangular { counts, pitch, .. } => (
-                counts.map(|count| ("counts", count)).to_vec(),
-                [0, 1, 2].map(|axis| ("pitch", counts[axis], pitch[axis])).to_vec(),
-            ),
-            Lattice::Hexagonal { rings, pitch, layers, height } => (
-                vec![("rings", rings), ("layers", layers)],
-                vec![("pitch", rings, pitch), ("height", layers, height)],
-            ),
+        // The numbers of cells, each with the distance between them.
+        let axes = match *self {
+            Lattice::Rectangular { counts, pitch, .. } => {
+                [0, 1, 2].map(|axis| ("counts", counts[axis], "pitch", pitch[axis]))
+            }
+            Lattice::Hexagonal { rings, pitch, layers, height } => {
+                let in_layer = ("rings", rings, "pitch", pitch);
+                [in_layer, in_layer, ("layers", layers, "height", height)]
+            }
         };
-        if let Some((name, _)) = sizes.iter().find(|(_, size)| *size == 0) {
+        if let Some((name, ..)) = axes.iter().find(|(_, count, ..)| *count == 0) {
             return Some((name, "must be at least 1".into()));
         }
         // One cell alone has no neighbour.
         let is_wrong = |count: u32, pitch: f64| {
             !pitch.is_finite() || (count > 1 && !(pitch > 0.0 && (pitch * f64::from(count)).is_finite()))
         };
-        if let Some((name, ..)) = pitches.iter().find(|(_, count, pitch)| is_wrong(*count, *pitch)) {
+        if let Some((_, _, name, _)) = axes.iter().find(|(_, count, _, pitch)| is_wrong(*count, *pitch)) {
             let must = "must be positive where there is more than one cell, and the last cell must be at a finite distance";
             return Some((name, must.into()));
         }
-        let too_many = sizes.iter().any(|(_, size)| u64::from(*size) > MAX_CELLS)
+        let too_many = axes.iter().any(|(_, count, ..)| u64::from(*count) > MAX_CELLS)
             || self.layer_size() > MAX_CELLS
             || self.cell_count() > MAX_CELLS;
-        too_many.then(|| (sizes[0].0, format!("must give at most {MAX_CELLS} cells")))
+        too_many.then(|| (axes[0].0, format!("must give at most {MAX_CELLS} cells")))
     }
 
     /// The number of cells.

@@ -1,8 +1,8 @@
 //! The caster: a world and the memory with which one thread queries it. Each kind of query is in its own file.
 
-use super::first_visible::MetBodies;
 use super::interval_ends::Interval;
 use super::membership::Membership;
+use super::met_bodies::MetBodies;
 use super::ownership::OwnershipScratch;
 use super::stream::StreamScratch;
 use super::traversal::Traversal;

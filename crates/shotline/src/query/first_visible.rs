@@ -9,8 +9,8 @@ use std::ops::ControlFlow;
 use super::caster::Caster;
 use super::fold_query::{FoldControl, FoldQuery};
 use super::hit::hit;
-use super::interval_ends::Interval;
 use super::limit::search_limit;
+use super::met_bodies::MetBodies;
 use super::owned_parts::{OwnedPart, sweep};
 use super::traversal::BodyEntry;
 use super::{Hit, Kinds, Overlaps, QueryError, Scope};
@@ -18,32 +18,6 @@ use crate::compile::Body;
 use crate::csg::{Boundary, HitKind};
 use crate::ray::{Line, Ray};
 use crate::solid::Wanted;
-
-/// The memory of one ray is kept for the next up to this many bodies and intervals.
-const RETAINED: usize = 4096;
-
-/// The bodies that a ray has met, with their intervals; reused from ray to ray.
-#[derive(Debug, Default)]
-pub(super) struct MetBodies {
-    bodies: Vec<BodyEntry>,
-    intervals: Vec<Interval>,
-    /// For each interval its body and its two ends.
-    of_intervals: Vec<(u32, [Boundary; 2])>,
-    /// The nearest hit at a visible surface that has no inside.
-    surface: Option<(u32, Boundary)>,
-}
-
-impl MetBodies {
-    fn begin(&mut self) {
-        self.bodies.clear();
-        self.intervals.clear();
-        self.of_intervals.clear();
-        self.bodies.shrink_to(RETAINED);
-        self.intervals.shrink_to(RETAINED);
-        self.of_intervals.shrink_to(RETAINED);
-        self.surface = None;
-    }
-}
 
 /// What is seen first of the bodies that have been met.
 #[derive(Clone, Copy, Debug)]
@@ -194,24 +168,6 @@ impl Caster<'_> {
         // The surface of a hidden object is turned over where the ray leaves it for the owner, or the other way round.
         let normal = if crossed.entering == seen.begins { crossed.normal } else { -crossed.normal };
         Hit { entering: seen.begins, normal, object: owner.object, path: owner.path, ..crossed }
-    }
-}
-
-impl MetBodies {
-    fn add(&mut self, body: u32, entry: &BodyEntry, ends: [Boundary; 2]) {
-        let [start, end] = ends.map(|boundary| boundary.crossing);
-        let (object, path) = (entry.placed.object, entry.placed.path);
-        self.intervals.push(Interval { start, end, object, path });
-        self.of_intervals.push((body, ends));
-    }
-
-    /// Notes a hit at a surface that has no inside. Of several at the same `t`, the one of the lowest path is kept.
-    fn add_surface(&mut self, body: u32, boundary: Boundary) {
-        let key =
-            |(body, boundary): (u32, Boundary)| (boundary.crossing.t, self.bodies[body as usize].placed.path);
-        if self.surface.is_none_or(|other| key((body, boundary)) < key(other)) {
-            self.surface = Some((body, boundary));
-        }
     }
 }
 

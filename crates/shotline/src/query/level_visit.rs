@@ -1,5 +1,6 @@
 //! The rays of a bundle in the frame of a level.
 
+use super::level_boxes::box_ray;
 use super::level_paths;
 use crate::aabb::BoxRay;
 use crate::accel::{BEAM_RAYS, Beam, BeamRays, BeamSome, ByRay};
@@ -264,14 +265,6 @@ impl OneRay {
             Some(_) => BoxRay::inside(&line, &box_ray(level_above, line_above, span), &placed.bounds),
         };
         OneRay { place, line, boxes }
-    }
-}
-
-/// A line in a level, for the boxes of the level.
-pub(super) fn box_ray(level: &Level, line: &Line, span: Span) -> BoxRay {
-    match &level.box_frame {
-        None => BoxRay::new(line, span),
-        Some(frame) => BoxRay::new(&line.in_frame(frame), span),
     }
 }
 

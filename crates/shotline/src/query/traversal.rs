@@ -1,7 +1,7 @@
 //! The traversal of levels: finds the bodies whose boxes a ray hits, nearest box first.
 
 use super::heap::{Heap, Rank};
-use super::level_visit::box_ray;
+use super::level_boxes::box_ray;
 use crate::aabb::BoxRay;
 use crate::accel::{Child, QueueEntry};
 use crate::compile::{Level, Target, World};

@@ -3,8 +3,8 @@
 use arrayvec::ArrayVec;
 
 use super::block_visitor::Slot;
+use super::level_boxes::box_ray;
 use super::level_paths::{self, LevelPaths};
-use super::level_visit::box_ray;
 use super::traversal::{BodyEntry, PlacedBody};
 use crate::aabb::BoxRay;
 use crate::accel::{Walk, WalkKind};

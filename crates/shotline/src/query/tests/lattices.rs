@@ -62,7 +62,7 @@ fn found(world: &World, ray: &Ray, span: Span) -> String {
     let (mut hits, mut segments): (Vec<Hit>, Vec<Segment>) = Default::default();
     caster.crossings(ray, span, &mut hits).expect("within limits");
     let mut closest = caster.closest(ray, span).expect("within limits");
-    let frames: Vec<_> = hits.iter().map(|hit| world.path_transform(hit.path as u64)).collect();
+    let frames: Vec<_> = hits.iter().map(|hit| world.path_transform(hit.path)).collect();
     caster.segments(ray, span, Overlaps::Priority, &mut segments).expect("solids");
     // Objects and surfaces are numbered in another order.
     let names = world.object_names();
