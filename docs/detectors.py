@@ -156,8 +156,9 @@ def draw_view(name, folder, colours):
     add_legend(axes, dict(list(shown.items())[:13]) | {"other": OTHER})
     path = OUT / f"detector-{name}-cut.png"
     figure.savefig(path, bbox_inches="tight")
-    # 256 colours, so that the repository stays small.
-    Pixels.open(path).convert("RGB").quantize(256, dither=Pixels.Dither.NONE).save(path, optimize=True)
+    # 256 colours, so that the repository stays small; an octree keeps the rare ones of the legend.
+    few = Pixels.open(path).convert("RGB").quantize(256, Pixels.Quantize.FASTOCTREE, dither=Pixels.Dither.NONE)
+    few.save(path, optimize=True)
     plt.close(figure)
 
 
