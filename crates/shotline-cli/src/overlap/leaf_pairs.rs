@@ -56,6 +56,10 @@ pub fn sample_leaf_pairs(world: &World, bounds: &Aabb, overlaps: &mut PairSet) -
     if let Some(error) = error {
         unexamined.push(format!("overlaps where boxes of parts meet: a ray failed: {error}"));
     }
+    if candidates.has_cut_lattices {
+        let why = "of lattices of more than 65,536 cells only those near a corner were compared";
+        unexamined.push(format!("overlaps of some parts: {why}"));
+    }
     if examined < candidates.count || !candidates.complete {
         let at_least = if candidates.complete { "" } else { "at least " };
         let (examined, count) = (grouped(examined), grouped(candidates.count));

@@ -50,6 +50,8 @@ pub struct ConflictCandidates {
     pub count: u64,
     /// Whether the search was complete. If not, it needed more comparisons or more waiting pairs than were allowed.
     pub complete: bool,
+    /// Whether there is a lattice of so many cells that only those near a corner were searched.
+    pub has_cut_lattices: bool,
 }
 
 /// A subtree of the world, placed in the world.
@@ -92,7 +94,8 @@ impl World {
             budget: comparisons,
             found: ConflictCandidates::default(),
         };
-        search.found.complete = search.run() && !search.children.is_cut;
+        search.found.complete = search.run();
+        search.found.has_cut_lattices = search.children.is_cut;
         search.found
     }
 

@@ -181,15 +181,10 @@ impl<'s> Builder<'s> {
         Ok(())
     }
 
-    /// Numbers the objects depth first: each root, in the order of the file, followed by the objects inside it.
+    /// Numbers the objects.
     fn number_objects(&mut self) {
         let scene = self.bodies.scene;
-        let mut stack: Vec<NodeId> = scene.objects.iter().rev().copied().collect();
-        let mut seen = vec![false; scene.nodes.len()];
-        while let Some(id) = stack.pop() {
-            if std::mem::replace(&mut seen[id.0 as usize], true) {
-                continue;
-            }
+        for id in scene.numbered_objects() {
             if let Node::Object { name, material, priority, clip, .. } = scene.node(id) {
                 let material = material
                     .as_ref()
@@ -198,7 +193,6 @@ impl<'s> Builder<'s> {
                 self.world.objects.push(ObjectInfo { material, priority: *priority, clip: *clip });
                 self.world.object_names.push(name.clone());
             }
-            stack.extend(scene.node(id).children().rev());
         }
     }
 
