@@ -117,11 +117,16 @@ impl LatticeCells {
         self.boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(b))
     }
 
-    /// A box around all cells.
+    /// A box around all cells that are not empty.
     pub fn all_bounds(&self) -> Aabb {
         let (b, lattice) = (self.element_bounds(), &self.lattice);
         if b.is_empty() {
             return b;
+        }
+        if let Some(table) = self.table() {
+            let boxes = (0..).zip(table.iter()).filter(|(_, element)| **element != EMPTY_CELL);
+            let boxes = boxes.map(|(cell, element)| self.bounds(cell, *element));
+            return boxes.fold(Aabb::EMPTY, |all, b| all.union(&b));
         }
         let last = [lattice.rows() - 1, lattice.layers() - 1];
         // The longest row of a hexagon is in the middle, that of a staggered lattice is its second.
