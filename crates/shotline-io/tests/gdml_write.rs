@@ -109,7 +109,7 @@ fn solids_of_every_kind_are_the_same_again() {
             let is_refused =
                 REFUSED.iter().any(|(name, numbers)| *name == kind.name && numbers.contains(&number));
             match written(&scene) {
-                Err(error) => assert!(is_refused && error.contains("object 'part': a "), "{what}: {error}"),
+                Err(error) => assert!(is_refused && error.contains("object 'part': its "), "{what}: {error}"),
                 Ok((_, _, document)) => {
                     assert!(!is_refused, "{what}");
                     assert!(assert_same(&what, &scene, &document.scene, 300, false) > 0, "{what}");
@@ -205,6 +205,29 @@ fn placements_are_the_same_again() {
         r#""scale": [1, 2, 3], "rotate": [10, 20, 30]"#,
     );
     assert_round_trip("stretched", &scene(&stretched));
+}
+
+/// Files that would mean something else, or that cannot be read, are not written.
+#[test]
+fn what_would_be_wrong_is_refused() {
+    let cube = |name: &str, priority: i32, size: f64, contents: &str| {
+        let node =
+            format!(r#""node": {{ "kind": "box", "min": [0, 0, 0], "max": [{size}, {size}, {size}] }}"#);
+        object(name, &format!(r#""priority": {priority}, "clip": true, {node}, "contents": [{contents}]"#))
+    };
+    let refused = |objects: &str| written(&scene(objects)).expect_err("no file");
+    let inner = cube("b", 5, 2.0, "");
+    let roots = [cube("a", 0, 4.0, &inner), cube("c", 3, 3.0, "")].join(", ");
+    let error = refused(&roots);
+    assert!(error.contains("'c'") && error.contains("placed later wins"), "{error}");
+    assert!(refused(&cube("hall", 0, 9.0, &roots)).contains("'c'"));
+    // With nothing of a higher priority in it the order of placement says the same.
+    assert!(
+        written(&scene(&[cube("a", 0, 4.0, &cube("b", 2, 2.0, "")), cube("c", 3, 3.0, "")].join(", ")))
+            .is_ok()
+    );
+    let long = r#""node": { "kind": "box", "min": [-1.5e308, 0, 0], "max": [1.5e308, 1, 1] }"#;
+    assert!(refused(&object("long", long)).contains("'long': a length is no float64 in millimetres"));
 }
 
 #[test]
@@ -330,22 +353,22 @@ fn what_gdml_lacks_is_refused() {
     let solids = [
         (
             r#"{ "kind": "halfspace", "normal": [0, 0, 1], "offset": 0 }"#,
-            "a halfspace: GDML has no half-space",
+            "its halfspace: GDML has no half-space",
         ),
         (
             r#"{ "kind": "quadric", "coeffs": [1, 2, 3, 0, 0, 0, 0, 0, 0, -1] }"#,
-            "a quadric: GDML has no general quadric",
+            "its quadric: GDML has no general quadric",
         ),
         (
             r#"{ "kind": "hyperboloid2", "a": 1, "c": 1, "z0": -3, "z1": 3 }"#,
-            "a hyperboloid2: GDML has no hyperboloid of two sheets",
+            "its hyperboloid2: GDML has no hyperboloid of two sheets",
         ),
-        (r#"{ "kind": "torus", "R": 1, "r": 1 }"#, "a torus: GDML has no torus without a hole"),
+        (r#"{ "kind": "torus", "R": 1, "r": 1 }"#, "its torus: GDML has no torus without a hole"),
         (
             r#"{ "kind": "sphere", "radius": 1, "transform": [1, 0.5, 0, 0,  0, 1, 0, 0,  0, 0, 1, 0] }"#,
             "a transform shears",
         ),
-        (r#"{ "kind": "sphere", "radius": -1 }"#, "a sphere: radius is -1"),
+        (r#"{ "kind": "sphere", "radius": -1 }"#, "its sphere: radius is -1"),
     ];
     let objects: Vec<_> = (0..)
         .zip(solids)

@@ -29,7 +29,7 @@ pub enum InvalidClipPlane {
     )]
     Text,
     /// The normal is zero.
-    #[error("the normal of the plane, its first three numbers, is zero")]
+    #[error("the normal of the plane, its first three numbers, is zero, or too small to have a direction")]
     NoNormal,
     /// A number is NaN or infinite.
     #[error("the plane has a number that is NaN or infinite")]
@@ -45,7 +45,10 @@ impl ClipPlane {
         if !normal.is_finite() || !offset.is_finite() {
             return Err(InvalidClipPlane::NotFinite);
         }
-        let outward = unit(normal).ok_or(InvalidClipPlane::NoNormal)?;
+        // Below normal numbers digits are lost.
+        let largest = normal.abs().max_element();
+        let outward =
+            unit(normal).filter(|_| largest >= f64::MIN_POSITIVE).ok_or(InvalidClipPlane::NoNormal)?;
         Ok(ClipPlane { normal, outward, offset })
     }
 

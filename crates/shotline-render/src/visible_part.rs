@@ -18,7 +18,7 @@ pub(crate) struct VisiblePart {
 
 impl VisiblePart {
     pub fn new(scene: &Scene, hidden: &HiddenObjects, planes: &[ClipPlane]) -> VisiblePart {
-        let shows_owners = scene.is_nested() || !hidden.is_empty();
+        let shows_owners = scene.has_owners() || !hidden.is_empty();
         let hidden = if shows_owners { hidden.by_number(scene) } else { Vec::new() };
         VisiblePart { planes: planes.to_vec(), hidden, shows_owners }
     }

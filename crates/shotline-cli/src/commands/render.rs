@@ -153,7 +153,7 @@ impl Command {
         output::expect_writable(&self.output, output::PICTURE, std::slice::from_ref(&self.model.path))?;
         let mut document = input::load_with_notes(&self.model, self.quiet)?;
         let mut hidden = self.shown.hidden(&document.scene, self.quiet)?;
-        if !document.scene.is_nested() {
+        if !document.scene.has_owners() {
             // Objects that contain no others displace none: without those that are hidden, rays take the quick path.
             document.scene = document.scene.without(&std::mem::take(&mut hidden));
         }

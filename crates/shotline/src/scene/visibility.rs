@@ -56,8 +56,18 @@ impl Scene {
         scene
     }
 
-    /// Whether an object contains others: then they displace it, and where both are, one owns the point.
-    pub fn is_nested(&self) -> bool {
+    /// Whether an object contains others, or objects differ in priority: then one owns a point where several are.
+    pub fn has_owners(&self) -> bool {
+        let mut priorities = self.nodes.iter().filter_map(|node| match node {
+            Node::Object { priority, .. } => Some(priority),
+            _ => None,
+        });
+        let first = priorities.next();
+        self.is_nested() || priorities.any(|priority| Some(priority) != first)
+    }
+
+    /// Whether an object contains others.
+    fn is_nested(&self) -> bool {
         let is_object = |id: NodeId| matches!(self.node(id), Node::Object { .. });
         let parts = self.ids().filter(|&id| is_object(id)).flat_map(|id| self.node(id).children());
         let (mut seen, mut is_nested) = (vec![false; self.nodes.len()], false);
@@ -161,7 +171,8 @@ mod tests {
 
     #[test]
     fn objects_in_objects_are_nested() {
-        assert!(nest().is_nested());
-        assert!(!Scene::of([ball("a", 1.0), ball("b", 2.0)]).is_nested());
+        assert!(nest().has_owners());
+        assert!(!Scene::of([ball("a", 1.0), ball("b", 2.0)]).has_owners());
+        assert!(Scene::of([ball("a", 1.0), ball("b", 2.0).priority(1)]).has_owners());
     }
 }

@@ -35,8 +35,8 @@ impl Writer<'_> {
         match made {
             Ok(Made::Element(element, place)) => Ok(Placed { solid: self.add_solid(element), place }),
             Ok(Made::Added(placed)) => Ok(placed),
-            Ok(Made::Refused(why)) => Err(self.refuse(&format!("a {}: {why}", kind.name))),
-            Err(error) => Err(self.refuse(&format!("a {}: {} {}", kind.name, error.param, error.why))),
+            Ok(Made::Refused(why)) => Err(self.refuse(&format!("its {}: {why}", kind.name))),
+            Err(error) => Err(self.refuse(&format!("its {}: {} {}", kind.name, error.param, error.why))),
         }
     }
 

@@ -114,6 +114,15 @@ impl Writer<'_> {
         found
     }
 
+    /// Refuses the object that is being written if a number of an element cannot be written.
+    fn check(&mut self, element: &Xml) {
+        if element.is_broken() {
+            self.refuse(
+                "a length is no float64 in millimetres: it is too large, or so small that it would be 0",
+            );
+        }
+    }
+
     /// An element of a section.
     fn element(&self, tag: &'static str) -> Xml {
         Xml::new(tag, self.structure.millimetres)

@@ -82,13 +82,16 @@ impl Writer<'_> {
     /// Adds a solid under a free name, after its attributes and parts have been added.
     pub(super) fn solid(&mut self, tag: &'static str, fill: impl FnOnce(Xml) -> Xml) -> String {
         let name = self.free_name(tag);
-        fill(self.element(tag).named(&name)).write(&mut self.solids);
+        let element = fill(self.element(tag).named(&name));
+        self.check(&element);
+        element.write(&mut self.solids);
         name
     }
 
     /// Adds a solid that has no name yet, before its other attributes.
     pub(super) fn add_solid(&mut self, element: Xml) -> String {
         let name = self.free_name(element.tag());
+        self.check(&element);
         element.named_first(&name).write(&mut self.solids);
         name
     }

@@ -13,6 +13,8 @@ pub(super) struct Structure {
     places: Vec<u32>,
     /// The lowest priority of the objects at or below a node that no other object contains; `None` where there are none.
     lowest: Vec<Option<i32>>,
+    /// The highest priority of the objects at or below a node.
+    highest: Vec<Option<i32>>,
     /// Whether objects differ in priority.
     pub(super) has_priorities: bool,
     /// Millimetres per unit of length of the scene.
@@ -25,6 +27,7 @@ impl Structure {
         let order = postorder(scene, scene.objects.iter().copied())?;
         let mut places = vec![0; scene.nodes.len()];
         let mut lowest: Vec<Option<i32>> = vec![None; scene.nodes.len()];
+        let mut highest = lowest.clone();
         let mut priorities: Vec<i32> = Vec::new();
         scene.objects.iter().for_each(|id| places[id.0 as usize] += 1);
         for id in &order {
@@ -37,12 +40,19 @@ impl Structure {
                 }
                 node => node.children().filter_map(|child| lowest[child.0 as usize]).min(),
             };
+            let of_object = match node {
+                Node::Object { priority, .. } => Some(*priority),
+                _ => None,
+            };
+            let below = node.children().filter_map(|child| highest[child.0 as usize]);
+            highest[id.0 as usize] = below.chain(of_object).max();
         }
         priorities.dedup();
         Some(Structure {
             order,
             places,
             lowest,
+            highest,
             has_priorities: priorities.len() > 1,
             millimetres: millimetres(scene),
         })
@@ -60,6 +70,11 @@ impl Structure {
     /// The lowest priority of the objects at or below a node that no other object contains.
     pub(super) fn lowest_priority(&self, id: NodeId) -> Option<i32> {
         self.lowest[id.0 as usize]
+    }
+
+    /// The highest priority of the objects at or below a node.
+    pub(super) fn highest_priority(&self, id: NodeId) -> Option<i32> {
+        self.highest[id.0 as usize]
     }
 
     /// The names of all objects.

@@ -66,6 +66,7 @@ impl Writer<'_> {
             let name = format!("{base}-{number}");
             let element = self.element("position").text("name", &name);
             let element = element.length("x", p.x).length("y", p.y).length("z", p.z).text("unit", "mm");
+            self.check(&element);
             element.write(&mut self.define);
             names.push(name);
         }

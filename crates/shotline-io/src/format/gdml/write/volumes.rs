@@ -49,6 +49,8 @@ pub(super) struct Child<'s> {
     label: Option<&'s str>,
     /// The lowest priority of what is placed.
     pub(super) priority: i32,
+    /// The highest priority of what is placed and of what that contains.
+    highest: i32,
 }
 
 /// The most volumes that a scene may need.
@@ -144,7 +146,8 @@ impl<'s> Writer<'s> {
         let placement = self.placement(&matrix)?;
         let priority = self.structure.lowest_priority(id).unwrap_or_default();
         let key = VolumeKey::of(id, placement.scale);
-        Ok(Child { key, place: placement.isometry(), label, priority })
+        let highest = self.structure.highest_priority(id).unwrap_or_default();
+        Ok(Child { key, place: placement.isometry(), label, priority, highest })
     }
 
     /// What is placed later wins where two overlap, in Geant4's location of points and in `--overlaps priority`.
@@ -153,12 +156,31 @@ impl<'s> Writer<'s> {
             return;
         }
         children.sort_by_key(|child| child.priority);
+        self.check_priorities(children);
         if let Node::Object { priority, .. } = self.scene.node(mother)
             && children.first().is_some_and(|least| least.priority < *priority)
         {
             self.refuse(
                 "it contains an object of lower priority, and in GDML what is contained always counts",
             );
+        }
+    }
+
+    /// What is placed earlier loses as a whole where it overlaps what is placed later.
+    pub(super) fn check_priorities(&mut self, children: &[Child]) {
+        let mut highest = i32::MIN;
+        for of_one in children.chunk_by(|a, b| a.priority == b.priority) {
+            if of_one[0].priority < highest {
+                if let Node::Object { name, .. } = self.scene.node(of_one[0].key.node) {
+                    self.object.clone_from(name);
+                }
+                self.refuse(
+                    "it is placed beside an object of another priority, and one of them contains an object of a higher one: \
+                     in GDML what is placed later wins with all that it contains",
+                );
+                return;
+            }
+            highest = of_one.iter().map(|child| child.highest).fold(highest, i32::max);
         }
     }
 
@@ -188,6 +210,7 @@ impl<'s> Writer<'s> {
         let element = self.element("volume").named(&name);
         let element = element.reference("materialref", &material).reference("solidref", &placed.solid);
         let element = self.with_children(element, &placed.place, children)?;
+        self.check(&element);
         element.write(&mut self.volumes_text);
         Ok(Volume { name, frame: placed.place, is_assembly: false, is_empty: false })
     }
@@ -207,6 +230,7 @@ impl<'s> Writer<'s> {
         let element = self.with_children(element, &Affine::IDENTITY, children)?;
         let is_empty = element.is_empty();
         if !is_empty {
+            self.check(&element);
             element.write(&mut self.volumes_text);
         }
         Ok(Volume { name, frame: Affine::IDENTITY, is_assembly: true, is_empty })

@@ -34,6 +34,7 @@ impl Writer<'_> {
         let mut children = self.objects_among(self.scene.objects.clone(), Vec3::ONE);
         if self.structure.has_priorities {
             children.sort_by_key(|child| child.priority);
+            self.check_priorities(&children);
         }
         for child in &children {
             // What cannot be written has been reported.
@@ -52,7 +53,9 @@ impl Writer<'_> {
         let material = self.vacuum();
         let element = self.element("volume").named(&name);
         let element = element.reference("materialref", &material).reference("solidref", &solid);
-        self.with_children(element, &Affine::IDENTITY, &children)?.write(&mut self.volumes_text);
+        let element = self.with_children(element, &Affine::IDENTITY, &children)?;
+        self.check(&element);
+        element.write(&mut self.volumes_text);
         let roots = self.scene.objects.len();
         self.report.note(format!(
             "the volume '{name}', a box of vacuum, was added around {roots} roots of the scene"

@@ -13,13 +13,15 @@ pub(super) struct Xml {
     name: String,
     attributes: String,
     inside: String,
+    /// Whether a number in it is not finite, or a length that is not 0 became 0.
+    is_broken: bool,
 }
 
 impl Xml {
     /// An element of a section.
     pub(super) fn new(tag: &'static str, millimetres: f64) -> Xml {
         let [name, attributes, inside] = [const { String::new() }; 3];
-        Xml { tag, depth: 2, millimetres, name, attributes, inside }
+        Xml { tag, depth: 2, millimetres, name, attributes, inside, is_broken: false }
     }
 
     /// The same element with a name, which nothing else has.
@@ -60,15 +62,22 @@ impl Xml {
     }
 
     /// A number without a unit, or in the unit that another attribute names.
-    pub(super) fn number(self, key: &str, x: f64) -> Xml {
+    pub(super) fn number(mut self, key: &str, x: f64) -> Xml {
+        self.is_broken |= !x.is_finite();
         let digits = digits(x);
         self.text(key, &digits)
     }
 
     /// A length of the scene, in millimetres.
-    pub(super) fn length(self, key: &str, x: f64) -> Xml {
-        let x = x * self.millimetres;
-        self.number(key, x)
+    pub(super) fn length(mut self, key: &str, x: f64) -> Xml {
+        let written = x * self.millimetres;
+        self.is_broken |= written == 0.0 && x != 0.0;
+        self.number(key, written)
+    }
+
+    /// Whether it has a number that cannot be written.
+    pub(super) fn is_broken(&self) -> bool {
+        self.is_broken
     }
 
     /// The unit of the lengths of a solid.
@@ -123,6 +132,7 @@ impl Xml {
 
     /// Adds an element.
     pub(super) fn add(&mut self, child: Xml) {
+        self.is_broken |= child.is_broken;
         child.write(&mut self.inside);
     }
 
