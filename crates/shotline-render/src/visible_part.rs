@@ -12,7 +12,7 @@ pub(crate) struct VisiblePart {
     planes: Vec<ClipPlane>,
     /// By number of an object.
     hidden: Vec<bool>,
-    /// Whether objects contain others or are hidden, so that rays see the owners of points and not the outermost surfaces.
+    /// Whether objects contain others, differ in priority or are hidden, so that rays see the owners of points and not the outermost surfaces.
     shows_owners: bool,
 }
 

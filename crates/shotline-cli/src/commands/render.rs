@@ -154,7 +154,7 @@ impl Command {
         let mut document = input::load_with_notes(&self.model, self.quiet)?;
         let mut hidden = self.shown.hidden(&document.scene, self.quiet)?;
         if !document.scene.has_owners() {
-            // Objects that contain no others displace none: without those that are hidden, rays take the quick path.
+            // No object displaces another: without the hidden ones, rays are cast in batches.
             document.scene = document.scene.without(&std::mem::take(&mut hidden));
         }
         let settings = Settings { hidden, ..self.settings() };

@@ -67,7 +67,7 @@ fn comparisons_that_are_too_few_are_told() {
     assert!(all.complete && all.count > 1000 && all.pairs.len() == 10, "{}", all.count);
 }
 
-/// Of a large lattice only the cells near a corner are compared, and that is told.
+/// Of a large lattice only the cells near a corner are compared, and the result says so.
 #[test]
 fn neighbours_in_lattices_are_compared() {
     let found = |counts: [u32; 3], pitch: f64| {

@@ -54,8 +54,8 @@ impl LatticeCells {
             }
         };
         let last = [lattice.width(), lattice.rows(), lattice.layers()].map(|count| count - 1);
-        // The middle row of a hexagon is the longest.
-        let ends = [0, last[1] / 2, last[1]].map(|row| {
+        // The middle row of a hexagon is the longest, the second of a staggered lattice reaches farthest.
+        let ends = [0, 1.min(last[1]), last[1] / 2, last[1]].map(|row| {
             let row_end = |i| lattice.offset([i, row, last[2]]).abs();
             row_end(0).max(row_end(lattice.row(row).count - 1))
         });
