@@ -12,6 +12,7 @@ use super::body::{BodyBuilder, is_body};
 use super::box_frame::turn_boxes;
 use super::built_leaves::BuiltLeaves;
 use super::graph::Graph;
+use super::lane_groups::lane_groups;
 use super::lattice_cells::{Element, LatticeCells};
 use super::names::{Labels, NO_NAME, NameId};
 use super::placements::{Level, ObjectScope, Placement, Target};
@@ -436,7 +437,7 @@ impl<'s> Builder<'s> {
             memory_bytes: 0,
             condition: self.bodies.stats.condition,
         };
-        world.lane_groups = (0..).zip(&world.bodies).map(|(number, body)| body.lane_group(number)).collect();
+        world.lane_groups = lane_groups(&world.bodies);
         world.stats.memory_bytes = world.memory();
         world.clips = world.objects.iter().any(|object| object.clip);
         world.surface = world.find_surface();

@@ -13,6 +13,7 @@ mod conflict_candidates;
 mod dynamic;
 mod error;
 mod graph;
+mod lane_groups;
 mod lattice_cells;
 mod lattices;
 mod level;

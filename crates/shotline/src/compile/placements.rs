@@ -113,9 +113,21 @@ impl Level {
     #[inline]
     pub fn placement_of_path(&self, path: u64) -> u32 {
         match &self.lattice {
-            None => (self.placements.partition_point(|placed| placed.first_path <= path) - 1) as u32,
+            None => self.listed_of_path(path) as u32,
             Some(cells) => cells.cell_of_path(path),
         }
+    }
+
+    /// Most levels have as many paths in each placement: there the first guess is right, without a search.
+    #[inline]
+    fn listed_of_path(&self, path: u64) -> usize {
+        let begins = |number: usize| self.placements.get(number).map_or(u64::MAX, |placed| placed.first_path);
+        let share = path as f64 / self.path_count as f64;
+        let guess = ((share * self.placements.len() as f64) as usize).min(self.placements.len() - 1);
+        if begins(guess) <= path && path < begins(guess + 1) {
+            return guess;
+        }
+        self.placements.partition_point(|placed| placed.first_path <= path) - 1
     }
 
     /// The numbers of the placements; the empty cells of a lattice are left out.

@@ -10,7 +10,6 @@ use crate::accel::Accelerator;
 use crate::csg::Program;
 use crate::math::{Affine, ComposedTransform};
 use crate::solid::Solid;
-use crate::solid::lanes::GROUPS;
 use crate::solid::mesh::MeshSolid;
 
 /// Sizes of a world, and the condition of its matrices.
@@ -380,19 +379,6 @@ impl World {
             + size_of_val(self.bodies.as_slice())
             + size_of_val(self.lane_groups.as_slice())
             + self.names.memory()
-    }
-}
-
-impl Body {
-    /// The [`World::lane_group`] of a body with a number.
-    pub(super) fn lane_group(&self, number: u32) -> u32 {
-        let group = match self {
-            Body::Solid(SolidBody { leaves, takes_lanes: true, .. }) if leaves.len() == 1 => {
-                leaves[0].solid.in_lanes().map(|solid| solid.group())
-            }
-            _ => None,
-        };
-        group.unwrap_or(GROUPS + number)
     }
 }
 

@@ -27,7 +27,7 @@ pub enum TreeNode {
 const NONE: u32 = u32::MAX;
 
 /// Where the value of a leaf or of a node is counted.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Link {
     /// The node above; `NONE` for the root.
     pub node: u32,
@@ -37,7 +37,7 @@ pub(super) struct Link {
     subtracted: bool,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) struct ProgramNode {
     pub op: Op,
     pub arity: u32,
@@ -125,6 +125,11 @@ impl Program {
     /// Number of leaves.
     pub fn leaf_count(&self) -> usize {
         self.leaves.len()
+    }
+
+    /// What programs of the same form have in common: then they have the same value for the same leaves.
+    pub(crate) fn form(&self) -> impl Eq + std::hash::Hash + '_ {
+        (&self.nodes, &self.leaves)
     }
 
     /// Whether the leaf is subtracted, so that the result lies on the other side of its surface.

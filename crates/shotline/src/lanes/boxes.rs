@@ -1,6 +1,7 @@
 //! Lines in lanes, prepared for slab tests against boxes: [`BoxRay`](crate::aabb::BoxRay) lane by lane, with the same bits.
 
 use super::LineLanes;
+use super::vector::{Vectors, gather_vectors, splat};
 use crate::aabb::Aabb;
 use crate::math::HALF_ULP;
 use crate::ray::Span;
@@ -55,10 +56,22 @@ impl<F: Doubles> BoxLanes<F> {
     /// Where the lines enter and leave a box, within the span. They miss it where they do not enter before they leave.
     #[inline(always)]
     pub fn enter_exit(&self, bounds: &Aabb) -> (F, F) {
+        self.enter_exit_between(&splat(bounds.min), &splat(bounds.max))
+    }
+
+    /// As [`BoxLanes::enter_exit`], of a box of each lane.
+    #[inline(always)]
+    pub fn enter_exit_each(&self, bounds: &[&Aabb; 8]) -> (F, F) {
+        let corners = [gather_vectors(|lane| bounds[lane].min), gather_vectors(|lane| bounds[lane].max)];
+        self.enter_exit_between(&corners[0], &corners[1])
+    }
+
+    #[inline(always)]
+    fn enter_exit_between(&self, min: &Vectors<F>, max: &Vectors<F>) -> (F, F) {
         let (mut enter, mut exit) = (F::splat(f64::NEG_INFINITY), F::splat(f64::INFINITY));
         for axis in 0..3 {
             let inverse = self.inverse[axis];
-            let (lower, upper) = (F::splat(bounds.min[axis]), F::splat(bounds.max[axis]));
+            let (lower, upper) = (min[axis], max[axis]);
             let near = upper.where_negative(inverse, lower);
             let far = lower.where_negative(inverse, upper);
             // A NaN leaves the bound: such an axis does not cull.

@@ -115,6 +115,7 @@ impl<'w> BlockCaster<'_, 'w> {
         memory: &mut BlockMemory<'w>,
         mut set: impl FnMut(usize),
     ) -> Result<(), BlockError> {
+        let block = &block.without_normals();
         let is_plain = begin(&mut memory.is_plain, block);
         match &self.plan.few {
             Some(few) => few.any(block, &mut memory.few, is_plain, &mut set),
@@ -135,6 +136,7 @@ impl<'w> BlockCaster<'_, 'w> {
         memory: &mut BlockMemory<'w>,
         mut set: impl FnMut(usize, u64),
     ) -> Result<(), BlockError> {
+        let block = &block.without_normals();
         let is_plain = begin(&mut memory.is_plain, block);
         match self.plan.few.as_ref().and_then(FewMeshes::only) {
             Some(placed) => {
@@ -217,7 +219,7 @@ impl<'w> BlockCaster<'_, 'w> {
         let (mut row, mut count) = (0, FEWEST_ROWS);
         while row < block.rays.len() {
             let end = block.rays.len().min(row + count);
-            let part = RowBlock { rays: &block.rays[row..end], ..*block };
+            let part = RowBlock { rays: &block.rays[row..end], ..block.without_normals() };
             let found = self
                 .segments_of_part(&part, overlaps, memory, |at, segments, met| set(row + at, segments, met))
                 .map_err(|error| BlockError { row: row + error.row, ..error })?;

@@ -9,6 +9,7 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::Scope;
+use super::lane_bodies::Bodies;
 use super::lane_events::{EndEvents, representative};
 use super::lane_leaf::LeafMemory;
 use super::lane_normals::{Frames, Leaves, NormalLanes, Normals};
@@ -411,7 +412,11 @@ impl Task for NormalCast<'_> {
         let NormalCast { lists: BundleLists { rows, normals, .. }, request, frames } = self;
         for row in rows.0.iter_mut().filter(|row| row.boundaries != 0) {
             let line = &request.rays.line_lanes::<S::Wide>(&row.lanes);
-            let of = Normals { leaves: Leaves::Of(request.body), line, frames: Frames::Same(frames) };
+            let of = Normals {
+                leaves: Leaves::Of(Bodies::Same(request.body)),
+                line,
+                frames: Frames::Same(frames),
+            };
             let t = S::Wide::load_some(&row.t, 0);
             row.normals = normals.len() as u32;
             normals.push(of.at(row.leaf, t, S::Wide::load_some(&row.surface, 0), row.boundaries));

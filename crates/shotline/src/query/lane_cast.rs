@@ -1,5 +1,6 @@
-//! Casts rays in lanes at a body of a few leaves.
+//! Casts rays in lanes at bodies of a few leaves.
 
+use super::lane_bodies::Bodies;
 use super::lane_leaf::LeafMemory;
 use super::lane_normals::{Frames, Leaves, Normals};
 use super::level_visit::{Lanes, ManyRays, ones};
@@ -14,7 +15,6 @@ use crate::math::{Affine, Vec3};
 use crate::scratch::Scratch;
 use crate::simd::{Doubles, Simd, Task};
 use crate::solid::Wanted;
-use crate::solid::lanes::InLanes;
 
 /// A boundary of the ray at a place of a bundle, with its normal in world coordinates if normals are needed.
 #[derive(Clone, Copy, Debug)]
@@ -116,7 +116,7 @@ impl Task for LaneCast<'_, '_> {
         for lanes in Lanes::of(self.places, S::Wide::LANES) {
             let line = self.rays.line_lanes::<S::Wide>(&lanes).in_frame(self.frames[0]);
             let cast = Cast { used: lanes.used, limit: lanes.load(self.limits), places: lanes.places };
-            self.query.at_body(self.body, &line, &cast, frames);
+            self.query.at_bodies(Bodies::Same(self.body), &line, &cast, frames);
         }
     }
 }
@@ -138,51 +138,45 @@ struct Events<'e, F> {
 }
 
 impl LaneQuery<'_, '_> {
-    /// Casts at a body of a few leaves. `frames` are given if normals are needed.
+    /// Casts at bodies of a few leaves. `frames` are given if normals are needed.
     #[inline(always)]
-    pub fn at_body<F: Doubles>(
+    pub fn at_bodies<F: Doubles>(
         &mut self,
-        body: &SolidBody,
+        bodies: Bodies<'_>,
         line: &LineLanes<F>,
         cast: &Cast<F>,
         frames: Option<Frames>,
     ) {
+        let SolidBody { leaves, program, .. } = bodies.first();
         let mut events = LaneEvents::new(self.scope.span);
         let (mut open, mut lanes) = (0, cast.used);
         let mut last_exit = F::splat(f64::NEG_INFINITY);
-        let is_lone = body.leaves.len() == 1;
         // A single leaf is intersected without a box test, as by the plain path.
-        let boxes = if is_lone { None } else { Some(BoxLanes::new(line, self.scope.span)) };
-        for (number, leaf) in (0..).zip(&body.leaves) {
-            // An empty box: the leaf never matters.
-            if leaf.bounds.is_empty() {
-                continue;
-            }
+        let boxes = if leaves.len() == 1 { None } else { Some(BoxLanes::new(line, self.scope.span)) };
+        for number in 0..leaves.len() as u32 {
             let (box_enter, met_box) = match &boxes {
                 Some(boxes) => {
-                    let (enter, exit) = boxes.enter_exit(&leaf.bounds);
-                    let met = enter.is_at_most(exit);
+                    let (enter, exit, met) = bodies.enter_exit(number as usize, boxes);
                     last_exit = exit.greater(last_exit).where_set(met, last_exit);
                     (enter, lanes & met)
                 }
                 None => (F::splat(self.scope.span.t_min()), lanes),
             };
             if met_box == 0 {
-                if body.program.needs(number) {
+                if program.needs(number) {
                     return;
                 }
                 continue;
             }
-            let local = line.in_frame(&leaf.local_from_body);
-            let of_leaf = (&local, met_box);
-            let inside = self.finds.leaves.inside(leaf, is_lone, of_leaf, self.scope.span, self.scratch);
+            let (of_leaf, memory) = ((line, met_box), &mut self.finds.leaves);
+            let inside = bodies.inside(number, of_leaf, self.scope.span, memory, self.scratch);
             open |= inside.open;
             let mut met = inside.open;
             for interval in &inside.intervals {
                 events.add(number, interval, box_enter);
                 met |= interval.lanes;
             }
-            if body.program.needs(number) {
+            if program.needs(number) {
                 lanes &= met;
                 if lanes == 0 {
                     return;
@@ -192,41 +186,8 @@ impl LaneQuery<'_, '_> {
         if boxes.is_some() {
             events.end_at(last_exit);
         }
-        let normals = match frames {
-            Some(frames) => Some(Normals { leaves: Leaves::Of(body), line, frames }),
-            None => None,
-        };
-        self.find(Events { program: &body.program, events: &events, lanes, open }, cast, normals);
-    }
-
-    /// Casts the line of each lane at a body of its own, which is a single leaf. All leaves are of one
-    /// [`InLanes::group`](crate::solid::lanes::InLanes::group). `above` is given if normals are needed.
-    #[inline(always)]
-    pub fn at_leaves<F: Doubles>(
-        &mut self,
-        bodies: &[&SolidBody; 8],
-        solids: &[InLanes<'_>; 8],
-        line: &LineLanes<F>,
-        cast: &Cast<F>,
-        above: Option<Frames>,
-    ) {
-        let mut frames = [&bodies[0].leaves[0].local_from_body; 8];
-        for (frame, body) in frames.iter_mut().zip(bodies) {
-            *frame = &body.leaves[0].local_from_body;
-        }
-        let inside = InLanes::inside_each(solids, &line.in_frames(&frames), cast.used);
-        let mut events = LaneEvents::new(self.scope.span);
-        for interval in &inside.intervals {
-            events.add(0, interval, F::splat(self.scope.span.t_min()));
-        }
-        let program = &bodies[0].program;
-        let normals = match above {
-            Some(above) => {
-                Some(Normals { leaves: Leaves::Each { solids, frames, subtracted: 0 }, line, frames: above })
-            }
-            None => None,
-        };
-        self.find(Events { program, events: &events, lanes: cast.used, open: inside.open }, cast, normals);
+        let normals = frames.map(|frames| Normals { leaves: Leaves::Of(bodies), line, frames });
+        self.find(Events { program, events: &events, lanes, open }, cast, normals);
     }
 
     /// Finds the boundaries.

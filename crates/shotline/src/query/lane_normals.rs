@@ -1,7 +1,8 @@
 //! Normals at boundaries of rays in lanes, with the bits of those of single rays.
 
+use super::lane_bodies::{Bodies, leaves_in_lanes};
 use super::level_visit::ones;
-use crate::compile::{Leaf, SolidBody};
+use crate::compile::Leaf;
 use crate::crossing::NO_PRIMITIVE;
 use crate::lanes::LineLanes;
 use crate::lanes::vector::{covector, covector_each, units, where_set};
@@ -23,7 +24,7 @@ pub(super) enum Frames<'n> {
 
 /// The leaves at whose surfaces normals are computed.
 pub(super) enum Leaves<'n> {
-    Of(&'n SolidBody),
+    Of(Bodies<'n>),
     /// A leaf of each lane, its frame, and the lanes in which it is subtracted.
     Each {
         solids: &'n [InLanes<'n>; 8],
@@ -47,19 +48,12 @@ impl<F: Doubles> Normals<'_, F> {
         // Turns -0.0 into 0.0, as in the fold of a single ray.
         let t = t + F::splat(0.0);
         let (mut normal, subtracted) = match &self.leaves {
-            Leaves::Of(body) => {
-                let subtracted = if body.program.is_subtracted(leaf) { u8::MAX } else { 0 };
-                let leaf = &body.leaves[leaf as usize];
-                let p = self.line.in_frame(&leaf.local_from_body).at(t);
-                let outward = match leaf.solid.in_lanes() {
-                    Some(solid) => solid.normal(p, surface),
-                    None => normals_one_by_one(leaf, &p, surface, lanes),
-                };
-                (covector(&leaf.local_from_body, outward), subtracted)
+            Leaves::Of(bodies) => {
+                let subtracted = if bodies.first().program.is_subtracted(leaf) { u8::MAX } else { 0 };
+                (bodies.outward_normals(leaf, self.line, t, surface, lanes), subtracted)
             }
             Leaves::Each { solids, frames, subtracted } => {
-                let p = self.line.in_frames(frames).at(t);
-                (covector_each(frames, InLanes::normal_each(solids, p, surface)), *subtracted)
+                (normals_of_each(solids, frames, self.line, t, surface), *subtracted)
             }
         };
         match self.frames {
@@ -94,6 +88,44 @@ impl<F: Doubles> Normals<'_, F> {
         }
         normals
     }
+}
+
+impl Bodies<'_> {
+    /// The normals, in the frame of the body, at the crossings of lines in that frame with surfaces of a leaf.
+    #[inline(always)]
+    fn outward_normals<F: Doubles>(
+        &self,
+        leaf: u32,
+        line: &LineLanes<F>,
+        t: F,
+        surface: F,
+        lanes: u8,
+    ) -> [F; 3] {
+        if let Bodies::Each(bodies) = self
+            && let (Some(solids), frames) = leaves_in_lanes(bodies, leaf)
+        {
+            return normals_of_each(&solids, &frames, line, t, surface);
+        }
+        let leaf = &self.first().leaves[leaf as usize];
+        let p = line.in_frame(&leaf.local_from_body).at(t);
+        let outward = match leaf.solid.in_lanes() {
+            Some(solid) => solid.normal(p, surface),
+            None => normals_one_by_one(leaf, &p, surface, lanes),
+        };
+        covector(&leaf.local_from_body, outward)
+    }
+}
+
+#[inline(always)]
+fn normals_of_each<F: Doubles>(
+    solids: &[InLanes<'_>; 8],
+    frames: &[&Affine; 8],
+    line: &LineLanes<F>,
+    t: F,
+    surface: F,
+) -> [F; 3] {
+    let p = line.in_frames(frames).at(t);
+    covector_each(frames, InLanes::normal_each(solids, p, surface))
 }
 
 /// The normals at points of a solid that takes one line at a time.

@@ -25,6 +25,7 @@ mod hit_lists;
 mod instances;
 mod interval_ends;
 mod intervals;
+mod lane_bodies;
 mod lane_cast;
 mod lane_events;
 mod lane_leaf;

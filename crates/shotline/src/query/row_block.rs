@@ -15,7 +15,12 @@ pub(super) struct RowBlock<'r> {
     pub cancel: Option<&'r AtomicBool>,
 }
 
-impl RowBlock<'_> {
+impl<'r> RowBlock<'r> {
+    /// The same for a query whose answers have no normals.
+    pub fn without_normals(&self) -> RowBlock<'r> {
+        RowBlock { wants_normals: false, ..*self }
+    }
+
     pub fn is_cancelled(&self) -> bool {
         self.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed))
     }

@@ -6,6 +6,7 @@ use arrayvec::ArrayVec;
 use super::block_fold::BlockFold;
 use super::block_visitor::{BlockVisitor, Found, InFlight, Normal, Slot, State};
 use super::fold_query::FoldQuery;
+use super::lane_bodies::Bodies;
 use super::lane_cast::{Cast, LaneFind, LaneQuery};
 use super::lane_normals::Frames;
 use super::level_visit::ones;
@@ -18,7 +19,6 @@ use crate::lanes::vector::gather;
 use crate::math::Vec3;
 use crate::ray::{Line, Ray};
 use crate::simd::{Doubles, Simd, Task, dispatch};
-use crate::solid::lanes::GROUPS;
 
 /// The most pairs that are cast together.
 const MOST_TOGETHER: usize = 32;
@@ -196,19 +196,15 @@ impl<'w> PairCast<'_, '_, 'w> {
         };
         let above = if self.wants_normals { Some(Frames::Each(&frames)) } else { None };
         let Some(body) = solid_body(self.world, &some[0]) else { return };
-        if some[0].group >= GROUPS {
-            return self.query.at_body(body, &line, &cast, above);
+        let is_same = some.iter().all(|pair| pair.met.placed.body == some[0].met.placed.body);
+        if is_same {
+            return self.query.at_bodies(Bodies::Same(body), &line, &cast, above);
         }
-        let (mut bodies, Some(solid)) = ([body; 8], body.leaves[0].solid.in_lanes()) else { return };
-        let mut solids = [solid; 8];
-        for (lane, pair) in some.iter().enumerate() {
-            if let Some(body) = solid_body(self.world, pair)
-                && let Some(solid) = body.leaves[0].solid.in_lanes()
-            {
-                (bodies[lane], solids[lane]) = (body, solid);
-            }
+        let mut bodies = [body; 8];
+        for (to, pair) in bodies.iter_mut().zip(some) {
+            *to = solid_body(self.world, pair).unwrap_or(body);
         }
-        self.query.at_leaves(&bodies, &solids, &line, &cast, above);
+        self.query.at_bodies(Bodies::Each(&bodies), &line, &cast, above);
     }
 }
 

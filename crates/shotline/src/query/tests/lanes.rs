@@ -87,6 +87,34 @@ fn rays(random: &mut Random) -> Vec<[f64; 6]> {
     rays
 }
 
+/// Compares the answers of all queries with those of single rays. Returns the number of crossings.
+fn compare(world: &World, rays: &[[f64; 6]], case: usize) -> usize {
+    let rays = RowsOfSix(rays);
+    let counters = Default::default();
+    let run = Run { threads: 1, ..Run::default() };
+    // Rays are cast one by one where work is counted.
+    let runs = [run, Run { counters: Some(&counters), ..run }];
+    let [short, back] = [(2.0, 6.5), (-3.0, 4.0)].map(|(a, b)| Span::new(a, b).expect("a span"));
+    let mut hits = 0;
+    for scope in [Span::FORWARD.into(), short.into(), back.into(), Scope::surfaces(Span::FORWARD)] {
+        // As text, so that NaN normals are equal.
+        let [found, expected] = runs.map(|run| {
+            [
+                format!("{:?}", batch::closest(world, &rays, scope, run)),
+                format!("{:?}", batch::any(world, &rays, scope, run)),
+                format!("{:?}", batch::count(world, &rays, scope, run)),
+                format!("{:?}", batch::crossings(world, &rays, scope, run)),
+                format!("{:?}", batch::segments(world, &rays, scope.span, Overlaps::All, run)),
+            ]
+        });
+        for (query, (found, expected)) in found.iter().zip(&expected).enumerate() {
+            assert!(found == expected, "case {case}, query {query}, {scope:?}");
+        }
+        hits += batch::crossings(world, &rays, scope, run).expect("within limits").t.len();
+    }
+    hits
+}
+
 #[test]
 fn rays_in_lanes_find_what_single_rays_find() {
     let mut random = Random::new(47);
@@ -101,33 +129,51 @@ fn rays_in_lanes_find_what_single_rays_find() {
             random.shuffle(&mut rays);
             in_waves += usize::from(world.casts_waves() && world.root().placements.len() > 8);
         }
-        let rays = RowsOfSix(&rays);
-        let counters = Default::default();
-        let run = Run { threads: 1, ..Run::default() };
-        // Rays are cast one by one where work is counted.
-        let runs = [run, Run { counters: Some(&counters), ..run }];
-        let [short, back] = [(2.0, 6.5), (-3.0, 4.0)].map(|(a, b)| Span::new(a, b).expect("a span"));
-        for scope in [Span::FORWARD.into(), short.into(), back.into(), Scope::surfaces(Span::FORWARD)] {
-            // As text, so that NaN normals are equal.
-            let [found, expected] = runs.map(|run| {
-                [
-                    format!("{:?}", batch::closest(&world, &rays, scope, run)),
-                    format!("{:?}", batch::any(&world, &rays, scope, run)),
-                    format!("{:?}", batch::count(&world, &rays, scope, run)),
-                    format!("{:?}", batch::crossings(&world, &rays, scope, run)),
-                    format!("{:?}", batch::segments(&world, &rays, scope.span, Overlaps::All, run)),
-                ]
-            });
-            for (query, (found, expected)) in found.iter().zip(&expected).enumerate() {
-                assert!(found == expected, "case {case}, query {query}, {scope:?}");
-            }
-            hits += batch::crossings(&world, &rays, scope, run).expect("within limits").t.len();
-        }
+        hits += compare(&world, &rays, case);
     }
     assert!(
         hits > 70_000 && in_lanes > 70 && in_waves > 10,
         "{hits} hits, {in_lanes} worlds in lanes, {in_waves} in waves"
     );
+}
+
+/// A combination of one of a few forms: the kinds of its solids and what is done with them are the same, their sizes and places
+/// are not. Some operands lie apart from the others, so that they never matter.
+fn of_form(form: usize, random: &mut Random) -> Shape {
+    let size = |random: &mut Random| [0.25, 0.5, 0.75, 1.0][random.below(4)];
+    let place = |random: &mut Random| Vec3::from([0; 3].map(|_| [0.0, 0.25, 0.5, 9.0][random.below(4)]));
+    let block =
+        Shape::cuboid([0.0; 3], [0; 3].map(|_| size(random))).expect("a box").translate(place(random));
+    let pin = Shape::cylinder(size(random), 0.0, 1.0).expect("a cylinder").translate(place(random));
+    let ball = Shape::sphere(size(random)).expect("a ball").rotate(random.point(-90.0, 90.0));
+    match form {
+        0 => block.difference([pin]),
+        1 => Shape::intersection([block, ball]),
+        2 => Shape::union([pin, ball]).difference([block]),
+        _ => pin.difference([Shape::union([block, ball])]),
+    }
+}
+
+#[test]
+fn bodies_of_one_form_are_cast_together_as_each_alone() {
+    let mut random = Random::new(48);
+    let (mut hits, mut shared) = (0, 0);
+    for case in 0..30 {
+        let objects = (0..24).map(|i| {
+            let part = of_form([random.below(4), case % 4][i % 2], &mut random);
+            Object::new(format!("part {i}"), part.translate(random.point(-2.0, 2.0)))
+        });
+        let scene = Scene::of(objects.collect::<Vec<_>>());
+        let world = compile(&scene, Options::default()).expect("a world");
+        let mut groups: Vec<u32> = (0..24).map(|body| world.lane_group(body)).collect();
+        groups.sort_unstable();
+        groups.dedup();
+        shared += 24 - groups.len();
+        let mut rays = rays(&mut random);
+        random.shuffle(&mut rays);
+        hits += compare(&world, &rays, case);
+    }
+    assert!(hits > 50_000 && shared > 30 * 18, "{hits} hits, {shared} bodies share a group");
 }
 
 /// A crossing that is known so badly that it reaches over the end of the span: what begins behind the end is not one event
