@@ -394,6 +394,7 @@ def load(
     allow_outside: bool = False,
     weld: float | str | None = None,
     partial: bool = False,
+    setup: str | None = None,
 ) -> Scene:
     """Read a scene file (JSON), a geometry of Geant4 (GDML), or a mesh (PLY, STL, OBJ) as a scene of one object named after
     the file.
@@ -405,6 +406,7 @@ def load(
         weld: merge vertices of meshes up to this distance apart, in the lengths of the file; "auto" merges those within
             rounding error of each other and far from all others.
         partial: whether a GDML file is read without the parts that are not supported, each of which is a warning.
+        setup: which setup of a GDML file is read, by its name; None reads the one named Default, or else the first.
 
     Warns:
         ReadWarning: for each kind of item that was dropped or repaired. `shotline info FILE` lists all notes.
@@ -415,7 +417,7 @@ def load(
     """
     path = os.fspath(path)
     os.stat(path)
-    native, notes = _native.Scene.load(path, accel, allow_outside, weld_text(weld), partial)
+    native, notes = _native.Scene.load(path, accel, allow_outside, weld_text(weld), partial, setup)
     for note, changed in notes:
         if changed:
             warnings.warn(note, ReadWarning, stacklevel=2)

@@ -239,10 +239,11 @@ impl Scene {
         allow_outside: bool,
         weld: Option<&str>,
         partial: bool,
+        setup: Option<String>,
     ) -> PyResult<(Scene, Vec<(String, bool)>)> {
         let paths = if allow_outside { PathPolicy::Anywhere } else { PathPolicy::SceneFolder };
         let weld = weld.map(|weld| weld.parse().map_err(|e: WeldError| PyValueError::new_err(e.to_string())));
-        let options = ReadOptions { paths, weld: weld.transpose()?, partial };
+        let options = ReadOptions { paths, weld: weld.transpose()?, partial, setup };
         let document = py.detach(|| shotline_io::load_with(&path, options));
         let document = document.map_err(|e| PyValueError::new_err(e.to_string()))?;
         let notes = document.notes.iter().map(|n| (n.to_string(), n.effect == Effect::Changed)).collect();

@@ -34,6 +34,9 @@ pub struct Model {
     /// Read a GDML file without the parts that are not supported. They are reported
     #[arg(long)]
     pub partial: bool,
+    /// Read this setup of a GDML file, which names the world volume. Default: the setup named Default, or else the first
+    #[arg(long, value_name = "NAME")]
+    pub setup: Option<String>,
 }
 
 impl Model {
@@ -48,6 +51,7 @@ impl Model {
             paths: if self.allow_outside { PathPolicy::Anywhere } else { PathPolicy::SceneFolder },
             weld: self.weld,
             partial: self.partial,
+            setup: self.setup.clone(),
         }
     }
 }

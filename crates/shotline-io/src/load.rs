@@ -69,7 +69,7 @@ pub fn read_mesh(path: impl AsRef<Path>) -> Result<TriangleMesh, ReadError> {
 /// # Errors
 /// [`ReadError`] with everything that is wrong.
 pub fn parse_scene(text: impl Into<String>, folder: Option<&Path>) -> Result<Document, ReadError> {
-    let meshes = MeshSource::Files { read: read_mesh_file, options: ReadOptions::default() };
+    let meshes = MeshSource::Files { read: read_mesh_file, options: &ReadOptions::default() };
     scene_json::parse(text.into(), None, folder, meshes)
 }
 
@@ -83,10 +83,19 @@ impl Format {
         self.read_with(path, bytes, ReadOptions::default())
     }
 
+    fn has_setups(&self) -> bool {
+        matches!(self.content, Content::Scene { has_setups: true, .. })
+    }
+
     fn read_with(&self, path: &Path, bytes: Vec<u8>, options: ReadOptions) -> Result<Document, ReadError> {
+        if let (Some(setup), false) = (&options.setup, self.has_setups()) {
+            let message = format!("has no setup '{setup}': a {} file has no setups", self.name);
+            let diagnostic = RawDiagnostic::file(message).help("leave the setup out");
+            return Err(ReadError::new(Some(path), &[], diagnostic.into()));
+        }
         match self.content {
             Content::Scene { read, .. } => {
-                read(path, bytes, MeshSource::Files { read: read_mesh_file, options })
+                read(path, bytes, MeshSource::Files { read: read_mesh_file, options: &options })
             }
             Content::Mesh { read, .. } => {
                 let found = read(&bytes).map_err(|d| mesh_error(path, &bytes, d))?;

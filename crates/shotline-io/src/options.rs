@@ -13,7 +13,7 @@ pub enum PathPolicy {
 }
 
 /// How files are read.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReadOptions {
     /// The mesh files that a scene may name.
     pub paths: PathPolicy,
@@ -22,6 +22,8 @@ pub struct ReadOptions {
     pub weld: Option<Weld>,
     /// Whether a file is read without the parts of it that are not supported. They are notes then, and errors otherwise.
     pub partial: bool,
+    /// Which setup of a GDML file is read, by its name. `None` reads the one named `Default`, or else the first.
+    pub setup: Option<String>,
 }
 
 impl From<PathPolicy> for ReadOptions {

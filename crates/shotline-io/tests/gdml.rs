@@ -207,11 +207,13 @@ fn corners_of_facets_that_differ_by_rounding_are_joined() {
 fn materials_have_densities_and_elements_by_mass() {
     let materials = "<element name=\"H\" Z=\"1\"><atom value=\"1\"/></element><element name=\"O\" Z=\"8\"><atom value=\"16\"/></element>\
         <material name=\"W0x1f\"><D value=\"1000\" unit=\"kg/m3\"/><composite n=\"2\" ref=\"H\"/><composite n=\"1\" ref=\"O\"/></material>\
+        <material name=\"W2\"><D value=\"1\"/><composite n=\"1\" ref=\"G4_C\"/><composite n=\"2\" ref=\"O\"/></material>\
         <material name=\"M\"><D value=\"1290\" unit=\"mg/cm3\"/><fraction n=\"0.25\" ref=\"W0x1f\"/><fraction n=\"0.75\" ref=\"O\"/></material>";
     let text = file(
         "",
         "",
-        "<volume name=\"g\"><materialref ref=\"G4_WATER\"/><solidref ref=\"hall\"/></volume>",
+        "<volume name=\"g\"><materialref ref=\"G4_WATER\"/><solidref ref=\"hall\"/></volume>\
+         <volume name=\"u\"><materialref ref=\"G4_UNOBTAINIUM\"/><solidref ref=\"hall\"/></volume>",
         "",
     )
     .replace("</materials>", &format!("{materials}</materials>"));
@@ -223,8 +225,11 @@ fn materials_have_densities_and_elements_by_mass() {
     };
     assert!((share("W0x1f", "H") - 2.0 / 18.0).abs() < 1e-15);
     assert!((share("M", "H") - 0.25 * 2.0 / 18.0).abs() < 1e-15 && share("M", "O") > 0.97);
+    // Those that Geant4 defines itself.
+    assert_eq!((known("G4_WATER").density, share("G4_WATER", "O") > 0.888), (Some(1.0), true));
+    assert!((share("W2", "C") - 12.011 / (12.011 + 32.0)).abs() < 1e-15);
     let kinds: Vec<_> = document.notes.iter().map(|note| note.kind).collect();
-    assert_eq!(kinds, ["materials_of_geant4"]);
+    assert_eq!((kinds, known("G4_UNOBTAINIUM").density), (vec!["unknown_materials"], None));
 }
 
 /// Modules and entities are read from the folder of the file.

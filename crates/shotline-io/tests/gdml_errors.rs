@@ -2,6 +2,10 @@
 
 use std::path::Path;
 
+use shotline::compile::compile;
+use shotline::math::Vec3;
+use shotline::query::{Caster, Overlaps};
+use shotline::ray::{Ray, Span};
 use shotline_io::{ReadOptions, load, load_bytes};
 
 /// A file with these sections; `#` is replaced by what is broken.
@@ -36,7 +40,7 @@ fn with_volume(text: &str) -> String {
 /// The message for a text, or nothing if it is read.
 fn message(text: &str) -> String {
     match load_bytes(Path::new("part.gdml"), text.as_bytes().to_vec(), ReadOptions::default()) {
-        Ok(document) => match shotline::compile::compile(&document.scene, Default::default()) {
+        Ok(document) => match compile(&document.scene, Default::default()) {
             Ok(_) => String::new(),
             Err(errors) => document.diagnostics(&errors).to_string(),
         },
@@ -306,4 +310,54 @@ fn unsupported_parts_are_left_out_on_request() {
     let refused = message(&text);
     assert!(refused.contains("2 of <frustum> are not supported; the first stands here"), "{refused}");
     assert!(refused.contains("--partial"), "{refused}");
+}
+
+#[test]
+fn open_tessellated_solids_are_left_out_on_request() {
+    let corner = |name: &str, x: u32, y: u32, z: u32| {
+        format!("<position name=\"{name}\" x=\"{x}\" y=\"{y}\" z=\"{z}\"/>")
+    };
+    let corners = [corner("p", 0, 0, 0), corner("q", 1, 0, 0), corner("r", 0, 1, 0), corner("s", 0, 0, 1)];
+    let solid = "<tessellated name=\"t\"><triangular vertex1=\"p\" vertex2=\"q\" vertex3=\"r\"/>\
+        <triangular vertex1=\"p\" vertex2=\"q\" vertex3=\"s\"/></tessellated><box name=\"b\" x=\"9\" y=\"9\" z=\"9\"/>";
+    let volumes = "<volume name=\"v\"><solidref ref=\"t\"/></volume>\
+        <volume name=\"world\"><solidref ref=\"b\"/><physvol><volumeref ref=\"v\"/></physvol></volume>";
+    let text = file(&corners.concat(), AL, solid, volumes, SETUP);
+    let options = ReadOptions { partial: true, ..ReadOptions::default() };
+    let document = load_bytes(Path::new("part.gdml"), text.into_bytes(), options).expect("the rest");
+    let note = document.notes.last().map(|note| note.to_string()).unwrap_or_default();
+    assert!(note.contains("1 of tessellated solids that are not closed left out"), "{note}");
+    let world = compile(&document.scene, Default::default()).expect("a world");
+    let mut segments = Vec::new();
+    let ray = Ray::new(Vec3::new(-9.0, 0.1, 0.1), Vec3::X).expect("a ray");
+    let met = Caster::new(&world).segments(&ray, Span::FORWARD, Overlaps::Priority, &mut segments);
+    assert_eq!((met, segments.len()), (Ok(0), 1));
+}
+
+#[test]
+fn a_setup_is_chosen_by_its_name() {
+    let solids = "<box name=\"b\" x=\"9\" y=\"9\" z=\"9\"/>";
+    let volumes = "<volume name=\"hall\"><solidref ref=\"b\"/></volume><volume name=\"tank\"><solidref ref=\"b\"/></volume>";
+    let setups = "<setup name=\"Full\"><world ref=\"hall\"/></setup><setup name=\"Part\"><world ref=\"tank\"/></setup>";
+    let text = file("", AL, solids, volumes, setups);
+    let load = |setup: Option<&str>| {
+        let options = ReadOptions { setup: setup.map(str::to_owned), ..ReadOptions::default() };
+        load_bytes(Path::new("part.gdml"), text.clone().into_bytes(), options)
+    };
+    let world = |setup: Option<&str>| {
+        let document = load(setup).expect("a file");
+        let world = compile(&document.scene, Default::default()).expect("a world");
+        (world.path_name(0), document.notes.len())
+    };
+    assert_eq!(world(None), ("hall".into(), 1));
+    assert_eq!(world(Some("Part")), ("tank".into(), 0));
+    let refused = load(Some("part")).expect_err("no such setup").to_string();
+    assert!(
+        refused.contains("there is no setup 'part'") && refused.contains("did you mean 'Part'?"),
+        "{refused}"
+    );
+    let scene = br#"{"shotline": 1, "units": "mm", "objects": []}"#.to_vec();
+    let options = ReadOptions { setup: Some("Full".into()), ..ReadOptions::default() };
+    let refused = load_bytes(Path::new("a.json"), scene, options).expect_err("no setups").to_string();
+    assert!(refused.contains("a scene file has no setups"), "{refused}");
 }

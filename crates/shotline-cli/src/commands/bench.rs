@@ -8,7 +8,7 @@ use clap::Args;
 use serde_json::json;
 use shotline::compile::World;
 use shotline::pool;
-use shotline::query::batch::{self, BatchError, By, ClosestRows, CrossingRows, Run};
+use shotline::query::batch::{self, BatchError, By, ClosestRows, CrossingRows, Run, SegmentRows};
 use shotline::query::{Overlaps, QueryError, Scope};
 use shotline::ray::{Ray, Span};
 
@@ -24,8 +24,8 @@ use crate::{input, interrupt, output};
 ///
 /// Casts the same rays several times and reports the median, the best and the spread: the difference of the
 /// slowest and the fastest, relative to the median. Smaller differences are not significant. A first cast, which is
-/// not counted, warms the caches. Results are collected in memory and not written; each cast of `closest` and `crossings`
-/// uses the memory of the last. `segments` and `thickness` resolve overlaps by priority.
+/// not counted, warms the caches. Results are collected in memory and not written; each cast of `closest`, `crossings` and
+/// `segments` uses the memory of the last. `segments` and `thickness` resolve overlaps by priority.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Command {
@@ -65,6 +65,7 @@ Examples:
 struct Rows {
     closest: ClosestRows,
     crossings: CrossingRows,
+    segments: SegmentRows,
 }
 
 /// The measured times, in seconds.
@@ -150,7 +151,10 @@ impl Command {
             Query::Any => batch::any(world, rays, scope, run).map(drop),
             Query::Count => batch::count(world, rays, scope, run).map(drop),
             Query::Crossings => batch::crossings_into(world, rays, scope, run, &mut rows.crossings),
-            Query::Segments => batch::segments(world, rays, scope.span, Overlaps::Priority, run).map(drop),
+            Query::Segments => {
+                let overlaps = Overlaps::Priority;
+                batch::segments_into(world, rays, scope.span, overlaps, run, &mut rows.segments)
+            }
             Query::Thickness => {
                 batch::thickness(world, rays, scope.span, By::Material, Overlaps::Priority, run).map(drop)
             }

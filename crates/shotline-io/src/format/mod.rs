@@ -54,6 +54,8 @@ pub(crate) enum Content {
         holds_meshes: bool,
         /// The largest file that is read, in bytes.
         max_bytes: u64,
+        /// Whether a file may hold several scenes, of which one is chosen by its name.
+        has_setups: bool,
     },
     /// One mesh.
     Mesh {
@@ -68,7 +70,7 @@ pub(crate) enum Content {
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum MeshSource<'a> {
     /// Files in any mesh format.
-    Files { read: fn(&Path) -> Result<MeshFile, ReadError>, options: ReadOptions },
+    Files { read: fn(&Path) -> Result<MeshFile, ReadError>, options: &'a ReadOptions },
     /// Meshes in memory, named by their index.
     Given(&'a [Arc<TriangleMesh>]),
 }

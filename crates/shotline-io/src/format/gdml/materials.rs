@@ -6,7 +6,7 @@ use shotline::scene::Material;
 
 use super::attributes::Found;
 use super::units::Measure;
-use super::{Element, Module, elements, tag};
+use super::{Element, Module, elements, geant4_materials, tag};
 use crate::note::{Effect, Note};
 use crate::suggest;
 
@@ -20,9 +20,6 @@ pub(super) struct Substances {
     /// The names of materials in the scene, by their names in the file.
     materials: HashMap<String, String>,
 }
-
-/// Geant4 defines materials and elements of these names itself.
-const OF_GEANT4: &str = "G4_";
 
 impl Module<'_> {
     /// Reads the materials; one that is wrong is reported, and the others are read.
@@ -104,7 +101,8 @@ impl Module<'_> {
             }
             by_mass += if is_by_number { f64::INFINITY } else { share };
             if is_by_number {
-                share *= self.substances.masses.get(&of).copied().unwrap_or(0.0);
+                let mass = self.substances.masses.get(&of).copied();
+                share *= mass.or_else(|| geant4_materials::mass(&of)).unwrap_or(0.0);
             }
             for (part, of_part) in self.shares_of(child, &of)? {
                 match shares.iter_mut().find(|(known, _)| *known == part) {
@@ -159,7 +157,10 @@ impl Module<'_> {
         if let Some(shares) = known.get(name).or_else(|| known.get(without_pointer(name))) {
             return Ok(shares.clone());
         }
-        if name.starts_with(OF_GEANT4) {
+        if let Some(material) = geant4_materials::find(name) {
+            return Ok(material.composition);
+        }
+        if geant4_materials::is_name(name) {
             return Ok(vec![(name.to_owned(), 1.0)]);
         }
         let help = suggest::hint(name, &known.keys().map(String::as_str).collect::<Vec<_>>());
@@ -196,11 +197,15 @@ impl Module<'_> {
         if let Some((_, found)) = stripped.min() {
             return Ok(found.clone());
         }
-        if name.starts_with(OF_GEANT4) {
+        if let Some(material) = geant4_materials::find(&name) {
+            self.add_material(name.clone(), material);
+            return Ok(name);
+        }
+        if geant4_materials::is_name(&name) {
             let text = format!(
-                "the material '{name}' is one of Geant4's own: its density and elements are not known"
+                "the material '{name}' is not among those that Geant4 defines itself: its density and elements are not known"
             );
-            self.reader.notes.push(Note::new("materials_of_geant4", Effect::Changed, 1, text));
+            self.reader.notes.push(Note::new("unknown_materials", Effect::Changed, 1, text));
             self.add_material(name.clone(), Material::default());
             return Ok(name);
         }

@@ -5,9 +5,11 @@
 
 mod attributes;
 mod booleans;
+mod chemical_elements;
 mod copies;
 mod definitions;
 mod expression;
+mod geant4_materials;
 mod materials;
 mod placements;
 mod primitives;
@@ -37,6 +39,7 @@ use crate::format::{Content, Format, MeshSource};
 use crate::note::{Effect, Note};
 use crate::options::ReadOptions;
 use crate::paths::folder_of;
+use crate::suggest;
 
 pub(crate) const FORMAT: Format = Format {
     name: "GDML",
@@ -45,7 +48,13 @@ pub(crate) const FORMAT: Format = Format {
         let start = &bytes[..bytes.len().min(4096)];
         start.trim_ascii_start().starts_with(b"<") && start.windows(5).any(|word| word == b"<gdml")
     },
-    content: Content::Scene { read, write: write::write, holds_meshes: true, max_bytes: MAX_BYTES },
+    content: Content::Scene {
+        read,
+        write: write::write,
+        holds_meshes: true,
+        max_bytes: MAX_BYTES,
+        has_setups: true,
+    },
 };
 
 /// The largest file that is read, in bytes.
@@ -100,7 +109,19 @@ struct Volumes {
 impl Volumes {
     /// The name and the world of the default setup, or else of the first one.
     fn world(&self) -> Option<&(String, Option<NodeId>)> {
-        self.worlds.iter().find(|(name, _)| name == "Default").or(self.worlds.first())
+        self.world_of("Default").or(self.worlds.first())
+    }
+
+    fn world_of(&self, setup: &str) -> Option<&(String, Option<NodeId>)> {
+        self.worlds.iter().find(|(name, _)| name == setup)
+    }
+
+    /// As [`Volumes::world`], of the setup that is chosen if one is.
+    fn chosen(&self, options: &ReadOptions) -> Option<&(String, Option<NodeId>)> {
+        match &options.setup {
+            Some(setup) => self.world_of(setup),
+            None => self.world(),
+        }
     }
 }
 
@@ -122,7 +143,7 @@ struct Module<'r> {
 
 fn read(path: &Path, bytes: Vec<u8>, meshes: MeshSource) -> Result<Document, ReadError> {
     let options = match meshes {
-        MeshSource::Files { options, .. } => options,
+        MeshSource::Files { options, .. } => options.clone(),
         MeshSource::Given(_) => ReadOptions::default(),
     };
     let folder = folder_of(path).to_path_buf();
@@ -177,15 +198,25 @@ impl Reader {
 
     /// The world of the model.
     fn world(&mut self, volumes: &Volumes) -> Option<NodeId> {
-        let chosen = volumes.world();
-        if chosen.is_none() && self.found.is_empty() {
+        let chosen = volumes.chosen(&self.options);
+        if let (None, Some(setup)) = (chosen, &self.options.setup)
+            && !volumes.worlds.is_empty()
+        {
+            let names: Vec<_> = volumes.worlds.iter().map(|(name, _)| name.as_str()).collect();
+            let diagnostic = RawDiagnostic::file(format!("there is no setup '{setup}'"));
+            self.found.push((0, diagnostic.help(suggest::hint(setup, &names))));
+        } else if chosen.is_none() && self.found.is_empty() {
             let message = "the file has no setup, which names the world volume";
             let help =
                 "add <setup name=\"Default\" version=\"1.0\"><world ref=\"...\"/></setup> before </gdml>";
             self.found.push((0, RawDiagnostic::file(message).help(help)));
         }
-        if let (Some((name, _)), true) = (chosen, volumes.worlds.len() > 1) {
-            let text = format!("of {} setups, '{name}' was read", volumes.worlds.len());
+        let is_guessed = self.options.setup.is_none() && volumes.worlds.len() > 1;
+        if let (Some((name, _)), true) = (chosen, is_guessed) {
+            let text = format!(
+                "of {} setups, '{name}' was read; --setup (in Python setup=) reads another",
+                volumes.worlds.len()
+            );
             self.notes.push(Note::new("setups", Effect::Changed, volumes.worlds.len(), text));
         }
         chosen.and_then(|(_, world)| *world)
@@ -264,7 +295,7 @@ impl Module<'_> {
             let name = setup.attribute("name").unwrap_or("Default").to_owned();
             self.volumes.worlds.push((name, world.ok().flatten()));
         }
-        if is_main && let Some((_, Some(world))) = self.volumes.world() {
+        if is_main && let Some((_, Some(world))) = self.volumes.chosen(&self.reader.options) {
             let is_object = matches!(self.reader.scene.node(*world), Node::Object { .. });
             if !is_object {
                 self.report(root, None, "the world is an assembly", "name a volume that has a solid");

@@ -45,6 +45,10 @@ impl Module<'_> {
         if has_open_edges(&facets) {
             merge_within(TOLERANCE, &vertices, &mut facets);
         }
+        // It has no inside, so queries for segments would refuse the whole model.
+        if self.reader.options.partial && has_open_edges(&facets) {
+            return Err(self.unsupported(element, "tessellated solids that are not closed"));
+        }
         let turned = orient(&vertices, &mut facets);
         let (mesh, notes) = match mesh_of_polygons(vertices, facets.iter().map(|facet| &facet[..])) {
             Ok(made) => made,

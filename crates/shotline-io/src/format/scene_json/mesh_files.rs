@@ -29,7 +29,7 @@ impl<'a> Meshes<'a> {
             MeshSource::Files { read, options } => Meshes::Files(MeshFiles {
                 folder: folder.map(Into::into),
                 reader: read,
-                options,
+                options: options.clone(),
                 read: HashMap::new(),
                 notes: Vec::new(),
             }),

@@ -252,11 +252,28 @@ pub fn segments(
     overlaps: Overlaps,
     run: Run,
 ) -> Result<SegmentRows, BatchError> {
-    all_solid(world).map_err(BatchError::World)?;
     let mut out = SegmentRows::empty();
+    segments_into(world, rays, span, overlaps, run, &mut out)?;
+    Ok(out)
+}
+
+/// As [`segments`], into rows whose memory is used again.
+///
+/// # Errors
+/// As [`segments`]. Then the rows mean nothing.
+pub fn segments_into(
+    world: &World,
+    rays: &(impl Rays + ?Sized),
+    span: Span,
+    overlaps: Overlaps,
+    run: Run,
+    out: &mut SegmentRows,
+) -> Result<(), BatchError> {
+    all_solid(world).map_err(BatchError::World)?;
+    out.clear();
     let batch = Batch::new(world, RayRows(rays), run);
     if let Some(plan) = batch.block_plan() {
-        batch.gather_blocks(&mut out, |worker, rays, rows| {
+        return batch.gather_blocks(out, |worker, rays, rows| {
             let mut made = 0;
             let (mut blocks, memory) = worker.blocks(&plan);
             blocks.segments(&block(&run, rays, span), overlaps, memory, |_, segments, overlaps| {
@@ -265,16 +282,14 @@ pub fn segments(
                 Ok(rows.push_ray(segments)?)
             })?;
             Ok(made)
-        })?;
-        return Ok(out);
+        });
     }
-    batch.gather(&mut out, |worker, ray, rows| {
+    batch.gather(out, |worker, ray, rows| {
         empty(&mut worker.segments);
         rows.overlaps += worker.caster.segments(ray, span, overlaps, &mut worker.segments)?;
         rows.push_ray(&worker.segments)?;
         Ok(worker.segments.len())
-    })?;
-    Ok(out)
+    })
 }
 
 /// The length of each ray in each material or object. The result takes 8 bytes per ray and column of [`By`].

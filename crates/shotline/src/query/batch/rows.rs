@@ -375,6 +375,19 @@ impl Ragged for CrossingRows {
 }
 
 impl SegmentRows {
+    /// Removes all rows, and keeps the memory.
+    pub(super) fn clear(&mut self) {
+        self.ray_splits.clear();
+        self.ray_splits.push(0);
+        self.t_in.clear();
+        self.t_out.clear();
+        self.length.clear();
+        self.material.clear();
+        self.object.clear();
+        self.path.clear();
+        self.overlaps = 0;
+    }
+
     /// Appends the segments of the next ray.
     pub(super) fn push_ray(&mut self, segments: &[Segment]) -> Result<(), TryReserveError> {
         extend(&mut self.t_in, segments.iter().map(|segment| segment.t_in))?;

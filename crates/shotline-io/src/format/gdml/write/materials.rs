@@ -2,13 +2,11 @@
 
 use shotline::scene::Material;
 
+use super::super::chemical_elements::{Chemical, find};
+use super::super::geant4_materials;
 use super::Writer;
-use super::elements::{Chemical, find};
 use super::names::as_xml_name;
 use super::xml::Xml;
-
-/// Geant4 defines materials and elements of these names itself.
-const OF_GEANT4: &str = "G4_";
 
 /// The density of the universe, which Geant4 takes for that of vacuum, in g/cm^3.
 const VACUUM: f64 = 1e-25;
@@ -27,7 +25,7 @@ impl<'s> Writer<'s> {
                 continue;
             }
             for (part, _) in material.composition.iter().filter(|_| !is_pure(name, material)) {
-                if !part.starts_with(OF_GEANT4) && !elements.iter().any(|(known, _)| known == part) {
+                if !geant4_materials::is_name(part) && !elements.iter().any(|(known, _)| known == part) {
                     let written = self.chemical_element(part);
                     elements.push((part, written));
                 }
@@ -124,9 +122,12 @@ impl<'s> Writer<'s> {
     }
 }
 
-/// Whether a material is one that Geant4 defines, of which the scene knows nothing else.
+/// Whether a material is one that Geant4 defines, of which the scene says nothing else.
 fn is_of_geant4(name: &str, material: &Material) -> bool {
-    name.starts_with(OF_GEANT4) && material.density.is_none() && material.composition.is_empty()
+    let is_unknown = material.density.is_none() && material.composition.is_empty();
+    let is_known = geant4_materials::find(name)
+        .is_some_and(|known| known.density == material.density && known.composition == material.composition);
+    geant4_materials::is_name(name) && (is_unknown || is_known)
 }
 
 /// Whether a material is made of the one element of its own name.

@@ -4,7 +4,6 @@
 //! scene does not, the frame of the volume is that of the solid, and its placements make up for it.
 
 mod curved;
-mod elements;
 mod kinds;
 mod materials;
 mod meshes;
