@@ -190,6 +190,8 @@ def render(
     background: str | None = None,
     counter: str = "boxes",
     clip: str | Sequence[str | Sequence[float]] = (),
+    hide: str | Sequence[str] = (),
+    only: str | Sequence[str] = (),
     block: int = 32,
     progress: Any = None,
 ) -> Image:
@@ -199,7 +201,7 @@ def render(
     other arguments as in `Scene.render`. The range of a `BlockError` counts rows, not rays.
     """
     client = _client(client)
-    settings, view = picture_args(camera, size, samples, look, lighting, background, counter, clip)
+    settings, view = picture_args(camera, size, samples, look, lighting, background, counter, clip, hide, only)
     # Invalid settings raise before anything is sent.
     _native.expose(scene._native, settings._replace(samples=1), view, (0, 1), 1)
     width, height = size

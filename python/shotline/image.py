@@ -76,6 +76,8 @@ def picture_args(
     background: str | None,
     counter: str,
     clip: str | Sequence[str | Sequence[float]],
+    hide: str | Sequence[str],
+    only: str | Sequence[str],
 ) -> tuple[PictureSettings, View | None]:
     """The arguments of `Scene.render` in the form that the native half takes."""
     width, height = picture_size(size)
@@ -87,7 +89,12 @@ def picture_args(
     view = (
         View(camera.eye, camera.target, camera.up or (0.0, 0.0, 1.0), camera.fov, camera.height) if camera else None
     )
-    return PictureSettings(width, height, samples, look, lighting, counter, background, _planes(clip)), view
+    shown = _names(hide, "hide"), _names(only, "only")
+    return PictureSettings(width, height, samples, look, lighting, counter, background, _planes(clip), *shown), view
+
+
+def _names(names: str | Sequence[str], what: str) -> list[str]:
+    return [text(name, f"a name in {what}") for name in ([names] if isinstance(names, str) else names)]
 
 
 def _planes(clip: str | Sequence[str | Sequence[float]]) -> list[str]:

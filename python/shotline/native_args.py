@@ -37,6 +37,8 @@ class PictureSettings(NamedTuple):
     counter: str
     background: str | None
     clip: list[str]
+    hide: list[str]
+    only: list[str]
 
 
 class View(NamedTuple):

@@ -161,6 +161,8 @@ class Scene(Queries):
         background: str | None = None,
         counter: str = "boxes",
         clip: str | Sequence[str | Sequence[float]] = (),
+        hide: str | Sequence[str] = (),
+        only: str | Sequence[str] = (),
         threads: int = 0,
         progress: Any = None,
     ) -> Image:
@@ -179,14 +181,18 @@ class Scene(Queries):
                 "all".
             clip: planes that cut the scene open: "x=1" removes the points with x > 1, and (nx, ny, nz, d) those with
                 nx x + ny y + nz z > d. What is cut through is drawn flat.
+            hide: names of objects that are left out, but not what they contain; `*` stands for any letters. If neither
+                `hide` nor `only` is given, an object that encloses all others is left out.
+            only: names of objects that are shown with what they contain, and no others.
 
         Returns:
             `Image`, an array of shape (height, width, 3), or 4 with a transparent background, uint8 sRGB.
 
         Raises:
-            ValueError: for a camera that sees nothing, a size out of range, an unknown name, an invalid plane.
+            ValueError: for a camera that sees nothing, a size out of range, an unknown name, an invalid plane,
+                both `hide` and `only`.
         """
-        settings, view = picture_args(camera, size, samples, look, lighting, background, counter, clip)
+        settings, view = picture_args(camera, size, samples, look, lighting, background, counter, clip, hide, only)
         return Image(_native.render(self._native, settings, view, threads_of(threads), callback(progress)))
 
     def plot_ray(

@@ -8,7 +8,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use shotline::counters::COUNTERS;
-use shotline::scene::{Camera, Lens};
+use shotline::scene::{Camera, HiddenObjects, Lens};
 use shotline_io::atomic_write;
 use shotline_render::{ClipPlane, Exposure, Image, LOOKS, Lighting, Sample, Settings, encode_bytes, look};
 
@@ -50,12 +50,15 @@ pub struct PictureSettings {
     counter: String,
     background: Option<String>,
     clip: Vec<String>,
+    hide: Vec<String>,
+    only: Vec<String>,
 }
 
 impl PictureSettings {
-    fn resolve(&self, camera: Option<View>) -> PyResult<Settings> {
-        let PictureSettings { width, height, samples, look: look_name, lighting, counter, background, clip } =
-            self;
+    fn resolve(&self, scene: &shotline::scene::Scene, camera: Option<View>) -> PyResult<Settings> {
+        let PictureSettings {
+            width, height, samples, look: look_name, lighting, counter, background, ..
+        } = self;
         let plane = |text: &String| {
             text.parse::<ClipPlane>()
                 .map_err(|e| PyValueError::new_err(format!("clip has the plane {text:?}: {e}")))
@@ -87,9 +90,20 @@ impl PictureSettings {
                 ),
                 None => None,
             },
-            clip: clip.iter().map(plane).collect::<PyResult<_>>()?,
+            clip: self.clip.iter().map(plane).collect::<PyResult<_>>()?,
+            hidden: self.hidden(scene)?,
             ..Settings::default()
         })
+    }
+
+    fn hidden(&self, scene: &shotline::scene::Scene) -> PyResult<HiddenObjects> {
+        let hidden = match (&self.hide[..], &self.only[..]) {
+            ([], []) => return Ok(scene.hiding_enclosures()),
+            (hide, []) => scene.hiding(hide),
+            ([], only) => scene.showing_only(only),
+            _ => return Err(PyValueError::new_err("a picture takes either hide or only")),
+        };
+        hidden.map_err(|e| PyValueError::new_err(format!("{e}; scene.object_names lists the objects")))
     }
 }
 
@@ -103,7 +117,7 @@ pub fn expose<'py>(
     rows: (u32, u32),
     threads: usize,
 ) -> PyResult<Bound<'py, PyArray3<f64>>> {
-    let settings = settings.resolve(camera)?;
+    let settings = settings.resolve(&scene.scene, camera)?;
     let (world, described) = (&*scene.world, &*scene.scene);
     let exposed = work(py, usize::MAX, threads, None, |run| {
         shotline_render::expose(world, described, &settings, rows.0..rows.1, run)
@@ -122,7 +136,7 @@ pub fn develop<'py>(
     camera: Option<View>,
     samples: PyReadonlyArray3<'py, f64>,
 ) -> PyResult<Bound<'py, PyArray3<u8>>> {
-    let settings = settings.resolve(camera)?;
+    let settings = settings.resolve(&scene.scene, camera)?;
     let (pixels, _) = samples.as_slice()?.as_chunks::<4>();
     let sample = |&[r, g, b, alpha]: &[f64; 4]| Sample { color: [r, g, b].into(), alpha };
     let samples = pixels.iter().map(sample).collect();
@@ -146,7 +160,7 @@ pub fn render<'py>(
     threads: usize,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyArray3<u8>>> {
-    let settings = settings.resolve(camera)?;
+    let settings = settings.resolve(&scene.scene, camera)?;
     let rays = settings.width as usize * settings.height as usize * settings.samples as usize;
     let (world, described) = (&*scene.world, &*scene.scene);
     let image = work(py, rays, threads, progress.as_ref(), |run| {

@@ -54,6 +54,9 @@ def test_cameras_and_looks():
         (lambda: SCENE.render(counter="x"), ValueError, "boxes"),
         (lambda: SCENE.render(background="red"), ValueError, "#336699"),
         (lambda: SCENE.render(clip=["x"]), ValueError, "NX,NY,NZ,D"),
+        (lambda: SCENE.render(hide="ghost"), ValueError, "no object is named 'ghost'; scene.object_names"),
+        (lambda: SCENE.render(hide=[1]), TypeError, "a name in hide"),
+        (lambda: SCENE.render(hide="*", only="*"), ValueError, "either hide or only"),
         (lambda: SCENE.render(clip=[(0, 0, 0, 1)]), ValueError, "normal"),
         (lambda: SCENE.render(size=(0, 3)), ValueError, "0x3"),
         (lambda: SCENE.render(samples=0), ValueError, "samples"),
@@ -78,6 +81,25 @@ def test_pictures_are_cut_open():
     for clip in ([(0, -1, 0, 0)], "0,-1,0,0", ["y=3", (0, -2, 0, 0.0)]):
         assert (depth(Scene(Sphere(radius=1)), clip=clip) == depth(half)).all()
     assert (depth(half) != depth(Scene(Sphere(radius=1)))).any()
+
+
+def test_objects_are_left_out():
+    camera = Camera(eye=(0, -5, 0), fov=40)
+    ball, cube = Sphere(radius=1), Box(min=(1.2, -1, -1), max=(2, 1, 1))
+    hall = Box(min=(-3, -3, -3), max=(3, 3, 3)).named(
+        "hall", contents=[ball.named("ball"), cube.named("cube")], clip=True
+    )
+
+    def depth(scene, **options):
+        return scene.render(camera, size=(20, 20), samples=1, look="depth", **options)
+
+    both = depth(Scene(ball, cube))
+    # What encloses all others is left out unless objects are chosen.
+    assert (depth(Scene(hall)) == both).all() and (depth(Scene(hall), hide="ha*") == both).all()
+    assert (depth(Scene(hall), only=["ball", "cube"]) == both).all()
+    assert (depth(Scene(hall), only="ball") == depth(Scene(ball))).all()
+    assert (depth(Scene(hall), hide=["hall", "ball"]) == depth(Scene(cube))).all()
+    assert (depth(Scene(hall), only="hall") != both).any()
 
 
 def test_html_trees():

@@ -36,7 +36,7 @@ fn picture(scene: &Scene, settings: &Settings) -> Image {
 }
 
 fn hiding(scene: &Scene, name: &str) -> HiddenObjects {
-    scene.hiding(|other| other == name)
+    scene.hiding(&[name]).expect("a known name")
 }
 
 fn is_color(image: &Image, column: u32, row: u32, color: [f64; 3]) -> bool {

@@ -14,7 +14,7 @@ pub use crate::csg::Op;
 pub use motion::Motion;
 pub use placement::{LocalTransform, Rotation};
 pub use units::Units;
-pub use visibility::HiddenObjects;
+pub use visibility::{HiddenObjects, UnknownObject};
 
 use crate::math::{Affine, Lattice, Vec3};
 use crate::solid::mesh::{TriangleMesh, Weld};

@@ -9,6 +9,14 @@ pub struct HiddenObjects {
     nodes: Vec<bool>,
 }
 
+/// No object has a name.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("no object is named '{0}'")]
+pub struct UnknownObject(
+    /// The name.
+    pub String,
+);
+
 impl HiddenObjects {
     /// Whether every object is shown.
     pub fn is_empty(&self) -> bool {
@@ -26,18 +34,43 @@ impl HiddenObjects {
 }
 
 impl Scene {
-    /// Hides objects, chosen by name, but not what they contain.
-    pub fn hiding(&self, is_hidden: impl Fn(&str) -> bool) -> HiddenObjects {
-        self.hidden(|_, name| is_hidden(name))
+    /// Hides the objects of some names, but not what they contain. In a name `*` stands for any letters.
+    ///
+    /// # Errors
+    /// If no object has one of the names.
+    pub fn hiding(&self, names: &[impl AsRef<str>]) -> Result<HiddenObjects, UnknownObject> {
+        self.know(names)?;
+        Ok(self.hidden(|_, name| names.iter().any(|pattern| matches_name(pattern.as_ref(), name))))
     }
 
-    /// Hides all objects but those chosen by name and what they contain.
-    pub fn showing_only(&self, is_shown: impl Fn(&str) -> bool) -> HiddenObjects {
-        let is_chosen = |node: &Node| matches!(node, Node::Object { name, .. } if is_shown(name));
+    /// Hides all objects but those of some names and what they contain. In a name `*` stands for any letters.
+    ///
+    /// # Errors
+    /// If no object has one of the names.
+    pub fn showing_only(&self, names: &[impl AsRef<str>]) -> Result<HiddenObjects, UnknownObject> {
+        self.know(names)?;
+        let is_named = |name: &str| names.iter().any(|pattern| matches_name(pattern.as_ref(), name));
+        let is_chosen = |node: &Node| matches!(node, Node::Object { name, .. } if is_named(name));
         let chosen = self.ids().filter(|&id| is_chosen(self.node(id))).collect();
         let mut is_shown = vec![false; self.nodes.len()];
         self.visit_below(chosen, &mut is_shown, |_| {});
-        self.hidden(|id, _| !is_shown[id.0 as usize])
+        Ok(self.hidden(|id, _| !is_shown[id.0 as usize]))
+    }
+
+    /// Hides [`Scene::enclosures`].
+    pub fn hiding_enclosures(&self) -> HiddenObjects {
+        let enclosures = self.enclosures();
+        self.hidden(|_, name| enclosures.contains(&name))
+    }
+
+    fn know(&self, names: &[impl AsRef<str>]) -> Result<(), UnknownObject> {
+        let is_known = |pattern: &str| {
+            self.nodes
+                .iter()
+                .any(|node| matches!(node, Node::Object { name, .. } if matches_name(pattern, name)))
+        };
+        let unknown = names.iter().map(AsRef::as_ref).find(|name| !is_known(name));
+        unknown.map_or(Ok(()), |name| Err(UnknownObject(name.to_owned())))
     }
 
     /// The same scene without the shapes of the objects that are hidden. What they contain stays, also where it would count only
@@ -125,8 +158,24 @@ impl Scene {
     }
 }
 
+/// Whether a name is one that a pattern stands for: the parts between the stars follow each other in it.
+fn matches_name(pattern: &str, name: &str) -> bool {
+    let mut parts = pattern.split('*');
+    let first = parts.next().unwrap_or_default();
+    let Some(mut rest) = name.strip_prefix(first) else { return false };
+    let Some(last) = parts.next_back() else { return rest.is_empty() };
+    for part in parts {
+        match rest.find(part) {
+            Some(at) => rest = &rest[at + part.len()..],
+            None => return false,
+        }
+    }
+    rest.ends_with(last)
+}
+
 #[cfg(test)]
 mod tests {
+    use super::{UnknownObject, matches_name};
     use crate::math::Vec3;
     use crate::prelude::*;
     use crate::scene::{HiddenObjects, Scene};
@@ -151,10 +200,14 @@ mod tests {
             (world.object_names()[hit.object as usize].clone(), hit.t)
         };
         assert_eq!(first(HiddenObjects::default()), ("world".into(), 6.0));
-        assert_eq!(first(scene.hiding(|name| name == "world")), ("shell".into(), 7.0));
-        assert_eq!(first(scene.hiding(|name| name != "core")), ("core".into(), 8.0));
-        assert_eq!(first(scene.showing_only(|name| name == "shell")), ("shell".into(), 7.0));
-        assert_eq!(first(scene.showing_only(|name| name == "core")), ("core".into(), 8.0));
+        let hiding = |names: &[&str]| first(scene.hiding(names).expect("known names"));
+        let only = |name: &str| first(scene.showing_only(&[name]).expect("a known name"));
+        assert_eq!(hiding(&["world"]), ("shell".into(), 7.0));
+        assert_eq!(first(scene.hiding_enclosures()), ("shell".into(), 7.0));
+        assert_eq!(hiding(&["w*", "s*l"]), ("core".into(), 8.0));
+        assert_eq!((only("shell"), only("c*")), (("shell".into(), 7.0), ("core".into(), 8.0)));
+        assert_eq!(scene.hiding(&["core", "cor"]), Err(UnknownObject("cor".into())));
+        assert_eq!(scene.showing_only(&["*x"]), Err(UnknownObject("*x".into())));
     }
 
     #[test]
@@ -162,11 +215,12 @@ mod tests {
         let scene = nest();
         let world = scene.compile().expect("a world");
         for name in world.object_names() {
-            let numbers = scene.hiding(|other| other == name).by_number(&scene);
+            let numbers = scene.hiding(&[name]).expect("its name").by_number(&scene);
             let names = world.object_names().iter();
             assert_eq!(numbers, names.map(|other| other == name).collect::<Vec<_>>());
         }
-        assert!(scene.hiding(|_| false).is_empty() && HiddenObjects::default().is_empty());
+        let nothing = scene.hiding(&[] as &[&str]).expect("no names");
+        assert!(nothing.is_empty() && HiddenObjects::default().is_empty());
     }
 
     #[test]
@@ -174,5 +228,26 @@ mod tests {
         assert!(nest().has_owners());
         assert!(!Scene::of([ball("a", 1.0), ball("b", 2.0)]).has_owners());
         assert!(Scene::of([ball("a", 1.0), ball("b", 2.0).priority(1)]).has_owners());
+    }
+
+    #[test]
+    fn a_star_stands_for_any_letters() {
+        for (pattern, name) in [
+            ("a", "a"),
+            ("*", ""),
+            ("*", "x"),
+            ("a*", "a0x1"),
+            ("*b", "ab"),
+            ("a*c*e", "abcde"),
+            ("a**", "ab"),
+            ("é*", "éa"),
+        ] {
+            assert!(matches_name(pattern, name), "{pattern} {name}");
+        }
+        for (pattern, name) in
+            [("a", "ab"), ("b", "ab"), ("a*", "b"), ("a*a", "a"), ("*c*b", "abc"), ("", "a")]
+        {
+            assert!(!matches_name(pattern, name), "{pattern} {name}");
+        }
     }
 }
