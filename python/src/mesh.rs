@@ -1,6 +1,6 @@
 //! Meshes from arrays.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
@@ -8,9 +8,12 @@ use numpy::{
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use shotline::accel::DEFAULT;
 use shotline::math::Vec3;
-use shotline::solid::mesh::{MeshError, Topology, TriangleMesh, Weld};
+use shotline::solid::mesh::{ClosestPoint, MeshError, MeshSolid, Topology, TriangleMesh, Weld};
 use shotline_io::{Effect, mesh_of_polygons};
+
+use crate::cancellation::batch_work;
 
 /// Vertices and faces, checked once.
 #[pyclass(frozen, module = "shotline._native")]
@@ -18,10 +21,20 @@ use shotline_io::{Effect, mesh_of_polygons};
 pub struct Mesh {
     pub mesh: Arc<TriangleMesh>,
     topology: Topology,
+    /// Made for the first nearest point.
+    solid: OnceLock<Result<MeshSolid, MeshError>>,
     weld_note: Option<String>,
     /// What triangulating the faces changed.
     changes: Vec<String>,
 }
+
+/// Points, distances, faces, and weights of corners.
+type Nearest<'py> = (
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<i32>>,
+    Bound<'py, PyArray2<f64>>,
+);
 
 fn value_error(error: impl std::fmt::Display) -> PyErr {
     PyValueError::new_err(error.to_string())
@@ -30,7 +43,7 @@ fn value_error(error: impl std::fmt::Display) -> PyErr {
 impl Mesh {
     pub fn of(mesh: Arc<TriangleMesh>) -> PyResult<Mesh> {
         let topology = Topology::of(&mesh).map_err(value_error)?;
-        Ok(Mesh { mesh, topology, weld_note: None, changes: Vec::new() })
+        Ok(Mesh { mesh, topology, solid: OnceLock::new(), weld_note: None, changes: Vec::new() })
     }
 }
 
@@ -113,6 +126,35 @@ impl Mesh {
 
     fn is_closed(&self) -> bool {
         self.topology.is_closed()
+    }
+
+    /// The nearest points of the mesh to points of shape (n, 3): their coordinates (n, 3), distances (n), faces (n), int32,
+    /// and the weights of the corners (n, 3). NaN, infinity and -1 for points that have none.
+    fn closest_points<'py>(
+        &self,
+        py: Python<'py>,
+        points: PyReadonlyArray2<f64>,
+        threads: usize,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Nearest<'py>> {
+        let (rows, _) = points.as_slice()?.as_chunks::<3>();
+        let found = batch_work(py, rows.len(), threads, progress.as_ref(), |run| {
+            let make = || MeshSolid::new(self.mesh.clone(), DEFAULT);
+            let solid = self.solid.get_or_init(make).as_ref().map_err(ToString::to_string)?;
+            let report = |steps| run.progress.iter().for_each(|progress| progress(steps));
+            solid.closest_points(rows, run.threads, run.cancel, &report).map_err(|e| e.to_string())
+        })?;
+        let found = found.map_err(value_error)?;
+        let vector = |get: fn(&ClosestPoint) -> [f64; 3]| {
+            let numbers: Vec<f64> =
+                found.iter().flat_map(|f| f.as_ref().map_or([f64::NAN; 3], get)).collect();
+            numbers.into_pyarray(py).reshape([found.len(), 3])
+        };
+        let distances: Vec<f64> = found.iter().map(|f| f.map_or(f64::INFINITY, |f| f.distance)).collect();
+        let faces: Vec<i32> = found.iter().map(|f| f.map_or(-1, |f| f.face as i32)).collect();
+        let points = vector(|f| f.point.to_array())?;
+        let weights = vector(|f| f.barycentric)?;
+        Ok((points, distances.into_pyarray(py), faces.into_pyarray(py), weights))
     }
 
     /// Why the mesh is not closed; None if it is.

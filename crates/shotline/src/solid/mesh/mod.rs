@@ -5,6 +5,7 @@
 //! line passes through a triangle is decided exactly (`sheared_ray`, `exact`), so two triangles always agree about the
 //! edge that they share. `plane` and `mesh_line` compute where; `winding` turns hits into crossings.
 
+mod closest_point;
 mod contacts;
 mod containment;
 mod corners;
@@ -37,6 +38,7 @@ mod stop;
 mod tally;
 mod tetrahedra;
 mod topology;
+mod triangle_point;
 mod triangles;
 mod weld;
 mod welded;
@@ -55,6 +57,7 @@ mod tests;
 
 use crate::math::Vec3;
 
+pub use closest_point::ClosestPoint;
 pub use doubt::Doubt;
 pub(crate) use mesh_hit::MeshHit;
 pub use moments::Enclosed;

@@ -8,7 +8,7 @@ use super::distribute::{CHUNK, divided};
 use super::empty_cells::EmptyCells;
 use super::face_sides::{FaceSides, is_clear};
 use super::index::MeshIndex;
-use super::kernel::{BlockQuery, KernelMemory, MeshFrame, RayBlock};
+use super::kernel::{BlockQuery, KernelMemory, MeshFrame, RayBlock, WideIndex};
 use super::mesh_line::{MeshLine, PowerOfTwoScale};
 use super::tally::FaceContacts;
 use super::triangles::Triangles;
@@ -41,6 +41,8 @@ pub struct MeshSolid {
     /// The name of the accelerator.
     accel: &'static str,
     pub(super) index: MeshIndex,
+    /// Made for the first point whose nearest point is asked for, if the accelerator is another.
+    pub(super) closest_index: OnceLock<WideIndex>,
     pub(super) face_contacts: OnceLock<FaceContacts>,
     /// Made for the first rays of blocks that need it; `None` if it cannot be made.
     face_sides: OnceLock<Option<FaceSides>>,
@@ -106,6 +108,7 @@ impl MeshSolid {
             triangles,
             accel,
             index,
+            closest_index: OnceLock::new(),
             face_contacts: OnceLock::new(),
             face_sides: OnceLock::new(),
             empty_cells: OnceLock::new(),
@@ -461,6 +464,7 @@ impl Solid for MeshSolid {
             + size_of_val(self.mesh.polygons.as_slice())
             + self.triangles.memory()
             + self.index.memory()
+            + self.closest_index.get().map_or(0, WideIndex::memory)
             + self.face_sides.get().and_then(Option::as_ref).map_or(0, FaceSides::memory)
             + self.empty_cells.get().and_then(Option::as_ref).map_or(0, EmptyCells::memory)
             + self.face_contacts.get().map_or(0, FaceContacts::memory)
