@@ -33,9 +33,11 @@ from . import __version__, _native
 from .appearance import Camera
 from .beams import Cone, Function, Parallel, Random
 from .image import Image, picture_args
+from .joining import RaggedResults, Reduction, RowResults
+from .origin import BeamOrigin, Origin, RayOrigin
 from .progress import callback
 from .rays import rays as checked_rays
-from .results import Closest, Crossings, Segments
+from .results import Crossings, Segments
 from .scene import Scene
 from .values import choice
 from .values import number as real_number
@@ -163,9 +165,12 @@ def cast(
         block = min(block, max(share, _MIN_BLOCK))
     # Without rays there is one empty block, whose result has the types of the columns.
     spans = [(start, min(start + block, count)) for start in range(0, max(count, 1), block)]
-    results: Any = _RaggedResults(_TABLES[query]) if query in _TABLES else _RowResults(count, shape, query)
+    origin = Origin(scene, BeamOrigin(beam) if sent is None else RayOrigin(sent.rays), shape)
+    results: Any = (
+        RaggedResults(_TABLES[query], origin) if query in _TABLES else RowResults(count, shape, query, origin)
+    )
     if reduce is not None:
-        results = _Reduction(combine)
+        results = Reduction(combine)
     report = callback(progress)
     done = 0
     run = _Run(client, scene, _Job(__version__, beam, query, options, reduce), sent, spans)
@@ -322,10 +327,11 @@ class _ClientRays:
 
     def __init__(self, rays: Any) -> None:
         o, d = rays if isinstance(rays, tuple) and len(rays) == 2 else (rays, None)
-        self.shape, self._count, self._o, self._d = checked_rays(o, d)
+        self.rays = checked_rays(o, d)
+        self.shape = self.rays.shape
 
     def __len__(self) -> int:
-        return self._count
+        return self.rays.ray_count
 
     def rows(self, start: int, stop: int) -> tuple[np.ndarray, np.ndarray | None]:
         """The rows of a block. A single vector for all rays stays single."""
@@ -333,7 +339,8 @@ class _ClientRays:
         def cut(vectors: np.ndarray) -> np.ndarray:
             return vectors[start:stop] if vectors.ndim == 2 else vectors
 
-        return cut(self._o), None if self._d is None else cut(self._d)
+        directions = self.rays.directions
+        return cut(self.rays.origins), None if directions is None else cut(directions)
 
 
 # The scenes that were sent, by client and accelerator.
@@ -440,59 +447,3 @@ def _message(error: BaseException) -> str:
     if isinstance(error, KilledWorker):
         return f"{error.allowed_failures + 1} workers died while they had it; their logs may say why"
     return str(error) if isinstance(error, ValueError) else f"{type(error).__name__}: {error}"
-
-
-class _RowResults:
-    """Results with one row for each ray."""
-
-    def __init__(self, count: int, shape: tuple[int, ...], query: str) -> None:
-        if math.prod(shape) != count:
-            raise ValueError(f"the shape of the beam, {shape}, does not hold its {count} rays")
-        self.count, self.shape, self.query = count, shape, query
-        self.columns: list[np.ndarray] = []
-
-    def put(self, number: int, start: int, columns: list[np.ndarray]) -> None:
-        if not self.columns:
-            self.columns = [np.empty((self.count, *new.shape[1:]), new.dtype) for new in columns]
-        for column, new in zip(self.columns, columns, strict=True):
-            column[start : start + len(new)] = new
-
-    def finish(self) -> Any:
-        columns = [column.reshape(self.shape + column.shape[1:]) for column in self.columns]
-        return Closest(*columns) if self.query == "closest" else columns[0]
-
-
-class _RaggedResults:
-    """Results with any number of rows for each ray, joined at the end."""
-
-    def __init__(self, table: type) -> None:
-        self.table = table
-        self.blocks: dict[int, list[np.ndarray]] = {}
-
-    def put(self, number: int, start: int, columns: list[np.ndarray]) -> None:
-        self.blocks[number] = columns
-
-    def finish(self) -> Any:
-        splits, *columns = zip(*(self.blocks.pop(number) for number in sorted(self.blocks)), strict=True)
-        rows = np.cumsum([0, *(block[-1] for block in splits)])
-        shifted = [block[1:] + before for block, before in zip(splits, rows, strict=False)]
-        return self.table(np.concatenate([splits[0][:1], *shifted]), *map(np.concatenate, columns))
-
-
-class _Reduction:
-    """The values of `reduce`, combined in the order of the blocks as soon as possible."""
-
-    def __init__(self, combine: Callable[[Any, Any], Any]) -> None:
-        self.combine, self.total = combine, None
-        self.next = 0
-        self.waiting: dict[int, Any] = {}
-
-    def put(self, number: int, start: int, value: Any) -> None:
-        self.waiting[number] = value
-        while self.next in self.waiting:
-            value = self.waiting.pop(self.next)
-            self.total = self.combine(self.total, value) if self.next else value
-            self.next += 1
-
-    def finish(self) -> Any:
-        return self.total

@@ -13,8 +13,9 @@ from numpy.typing import ArrayLike
 
 from . import _native
 from .native_args import RayQuery
+from .origin import Origin
 from .progress import callback
-from .rays import points, rays
+from .rays import Rays, points, rays
 from .results import Closest, Cost, Crossings, Segments
 from .values import bounded_integer, choice, integer, number, text
 
@@ -65,13 +66,12 @@ class Queries:
             MemoryError: for results that do not fit into memory.
         """
         names = _fields_of(Closest, fields)
-        shape, query = _ray_query(o, d, t_min, t_max, threads, progress, surfaces_only, names)
-        columns = self._native.closest(query)
-        if len(shape) == 1:
-            return Closest(*columns)
-        shapes = ((*shape, 3) if name == "normal" else shape for name in Closest._fields)
-        shaped: list[Any] = [c if c is None else c.reshape(s) for c, s in zip(columns, shapes, strict=True)]
-        return Closest(*shaped)
+        given, query = _ray_query(o, d, t_min, t_max, threads, progress, surfaces_only, names)
+        columns, shape = self._native.closest(query), given.shape
+        if len(shape) != 1:
+            shapes = ((*shape, 3) if name == "normal" else shape for name in Closest._fields)
+            columns = tuple(c if c is None else c.reshape(s) for c, s in zip(columns, shapes, strict=True))
+        return Closest._of(columns, Origin.of(self, given))
 
     def any(
         self,
@@ -85,8 +85,8 @@ class Queries:
         progress: Any = None,
     ) -> np.ndarray:
         """Whether each ray has any crossing: (...) bool. Arguments and errors are those of `closest`."""
-        shape, query = _ray_query(o, d, t_min, t_max, threads, progress, surfaces_only)
-        return self._native.any(query).reshape(shape)
+        given, query = _ray_query(o, d, t_min, t_max, threads, progress, surfaces_only)
+        return self._native.any(query).reshape(given.shape)
 
     def count(
         self,
@@ -100,8 +100,8 @@ class Queries:
         progress: Any = None,
     ) -> np.ndarray:
         """The number of crossings of each ray: (...) int64. Arguments and errors are those of `closest`."""
-        shape, query = _ray_query(o, d, t_min, t_max, threads, progress, surfaces_only)
-        return self._native.count(query).reshape(shape)
+        given, query = _ray_query(o, d, t_min, t_max, threads, progress, surfaces_only)
+        return self._native.count(query).reshape(given.shape)
 
     def crossings(
         self,
@@ -124,8 +124,8 @@ class Queries:
         [2.5, 3.5, 6.5, 7.5]
         """
         names = _fields_of(Crossings, fields)
-        _, query = _ray_query(o, d, t_min, t_max, threads, progress, surfaces_only, names)
-        return Crossings(*self._native.crossings(query))
+        given, query = _ray_query(o, d, t_min, t_max, threads, progress, surfaces_only, names)
+        return Crossings._of(self._native.crossings(query), Origin.of(self, given))
 
     def segments(
         self,
@@ -150,10 +150,10 @@ class Queries:
         `surfaces_only`, which does not apply to segments.
         """
         _not_surfaces_only("segments", surfaces_only)
-        _, query = _ray_query(o, d, t_min, t_max, threads, progress)
+        given, query = _ray_query(o, d, t_min, t_max, threads, progress)
         *columns, overlap_count = self._native.segments(query, text(overlaps, "overlaps"))
         _warn(overlap_count, overlaps)
-        return Segments(*columns)
+        return Segments._of(columns, Origin.of(self, given))
 
     def thickness(
         self,
@@ -184,12 +184,12 @@ class Queries:
         [2.0]
         """
         _not_surfaces_only("thickness", surfaces_only)
-        shape, query = _ray_query(o, d, t_min, t_max, threads, progress)
+        given, query = _ray_query(o, d, t_min, t_max, threads, progress)
         lengths, overlap_count = self._native.thickness(
             query, choice(by, "by", ("material", "object")), text(overlaps, "overlaps")
         )
         _warn(overlap_count, overlaps)
-        return lengths.reshape(*shape, lengths.shape[1])
+        return lengths.reshape(*given.shape, lengths.shape[1])
 
     def cost(
         self,
@@ -204,8 +204,9 @@ class Queries:
     ) -> Cost:
         """The work of finding the first crossing of each ray: see `Cost`. Arguments and errors are those of
         `closest`."""
-        shape, query = _ray_query(o, d, t_min, t_max, threads, progress, surfaces_only)
-        return Cost(*(column.reshape(shape) for column in self._native.cost(query).T))
+        given, query = _ray_query(o, d, t_min, t_max, threads, progress, surfaces_only)
+        columns = (column.reshape(given.shape) for column in self._native.cost(query).T)
+        return Cost._of(columns, Origin.of(self, given))
 
     def contains(self, p: ArrayLike, *, threads: int = 0, progress: Any = None) -> np.ndarray:
         """Whether points of shape (..., 3) are inside any object: (...) bool. What is outside an object that contains it and
@@ -289,11 +290,13 @@ def _ray_query(
     progress: Any,
     surfaces_only: bool = False,
     fields: list[str] | None = None,
-) -> tuple[tuple[int, ...], RayQuery]:
-    """The shape of the result, and the query in the form that the native half takes."""
-    shape, count, origins, directions = rays(o, d)
+) -> tuple[Rays, RayQuery]:
+    """The rays, and the query in the form that the native half takes."""
+    given = rays(o, d)
     span = number(t_min, "t_min"), number(t_max, "t_max"), bool(surfaces_only)
-    return shape, RayQuery(count, origins, directions, *span, threads_of(threads), callback(progress), fields)
+    return given, RayQuery(
+        given.ray_count, given.origins, given.directions, *span, threads_of(threads), callback(progress), fields
+    )
 
 
 def _fields_of(result: type[Closest] | type[Crossings], fields: Iterable[str] | None) -> list[str] | None:

@@ -1,86 +1,66 @@
-"""The results of queries: named tuples of arrays, which print as tables."""
+"""The results of queries: columns that are read by name, with the points, names and other forms of their rows."""
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, NamedTuple
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 
-# The number of rows of a table that are shown at each end.
-SHOWN = 5
+from .columns import Columns, chosen_rows, one_row
+from .exports import ragged_records
+from .tables import counted
+
+_OPEN3D = {
+    "t_hit": "t",
+    "geometry_ids": "object",
+    "primitive_ids": "primitive",
+    "primitive_normals": "normal",
+}
 
 
-class _Table(tuple[Any, ...]):
-    """Columns of one length, some with aliases. A mixin for named tuples."""
-
-    __slots__ = ()
-    _aliases: ClassVar[dict[str, str]] = {}
-
-    def _names(self) -> tuple[str, ...]:
-        raise NotImplementedError
-
-    def to_dict(self) -> dict[str, np.ndarray]:
-        """The arrays by name; they are not copied. Columns that were not asked for are left out."""
-        named = zip(self._names(), self, strict=True)
-        return {name: column for name, column in named if column is not None}
-
-    def __getitem__(self, key: Any) -> Any:
-        """By position as in any tuple, or by name, including Open3D's names: `hits["t_hit"]`."""
-        if not isinstance(key, str):
-            return super().__getitem__(key)
-        name = self._aliases.get(key, key)
-        if name in self._names() or name in self._aliases:
-            column = getattr(self, name)
-            if column is None:
-                raise KeyError(f"{key!r}; this column was not among the fields that were asked for")
-            return column
-        raise KeyError(f"{key!r}; the names are {', '.join([*self._names(), *self._aliases])}")
-
-    def _rows(self) -> tuple[int, list[tuple[str, Any]]]:
-        raise NotImplementedError
-
-    def _heading(self) -> str:
-        raise NotImplementedError
-
-    def __repr__(self) -> str:
-        count, columns = self._rows()
-        rows = list(range(count)) if count <= 2 * SHOWN + 1 else [*range(SHOWN), *range(count - SHOWN, count)]
-        table = [[name, *(_cell(column[row]) for row in rows)] for name, column in columns]
-        table.insert(0, ["", *map(str, rows)])
-        if len(rows) < count:
-            for column in table:
-                column.insert(1 + SHOWN, "...")
-        widths = [max(map(len, column)) for column in table]
-        lines = [
-            "  ".join(cell.rjust(width) for cell, width in zip(line, widths, strict=True))
-            for line in zip(*table, strict=True)
-        ]
-        return "\n".join([self._heading(), *lines])
+def _alias(name: str) -> property:
+    return property(lambda self: getattr(self, name), doc=f"Another name of `{name}`.")
 
 
-def _counted(count: int, what: str) -> str:
-    return f"{count} {what}{'' if count == 1 else 's'}"
+class _PerRow(Columns):
+    """Columns with a row for each ray or object; the first has their shape."""
+
+    _what = "rays"
+
+    def _shape(self) -> tuple[int, ...]:
+        return tuple(next(iter(self)).shape)
+
+    def __len__(self) -> int:
+        return int(next(iter(self)).size)
+
+    def _row_columns(self) -> dict[str, np.ndarray]:
+        lead, count = len(self._shape()), len(self)
+        return {name: column.reshape(count, *column.shape[lead:]) for name, column in self.to_dict().items()}
+
+    def _selected(self, key: Any) -> Any:
+        return self._chosen(chosen_rows(key, self._shape(), self._what))
+
+    def _chosen(self, rows: np.ndarray) -> Any:
+        flat = self._row_columns()
+        columns = (flat[name][rows] if name in flat else None for name in self._fields)
+        # A row of a column may be a number; columns are arrays.
+        arrays = (None if column is None else np.asarray(column) for column in columns)
+        return type(self)._of(arrays, self._origin and self._origin.select(rows))
 
 
-def _cell(value: Any) -> str:
-    if isinstance(value, np.ndarray):
-        return "(" + ", ".join(_cell(x) for x in value) + ")"
-    # Adding zero turns -0 into 0.
-    return f"{value + 0.0:.6g}" if isinstance(value, (float, np.floating)) else str(value)
+class _PerRay(_PerRow):
+    """Columns with a row for each ray."""
+
+    def ray(self, number: int | tuple[int, ...]) -> Any:
+        """The row of one ray, as an answer of the same kind whose arrays have the shape (): by its number in C order, or
+        by its indices along the axes of the rays. Raises IndexError for a ray that does not exist."""
+        return self._chosen(one_row(number, self._shape(), self._what))
 
 
-class _ClosestFields(NamedTuple):
-    t: np.ndarray
-    normal: np.ndarray
-    object: np.ndarray
-    surface: np.ndarray
-    primitive: np.ndarray
-    path: np.ndarray
-    entering: np.ndarray
-    t_err: np.ndarray
-
-
-class Closest(_Table, _ClosestFields):
+@dataclass(frozen=True, repr=False, eq=False)
+class Closest(_PerRay):
     """The first crossing of each ray; all arrays have the rays' shape (...).
 
     t: (...) float64, in lengths of the direction; inf for a miss.
@@ -95,36 +75,77 @@ class Closest(_Table, _ClosestFields):
     Columns that were not among the `fields` asked for are None.
 
     Open3D's names are aliases: `t_hit`, `geometry_ids`, `primitive_ids`, `primitive_normals`.
+
+    Unpacking gives the columns, `len` is the number of rays. `hits[3]`, `hits[10:20]`, `hits[mask]` and `hits[[4, 2]]`
+    are answers of the same kind, with the chosen rays; these are numbered in C order, and a mask may have their shape.
+    `hits[2, 5]` is the ray of those indices. Pickles keep the columns, the rays and the names that occur, but not
+    the scene.
+
+    >>> hits = Scene(Sphere(radius=1).named("ball")).closest([[-3, 0, 0], [-3, 5, 0]], [2, 0, 0])
+    >>> hits.points[0].tolist(), hits.distance.tolist(), hits.object_names().tolist()
+    ([-1.0, 0.0, 0.0], [2.0, inf], ['ball', None])
+    >>> hits[np.isfinite(hits.t)].normal.tolist()
+    [[-1.0, 0.0, 0.0]]
     """
 
-    __slots__ = ()
-    _aliases: ClassVar[dict[str, str]] = {
-        "t_hit": "t",
-        "geometry_ids": "object",
-        "primitive_ids": "primitive",
-        "primitive_normals": "normal",
-    }
+    t: np.ndarray
+    normal: np.ndarray
+    object: np.ndarray
+    surface: np.ndarray
+    primitive: np.ndarray
+    path: np.ndarray
+    entering: np.ndarray
+    t_err: np.ndarray
 
-    t_hit = property(lambda self: self.t)
-    geometry_ids = property(lambda self: self.object)
-    primitive_ids = property(lambda self: self.primitive)
-    primitive_normals = property(lambda self: self.normal)
+    _aliases: ClassVar[dict[str, str]] = _OPEN3D
+    t_hit = _alias("t")
+    geometry_ids = _alias("object")
+    primitive_ids = _alias("primitive")
+    primitive_normals = _alias("normal")
 
-    def _rows(self) -> tuple[int, list[tuple[str, Any]]]:
-        columns = [(n, c.reshape(-1, 3) if n == "normal" else c.reshape(-1)) for n, c in self.to_dict().items()]
-        return self.t.size, columns
+    @property
+    def points(self) -> np.ndarray:
+        """The points that are hit, o + t d, (..., 3) float64 in world coordinates; NaN for a miss. Computed anew from the
+        arrays of rays that the query was given: do not change these."""
+        origins, directions = self._ray_vectors(None)
+        return _along(origins, directions, self.t.reshape(-1)).reshape(*self.t.shape, 3)
 
-    def _names(self) -> tuple[str, ...]:
-        return self._fields
+    @property
+    def distance(self) -> np.ndarray:
+        """The distance from the origin of the ray, (...) float64 in the scene's units: t times the length of the
+        direction; inf for a miss."""
+        _, directions = self._ray_vectors(None)
+        lengths = self.t.reshape(-1) * np.linalg.norm(directions, axis=-1)
+        return np.reshape(lengths, self.t.shape)
+
+    def object_names(self) -> np.ndarray:
+        """The names of the objects, (...) of str; None for a miss. Raises KeyError if the column was not asked for."""
+        return self._named("object")
+
+    def surface_names(self) -> np.ndarray:
+        """The names of the surfaces, as in "cylinder#1.side": as `object_names`."""
+        return self._named("surface")
+
+    def path_names(self) -> np.ndarray:
+        """The names of the instances, as in "world/arm[2]/bolt[0]": as `object_names`."""
+        return self._named("path")
+
+    def _texts(self) -> dict[str, Callable[[int], str]]:
+        hit = np.isfinite(self.t).reshape(-1)
+
+        def shown(name: str, text: Callable[[int], str]) -> Callable[[int], str]:
+            miss = "miss" if name == "t" else ""
+            return lambda row: text(row) if hit[row] else miss
+
+        return {name: shown(name, text) for name, text in super()._texts().items()}
 
     def _heading(self) -> str:
         return f"closest crossings of rays of shape {self.t.shape}: {int(np.isfinite(self.t).sum())} hit"
 
 
-class _Ragged(_Table):
+class _Ragged(Columns):
     """Rows grouped by ray."""
 
-    __slots__ = ()
     ray_splits: np.ndarray
 
     @property
@@ -133,36 +154,67 @@ class _Ragged(_Table):
         splits = self.ray_splits
         return np.repeat(np.arange(len(splits) - 1), np.diff(splits))
 
-    def _rows(self) -> tuple[int, list[tuple[str, Any]]]:
+    def __len__(self) -> int:
+        return int(self.ray_splits[-1])
+
+    def ray(self, number: int | tuple[int, ...]) -> Any:
+        """The rows of one ray, as an answer of the same kind for one ray: by its number in C order, or by its indices along
+        the axes of the rays. Raises IndexError for a ray that does not exist."""
+        return self._chosen(one_row(number, self._shape(), "rays"))
+
+    def to_awkward(self) -> Any:
+        """An `awkward.Array` that has for each ray a list of records, with the columns as fields.
+
+        Raises ImportError without awkward.
+        """
+        return ragged_records(self._row_columns(), self.ray_splits)
+
+    def to_pandas(self) -> Any:
+        """A `pandas.DataFrame` with a row for each row, and in the column `ray` its ray. Vectors become columns such as
+        `normal_x`. Numbers of objects, materials, surfaces and paths become their names, as categories, and are missing
+        where there is none.
+
+        Raises ImportError without pandas.
+        """
+        frame = super().to_pandas()
+        frame.insert(0, "ray", self.ray_ids)
+        return frame
+
+    def _shape(self) -> tuple[int, ...]:
+        return (len(self.ray_splits) - 1,) if self._origin is None else self._origin.shape
+
+    def _row_columns(self) -> dict[str, np.ndarray]:
+        return {name: column for name, column in self.to_dict().items() if name != "ray_splits"}
+
+    def _selected(self, key: Any) -> Any:
+        return self._chosen(chosen_rows(key, self._shape(), "rays"))
+
+    def _chosen(self, rays: np.ndarray) -> Any:
+        flat, splits = rays.reshape(-1), self.ray_splits
+        counts = np.diff(splits)[flat]
+        chosen = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+        rows = np.repeat(splits[flat] - chosen[:-1], counts) + np.arange(chosen[-1])
+        columns = (None if column is None else column[rows] for column in list(self)[1:])
+        return type(self)._of((chosen, *columns), self._origin and self._origin.select(rays))
+
+    def _along_rays(self, t: np.ndarray) -> np.ndarray:
+        return _along(*self._ray_vectors(self.ray_ids), t)
+
+    def _distances(self, t: np.ndarray) -> np.ndarray:
+        _, directions = self._ray_vectors(self.ray_ids)
+        lengths = np.linalg.norm(directions, axis=-1)
+        return np.asarray(t * lengths)
+
+    def _texts(self) -> dict[str, Callable[[int], str]]:
         splits = self.ray_splits
-        columns = [(n, c) for n, c in self.to_dict().items() if isinstance(c, np.ndarray) and n != "ray_splits"]
-        return int(splits[-1]), [("ray", _RayOfRow(splits)), *columns]
+        ray: dict[str, Callable[[int], str]] = {
+            "ray": lambda row: str(int(np.searchsorted(splits, row, side="right")) - 1)
+        }
+        return ray | super()._texts()
 
 
-class _RayOfRow:
-    """The column of `ray_ids`, computed only for the rows that are read."""
-
-    def __init__(self, splits: np.ndarray) -> None:
-        self.splits = splits
-
-    def __getitem__(self, row: int) -> int:
-        return int(np.searchsorted(self.splits, row, side="right")) - 1
-
-
-class _CrossingsFields(NamedTuple):
-    ray_splits: np.ndarray
-    t: np.ndarray
-    normal: np.ndarray
-    entering: np.ndarray
-    object: np.ndarray
-    surface: np.ndarray
-    primitive: np.ndarray
-    path: np.ndarray
-    kind: np.ndarray
-    t_err: np.ndarray
-
-
-class Crossings(_Ragged, _CrossingsFields):
+@dataclass(frozen=True, repr=False, eq=False)
+class Crossings(_Ragged):
     """Every crossing of n rays, a row each, grouped by ray, ascending in t. For each path entering and exiting
     alternate; with `surfaces_only`, crossings of kind start and end are left out.
 
@@ -174,39 +226,114 @@ class Crossings(_Ragged, _CrossingsFields):
     Columns that were not among the `fields` asked for are None.
 
     Open3D's names are aliases: `t_hit`, `ray_ids`, `geometry_ids`, `primitive_ids`, `primitive_normals`.
+
+    Unpacking gives the columns, `len` is the number of rows. `hits[3]`, `hits[10:20]`, `hits[mask]` and `hits[[4, 2]]`
+    are answers of the same kind, with all rows of the chosen rays, as in `Closest`.
+
+    >>> hits = Scene(Sphere(radius=1).named("ball")).crossings([[-3, 0, 0], [-3, 5, 0]], [1, 0, 0])
+    >>> hits.ray(0).points.tolist(), len(hits[1:])
+    ([[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]], 0)
     """
 
-    __slots__ = ()
-    _aliases = Closest._aliases | {"ray_ids": "ray_ids"}
+    ray_splits: np.ndarray
+    t: np.ndarray
+    normal: np.ndarray
+    entering: np.ndarray
+    object: np.ndarray
+    surface: np.ndarray
+    primitive: np.ndarray
+    path: np.ndarray
+    kind: np.ndarray
+    t_err: np.ndarray
 
-    t_hit = property(lambda self: self.t)
-    geometry_ids = property(lambda self: self.object)
-    primitive_ids = property(lambda self: self.primitive)
-    primitive_normals = property(lambda self: self.normal)
+    _aliases: ClassVar[dict[str, str]] = _OPEN3D | {"ray_ids": "ray_ids"}
+    t_hit = _alias("t")
+    geometry_ids = _alias("object")
+    primitive_ids = _alias("primitive")
+    primitive_normals = _alias("normal")
 
-    def _names(self) -> tuple[str, ...]:
-        return self._fields
+    @property
+    def points(self) -> np.ndarray:
+        """The points of the crossings, o + t d, (rows, 3) float64 in world coordinates; NaN where t is infinite. Computed
+        anew from the arrays of rays that the query was given: do not change these."""
+        return self._along_rays(self.t)
+
+    @property
+    def distance(self) -> np.ndarray:
+        """The distance from the origin of the ray, (rows,) float64 in the scene's units: t times the length of the
+        direction."""
+        return self._distances(self.t)
+
+    def object_names(self) -> np.ndarray:
+        """The names of the objects, (rows,) of str. Raises KeyError if the column was not asked for."""
+        return self._named("object")
+
+    def surface_names(self) -> np.ndarray:
+        """The names of the surfaces, as in "cylinder#1.side", and None where there is none: as `object_names`."""
+        return self._named("surface")
+
+    def path_names(self) -> np.ndarray:
+        """The names of the instances, as in "world/arm[2]/bolt[0]": as `object_names`."""
+        return self._named("path")
 
     def _heading(self) -> str:
-        return f"{_counted(len(self.t), 'crossing')} of {_counted(len(self.ray_splits) - 1, 'ray')}"
+        return f"{counted(len(self), 'crossing')} of {counted(len(self.ray_splits) - 1, 'ray')}"
 
 
-class _MeasuresFields(NamedTuple):
+@dataclass(frozen=True, repr=False, eq=False)
+class Segments(_Ragged):
+    """The intervals of n rays inside objects, a row each, grouped by ray.
+
+    ray_splits: (n + 1,) int64; the rows of ray i are `ray_splits[i]` to `ray_splits[i + 1]`.
+    t_in, t_out: (rows,) float64, in lengths of the direction.
+    length: (rows,) float64, in world units.
+    material: (rows,) int32, for `scene.material_names`; -1 for an object without one.
+    object: (rows,) int32.
+    path: (rows,) int64, the instance that owns the segment.
+
+    `geometry_ids` is an alias of `object`. Unpacking, `len` and the selection of rays are as in `Crossings`.
+    """
+
+    ray_splits: np.ndarray
+    t_in: np.ndarray
+    t_out: np.ndarray
+    length: np.ndarray
+    material: np.ndarray
     object: np.ndarray
-    volume: np.ndarray
-    volume_err: np.ndarray
-    mass: np.ndarray
-    mass_err: np.ndarray
-    centroid: np.ndarray
-    centroid_err: np.ndarray
-    inertia: np.ndarray
-    inertia_err: np.ndarray
-    exact: np.ndarray
-    bounds: np.ndarray
-    rays: np.ndarray
+    path: np.ndarray
+
+    _aliases: ClassVar[dict[str, str]] = {"ray_ids": "ray_ids", "geometry_ids": "object"}
+    geometry_ids = _alias("object")
+
+    @property
+    def points(self) -> np.ndarray:
+        """Where each segment begins and ends, (rows, 2, 3) float64 in world coordinates; NaN where t is infinite. Computed
+        anew from the arrays of rays that the query was given: do not change these."""
+        return np.stack([self._along_rays(t) for t in (self.t_in, self.t_out)], axis=1)
+
+    @property
+    def distance(self) -> np.ndarray:
+        """The distances of its beginning and end from the origin of the ray, (rows, 2) float64 in the scene's units."""
+        return np.stack([self._distances(t) for t in (self.t_in, self.t_out)], axis=1)
+
+    def object_names(self) -> np.ndarray:
+        """The names of the objects, (rows,) of str."""
+        return self._named("object")
+
+    def material_names(self) -> np.ndarray:
+        """The names of the materials, (rows,) of str; None for an object without one."""
+        return self._named("material")
+
+    def path_names(self) -> np.ndarray:
+        """The names of the instances, as in "world/arm[2]/bolt[0]": (rows,) of str."""
+        return self._named("path")
+
+    def _heading(self) -> str:
+        return f"{counted(len(self), 'segment')} of {counted(len(self.ray_splits) - 1, 'ray')}"
 
 
-class Measures(_Table, _MeasuresFields):
+@dataclass(frozen=True, repr=False, eq=False)
+class Measures(_PerRow):
     """Volume, mass, centroid and inertia of objects, a row each. Each `_err` is one standard error, and 0 where the
     value is exact except for rounding.
 
@@ -221,30 +348,35 @@ class Measures(_Table, _MeasuresFields):
         cast.
     """
 
-    __slots__ = ()
+    object: np.ndarray
+    volume: np.ndarray
+    volume_err: np.ndarray
+    mass: np.ndarray
+    mass_err: np.ndarray
+    centroid: np.ndarray
+    centroid_err: np.ndarray
+    inertia: np.ndarray
+    inertia_err: np.ndarray
+    exact: np.ndarray
+    bounds: np.ndarray
+    rays: np.ndarray
 
-    def _rows(self) -> tuple[int, list[tuple[str, Any]]]:
+    _what = "objects"
+
+    def object_names(self) -> np.ndarray:
+        """The names of the objects, (n,) of str."""
+        return self._named("object")
+
+    def _texts(self) -> dict[str, Callable[[int], str]]:
         shown = ("object", "volume", "volume_err", "mass", "mass_err", "centroid", "exact", "rays")
-        return len(self.object), [(name, column) for name, column in self.to_dict().items() if name in shown]
-
-    def _names(self) -> tuple[str, ...]:
-        return self._fields
+        return {name: text for name, text in super()._texts().items() if name in shown}
 
     def _heading(self) -> str:
-        return f"measures of {_counted(len(self.object), 'object')}"
+        return f"measures of {counted(len(self), 'object')}"
 
 
-class _CostFields(NamedTuple):
-    boxes: np.ndarray
-    cells: np.ndarray
-    planes: np.ndarray
-    solids: np.ndarray
-    tags: np.ndarray
-    heap: np.ndarray
-    all: np.ndarray
-
-
-class Cost(_Table, _CostFields):
+@dataclass(frozen=True, repr=False, eq=False)
+class Cost(_PerRay):
     """The work of finding the first crossing of each ray; all arrays have the rays' shape (...), int64.
 
     boxes: boxes tested.
@@ -256,47 +388,22 @@ class Cost(_Table, _CostFields):
     all: boxes, cells, planes and solids together.
     """
 
-    __slots__ = ()
-
-    def _rows(self) -> tuple[int, list[tuple[str, Any]]]:
-        return self.all.size, [(name, column.reshape(-1)) for name, column in self.to_dict().items()]
-
-    def _names(self) -> tuple[str, ...]:
-        return self._fields
+    boxes: np.ndarray
+    cells: np.ndarray
+    planes: np.ndarray
+    solids: np.ndarray
+    tags: np.ndarray
+    heap: np.ndarray
+    all: np.ndarray
 
     def _heading(self) -> str:
         mean = float(self.all.mean()) if self.all.size else 0.0
         return f"costs of rays of shape {self.all.shape}: {mean:.4g} in the mean"
 
 
-class _SegmentsFields(NamedTuple):
-    ray_splits: np.ndarray
-    t_in: np.ndarray
-    t_out: np.ndarray
-    length: np.ndarray
-    material: np.ndarray
-    object: np.ndarray
-    path: np.ndarray
-
-
-class Segments(_Ragged, _SegmentsFields):
-    """The intervals of n rays inside objects, a row each, grouped by ray.
-
-    ray_splits: (n + 1,) int64; the rows of ray i are `ray_splits[i]` to `ray_splits[i + 1]`.
-    t_in, t_out: (rows,) float64, in lengths of the direction.
-    length: (rows,) float64, in world units.
-    material: (rows,) int32, for `scene.material_names`; -1 for an object without one.
-    object: (rows,) int32.
-    path: (rows,) int64, the instance that owns the segment.
-    """
-
-    __slots__ = ()
-    _aliases: ClassVar[dict[str, str]] = {"ray_ids": "ray_ids", "geometry_ids": "object"}
-
-    geometry_ids = property(lambda self: self.object)
-
-    def _names(self) -> tuple[str, ...]:
-        return self._fields
-
-    def _heading(self) -> str:
-        return f"{_counted(len(self.t_in), 'segment')} of {_counted(len(self.ray_splits) - 1, 'ray')}"
+def _along(origins: np.ndarray, directions: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """Points on rays, (n, 3); NaN for infinite t."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        points = origins + t[:, None] * directions
+    points[~np.isfinite(t)] = np.nan
+    return np.asarray(points)

@@ -24,6 +24,7 @@ from .image import Image, picture_args
 from .mesh import Mesh, weld_text
 from .native_args import MeasureSettings
 from .nodes import Node, Object, accelerator, affine
+from .origin import Origin
 from .plot import plot_ray
 from .progress import callback
 from .queries import Queries, number_of, threads_of
@@ -140,7 +141,8 @@ class Scene(Queries):
             raise TypeError(f"objects is a list of names and numbers, as in [{objects!r}], not a string")
         numbers = None if objects is None else [n for item in objects for n in self._objects(item)]
         settings = MeasureSettings(rays, seed, method == "best", text(overlaps, "overlaps"), numbers)
-        return Measures(*_native.measure(self._native, settings, threads_of(threads), callback(progress)))
+        columns = _native.measure(self._native, settings, threads_of(threads), callback(progress))
+        return Measures._of(columns, Origin(self, None, (len(columns[0]),)))
 
     def _objects(self, item: int | str) -> list[int]:
         if not isinstance(item, str):

@@ -11,7 +11,7 @@ QUERIES = ["closest", "any", "count", "crossings", "segments", "thickness"]
 
 
 def arrays(result):
-    return result if isinstance(result, tuple) else (result,)
+    return (result,) if isinstance(result, np.ndarray) else tuple(result)
 
 
 def same(a, b):
@@ -130,7 +130,7 @@ def test_the_same_bits_as_the_command(sample_scene, sample_rays, tmp_path):
         ]
         subprocess.run(words, cwd=tmp_path, check=True, capture_output=True)
         result = getattr(sample_scene, query)(o, d)
-        columns = result.to_dict() if isinstance(result, tuple) else {query: result}
+        columns = {query: result} if isinstance(result, np.ndarray) else result.to_dict()
         with np.load(tmp_path / "out.npz") as written:
             assert written["object_names"].tolist() == sample_scene.object_names
             for name, column in columns.items():

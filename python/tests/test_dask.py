@@ -20,6 +20,7 @@ pytest.importorskip("distributed", reason="needs Dask's distributed: pip install
 import cloudpickle
 import dask
 from distributed import Client, LocalCluster
+from shotline.columns import Columns
 from shotline.dask import BlockError, Cone, Function, Random, cast, render
 
 # Workers cannot import this file.
@@ -60,7 +61,7 @@ def scene():
 
 
 def same(one, other):
-    if isinstance(one, tuple):
+    if isinstance(one, (tuple, Columns)):
         assert type(one) is type(other)
         assert all(same(a, b) for a, b in zip(one, other, strict=True))
     else:
