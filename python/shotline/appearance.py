@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from .values import number, numbers
+from .values import number, numbers, text
 
 Vector = tuple[float, float, float]
 
@@ -53,7 +54,8 @@ class Material:
     `mu` is the linear attenuation coefficient, one over the scene's unit of length, at least 0. `density` is in g/cm^3,
     independent of the scene's unit of length; in a scene without units it is mass per cubed length. The rest is for
     pictures, from 0 to 1: `color` as sRGB, the strength of the highlight `specular`, and the fraction of light that is
-    reflected, `mirror`; `shininess` is the exponent of the highlight (Phong).
+    reflected, `mirror`; `shininess` is the exponent of the highlight (Phong). `composition` gives the elements, each with its
+    share of the mass, from 0 to 1, as in `{"H": 0.112, "O": 0.888}`; it is kept as pairs, and no answer depends on it.
 
     Raises ValueError for numbers out of range, TypeError for values that are not numbers.
     """
@@ -64,8 +66,11 @@ class Material:
     specular: float | None = None
     shininess: float | None = None
     mirror: float | None = None
+    composition: Mapping[str, float] | Sequence[tuple[str, float]] | None = None
 
     def __post_init__(self) -> None:
+        if self.composition is not None:
+            _set(self, "composition", _shares(self.composition))
         for name in ("mu", "density", "shininess"):
             _number(self, name)
         for name in ("specular", "mirror"):
@@ -73,7 +78,18 @@ class Material:
         _color(self)
 
     def _keys(self) -> dict[str, Any]:
-        return _given(**vars(self))
+        keys = _given(**vars(self))
+        return keys | {"composition": dict(keys["composition"])} if "composition" in keys else keys
+
+
+def _shares(composition: Any) -> tuple[tuple[str, float], ...]:
+    """The elements of a material, each with its share of the mass."""
+    pairs = dict(composition).items()
+    shares = tuple((text(name, "an element"), number(share, f"the share of {name!r}")) for name, share in pairs)
+    for name, share in shares:
+        if not 0.0 <= share <= 1.0:
+            raise ValueError(f"the share of {name!r} in the composition is {share:g}, but must be from 0 to 1")
+    return shares
 
 
 @dataclass(frozen=True, kw_only=True)

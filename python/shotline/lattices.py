@@ -33,6 +33,12 @@ class _Cells(Node):
     def _numbers(self) -> dict[str, Any]:
         raise NotImplementedError
 
+    def _cell_indices(self) -> np.ndarray | None:
+        """The table of cells in the order of a scene file; -1 for an empty cell."""
+        if self._cells is None:
+            return None
+        return np.array([-1 if index is None else index for index in self._cells], np.int64)
+
     def _children(self) -> tuple[Node, ...]:
         return self._elements
 
@@ -93,6 +99,27 @@ class Lattice(_Cells):
         _check_count(sizes[0] * sizes[1] * sizes[2], "counts")
         super().__init__(node, cells, sizes)
 
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """The numbers of cells along x, y and z."""
+        return self._counts
+
+    @property
+    def pitch(self) -> tuple[float, ...]:
+        """The distances between neighbours along x, y and z."""
+        return self._pitch
+
+    @property
+    def stagger(self) -> bool:
+        """Whether every second row is shifted."""
+        return self._stagger
+
+    @property
+    def cells(self) -> np.ndarray | None:
+        """For each cell the index of its node, -1 for an empty one: int64 of shape `counts`; None if all hold the first."""
+        indices = self._cell_indices()
+        return None if indices is None else indices.reshape(self._counts, order="F")
+
     def _numbers(self) -> dict[str, Any]:
         stagger = {"stagger": True} if self._stagger else {}
         return {"counts": self._counts, "pitch": self._pitch} | stagger
@@ -135,6 +162,31 @@ class HexagonalLattice(_Cells):
         count = self._layers * (3 * self._rings * (self._rings - 1) + 1)
         _check_count(count, "rings and layers")
         super().__init__(node, cells, (count,))
+
+    @property
+    def rings(self) -> int:
+        """The number of rings."""
+        return self._rings
+
+    @property
+    def pitch(self) -> float:
+        """The distance between neighbours."""
+        return self._pitch
+
+    @property
+    def layers(self) -> int:
+        """The number of layers."""
+        return self._layers
+
+    @property
+    def height(self) -> float:
+        """The distance between layers."""
+        return self._height
+
+    @property
+    def cells(self) -> np.ndarray | None:
+        """For each cell the index of its node, -1 for an empty one: (cells,) int64; None if all hold the first."""
+        return self._cell_indices()
 
     def _numbers(self) -> dict[str, Any]:
         return {"rings": self._rings, "pitch": self._pitch, "layers": self._layers, "height": self._height}

@@ -115,6 +115,12 @@ class Node:
         """Make an object of this node: see `Object`."""
         return Object(self, name, material, priority, contents=contents, clip=clip)
 
+    @property
+    def children(self) -> tuple[Node, ...]:
+        """The nodes that it is made of: operands, members, the node that is transformed or named; of an object its shape,
+        then its contents."""
+        return self._children()
+
     # The keys of the node in a scene file, without its children; and the children.
     def _keys(self) -> dict[str, Any]:
         return {}
@@ -283,6 +289,16 @@ class Placed(Node):
             _native.compose(list(steps))  # refuses what has no inverse
 
     @property
+    def node(self) -> Node:
+        """The node that is transformed."""
+        return self._child
+
+    @property
+    def steps(self) -> tuple[tuple[str, Any], ...]:
+        """The transforms, the first to be applied first: the name of the method, and its numbers."""
+        return self._steps
+
+    @property
     def matrix(self) -> np.ndarray:
         """All transforms as one affine map of shape (3, 4), float64: composed in double-double arithmetic and rounded
         once."""
@@ -328,6 +344,16 @@ class Part(Node):
     def __init__(self, node: Node, name: str) -> None:
         self._child, self._name = _checked(node), text(name, "the name of a part")
         self._inner = node._object
+
+    @property
+    def node(self) -> Node:
+        """The node that is named."""
+        return self._child
+
+    @property
+    def name(self) -> str:
+        """The name."""
+        return self._name
 
     def _children(self) -> tuple[Node, ...]:
         return (self._child,)

@@ -18,6 +18,8 @@ from numpy.typing import ArrayLike
 
 from . import _native
 from .appearance import Camera, Light, Material
+from .contents import Contents, Read
+from .extension import Document, Settings, joined, materials_of
 from .foreign import instances, is_scene
 from .html_repr import html
 from .image import Image, picture_args
@@ -33,7 +35,7 @@ from .serialize import serialize
 from .values import bounded_integer, choice, text
 
 
-class Scene(Queries):
+class Scene(Contents, Queries):
     """A scene, compiled on construction and then immutable; any number of threads may query it.
 
     `objects` are objects (`node.named("bolt", material="steel")`) or plain nodes, which become objects named `object0`
@@ -42,54 +44,76 @@ class Scene(Queries):
     the unit of length: "nm", "um", "mm", "cm", "m", "km", "in" or "ft"; "none" or None for a scene without one. No
     length is converted.
 
+    Other scenes may be among the objects, also those that were loaded: all of their objects become objects of this one, and
+    rays find them as before, bit for bit. Their materials, lights and motions are joined, those given here are taken instead
+    of others of the same name; the camera, the unit and the accelerator are those of the first scene that has them.
+
+    The scene is read back by `objects`, `materials`, `camera`, `lights` and `units`. `scene["plate"]` and `scene[3]` are
+    objects by name and number, iteration gives all objects, and `len` is their number.
+
     `accel` names the accelerator of all nodes that have none of their own: a combination, a mesh or a shared group made
     with `accel=` keeps that. No result depends on it. `load(path, accel=...)` also overrides the accelerators of nodes.
 
-    Raises ValueError for a scene that cannot be compiled, and warns (`DuplicateNameWarning`) if different objects have
+    Raises ValueError for a scene that cannot be compiled, and for scenes with different units or with different materials
+    of one name; warns (`DuplicateNameWarning`) if different objects have
     the same name.
 
     >>> scene = Scene(Sphere(radius=2).named("ball"))
     >>> float(scene.closest([-5, 0, 0], [1, 0, 0]).t)
     3.0
+    >>> scene["ball"].node.radius, len(Scene(scene, Box(min=(3, 0, 0), max=(4, 1, 1))))
+    (2.0, 2)
     """
 
     __slots__ = ("__weakref__", "_accel", "_hash", "_native", "_packed")
 
     def __init__(
         self,
-        *objects: Node | Iterable[Node],
+        *objects: Node | Scene | Iterable[Node | Scene],
         materials: Mapping[str, Material | Mapping[str, Any]] | None = None,
         camera: Camera | None = None,
         lights: Iterable[Light] = (),
         units: str | None = None,
         accel: str | None = None,
     ) -> None:
-        if len(objects) == 1 and is_scene(objects[0]):
-            objects = tuple(_placed_meshes(objects[0]))
-        elif len(objects) == 1 and not isinstance(objects[0], Node):
-            objects = _nodes(objects[0])
-        for item in objects:
-            if not isinstance(item, Node):
+        items = _items(objects)
+        for item in items:
+            if not isinstance(item, (Node, Scene)):
                 raise TypeError(_not_a_node(item))
+        if camera is not None and not isinstance(camera, Camera):
+            raise TypeError(f"camera must be a Camera, not {type(camera).__name__}")
         checked = {
             text(name, "a material's name"): _material(name, item) for name, item in (materials or {}).items()
         }
-        if camera is not None and not isinstance(camera, Camera):
-            raise TypeError(f"camera must be a Camera, not {type(camera).__name__}")
-        document, meshes = serialize(
-            objects,  # type: ignore[arg-type]
+        settings = Settings(
             {name: material._keys() for name, material in checked.items()},
             camera._keys() if camera else None,
             [_light(light)._keys() for light in lights],
             None if units is None else choice(units, "units", _native.units()),
             accelerator(accel),
         )
-        self._set(_native.Scene.parse(document, [mesh._native for mesh in meshes], None), None)
+        document = _document(items, settings)
+        self._set(_native.Scene.parse(json.dumps(document.content, allow_nan=False), document.meshes, None), None)
 
     def _set(self, native: _native.Scene, accel: str | None) -> None:
         self._native, self._accel = native, accel
+        self._read: Read | None = None
         self._packed: tuple[str, list[_native.Mesh]] | None = None
         self._hash: str | None = None
+
+    @classmethod
+    def from_json(cls, document: str, *, meshes: Iterable[Mesh] = (), accel: str | None = None) -> Scene:
+        """A scene from the text of a scene file, as `to_json` returns it.
+
+        Args:
+            document: the text; comments and trailing commas are allowed.
+            meshes: the meshes that it names by their index, as in `"file": "0"`. Files are not read: `load` does that.
+            accel: the accelerator of everything, instead of those in the text; no result depends on it.
+
+        Raises ValueError with everything that is wrong.
+        """
+        given = [_mesh(mesh)._native for mesh in meshes]
+        return cls._of(_native.Scene.parse(text(document, "the text of a scene"), given, accelerator(accel)), accel)
 
     @classmethod
     def _of(cls, native: _native.Scene, accel: str | None) -> Scene:
@@ -293,14 +317,14 @@ class Scene(Queries):
         return f"<Scene: {len(names)} object{'' if len(names) == 1 else 's'} ({shown})>"
 
     def _repr_html_(self) -> str:
-        return html(json.loads(self._pack()[0]), repr(self))
+        return html(self._contents().document, repr(self))
 
 
 def _placed_meshes(scene: Any) -> Iterable[Object]:
     """The meshes of a scene of trimesh as objects named after their nodes; a mesh with several instances is shared."""
     found, notes = instances(scene)
     for note in notes:
-        warnings.warn(note, stacklevel=3)
+        warnings.warn(note, stacklevel=4)
     meshes: dict[int, Mesh] = {}
     for name, mesh, matrix in found:
         shared = meshes.get(id(mesh)) or meshes.setdefault(id(mesh), Mesh(mesh))
@@ -308,11 +332,38 @@ def _placed_meshes(scene: Any) -> Iterable[Object]:
         yield (shared if is_identity else shared.transform(matrix)).named(name)
 
 
-def _nodes(items: Any) -> tuple[Any, ...]:
+def _items(given: tuple[Any, ...]) -> tuple[Any, ...]:
+    """What a scene is made of: given one by one, as one list, or as a scene of trimesh."""
+    if len(given) != 1 or isinstance(given[0], (Node, Scene)):
+        return given
+    if is_scene(given[0]):
+        return tuple(_placed_meshes(given[0]))
     try:
-        return tuple(items)
+        return tuple(given[0])
     except TypeError:
-        raise TypeError(_not_a_node(items)) from None
+        raise TypeError(_not_a_node(given[0])) from None
+
+
+def _document(items: tuple[Any, ...], settings: Settings) -> Document:
+    """The content of the text of a scene that is made of nodes and other scenes."""
+    scenes = [item for item in items if isinstance(item, Scene)]
+    documents = [Document(scene._contents().document, scene._pack()[1]) for scene in scenes]
+    materials = materials_of([document.content for document in documents], settings.materials)
+    taken = {name for scene in scenes for name in scene.object_names}
+    content, meshes = serialize([item for item in items if isinstance(item, Node)], materials, taken)
+    documents.append(Document(content, [mesh._native for mesh in meshes]))
+    order: list[int] = []
+    number = iter(range(len(scenes)))
+    for item in items:
+        source = next(number) if isinstance(item, Scene) else len(scenes)
+        order += [source] * (len(documents[source].content["objects"]) if isinstance(item, Scene) else 1)
+    return joined(documents, order, settings)
+
+
+def _mesh(mesh: Any) -> Mesh:
+    if not isinstance(mesh, Mesh):
+        raise TypeError(f"meshes are Mesh objects, not {_kind(mesh)}")
+    return mesh
 
 
 def _not_a_node(item: Any) -> str:

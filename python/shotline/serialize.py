@@ -7,9 +7,8 @@ and those at which deep nesting is split, since readers refuse deep nesting.
 from __future__ import annotations
 
 import difflib
-import json
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
 from .mesh import Mesh
@@ -57,7 +56,7 @@ class Serializer:
 
     def _free_name(self, node: Node) -> str:
         """A name for a node that needs one, after its kind, since it appears in the names of paths."""
-        base = _base_name(node)
+        base = base_name(node)
         while True:
             count = self._used[base] = self._used.get(base, 0) + 1
             name = base if count == 1 else f"{base}_{count}"
@@ -99,7 +98,8 @@ def _named_by(node: Node) -> Node:
     return node._child if isinstance(node, Part) else node
 
 
-def _base_name(node: Node) -> str:
+def base_name(node: Node) -> str:
+    """What a node without a name of its own is called in the names of paths."""
     if isinstance(node, Object):
         return node.name
     return node._kind if isinstance(node, Solid) else type(node).__name__.lower()
@@ -158,37 +158,29 @@ def _uses(roots: Iterable[Node], post_order: Sequence[Node]) -> dict[int, int]:
 
 
 def serialize(
-    roots: Sequence[Node],
-    materials: dict[str, dict[str, Any]],
-    camera: dict[str, Any] | None,
-    lights: list[dict[str, Any]],
-    units: str | None,
-    accel: str | None,
-) -> tuple[str, list[Mesh]]:
-    """The text of a scene, and the meshes, which it names by their index."""
+    roots: Sequence[Node], materials: Collection[str], taken: Collection[str]
+) -> tuple[dict[str, Any], list[Mesh]]:
+    """The parts and objects of a scene as in its text, and the meshes, which it names by their index.
+
+    `materials` are the names of those that the scene has, `taken` the names of objects that it has besides these.
+    """
     objects = [_root_object(root) for root in roots]
     serializer = Serializer(objects)
     # A transformed root stands for the object it transforms, which may be used elsewhere too.
     transformed = {id(made): root._object for made, root in zip(objects, roots, strict=True)}
     named = [node for node in serializer.order if isinstance(node, Object) and not isinstance(node, Unnamed)]
-    _check_objects([transformed.get(id(node)) or node for node in named], materials)
-    document: dict[str, Any] = {"shotline": 1}
-    sections = {"units": units, "defs": serializer.defs, "accel": accel, "materials": materials, "camera": camera}
-    document |= {key: value for key, value in sections.items() if value}
-    document["objects"] = [serializer.of(root) for root in objects]
-    if lights:
-        document["lights"] = lights
-    return json.dumps(document, allow_nan=False), serializer.meshes
+    _check_objects([transformed.get(id(node)) or node for node in named], materials, taken)
+    return {"defs": serializer.defs, "objects": [serializer.of(root) for root in objects]}, serializer.meshes
 
 
-def _check_objects(objects: Sequence[Object], materials: Mapping[str, Any]) -> None:
+def _check_objects(objects: Sequence[Object], materials: Collection[str], taken: Collection[str]) -> None:
     """Raises ValueError for materials that the scene does not have; warns of names that several objects share."""
     first: dict[str, Object] = {}
     wrong: dict[str, None] = {}
     duplicates: dict[str, None] = {}
     for item in objects:
         other = first.setdefault(item.name, item)
-        if other is not item and other != item:
+        if item.name in taken or (other is not item and other != item):
             duplicates[item.name] = None
         if item.material is not None and item.material not in materials:
             wrong[_unknown_material(item.name, item.material, list(materials))] = None
@@ -197,7 +189,7 @@ def _check_objects(objects: Sequence[Object], materials: Mapping[str, Any]) -> N
     if duplicates:
         names = ", ".join(map(repr, list(duplicates)[:5])) + (", ..." if len(duplicates) > 5 else "")
         message = f"several objects, which are not the same, are named {names}: the name stands for each of them"
-        warnings.warn(message, DuplicateNameWarning, stacklevel=4)
+        warnings.warn(message, DuplicateNameWarning, stacklevel=5)
 
 
 def _unknown_material(name: str, material: str, known: list[str]) -> str:
