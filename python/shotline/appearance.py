@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from .values import number, numbers, text
+import numpy as np
+
+from .values import number, numbers, picture_size, text
 
 Vector = tuple[float, float, float]
 
@@ -39,6 +42,13 @@ def _number(owner: Any, name: str, least: float = 0.0, most: float = _INFINITY) 
         bounds = f"from {least:g} to {most:g}" if most < _INFINITY else f"at least {least:g}"
         raise ValueError(f"{name} is {value:g}, but must be {bounds}")
     _set(owner, name, value)
+
+
+def _unit(vector: np.ndarray) -> np.ndarray:
+    """The unit vector along a vector, also where the square of its length would overflow or underflow; zero for zero."""
+    size = np.abs(vector).max()
+    scaled = vector / size if size > 0 else vector
+    return np.asarray(scaled / (np.linalg.norm(scaled) or 1.0))
 
 
 def _color(owner: Any) -> None:
@@ -126,6 +136,44 @@ class Camera:
         if self.up is None:
             along_z = self.eye[:2] == self.target[:2]
             _set(self, "up", (0.0, 1.0, 0.0) if along_z else (0.0, 0.0, 1.0))
+
+    def rays(self, size: tuple[int, int]) -> np.ndarray:
+        """The rays through the middles of the pixels of a picture, as queries take them: (height, width, 6) float64, origins and
+        directions, rows from the top. They are those of `Scene.render` with one sample.
+
+        The component of a direction along the view is 1, so `t` is the distance from the plane of the eye.
+
+        Args:
+            size: width and height in pixels.
+
+        Raises ValueError if `up` is along the direction of view.
+
+        >>> Scene(Sphere(radius=1)).any(Camera(eye=(0, -5, 0), fov=40).rays((3, 3))).tolist()
+        [[False, False, False], [False, True, False], [False, False, False]]
+        """
+        width, height = picture_size(size)
+        forward, right, up = self._basis()
+        across = (2.0 * (np.arange(width) + 0.5) - width) / max(height, 1)
+        down = 1.0 - 2.0 * (np.arange(height) + 0.5) / max(height, 1)
+        offsets = across[None, :, None] * right + down[:, None, None] * up
+        rays = np.empty((height, width, 6))
+        if self.fov is None:
+            rays[..., :3] = np.array(self.eye) + offsets * ((self.height or 0.0) / 2)
+            rays[..., 3:] = forward
+        else:
+            rays[..., :3] = self.eye
+            rays[..., 3:] = forward + offsets * math.tan(math.radians(self.fov / 2))
+        return rays
+
+    def _basis(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Forward, right and up: unit vectors, perpendicular to each other."""
+        forward = _unit(np.subtract(self.target, self.eye))
+        right = np.cross(forward, _unit(np.array(self.up)))
+        # Below this sine the direction of "right" would be mostly rounding.
+        if np.linalg.norm(right) < 1e-9:
+            raise ValueError("up points along the direction of view, or is zero; choose another up")
+        right = _unit(right)
+        return forward, right, np.cross(right, forward)
 
     def _keys(self) -> dict[str, Any]:
         return _given(**vars(self))

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from . import _native
 from .appearance import Camera
 from .native_args import PictureSettings, View
-from .values import bounded_integer, text
+from .values import MAX_NATIVE, bounded_integer, picture_size, text
 
 
 class Image(np.ndarray[Any, np.dtype[np.uint8]]):
@@ -52,21 +52,6 @@ class Image(np.ndarray[Any, np.dtype[np.uint8]]):
         return self.to_png() if self.ndim == 3 and self.dtype == np.uint8 and self.shape[2] in (3, 4) else None
 
 
-# The largest number that the native half accepts; the core has lower limits, which its errors state.
-_MAX = 2**32 - 1
-
-
-def picture_size(size: Any) -> tuple[int, int]:
-    """Width and height in pixels. Raises TypeError for anything but two whole numbers, ValueError out of range."""
-    try:
-        width, height = size
-    except (TypeError, ValueError):
-        raise TypeError(f"size is width and height in pixels, as in (800, 600), not {size!r}") from None
-    return bounded_integer(width, "the width in size", 0, _MAX), bounded_integer(
-        height, "the height in size", 0, _MAX
-    )
-
-
 def picture_args(
     camera: Camera | None,
     size: tuple[int, int],
@@ -83,7 +68,7 @@ def picture_args(
     width, height = picture_size(size)
     if camera is not None and not isinstance(camera, Camera):
         raise TypeError(f"camera must be a Camera, not {type(camera).__name__}")
-    samples = bounded_integer(samples, "samples", 0, _MAX)
+    samples = bounded_integer(samples, "samples", 0, MAX_NATIVE)
     look, lighting, counter = text(look, "look"), text(lighting, "lighting"), text(counter, "counter")
     background = None if background is None else text(background, "background")
     view = (

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native
+from .grid import Grid, fill
 from .native_args import RayQuery
 from .origin import Origin
 from .progress import callback
@@ -225,6 +226,50 @@ class Queries:
         point i are `object[splits[i] : splits[i + 1]]`, ascending. Arguments and errors are those of `contains`."""
         positions = points(p, "p")
         return self._native.objects_containing(positions.reshape(-1, 3), threads_of(threads), callback(progress))
+
+    def voxels(
+        self,
+        bounds: ArrayLike,
+        shape: tuple[int, int, int],
+        *,
+        by: str = "object",
+        overlaps: str = "error",
+        threads: int = 0,
+    ) -> np.ndarray:
+        """What owns the centre of each cell of a grid: an int32 array of this shape, [x, y, z]; -1 outside of all objects.
+
+        Rays along the rows of the grid find the boundaries exactly. The result is not defined within rounding error of a
+        surface.
+
+        Args:
+            bounds: the least and the greatest corner of the grid, (2, 3), in world coordinates, such as `scene.bounds`.
+            shape: the numbers of cells along x, y and z, 2^31 cells at most.
+            by: "object" or "material"; -1 is also for objects without a material.
+            overlaps: "error" or "priority", as in `segments`.
+            threads: as in `closest`.
+
+        Raises:
+            ValueError: for bounds without a volume or not finite, and as in `segments`.
+
+        >>> scene = Scene(Box(min=(0, 0, 0), max=(2, 1, 1)))
+        >>> scene.voxels([[-1, 0, 0], [3, 1, 1]], (4, 1, 1))[:, 0, 0].tolist()
+        [-1, 0, 0, -1]
+        """
+        grid = Grid(bounds, shape)
+        column, policy = (
+            choice(by, "by", ("object", "material")),
+            choice(overlaps, "overlaps", ("error", "priority")),
+        )
+        owners = np.full((math.prod(grid.shape) // grid.length, grid.length), -1, np.int32)
+        overlap_count = 0
+        for rows, origins, direction in grid.rows():
+            _, query = _ray_query(origins, direction, 0.5, grid.length + 0.5, threads, None)
+            *columns, found = self._native.segments(query, policy)
+            overlap_count += found
+            segments = Segments(*columns)
+            fill(owners[rows], segments.ray_ids, segments.t_in, segments.t_out, segments[column])
+        _warn(overlap_count, policy)
+        return grid.array(owners)
 
     @property
     def units(self) -> str | None:

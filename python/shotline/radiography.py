@@ -74,6 +74,25 @@ class Detector:
         centres, _ = self.parallel((0, 0, 1)).rays(0, self.shape[0] * self.shape[1])
         return centres.reshape(*self.shape, 3)
 
+    def rays(self, source: ArrayLike, *, beam: str = "cone", scene: Scene | None = None) -> np.ndarray:
+        """The rays of a radiograph, as queries take them: (rows, columns, 6) float64, origins and directions. All end at their
+        pixel, which is at t = 1.
+
+        Args:
+            source, beam: as in `radiograph`.
+            scene: with `beam="parallel"`, the rays start before everything bounded in it.
+
+        >>> panel = Detector(center=(9, 0, 0), u=(0, 1, 0), v=(0, 0, -1), shape=(1, 1))
+        >>> panel.rays([-9, 0, 0]).tolist()
+        [[[-9.0, 0.0, 0.0, 18.0, 0.0, 0.0]]]
+        """
+        if beam == "parallel" and scene is None:
+            raise ValueError('with beam="parallel" give scene=, before which the rays start')
+        rays, t_max = _beam(scene, points(source, "source").reshape(-1), self, beam)
+        origins, directions = rays(0, self.shape[0] * self.shape[1])
+        vectors = np.broadcast_arrays(origins, directions * t_max)
+        return np.concatenate(vectors, axis=-1).reshape(*self.shape, 6)
+
     def cone(self, source: ArrayLike) -> Cone:
         """The rays from a point to the pixels as a beam, for `shotline.dask.cast`; the detector is at t = 1."""
         return Cone(source=source, shape=self.shape, **self._vectors())
@@ -161,7 +180,7 @@ def _block_progress(report: ProgressCallback | None, before: int, total: int) ->
 
 
 def _beam(
-    scene: Scene, source: np.ndarray, detector: Detector, beam: str
+    scene: Scene | None, source: np.ndarray, detector: Detector, beam: str
 ) -> tuple[Callable[[int, int], tuple[np.ndarray, np.ndarray]], float]:
     """The function that generates the rays of a range of pixels, and `t_max`: each ray ends at its pixel."""
     if source.size != 3 or not np.isfinite(source).all():
@@ -172,6 +191,7 @@ def _beam(
         raise ValueError(f'beam is {beam!r}, but must be "cone" or "parallel"')
     if not source.any():
         raise ValueError("the direction of a parallel beam must not be zero, but source is")
+    assert scene is not None
     direction = source / np.linalg.norm(source)
     panel = detector.parallel(direction)
     ends = [0, detector.shape[1] - 1, len(panel) - detector.shape[1], len(panel) - 1]

@@ -13,6 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+# The largest number that the native half accepts; the core has lower limits, which its errors state.
+MAX_NATIVE = 2**32 - 1
+
 
 def floats(values: ArrayLike, what: str, wanted: str = "an array of real numbers") -> np.ndarray:
     """Real numbers as float64 in C order; not copied if they are that already. `wanted` describes, for errors, what the
@@ -105,6 +108,17 @@ def integer(value: Any, what: str) -> int:
         return operator.index(value)
     except TypeError:
         raise TypeError(f"{what} must be a whole number, not {value!r}") from None
+
+
+def picture_size(size: Any) -> tuple[int, int]:
+    """Width and height in pixels. Raises TypeError for anything but two whole numbers, ValueError out of range."""
+    try:
+        width, height = size
+    except (TypeError, ValueError):
+        raise TypeError(f"size is width and height in pixels, as in (800, 600), not {size!r}") from None
+    return bounded_integer(width, "the width in size", 0, MAX_NATIVE), bounded_integer(
+        height, "the height in size", 0, MAX_NATIVE
+    )
 
 
 def text(value: Any, what: str) -> str:
