@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Iterator
 from functools import cached_property
 
@@ -12,7 +11,7 @@ from .appearance import Camera, Light, Material
 from .mesh import Mesh
 from .nodes import Object
 from .reading import Reader, parsed
-from .values import integer
+from .values import integer, suggestion
 
 
 class Read:
@@ -95,10 +94,8 @@ class Contents:
         if found:
             raise KeyError(f"{len(found)} objects are named {key!r}: choose from scene.objects")
         names = list(dict.fromkeys(item.name for item in self.objects))
-        near = difflib.get_close_matches(key, names, n=3)
-        shown = ", ".join(map(repr, near or names[:10]))
-        hint = f"did you mean {shown}?" if near else f"the names are {shown}{', ...' if len(names) > 10 else ''}"
-        raise KeyError(f"there is no object {key!r}: {hint}" if names else f"there is no object {key!r}")
+        hint = suggestion(key, names, "the names are") if names else "the scene is empty"
+        raise KeyError(f"there is no object {key!r}: {hint}")
 
     def __iter__(self) -> Iterator[Object]:
         return iter(self.objects)

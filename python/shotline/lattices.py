@@ -86,6 +86,8 @@ class Lattice(_Cells):
         stagger: bool = False,
         cells: ArrayLike | None = None,
     ) -> None:
+        if np.ndim(counts) != 1:  # type: ignore[arg-type]
+            raise TypeError(f"counts are three numbers of cells, along x, y and z, as in (3, 3, 1), not {counts!r}")
         sizes = tuple(_size(count, "counts") for count in counts)
         if len(sizes) != 3:
             raise ValueError(f"counts are three numbers of cells, along x, y and z, not {len(sizes)}")

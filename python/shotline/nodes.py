@@ -10,9 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native
-from .values import bounded_integer, choice, floats, number, numbers, text
+from .values import affine, bounded_integer, choice, floats, number, numbers, text, three
 
 Vector = tuple[float, float, float]
+
+# Sets an attribute of a node during construction, without the check of `Node.__setattr__`.
+_set = object.__setattr__
 
 _ACCELERATORS = _native.accelerators()[0]
 
@@ -60,17 +63,17 @@ class Node:
         >>> Sphere(radius=1).translate(0, 0, 5)
         Sphere(radius=1.0).translate(0.0, 0.0, 5.0)
         """
-        return Placed((("translate", _three(offset, "translate")),), self)
+        return Placed((("translate", three(offset, "translate")),), self)
 
     def rotate(self, *angles: Any, axis: ArrayLike | None = None, degrees: float | None = None) -> Placed:
         """Rotate by angles in degrees about x, then y, then z; or with `axis` and `degrees` about an axis through the
         origin, counter-clockwise seen from its tip. Quarter turns are exact."""
         if axis is None and degrees is None:
-            if len(angles) == 2:
+            if len(angles) == 2 or (len(angles) == 1 and np.ndim(angles[0]) == 0):
                 raise ValueError(
-                    "rotate takes three angles; about an axis it is rotate(axis=(x, y, z), degrees=angle)"
+                    "rotate takes three angles, about x, y and z; about an axis it is rotate(axis=(x, y, z), degrees=angle)"
                 )
-            return Placed((("rotate", _three(angles, "rotate")),), self)
+            return Placed((("rotate", three(angles, "rotate")),), self)
         if angles or axis is None or degrees is None:
             raise ValueError("rotate takes three angles, or axis= and degrees= together")
         direction = numbers(axis, 3, "axis")
@@ -156,23 +159,6 @@ def _digest(root: Node) -> bytes:
                 digest.update(child._digest)
             node._digest = digest.digest()
     return root._digest
-
-
-def _three(values: tuple[Any, ...], what: str) -> tuple[float, ...]:
-    """Three numbers, given separately or as one vector."""
-    return numbers(values[0] if len(values) == 1 else values, 3, what)
-
-
-def affine(matrix: ArrayLike) -> tuple[float, ...]:
-    """The 12 numbers of an affine map in row-major order."""
-    array = floats(matrix, "the matrix")
-    if array.shape == (4, 4):
-        if array[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
-            raise ValueError(f"the last row of a 4x4 matrix must be [0, 0, 0, 1], not {array[3].tolist()}")
-        array = array[:3]
-    if array.shape not in [(3, 4), (12,)]:
-        raise ValueError(f"a matrix has shape (3, 4), (4, 4) or (12,), not {array.shape}")
-    return numbers(array, 12, "the matrix")
 
 
 def _checked(node: Any) -> Node:
@@ -278,15 +264,21 @@ class Placed(Node):
 
     __slots__ = ("_child", "_inner", "_steps")
     _child: Node
+    _inner: Object | None
     _steps: tuple[tuple[str, Any], ...]
 
     def __init__(self, steps: tuple[tuple[str, Any], ...], child: Node) -> None:
         # The innermost step is the first. Nested transforms are merged, so that the matrix is rounded once.
         if isinstance(child, Placed):
             steps, child = (*child._steps, *steps), child._child
-        self._steps, self._child, self._inner = steps, child, child._object
-        if any(name in ("scale", "transform") for name, _ in steps):
-            _native.compose(list(steps))  # refuses what has no inverse
+        # Scenes have many of these.
+        _set(self, "_steps", steps)
+        _set(self, "_child", child)
+        _set(self, "_inner", child._object)
+        for name, _ in steps:
+            if name in ("scale", "transform"):
+                _native.compose(list(steps))  # refuses what has no inverse
+                break
 
     @property
     def node(self) -> Node:
@@ -406,7 +398,7 @@ class Object(Node):
         parts = [contents] if isinstance(contents, Node) else contents
         self._contents = tuple(_content(part, self._name) for part in parts)
         self._clip = bool(clip)
-        self._material = None if material is None else text(material, "material (the name of one)")
+        self._material = None if material is None else _material_name(material)
         self._priority = 0 if priority is None else bounded_integer(priority, "priority", -(2**31), 2**31 - 1)
         placed = placed_object(_checked(node))
         if placed is not None:
@@ -475,6 +467,13 @@ class Object(Node):
             rest.append(f"contents=[{', '.join(shown + more)}]")
         rest += ["clip=True"] if self._clip else []
         return f"{_short_repr(self._node)}.named({', '.join([repr(self._name), *rest])})"
+
+
+def _material_name(material: Any) -> str:
+    if not isinstance(material, str):
+        hint = 'as in material="steel", and the scene has materials={"steel": ...}'
+        raise TypeError(f"material (the name of one) is a string, {hint}; not {type(material).__name__}")
+    return text(material, "material (the name of one)")
 
 
 def _content(part: Any, name: str) -> Node:

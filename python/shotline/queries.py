@@ -18,7 +18,7 @@ from .origin import Origin
 from .progress import callback
 from .rays import Rays, points, rays
 from .results import Closest, Cost, Crossings, Segments
-from .values import bounded_integer, choice, integer, number, text
+from .values import bounded_integer, choice, integer, number, suggestion, text
 
 
 class Queries:
@@ -353,7 +353,7 @@ def _fields_of(result: type[Closest] | type[Crossings], fields: Iterable[str] | 
     names = list(fields)
     for name in names:
         if name not in result._fields:
-            raise ValueError(f"{name!r} is not a field; the fields are {', '.join(result._fields)}")
+            raise ValueError(f"{name!r} is not a field; {suggestion(str(name), result._fields, 'the fields are')}")
     return names
 
 

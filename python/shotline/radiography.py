@@ -151,6 +151,10 @@ def radiograph(
     """
     if quantity not in ("attenuation", "transmission", "thickness"):
         raise ValueError(f'quantity is {quantity!r}, but must be "attenuation", "transmission" or "thickness"')
+    if not isinstance(scene, Scene):
+        raise TypeError(f"scene must be a Scene, not {type(scene).__name__}")
+    if not isinstance(detector, Detector):
+        raise TypeError(f"detector must be a Detector, not {type(detector).__name__}; Detector.facing makes one")
     coefficients = None if quantity == "thickness" else _coefficients(scene, mu)
     rays, t_max = _beam(scene, points(source, "source").reshape(-1), detector, beam)
     rows, columns = detector.shape

@@ -25,14 +25,14 @@ from .html_repr import html
 from .image import Image, picture_args
 from .mesh import Mesh, weld_text
 from .native_args import MeasureSettings
-from .nodes import Node, Object, accelerator, affine
+from .nodes import Node, Object, accelerator
 from .origin import Origin
 from .plot import plot_ray
 from .progress import callback
 from .queries import Queries, number_of, threads_of
 from .results import Measures
 from .serialize import serialize
-from .values import bounded_integer, choice, text
+from .values import affine, bounded_integer, choice, suggestion, text
 
 
 class Scene(Contents, Queries):
@@ -82,13 +82,11 @@ class Scene(Contents, Queries):
                 raise TypeError(_not_a_node(item))
         if camera is not None and not isinstance(camera, Camera):
             raise TypeError(f"camera must be a Camera, not {type(camera).__name__}")
-        checked = {
-            text(name, "a material's name"): _material(name, item) for name, item in (materials or {}).items()
-        }
+        checked = _materials(materials or {})
         settings = Settings(
             {name: material._keys() for name, material in checked.items()},
             camera._keys() if camera else None,
-            [_light(light)._keys() for light in lights],
+            _lights(lights),
             None if units is None else choice(units, "units", _native.units()),
             accelerator(accel),
         )
@@ -173,7 +171,7 @@ class Scene(Contents, Queries):
             return [number_of(item, "object", 2**32)]
         found = [number for number, name in enumerate(self.object_names) if name == item]
         if not found:
-            raise ValueError(f"there is no object {item!r}")
+            raise ValueError(f"there is no object {item!r}; {suggestion(item, self.object_names, 'the names are')}")
         return found
 
     def render(
@@ -336,6 +334,10 @@ def _items(given: tuple[Any, ...]) -> tuple[Any, ...]:
     """What a scene is made of: given one by one, as one list, or as a scene of trimesh."""
     if len(given) != 1 or isinstance(given[0], (Node, Scene)):
         return given
+    if isinstance(given[0], (str, os.PathLike)):
+        raise TypeError(_not_a_node(given[0]))
+    if isinstance(given[0], Mapping):
+        raise TypeError(f"{_not_a_node(given[0])}: objects get their names by .named(name)")
     if is_scene(given[0]):
         return tuple(_placed_meshes(given[0]))
     try:
@@ -368,8 +370,24 @@ def _mesh(mesh: Any) -> Mesh:
 
 def _not_a_node(item: Any) -> str:
     message = f"a scene is made of objects and other nodes, not of {_kind(item)}"
+    if isinstance(item, os.PathLike) or (isinstance(item, str) and os.path.splitext(item)[1]):
+        return f"{message}: a file is read by shotline.load({os.fspath(item)!r})"
+    if isinstance(item, (list, tuple)):
+        return f"{message}: give one list of nodes, or a Group for each list"
     is_mesh = hasattr(item, "faces") or hasattr(item, "triangles") or hasattr(item, "cells_dict")
     return f"{message}: wrap a mesh of another package, as in Scene(Mesh(mesh))" if is_mesh else message
+
+
+def _materials(materials: Any) -> dict[str, Material]:
+    if not isinstance(materials, Mapping):
+        raise TypeError(f"materials are a dict of Materials by name, not {_kind(materials)}")
+    return {text(name, "a material's name"): _material(name, item) for name, item in materials.items()}
+
+
+def _lights(lights: Any) -> list[dict[str, Any]]:
+    if isinstance(lights, Light):
+        raise TypeError("lights are a list, as in lights=[Light(ambient=True)], not one Light")
+    return [_light(light)._keys() for light in lights]
 
 
 def _material(name: str, material: Material | Mapping[str, Any]) -> Material:
@@ -380,7 +398,8 @@ def _material(name: str, material: Material | Mapping[str, Any]) -> Material:
     known = [field.name for field in fields(Material)]
     unknown = [key for key in material if key not in known]
     if unknown:
-        raise TypeError(f"material {name!r} has no parameter {unknown[0]!r}; it takes {', '.join(known)}")
+        hint = suggestion(str(unknown[0]), known, "it takes")
+        raise TypeError(f"material {name!r} has no parameter {unknown[0]!r}; {hint}")
     return Material(**material)
 
 

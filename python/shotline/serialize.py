@@ -65,29 +65,38 @@ class Serializer:
                 return name
 
     def _serialize(self, node: Node) -> None:
-        children = [self._serialized[id(child)] for child in node._children()]
-        depth = 1 + max((self._depth[id(child)] for child in node._children()), default=0)
-        keys = node._keys()
-        if isinstance(node, Mesh):
-            keys["file"] = str(len(self.meshes))
-            self.meshes.append(node)
-        elif isinstance(node, Placed):
-            keys, depth = children[0] | node._placement(), depth - 1
-        elif isinstance(node, Part):
-            keys = children[0]
-        elif isinstance(node, Object):
-            keys["node"] = children[0]
-            if len(children) > 1:
-                keys["contents"] = children[1:]
-        elif children:
-            keys["args"] = children
-        if isinstance(node, Part):
-            keys, depth = self._define(node._name, keys), 0
-        elif not isinstance(node, Placed) and (
-            self._uses[id(node)] > 1 or depth > MAX_NESTING or id(node) in self._placed
-        ):
-            keys, depth = self._define(self._free_name(node), keys), 0
+        if isinstance(node, Placed):
+            child = id(node._child)
+            keys, depth = self._serialized[child] | node._placement(), self._depth[child]
+        else:
+            children = node._children()
+            if children:
+                keys, depth = self._parent(node, children)
+            else:
+                keys, depth = node._keys(), 1
+                if isinstance(node, Mesh):
+                    keys["file"] = str(len(self.meshes))
+                    self.meshes.append(node)
+            if isinstance(node, Part):
+                keys, depth = self._define(node._name, keys), 0
+            elif self._uses[id(node)] > 1 or depth > MAX_NESTING or id(node) in self._placed:
+                keys, depth = self._define(self._free_name(node), keys), 0
         self._serialized[id(node)], self._depth[id(node)] = keys, depth
+
+    def _parent(self, node: Node, children: tuple[Node, ...]) -> tuple[dict[str, Any], int]:
+        """The keys of a node that has children, and the depth of the nodes in it."""
+        serialized = [self._serialized[id(child)] for child in children]
+        depth = 1 + max([self._depth[id(child)] for child in children])
+        if isinstance(node, Part):
+            return serialized[0], depth
+        keys = node._keys()
+        if isinstance(node, Object):
+            keys["node"] = serialized[0]
+            if len(children) > 1:
+                keys["contents"] = serialized[1:]
+        else:
+            keys["args"] = serialized
+        return keys, depth
 
     def _define(self, name: str, keys: dict[str, Any]) -> dict[str, Any]:
         self.defs.setdefault(name, keys)
@@ -122,7 +131,10 @@ class Unnamed(Object):
     __slots__ = ()
 
     def __init__(self, node: Node) -> None:
-        super().__init__(node, "")
+        # `node` is not an object, so that nothing has to be checked or taken over.
+        unnamed = {"_name": "", "_material": None, "_priority": 0, "_contents": (), "_clip": False, "_node": node}
+        for name, value in unnamed.items():
+            object.__setattr__(self, name, value)
 
     def _keys(self) -> dict[str, Any]:
         return {}
@@ -139,8 +151,12 @@ def _post_order(roots: Iterable[Node]) -> list[Node]:
             order.append(node)
         elif id(node) not in seen:
             seen.add(id(node))
-            stack.append((node, True))
-            stack.extend((child, False) for child in reversed(node._children()))
+            children = node._children()
+            if children:
+                stack.append((node, True))
+                stack.extend([(child, False) for child in reversed(children)])
+            else:
+                order.append(node)
     return order
 
 
@@ -151,9 +167,11 @@ def _uses(roots: Iterable[Node], post_order: Sequence[Node]) -> dict[int, int]:
     for root in roots:
         count[id(root)] = count.get(id(root), 0) + 1
     for node in reversed(post_order):
-        uses = count[id(node)] if isinstance(node, Placed) else 1
-        for child in node._children():
-            count[id(child)] = count.get(id(child), 0) + uses
+        children = node._children()
+        if children:
+            uses = count[id(node)] if isinstance(node, Placed) else 1
+            for child in children:
+                count[id(child)] = count.get(id(child), 0) + uses
     return count
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import Any
 
 from . import _native
@@ -18,8 +19,23 @@ class Solid(Node):
     __slots__ = ("_values",)
     _kind = ""
     _params: tuple[Parameter, ...] = ()
+    _names: frozenset[str] = frozenset()
+
+    def __init_subclass__(cls) -> None:
+        cls._names = frozenset(name for name, *_ in cls._params)
 
     def __init__(self, *args: Any, **values: Any) -> None:
+        # Scenes have many solids, most of which are given all of their parameters by name.
+        given = values if not args and values.keys() == self._names else self._given(args, values)
+        found = {
+            name: _parameter(given[name], count, is_rows, name) if name in given else _value(default or ())
+            for name, count, is_rows, default in self._params
+        }
+        _native.check_solid(self._kind, [_flat(value) for value in found.values()])
+        object.__setattr__(self, "_values", found)
+
+    def _given(self, args: tuple[Any, ...], values: dict[str, Any]) -> dict[str, Any]:
+        """The parameters that are given, by name. Raises TypeError for those that are missing, unknown, or too many."""
         names = [name for name, *_ in self._params]
         given = dict(zip(names, args, strict=False))
         required = [name for name, _, _, default in self._params if default is None]
@@ -32,12 +48,7 @@ class Solid(Node):
         if wrong:
             shown = ", ".join(f"{name}={_default(default)}" for name, _, _, default in self._params)
             raise TypeError(f"{type(self).__name__}({shown}): {'; '.join(wrong)}")
-        given |= values
-        self._values = {
-            name: _parameter(given[name], count, is_rows, name) if name in given else _value(default or ())
-            for name, count, is_rows, default in self._params
-        }
-        _native.check_solid(self._kind, [_flat(value) for value in self._values.values()])
+        return given | values
 
     def __dir__(self) -> list[str]:
         return sorted({*super().__dir__(), *(name for name, *_ in self._params)})
@@ -69,6 +80,8 @@ def _value(numbers: tuple[float, ...]) -> Any:
 
 
 def _parameter(value: Any, count: int, is_rows: bool, name: str) -> Any:
+    if count == 1 and type(value) is float and isfinite(value) and not is_rows:
+        return value
     if is_rows:
         return rows(value, count, name)
     return _value(numbers(number(value, name) if count == 1 else value, count, name))

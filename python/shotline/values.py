@@ -17,6 +17,9 @@ from numpy.typing import ArrayLike
 MAX_NATIVE = 2**32 - 1
 
 
+_FLOATS = {float}
+
+
 def floats(values: ArrayLike, what: str, wanted: str = "an array of real numbers") -> np.ndarray:
     """Real numbers as float64 in C order; not copied if they are that already. `wanted` describes, for errors, what the
     argument must be.
@@ -53,14 +56,14 @@ def refuse_masked(values: Any, what: str) -> None:
 
 def numbers(values: ArrayLike, count: int, what: str) -> tuple[float, ...]:
     """`count` finite numbers. Raises ValueError or TypeError that names the argument, `what`."""
-    if (
-        isinstance(values, tuple)
-        and len(values) == count
-        and all(type(x) is float or (type(x) is int and abs(x) < 2**53) for x in values)
-        and all(map(isfinite, values))
-    ):
+    if isinstance(values, tuple) and len(values) == count:
         # Scenes have many short tuples, for which an array would take ten times as long.
-        return tuple(map(float, values))
+        if set(map(type, values)) == _FLOATS and all(map(isfinite, values)):
+            return tuple(values)
+        if all(type(x) is float or (type(x) is int and abs(x) < 2**53) for x in values) and all(
+            map(isfinite, values)
+        ):
+            return tuple(map(float, values))
     array = floats(values, what, "a real number" if count == 1 else f"{count} real numbers").reshape(-1)
     if array.size != count:
         raise ValueError(f"{what} takes {count} number{'' if count == 1 else 's'}, not {array.size}")
@@ -80,6 +83,23 @@ def rows(values: ArrayLike, count: int, what: str) -> tuple[tuple[float, ...], .
         row = int(finite.argmin())
         raise ValueError(f"{what} row {row + 1} of {len(array)} is {array[row].tolist()}, but must be finite")
     return tuple(map(tuple, array.tolist()))
+
+
+def three(values: tuple[Any, ...], what: str) -> tuple[float, ...]:
+    """Three numbers, given separately or as one vector."""
+    return numbers(values[0] if len(values) == 1 else values, 3, what)
+
+
+def affine(matrix: ArrayLike) -> tuple[float, ...]:
+    """The 12 numbers of an affine map in row-major order."""
+    array = floats(matrix, "the matrix")
+    if array.shape == (4, 4):
+        if array[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
+            raise ValueError(f"the last row of a 4x4 matrix must be [0, 0, 0, 1], not {array[3].tolist()}")
+        array = array[:3]
+    if array.shape not in [(3, 4), (12,)]:
+        raise ValueError(f"a matrix has shape (3, 4), (4, 4) or (12,), not {array.shape}")
+    return numbers(array, 12, "the matrix")
 
 
 def number(value: Any, what: str) -> float:
@@ -136,9 +156,16 @@ def choice(value: Any, what: str, known: Sequence[str]) -> str:
     """One of the known names. Raises ValueError, with the nearest known name."""
     if value in known:
         return str(value)
-    near = difflib.get_close_matches(str(value).lower(), known, n=1)
-    hint = f"did you mean {near[0]!r}?" if near else f"it must be one of {', '.join(known)}"
-    raise ValueError(f"{what} is {value!r}: {hint}")
+    raise ValueError(f"{what} is {value!r}: {suggestion(str(value), known, 'it must be one of')}")
+
+
+def suggestion(name: str, known: Sequence[str], listed: str) -> str:
+    """What might have been meant by a name that is not known: the nearest that is, or else the first ones, after the words
+    `listed`."""
+    near = difflib.get_close_matches(name.lower(), known, n=1) or difflib.get_close_matches(name, known, n=1)
+    if near:
+        return f"did you mean {near[0]!r}?"
+    return f"{listed} {', '.join(known[:12])}{', ...' if len(known) > 12 else ''}"
 
 
 def _from_objects(array: np.ndarray, what: str, wanted: str) -> np.ndarray:

@@ -183,7 +183,7 @@ def test_objects_by_name():
     assert scene["cut"].name == "cut" and "cut" in scene and "cat" not in scene and scene[2] in scene
     with pytest.raises(KeyError, match="no object 'inter': did you mean 'inner'"):
         scene["inter"]
-    with pytest.raises(KeyError, match="the names are 'object0', 'arms'"):
+    with pytest.raises(KeyError, match="the names are object0, arms"):
         scene["zzz"]
     with pytest.raises(IndexError):
         scene[99]
