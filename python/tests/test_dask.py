@@ -92,6 +92,20 @@ def test_the_bits_of_one_machine(client, scene, query):
         assert same(cast(scene, rays, client, query=query, t_max=6, block=7000), local)
 
 
+@pytest.mark.parametrize("query", ["closest", "crossings"])
+def test_answers_know_their_rays_and_names(client, scene, query):
+    o, d = BEAM.rays(0, len(BEAM))
+    local = getattr(scene, query)(o, d)
+    for rays in (BEAM, (o, d)):
+        found = cast(scene, rays, client, query=query, block=7000)
+        assert found.points.tobytes() == local.points.tobytes()
+        assert found[5:9000].points.tobytes() == local[5:9000].points.tobytes()
+        assert (found.path_names() == local.path_names()).all()
+    first = cast(scene, BEAM, client, query=query, block=7000, reduce=lambda result, block: [result[:10]])
+    assert len(first) == 6 and all(len(part.object_names()) == len(part) for part in first)
+    assert first[1].points.tobytes() == local[7000:7010].points.tobytes()
+
+
 def test_options(client, scene):
     overlapping = shotline.Scene(shotline.Sphere(radius=2).named("a"), shotline.Sphere(radius=1).named("b"))
     for overlaps in ("priority", "all"):
