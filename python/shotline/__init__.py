@@ -13,14 +13,16 @@ scene is written in; nothing is converted. Everything is float64.
 
 from ._native import __version__
 from .appearance import Camera, Light, Material
+from .closest_points import ClosestPoints
 from .image import Image
 from .lattices import HexagonalLattice, Lattice, ring
+from .loading import ReadWarning, load
 from .mesh import Mesh
 from .nodes import Difference, Group, Intersection, Node, Object, Union
 from .queries import OverlapWarning
 from .radiography import Detector, radiograph
 from .results import Closest, Cost, Crossings, Measures, Segments
-from .scene import ReadWarning, Scene, _unpacked, load  # noqa: F401
+from .scene import Scene, _unpacked  # noqa: F401
 from .serialize import DuplicateNameWarning
 from .solids import *  # noqa: F403
 from .solids import __all__ as _solids
@@ -28,6 +30,7 @@ from .solids import __all__ as _solids
 __all__ = [
     "Camera",
     "Closest",
+    "ClosestPoints",
     "Cost",
     "Crossings",
     "Detector",

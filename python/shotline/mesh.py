@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native
+from .closest_points import ClosestPoints, closest_points
 from .foreign import Polygons, surface
 from .nodes import Node, accelerator
 from .values import floats, refuse_masked
@@ -93,6 +94,20 @@ class Mesh(Node):
     def is_closed(self) -> bool:
         """Whether every edge has as many faces in one direction as in the other, so that the mesh is a solid."""
         return self._native.is_closed()
+
+    def closest_points(self, points: ArrayLike, *, threads: int = 0, progress: Any = None) -> ClosestPoints:
+        """The points of the mesh that are nearest to points of shape (..., 3), in the mesh's own coordinates.
+
+        Exact but for rounding, for closed meshes and open ones. Returns `ClosestPoints`: `points`, `distance`, `primitive` and
+        `barycentric`. The first call prepares the mesh. Raises ValueError for points of another shape.
+
+        >>> corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+        >>> mesh = Mesh(corners, [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
+        >>> near = mesh.closest_points([[0.25, 0.25, -2], [1, 1, 1]])
+        >>> near.distance.round(3).tolist(), near.points[0].tolist(), near.primitive.tolist()
+        ([2.0, 1.155], [0.25, 0.25, 0.0], [0, 2])
+        """
+        return closest_points(self._native, points, threads, progress)
 
     @property
     def why_open(self) -> str | None:

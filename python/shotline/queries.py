@@ -18,7 +18,7 @@ from .origin import Origin
 from .progress import callback
 from .rays import Rays, points, rays
 from .results import Closest, Cost, Crossings, Segments
-from .values import bounded_integer, choice, integer, number, suggestion, text
+from .values import choice, integer, number, suggestion, text, threads_of
 
 
 class Queries:
@@ -363,11 +363,6 @@ def _not_surfaces_only(query: str, surfaces_only: bool) -> None:
             f"surfaces_only is not for {query}, which lists intervals inside objects, also where a ray begins or ends inside; "
             "it is for closest, any, count, crossings and cost"
         )
-
-
-def threads_of(threads: int) -> int:
-    """A checked number of threads; 0 is one per core."""
-    return bounded_integer(threads, "threads", 0, 1024)
 
 
 def number_of(value: int, what: str, limit: int) -> int:

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from .columns import Columns, chosen_rows, one_row
+from .derivatives import Derivatives
 from .exports import ragged_records
 from .tables import counted
 
@@ -60,7 +61,7 @@ class _PerRay(_PerRow):
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Closest(_PerRay):
+class Closest(_PerRay, Derivatives):
     """The first crossing of each ray; all arrays have the rays' shape (...).
 
     t: (...) float64, in lengths of the direction; inf for a miss.
@@ -214,7 +215,7 @@ class _Ragged(Columns):
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Crossings(_Ragged):
+class Crossings(_Ragged, Derivatives):
     """Every crossing of n rays, a row each, grouped by ray, ascending in t. For each path entering and exiting
     alternate; with `surfaces_only`, crossings of kind start and end are left out.
 
@@ -275,6 +276,9 @@ class Crossings(_Ragged):
     def path_names(self) -> np.ndarray:
         """The names of the instances, as in "world/arm[2]/bolt[0]": as `object_names`."""
         return self._named("path")
+
+    def _rows_of_rays(self) -> np.ndarray:
+        return self.ray_ids
 
     def _heading(self) -> str:
         return f"{counted(len(self), 'crossing')} of {counted(len(self.ray_splits) - 1, 'ray')}"

@@ -23,16 +23,16 @@ from .extension import Document, Settings, joined, materials_of
 from .foreign import instances, is_scene
 from .html_repr import html
 from .image import Image, picture_args
-from .mesh import Mesh, weld_text
+from .mesh import Mesh
 from .native_args import MeasureSettings
 from .nodes import Node, Object, accelerator
 from .origin import Origin
 from .plot import plot_ray
 from .progress import callback
-from .queries import Queries, number_of, threads_of
+from .queries import Queries, number_of
 from .results import Measures
 from .serialize import serialize
-from .values import affine, bounded_integer, choice, suggestion, text
+from .values import affine, bounded_integer, choice, suggestion, text, threads_of
 
 
 class Scene(Contents, Queries):
@@ -456,47 +456,3 @@ def _reset_building_lock() -> None:
 
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_reset_building_lock)
-
-
-class ReadWarning(UserWarning):
-    """A reader dropped or repaired part of a file; the message names what, how often, and the first line or byte.
-
-    To refuse such files: `warnings.simplefilter("error", shotline.ReadWarning)`.
-    """
-
-
-def load(
-    path: str | os.PathLike[str],
-    *,
-    accel: str | None = None,
-    allow_outside: bool = False,
-    weld: float | str | None = None,
-    partial: bool = False,
-    setup: str | None = None,
-) -> Scene:
-    """Read a scene file (JSON), a geometry of Geant4 (GDML), or a mesh (PLY, STL, OBJ) as a scene of one object named after
-    the file.
-
-    Args:
-        path: the file.
-        accel: the accelerator of everything, instead of those in the file; no result depends on it.
-        allow_outside: whether the scene may name mesh files outside of its own folder.
-        weld: merge vertices of meshes up to this distance apart, in the lengths of the file; "auto" merges those within
-            rounding error of each other and far from all others.
-        partial: whether a GDML file is read without the parts that are not supported, each of which is a warning.
-        setup: which setup of a GDML file is read, by its name; None reads the one named Default, or else the first.
-
-    Warns:
-        ReadWarning: for each kind of item that was dropped or repaired. `shotline info FILE` lists all notes.
-
-    Raises:
-        FileNotFoundError: if there is no such file.
-        ValueError: with everything that is wrong, each with its line and how to correct it.
-    """
-    path = os.fspath(path)
-    os.stat(path)
-    native, notes = _native.Scene.load(path, accel, allow_outside, weld_text(weld), partial, setup)
-    for note, changed in notes:
-        if changed:
-            warnings.warn(note, ReadWarning, stacklevel=2)
-    return Scene._of(native, accel)

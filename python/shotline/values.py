@@ -183,3 +183,8 @@ def _not_numbers(what: str, wanted: str, found: str, value: Any, axes: int) -> T
     if axes == 0:
         return TypeError(f"{what} must be {wanted}, not {value!r}")
     return TypeError(f"{what} must be real numbers, not {found}")
+
+
+def threads_of(threads: int) -> int:
+    """A checked number of threads; 0 is one per core."""
+    return bounded_integer(threads, "threads", 0, 1024)
