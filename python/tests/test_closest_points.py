@@ -28,27 +28,46 @@ def sphere(count=16):
     return corners, np.array(faces)
 
 
-def least_distances(corners, points, cells=60):
-    """Upper bounds on the distances, by the points of a fine grid in each triangle."""
-    u, v = np.meshgrid(np.arange(cells + 1), np.arange(cells + 1))
-    inside = u + v <= cells
-    u, v = u[inside] / cells, v[inside] / cells
-    weights = np.stack([1 - u - v, u, v], axis=1)
-    grid = np.einsum("gk,tkc->tgc", weights, corners).reshape(-1, 3)
-    return np.sqrt(((points[:, None] - grid[None]) ** 2).sum(axis=2).min(axis=1))
+def sampled_distances(corners, points, steps=60):
+    """The distances of all points to all triangles: the least of a convex function of one weight, by trisection, where the
+    least along the other is a segment's."""
+    a, b, c = (corners[None, :, i] for i in range(3))
+    p = points[:, None]
+
+    def at(s):
+        """The distance to the segment at weight s of the first corner."""
+        start, end = b + s[..., None] * (a - b), c + s[..., None] * (a - c)
+        edge = end - start
+        length = (edge**2).sum(-1)
+        along = np.divide(((p - start) * edge).sum(-1), length, out=np.zeros(s.shape), where=length > 0).clip(0, 1)
+        return np.linalg.norm(p - start - along[..., None] * edge, axis=-1)
+
+    low, high = np.zeros((len(points), len(corners))), np.ones((len(points), len(corners)))
+    for _ in range(steps):
+        third = (high - low) / 3
+        is_left = at(low + third) < at(high - third)
+        low, high = np.where(is_left, low, low + third), np.where(is_left, high - third, high)
+    return np.minimum(at((low + high) / 2), np.minimum(at(np.zeros_like(low)), at(np.ones_like(low))))
 
 
-def test_points_are_nearest():
-    vertices, faces = sphere(6)
-    mesh = Mesh(vertices, faces)
-    points = np.random.default_rng(2).uniform(-1.5, 1.5, (60, 3))
-    near = mesh.closest_points(points)
-    bounds = least_distances(vertices[faces], points)
-    assert (near.distance <= bounds + 1e-12).all() and (near.distance > bounds - 0.02).all()
-    np.testing.assert_allclose(np.linalg.norm(near.points - points, axis=1), near.distance, atol=1e-14)
-    weighted = np.einsum("nk,nkc->nc", near.barycentric, vertices[faces[near.primitive]])
-    np.testing.assert_allclose(weighted, near.points, atol=1e-14)
-    np.testing.assert_allclose(near.barycentric.sum(axis=1), 1)
+def test_points_are_the_nearest_of_all_triangles():
+    """Random triangles, with needles and with some whose corners are in a line."""
+    rng = np.random.default_rng(5)
+    corners = rng.uniform(-1, 1, (100, 1, 3)) + rng.normal(size=(100, 3, 3)) * rng.choice([0.01, 0.5], (100, 1, 1))
+    corners[:10, 2] = (corners[:10, 0] + corners[:10, 1]) / 2
+    corners[10:20, 2] = corners[10:20, 1] + 1e-9
+    points = np.concatenate([rng.uniform(-2, 2, (100, 3)), corners[:30, 0], corners[30:60].mean(axis=1)])
+    all_expected = sampled_distances(corners, points)
+    for count in (1, 2, 3, 5, 17, 100):
+        near = Mesh(corners[:count].reshape(-1, 3), np.arange(3 * count).reshape(-1, 3)).closest_points(points)
+        expected = all_expected[:, :count]
+        np.testing.assert_allclose(near.distance, expected.min(axis=1), atol=1e-7)
+        np.testing.assert_allclose(expected[np.arange(len(points)), near.primitive], near.distance, atol=1e-7)
+        assert (near.barycentric >= -1e-12).all()
+        np.testing.assert_allclose(near.barycentric.sum(axis=1), 1)
+        weighted = np.einsum("ni,nij->nj", near.barycentric, corners[near.primitive])
+        np.testing.assert_allclose(weighted, near.points, atol=1e-14)
+        np.testing.assert_allclose(np.linalg.norm(points - near.points, axis=1), near.distance, atol=1e-14)
 
 
 def test_any_shape_and_any_threads():
