@@ -202,6 +202,8 @@ def test_bad_arguments_are_named():
     assert caught.value.row == 1
     with pytest.raises(ValueError, match="query_points: row 1 is .* must be finite"):
         scene.compute_distance([[0, 0, 0], [np.inf, 0, 0]])
+    with pytest.raises(ValueError, match="threads is -1"):
+        scene.compute_distance([[0, 0, 0]], nthreads=-1)
     with pytest.raises(TypeError, match="vertices and faces, or one mesh"):
         scene.add_triangles()
     with pytest.raises(ValueError, match=r"faces must have shape \(m, 3\), not \(6, 4\)"):
