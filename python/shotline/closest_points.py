@@ -35,4 +35,4 @@ def closest_points(mesh: _native.Mesh, points: ArrayLike, threads: int, progress
     array = positions(points, "points")
     flat = np.ascontiguousarray(array.reshape(-1, 3))
     columns = mesh.closest_points(flat, threads_of(threads), callback(progress))
-    return ClosestPoints(*(column.reshape(*array.shape[:-1], *column.shape[1:]) for column in columns))
+    return ClosestPoints(*(column.reshape((*array.shape[:-1], *column.shape[1:])) for column in columns))

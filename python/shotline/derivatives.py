@@ -31,7 +31,7 @@ class Derivatives(Columns):
         rounding. At an edge it is that of the surface that was hit. Needs the columns t and normal.
 
         >>> hits = Scene(Sphere(radius=1)).closest([-3, 0, 0.6], [2, 0, 0])
-        >>> hits.dt_do.tolist(), hits.dt_dd.tolist()
+        >>> hits.dt_do.round(4).tolist(), hits.dt_dd.round(4).tolist()
         ([-0.5, 0.0, 0.375], [-0.55, 0.0, 0.4125])
         """
         return self._slopes().reshape(self._column("normal").shape)

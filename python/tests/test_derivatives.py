@@ -82,7 +82,7 @@ def slope(cast, hits, name):
     return found, same
 
 
-@pytest.mark.parametrize("solid", solids())
+@pytest.mark.parametrize("solid", list(solids()))
 def test_derivatives_are_the_limits_of_differences(solid):
     placed = np.array([[0.8, 0.1, 0, 0.2], [-0.1, 0.9, 0.2, 0], [0, -0.1, 1.1, -0.1]])
     node = solid.transform(placed)
