@@ -4,8 +4,10 @@ mod bench;
 mod cast;
 mod check;
 mod compare;
+mod completions;
 mod convert;
 mod info;
+mod man;
 mod measure;
 mod render;
 mod shoot;
@@ -41,6 +43,8 @@ pub enum Command {
     Compare(compare::Command),
     Bench(bench::Command),
     Convert(convert::Command),
+    Completions(completions::Command),
+    Man(man::Command),
 }
 
 impl Command {
@@ -56,6 +60,8 @@ impl Command {
             Command::Compare(c) => c.run(),
             Command::Bench(c) => c.run(),
             Command::Convert(c) => c.run(),
+            Command::Completions(c) => c.run(),
+            Command::Man(c) => c.run(),
         }
     }
 }
