@@ -13,7 +13,7 @@ SHOTLINE := $(abspath $(or $(CARGO_TARGET_DIR),target))/$(if $(filter dev,$(PROF
 VENV := .venv
 export SHOTLINE
 
-.PHONY: help build demo test test-built instructions package docs truth truth-built soak bench fuzz pictures docs-pictures clean
+.PHONY: help build demo test test-built instructions package wheels docs truth truth-built soak bench fuzz pictures docs-pictures clean
 .NOTPARALLEL:
 
 help: ## print this list
@@ -51,6 +51,13 @@ package: $(VENV)/ready ## build the Python package and install it in .venv
 
 docs: $(VENV)/ready-docs package ## build the documentation site in out/site
 	NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --quiet --strict
+
+# Zig links against the functions of an old system, so that the wheel runs on new ones too.
+wheels: $(VENV)/ready-wheels ## build the wheel of the Python package for manylinux2014 in out/wheels, and try it without Rust
+	rm -rf out/wheels
+	PATH="$(abspath $(VENV))/bin:$$PATH" maturin build --release --locked --zig --compatibility manylinux2014 --out out/wheels
+	$(VENV)/bin/auditwheel show out/wheels/*.whl
+	$(VENV)/bin/python tests/try_wheel.py out/wheels/*.whl
 
 # The tests of Rust build what is measured.
 instructions: ## count the instructions of small casts, and write them into bench/instructions.tsv (REASON=, where they have grown)
@@ -102,6 +109,10 @@ clean: ## remove everything that was built
 
 $(VENV)/ready: tests/requirements.txt
 	$(PYTHON) -m venv $(VENV)
+	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --no-cache-dir -r $<
+	touch $@
+
+$(VENV)/ready-wheels: tests/requirements-wheels.txt $(VENV)/ready
 	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --no-cache-dir -r $<
 	touch $@
 

@@ -11,6 +11,7 @@ import numpy as np
 from .columns import Columns, chosen_rows, one_row
 from .derivatives import Derivatives
 from .exports import ragged_records
+from .on_triangles import OnTriangles
 from .tables import counted
 
 _OPEN3D = {
@@ -61,7 +62,7 @@ class _PerRay(_PerRow):
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Closest(_PerRay, Derivatives):
+class Closest(_PerRay, Derivatives, OnTriangles):
     """The first crossing of each ray; all arrays have the rays' shape (...).
 
     t: (...) float64, in lengths of the direction; inf for a miss.
@@ -215,7 +216,7 @@ class _Ragged(Columns):
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Crossings(_Ragged, Derivatives):
+class Crossings(_Ragged, Derivatives, OnTriangles):
     """Every crossing of n rays, a row each, grouped by ray, ascending in t. For each path entering and exiting
     alternate; with `surfaces_only`, crossings of kind start and end are left out.
 

@@ -4,7 +4,6 @@ or over all triangles; the last tests compare with Open3D, if it is installed.""
 import numpy as np
 import pytest
 import shotline
-from shotline import open3d as dropin
 from shotline.open3d import RaycastingScene
 
 # The cube [0, 1]^3.
