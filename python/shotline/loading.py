@@ -26,7 +26,7 @@ def load(
     partial: bool = False,
     setup: str | None = None,
 ) -> Scene:
-    """Read a scene file (JSON), a geometry of Geant4 (GDML), or a mesh (PLY, STL, OBJ) as a scene of one object named after
+    """Read a scene file (JSON), a geometry of Geant4 (GDML), or a mesh (PLY, STL, OBJ, OFF) as a scene of one object named after
     the file.
 
     Args:

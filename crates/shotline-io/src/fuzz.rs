@@ -23,6 +23,7 @@ pub const TARGETS: &[(&str, Target)] = &[
     ("scene", scene),
     ("ply", |bytes| mesh("PLY", bytes)),
     ("obj", |bytes| mesh("OBJ", bytes)),
+    ("off", |bytes| mesh("OFF", bytes)),
     ("stl", |bytes| mesh("STL", bytes)),
     ("gdml", gdml),
     ("npy", npy),

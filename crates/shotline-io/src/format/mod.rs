@@ -2,6 +2,7 @@
 
 mod gdml;
 mod obj;
+mod off;
 mod ply;
 pub(crate) mod scene_json;
 mod stl;
@@ -77,7 +78,7 @@ pub(crate) enum MeshSource<'a> {
 
 /// Every format. Contents are tried in this order.
 pub static FORMATS: &[&Format] =
-    &[&scene_json::FORMAT, &gdml::FORMAT, &ply::FORMAT, &stl::FORMAT, &obj::FORMAT];
+    &[&scene_json::FORMAT, &gdml::FORMAT, &ply::FORMAT, &off::FORMAT, &stl::FORMAT, &obj::FORMAT];
 
 /// The format of a file name extension.
 pub(crate) fn by_extension(path: &Path) -> Option<&'static Format> {
@@ -96,7 +97,7 @@ pub(crate) fn known_extensions() -> String {
     all.map(|e| format!(".{e}")).collect::<Vec<_>>().join(", ")
 }
 
-/// The names of the mesh formats, for messages: "PLY, STL or OBJ".
+/// The names of the mesh formats, for messages: "PLY, OFF, STL or OBJ".
 pub fn mesh_format_names() -> String {
     let is_mesh = |f: &&&Format| matches!(f.content, Content::Mesh { .. });
     let names: Vec<_> = FORMATS.iter().filter(is_mesh).map(|f| f.name).collect();
