@@ -18,7 +18,7 @@ class ClosestPoints(NamedTuple):
 
     points: (..., 3) float64, in the coordinates of the mesh.
     distance: (...) float64, in its units.
-    primitive: (...) int32, the triangle. Where several triangles have the point, always the same one of them.
+    primitive: (...) int32, the triangle; never one with two equal corners. Where several triangles have the point, always the same one of them.
     barycentric: (..., 3) float64, the weights of the corners of the triangle; their sum is 1.
 
     For a point that is not finite, or more than 1e150 sizes of the mesh away: NaN, infinity and -1.

@@ -87,7 +87,10 @@ class Contents:
         """The object of a name or number. Raises KeyError for a name that no object has, or several; IndexError for a
         number that does not exist."""
         if not isinstance(key, str):
-            return self.objects[integer(key, "the number of an object")]
+            number, count = integer(key, "the number of an object"), len(self.objects)
+            if not -count <= number < count:
+                raise IndexError(f"the scene has {count} objects, numbered from 0: there is no {number}")
+            return self.objects[number]
         found = [item for item in self.objects if item.name == key]
         if len(found) == 1:
             return found[0]

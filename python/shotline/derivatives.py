@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .columns import Columns
+from .rays import lengths
 from .values import affine
 
 # A ray is tangent to a surface if the cosine of its angle to the normal is at most this: the rounding error of the cosine.
@@ -49,12 +50,16 @@ class Derivatives(Columns):
                 takes it for an object. The derivative holds for the rows that hit this part; select them by `object` or
                 `path`.
 
+        Raises ValueError for a matrix that has no inverse.
+
         >>> moved = np.array([[1, 0, 0, 5], [0, 1, 0, 0], [0, 0, 1, 0.0]])
         >>> hit = Scene(Sphere(radius=1).transform(moved)).closest([0, 0, 0], [1, 0, 0])
         >>> hit.dt_dtransform(moved)[0].tolist()
         [-1.0, 0.0, 0.0, 1.0]
         """
         matrix = np.reshape(affine(transform), (3, 4))
+        if np.linalg.matrix_rank(matrix[:, :3]) < 3:
+            raise ValueError("a transform has an inverse, which this matrix does not have")
         origins, directions = self._ray_vectors(self._rows_of_rays())
         slopes, t = self._slopes(), self._column("t").reshape(-1, 1)
         with np.errstate(invalid="ignore"):
@@ -69,6 +74,8 @@ class Derivatives(Columns):
         _, directions = self._ray_vectors(self._rows_of_rays())
         normals = self._column("normal").reshape(-1, 3)
         finite = np.isfinite(self._column("t")).reshape(-1)
-        along = (normals * directions).sum(axis=-1)
-        defined = finite & (np.abs(along) > _TANGENT * np.linalg.norm(directions, axis=-1))
-        return np.asarray(-normals / np.where(defined, along, np.nan)[:, None])
+        scaled, largest = lengths(directions)
+        along = (normals * (directions / largest[..., None])).sum(axis=-1)
+        defined = finite & (np.abs(along) > _TANGENT * scaled)
+        with np.errstate(over="ignore"):
+            return np.asarray(-normals / np.where(defined, along, np.nan)[:, None] / largest[..., None])

@@ -84,5 +84,8 @@ def _names(names: str | Sequence[str], what: str) -> list[str]:
 
 def _planes(clip: str | Sequence[str | Sequence[float]]) -> list[str]:
     """The planes of a cut as the command line takes them."""
-    planes: Sequence[str | Sequence[float]] = [clip] if isinstance(clip, str) else clip
+    is_one = isinstance(clip, str) or (
+        len(clip) == 4 and all(np.isscalar(x) and not isinstance(x, str) for x in clip)
+    )
+    planes: Any = [clip] if is_one else clip
     return [plane if isinstance(plane, str) else ",".join(repr(float(x)) for x in plane) for plane in planes]

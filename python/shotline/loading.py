@@ -8,6 +8,7 @@ import warnings
 from . import _native
 from .mesh import weld_text
 from .scene import Scene
+from .values import text
 
 
 class ReadWarning(UserWarning):
@@ -47,7 +48,9 @@ def load(
     """
     path = os.fspath(path)
     os.stat(path)
-    native, notes = _native.Scene.load(path, accel, allow_outside, weld_text(weld), partial, setup)
+    native, notes = _native.Scene.load(
+        path, accel, allow_outside, weld_text(weld), partial, setup and text(setup, "setup")
+    )
     for note, changed in notes:
         if changed:
             warnings.warn(note, ReadWarning, stacklevel=2)

@@ -203,7 +203,8 @@ class _NodeList(Node):
     def __repr__(self) -> str:
         shown = [_short_repr(arg) for arg in self._args[:4]]
         more = [f"... {len(self._args) - 4} more"] if len(self._args) > 4 else []
-        return f"{type(self).__name__}({', '.join(shown + more)})"
+        accel = [] if self._accel is None else [f"accel={self._accel!r}"]
+        return f"{type(self).__name__}({', '.join(shown + more + accel)})"
 
 
 class _Combination(_NodeList):
@@ -323,6 +324,8 @@ class Placed(Node):
         for name, value in self._steps:
             if isinstance(value, dict):
                 shown += f".{name}(axis={value['axis']}, degrees={value['degrees']})"
+            elif name == "transform":
+                shown += f".transform({list(value)})"
             else:
                 shown += f".{name}({', '.join(map(str, value))})"
         return shown

@@ -115,7 +115,9 @@ def names_of(source: NameSource, kind: str, numbers: np.ndarray) -> np.ndarray:
     else:
         name = source.surface_name if kind == "surface" else source.path_name
         table[:] = [name(number) if number >= 0 else None for number in distinct.tolist()]
-    return table[positions.reshape(numbers.shape)]
+    names = np.empty(numbers.shape, object)
+    names[...] = table[positions.reshape(numbers.shape)]
+    return names
 
 
 def _kept_names(source: NameSource, columns: dict[str, np.ndarray]) -> KeptNames:

@@ -52,3 +52,11 @@ def _spread(vectors: np.ndarray, shape: tuple[int, ...], count: int) -> Any:
     if vectors.shape[:-1] == shape:
         return vectors.reshape(count, 3)
     return np.ascontiguousarray(np.broadcast_to(vectors, (*shape, 3))).reshape(count, 3)
+
+
+def lengths(vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The lengths of vectors (..., 3) as products of two factors, of which neither overflows nor underflows: the length in
+    units of the largest component, and this component."""
+    largest = np.abs(vectors).max(axis=-1)
+    scaled = np.linalg.norm(vectors / largest[..., None], axis=-1)
+    return scaled, largest

@@ -12,6 +12,7 @@ from .columns import Columns, chosen_rows, one_row
 from .derivatives import Derivatives
 from .exports import ragged_records
 from .on_triangles import OnTriangles
+from .rays import lengths
 from .tables import counted
 
 _OPEN3D = {
@@ -117,8 +118,7 @@ class Closest(_PerRay, Derivatives, OnTriangles):
         """The distance from the origin of the ray, (...) float64 in the scene's units: t times the length of the
         direction; inf for a miss."""
         _, directions = self._ray_vectors(None)
-        lengths = self.t.reshape(-1) * np.linalg.norm(directions, axis=-1)
-        return np.reshape(lengths, self.t.shape)
+        return _lengths_to(self.t.reshape(-1), directions).reshape(self.t.shape)
 
     def object_names(self) -> np.ndarray:
         """The names of the objects, (...) of str; None for a miss. Raises KeyError if the column was not asked for."""
@@ -204,8 +204,7 @@ class _Ragged(Columns):
 
     def _distances(self, t: np.ndarray) -> np.ndarray:
         _, directions = self._ray_vectors(self.ray_ids)
-        lengths = np.linalg.norm(directions, axis=-1)
-        return np.asarray(t * lengths)
+        return _lengths_to(t, directions)
 
     def _texts(self) -> dict[str, Callable[[int], str]]:
         splits = self.ray_splits
@@ -404,6 +403,13 @@ class Cost(_PerRay):
     def _heading(self) -> str:
         mean = float(self.all.mean()) if self.all.size else 0.0
         return f"costs of rays of shape {self.all.shape}: {mean:.4g} in the mean"
+
+
+def _lengths_to(t: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """The lengths of rays up to their t."""
+    scaled, largest = lengths(directions)
+    with np.errstate(over="ignore"):
+        return np.asarray(t * largest * scaled)
 
 
 def _along(origins: np.ndarray, directions: np.ndarray, t: np.ndarray) -> np.ndarray:

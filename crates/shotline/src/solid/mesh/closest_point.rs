@@ -53,7 +53,8 @@ impl MeshSolid {
     /// sizes of the mesh away.
     ///
     /// The point lies in a triangle up to rounding, and no other point of the mesh is nearer by more than a few units in
-    /// the last place of the coordinates. It does not depend on the accelerator. The mesh need not be closed.
+    /// the last place of the coordinates. It does not depend on the accelerator. The mesh need not be closed; faces with two
+    /// equal corners have no points.
     pub fn closest_point(&self, p: Vec3) -> Option<ClosestPoint> {
         self.closest_point_by(self.closest_index(), p, &mut Pending::new())
     }
@@ -105,8 +106,9 @@ impl MeshSolid {
             return None;
         }
         let best = nearest(index, scaled, pending)?;
+        let corners = self.triangles.of_face(best.face).corners;
         Some(ClosestPoint {
-            point: self.size.unscale(scaled + best.offset),
+            point: self.size.unscale(weighted(corners, best.weights)),
             distance: length(self.size.unscale(best.offset)),
             face: best.face,
             barycentric: best.weights,
@@ -141,6 +143,20 @@ fn nearest(index: &WideIndex, p: Vec3, pending: &mut Pending) -> Option<Best> {
         }
     }
     best
+}
+
+/// The point of a triangle with some weights, from the corner of the largest one: in the triangle up to rounding, however far
+/// away the given point is, and exact at a corner.
+fn weighted(corners: [Vec3; 3], weights: [f64; 3]) -> Vec3 {
+    let largest = if weights[0] >= weights[1] && weights[0] >= weights[2] {
+        0
+    } else if weights[1] >= weights[2] {
+        1
+    } else {
+        2
+    };
+    let [base, second, third] = [0, 1, 2].map(|i| corners[(largest + i) % 3]);
+    base + (second - base) * weights[(largest + 1) % 3] + (third - base) * weights[(largest + 2) % 3]
 }
 
 /// The nearest point of a triangle.
@@ -258,6 +274,18 @@ mod tests {
         }
         let cancel = AtomicBool::new(true);
         assert_eq!(solid.closest_points(&points, 1, Some(&cancel), &|_| ()), Err(Cancelled));
+    }
+
+    /// The point is as exact as the corners, not as the distance.
+    #[test]
+    fn points_nearest_to_far_ones_are_in_the_mesh() {
+        let corners = [Vec3::new(0.3, 0.7, 0.1), Vec3::new(1.3, 0.7, 0.1), Vec3::new(0.3, 1.7, 0.1)];
+        let mesh = TriangleMesh::new(corners.to_vec(), vec![[0, 1, 2]]);
+        let solid = solid(mesh, "bvh");
+        for (far, corner) in [(Vec3::new(1e8 / 3.0, -1e8 / 7.0, 3e8), 1), (Vec3::splat(-1e17), 0)] {
+            let found = solid.closest_point(far).expect("a near point");
+            assert_eq!(found.point, corners[corner]);
+        }
     }
 
     #[test]
