@@ -101,12 +101,13 @@ pub fn json_vector(v: Vec3) -> Value {
     Value::Array(vec![json(v.x), json(v.y), json(v.z)])
 }
 
-/// Parses `X,Y,Z`.
+/// Parses `X,Y,Z`, or the three numbers with spaces between them.
 ///
 /// # Errors
 /// A message that says what is wrong.
 pub fn parse_vector(text: &str) -> Result<Vec3, String> {
-    let fields: Vec<&str> = text.split(',').collect();
+    let fields: Vec<&str> =
+        if text.contains(',') { text.split(',').collect() } else { text.split_whitespace().collect() };
     let [x, y, z] = fields[..] else {
         return Err(format!("expected three numbers X,Y,Z, not {}", fields.len()));
     };
@@ -160,7 +161,10 @@ mod tests {
     #[test]
     fn vectors_are_parsed() {
         assert_eq!(parse_vector("-1,0,2.5e-3"), Ok(Vec3::new(-1.0, 0.0, 2.5e-3)));
+        assert_eq!(parse_vector(" 1  2 3"), Ok(Vec3::new(1.0, 2.0, 3.0)));
+        assert_eq!(parse_vector("1, 2, 3"), Ok(Vec3::new(1.0, 2.0, 3.0)));
         assert!(parse_vector("1,2").unwrap_err().contains("not 2"));
+        assert!(parse_vector("1 2").unwrap_err().contains("not 2"));
         assert!(parse_vector("1,x,2").unwrap_err().contains("'x'"));
         assert!(parse_vector("1,nan,2").unwrap_err().contains("not finite"));
     }

@@ -1,8 +1,13 @@
 //! The progress bar on stderr.
 
-use std::time::Duration;
+use std::io::IsTerminal;
+use std::path::Path;
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::number::bytes;
+use crate::stream::is_stream;
 
 /// Whether progress and notes are shown.
 #[derive(clap::Args, Debug, Clone, Copy)]
@@ -20,6 +25,15 @@ pub fn bar(steps: u64, what: &'static str, quiet: Quiet) -> ProgressBar {
     let bar = ProgressBar::with_draw_target(Some(steps), target).with_style(style).with_message(what);
     bar.enable_steady_tick(Duration::from_millis(200));
     bar
+}
+
+/// Tells that a file has been written, with its size and the seconds since a command began, if stderr is a terminal.
+pub fn written(path: &Path, begin: Instant, quiet: Quiet) {
+    if quiet.quiet || !std::io::stderr().is_terminal() || is_stream(path) {
+        return;
+    }
+    let size = path.metadata().map_or(0, |data| data.len() as usize);
+    eprintln!("wrote {} ({}) in {:.2} s", path.display(), bytes(size), begin.elapsed().as_secs_f64());
 }
 
 /// Prints a note, which is not an error, on stderr.

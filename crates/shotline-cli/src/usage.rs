@@ -17,6 +17,13 @@ pub fn with_useful_tips(mut error: Error) -> Error {
                     error.insert(ContextKind::Suggested, ContextValue::StyledStrs(tips));
                 }
             }
+            let is_number = |text: &String| text.parse::<f64>().is_ok();
+            if let Some(ContextValue::String(text)) = error.get(ContextKind::InvalidArg)
+                && is_number(text)
+            {
+                let tip = StyledStr::from("write three numbers with commas between them, as in --from 1,2,3");
+                error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip]));
+            }
         }
         ErrorKind::InvalidSubcommand => {
             let line = CommandLine::command();

@@ -120,6 +120,7 @@ fn errors_name_the_object_that_cannot_be_measured() {
         "intersect",
         "--object",
     ]);
+    sandbox.run(&["measure", "ground.json", "--object", "grond"]).fails_with(&["did you mean 'ground'?"]);
     let text = sandbox.run(&["measure", "ground.json"]).ok();
     assert!(text.contains("4.1887902") && text.contains("unbounded"), "{text}");
     assert_eq!(json(&sandbox, &["ground.json"])["objects"][1]["unbounded"], true);

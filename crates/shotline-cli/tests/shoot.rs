@@ -98,3 +98,15 @@ fn invalid_rays_are_errors() {
     shoot(&["--from", "0,0,0", "--to", "1,0,0", "--t-min", "2", "--t-max", "1"])
         .fails_with(&["2", "1", "--t-max"]);
 }
+
+#[test]
+fn three_numbers_have_commas_or_spaces_between_them() {
+    let sandbox = Sandbox::new().with("drilled.json", DRILLED);
+    let shoot = |from: &[&str]| {
+        let args: Vec<&str> = [&["shoot", "drilled.json", "--dir", "1,0,0", "--from"], from].concat();
+        sandbox.run(&args)
+    };
+    assert_eq!(shoot(&["-10 0  0"]).ok(), shoot(&["-10,0,0"]).ok());
+    shoot(&["1", "2", "3"])
+        .fails_with(&["unexpected argument '2'", "commas between them, as in --from 1,2,3"]);
+}

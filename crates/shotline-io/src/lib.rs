@@ -47,6 +47,7 @@ pub use options::{PathPolicy, ReadOptions};
 pub use packed::{Packed, pack};
 pub use polygon::mesh_of_polygons;
 pub use save::save;
+pub use suggest::nearest_name;
 pub use weld::weld_note;
 
 /// The README's Rust example is compiled.

@@ -1,7 +1,7 @@
 //! "Did you mean": the nearest known name.
 
 /// The known name nearest to the given one, if it is near enough to be a typing error.
-pub(crate) fn nearest<'n>(written: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
+pub fn nearest_name<'n>(written: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
     // A name of more than 64 characters is not a typing error, and the distance takes quadratic time.
     let letters: Vec<char> = written.chars().take(65).flat_map(char::to_lowercase).collect();
     if letters.len() > 64 {
@@ -19,7 +19,7 @@ pub(crate) fn nearest<'n>(written: &str, known: impl IntoIterator<Item = &'n str
 
 /// "did you mean 'x'?", or else the list of known names.
 pub(crate) fn hint(written: &str, known: &[&str]) -> String {
-    match nearest(written, known.iter().copied()) {
+    match nearest_name(written, known.iter().copied()) {
         Some(name) => format!("did you mean '{name}'?"),
         None if known.is_empty() => "there are none".into(),
         None if known.len() > 24 => format!("there are {} to choose from", known.len()),
@@ -52,10 +52,10 @@ mod tests {
     #[test]
     fn typing_errors_are_recognised_and_other_names_are_not() {
         let known = ["radius", "sphere", "z0", "z1", "intersection"];
-        assert_eq!(nearest("raduis", known), Some("radius"));
-        assert_eq!(nearest("Radius", known), Some("radius"));
-        assert_eq!(nearest("intersecton", known), Some("intersection"));
-        assert_eq!(nearest("colour", known), None);
-        assert_eq!(nearest(&"x".repeat(5000), known), None);
+        assert_eq!(nearest_name("raduis", known), Some("radius"));
+        assert_eq!(nearest_name("Radius", known), Some("radius"));
+        assert_eq!(nearest_name("intersecton", known), Some("intersection"));
+        assert_eq!(nearest_name("colour", known), None);
+        assert_eq!(nearest_name(&"x".repeat(5000), known), None);
     }
 }

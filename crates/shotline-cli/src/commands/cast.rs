@@ -126,6 +126,7 @@ struct Times {
 impl Command {
     /// Runs the command.
     pub fn run(&self) -> Result<u8, Failure> {
+        let started = Instant::now();
         interrupt::catch();
         let scope = self.query.scope(self.span.span()?, self.surfaces_only)?;
         if self.by.is_some() && self.query != Query::Thickness {
@@ -171,6 +172,7 @@ impl Command {
             let stats = self.stats(&document.scene, &world, &rays, counts, &Times { load, build, cast });
             output::print_with(&self.output, &stats)?;
         }
+        progress::written(&self.output, started, self.quiet);
         Ok(0)
     }
 

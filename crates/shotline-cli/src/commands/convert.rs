@@ -1,6 +1,7 @@
 //! `shotline convert`: from one file format to another.
 
 use std::path::PathBuf;
+use std::time::Instant;
 
 use clap::Args;
 use shotline::scene::{Node, Scene};
@@ -42,6 +43,7 @@ Examples:
 impl Command {
     /// Runs the command.
     pub fn run(&self) -> Result<u8, Failure> {
+        let started = Instant::now();
         interrupt::catch();
         output::expect_writable(&self.output, &[], std::slice::from_ref(&self.model.path))?;
         let document = input::load(&self.model)?;
@@ -55,6 +57,7 @@ impl Command {
         for note in read.chain(notes).chain(comments) {
             progress::note(&note, self.quiet);
         }
+        progress::written(&self.output, started, self.quiet);
         Ok(0)
     }
 

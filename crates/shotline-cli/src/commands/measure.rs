@@ -9,6 +9,7 @@ use shotline::measure::{self, Estimate, Measure, MeasureError, Method, Settings}
 use shotline::query::QueryError;
 use shotline::query::batch::Run;
 use shotline::scene::{Scene, Units};
+use shotline_io::nearest_name;
 
 use crate::failure::Failure;
 use crate::flags::{Build, Model, Threads, parse_whole_number};
@@ -133,7 +134,11 @@ impl Command {
             let named = (0..).zip(world.object_names()).filter(|(_, known)| *known == name);
             chosen.extend(named.map(|(object, _)| object));
             if chosen.len() == before {
-                let why = format!("there is no object '{name}'\nhelp: `shotline info` lists the objects");
+                let hint = nearest_name(name, world.object_names().iter().map(String::as_str));
+                let hint = hint.map_or("`shotline info` lists the objects".into(), |known| {
+                    format!("did you mean '{known}'?")
+                });
+                let why = format!("there is no object '{name}'\nhelp: {hint}");
                 return Err(Failure::of_input(&self.model.path, why));
             }
         }

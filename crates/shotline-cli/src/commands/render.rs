@@ -185,6 +185,7 @@ impl Command {
             let report = self.report(&document.scene, work, started.elapsed().as_secs_f64());
             output::print_with(&self.output, &report)?;
         }
+        progress::written(&self.output, started, self.quiet);
         Ok(0)
     }
 

@@ -34,7 +34,7 @@ impl Module<'_> {
             None => {
                 let message = format!("<{}> lacks the attribute \"{key}\"", tag(element));
                 let given: Vec<_> = element.attributes().map(|attribute| attribute.name()).collect();
-                let help = match suggest::nearest(key, given) {
+                let help = match suggest::nearest_name(key, given) {
                     Some(near) => format!("is \"{near}\" meant?"),
                     None => format!("add {key}=\"...\""),
                 };

@@ -157,7 +157,7 @@ impl Module<'_> {
             return Ok(*volume);
         }
         let known: Vec<_> = self.volumes.by_name.keys().map(String::as_str).collect();
-        let help = match suggest::nearest(&name, known) {
+        let help = match suggest::nearest_name(&name, known) {
             Some(near) => format!("did you mean '{near}'?"),
             None => "a volume comes after those that are placed in it".into(),
         };

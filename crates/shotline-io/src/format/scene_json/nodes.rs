@@ -483,7 +483,7 @@ fn missing_form(members: &[Member], role: Role) -> (&'static str, String) {
         if op_names().any(|op| op == key) {
             return ("\"op\"", format!("write {{\"op\": \"{key}\", \"args\": [...]}}"));
         }
-        if let Some(meant) = suggest::nearest(key, FORMS.map(|(name, _)| name)) {
+        if let Some(meant) = suggest::nearest_name(key, FORMS.map(|(name, _)| name)) {
             return ("\"kind\", \"op\" or \"ref\"", format!("did you mean '{meant}' instead of '{key}'?"));
         }
     }

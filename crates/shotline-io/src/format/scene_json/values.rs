@@ -207,7 +207,7 @@ impl<'r, 't> Values<'r, 't> {
             if self.diagnostics.is_full() {
                 continue;
             }
-            meant.extend(suggest::nearest(key, known.iter().copied()));
+            meant.extend(suggest::nearest_name(key, known.iter().copied()));
         }
         meant
     }
