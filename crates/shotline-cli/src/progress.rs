@@ -1,12 +1,13 @@
 //! The progress bar on stderr.
 
+use std::fmt::Write;
 use std::io::IsTerminal;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
-use crate::number::bytes;
+use crate::number::{bytes, grouped};
 use crate::stream::is_stream;
 
 /// Whether progress and notes are shown.
@@ -17,12 +18,17 @@ pub struct Quiet {
     pub quiet: bool,
 }
 
-/// A bar of `steps` steps, drawn on stderr if that is a terminal.
-pub fn bar(steps: u64, what: &'static str, quiet: Quiet) -> ProgressBar {
+/// A bar of so many rays, drawn on stderr if that is a terminal.
+pub fn bar(rays: u64, what: &'static str, quiet: Quiet) -> ProgressBar {
     let target = if quiet.quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-    let style = ProgressStyle::with_template("{msg} {wide_bar} {human_pos}/{human_len} {per_sec} {eta}")
-        .unwrap_or_else(|_| ProgressStyle::default_bar());
-    let bar = ProgressBar::with_draw_target(Some(steps), target).with_style(style).with_message(what);
+    let rate = |state: &ProgressState, out: &mut dyn Write| {
+        // What is drawn cannot fail.
+        let _ = write!(out, "{} rays/s", grouped(state.per_sec() as u64));
+    };
+    let style = ProgressStyle::with_template("{msg} {wide_bar} {human_pos}/{human_len} rays {rate} {eta}")
+        .unwrap_or_else(|_| ProgressStyle::default_bar())
+        .with_key("rate", rate);
+    let bar = ProgressBar::with_draw_target(Some(rays), target).with_style(style).with_message(what);
     bar.enable_steady_tick(Duration::from_millis(200));
     bar
 }

@@ -14,6 +14,7 @@ mod bundles;
 mod caster;
 mod coherence_hint;
 mod contains;
+mod counted_parts;
 mod few_meshes;
 mod first_boundaries;
 mod first_visible;
@@ -136,7 +137,7 @@ pub enum Overlaps {
     Error,
     /// The object that is placed later owns the overlap. Overlaps are counted.
     Priority,
-    /// Every object keeps its whole segment.
+    /// Every object keeps its whole segment; what an object that clips contains keeps what is inside it.
     All,
 }
 

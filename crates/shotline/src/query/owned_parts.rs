@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use super::counted_parts::counted_parts;
 use super::interval_ends::{End, Interval, are_apart, events};
 use super::ownership::{Ownership, OwnershipScratch, t_of_pair};
 use super::{Overlaps, QueryError, Segment};
@@ -39,7 +40,11 @@ pub(super) fn resolve<'w>(
     let segment = segment_of(world, ray);
     let whole = |i: &Interval| segment(i.start.t, i.end.t, i);
     if overlaps == Overlaps::All {
-        out.extend(intervals.iter().map(whole));
+        if world.clips() {
+            counted_parts(world, intervals, scratch, budget, segment, out);
+        } else {
+            out.extend(intervals.iter().map(whole));
+        }
         out[first..].sort_by(|a, b| a.t_in.total_cmp(&b.t_in).then(a.path.cmp(&b.path)));
         return Ok(0);
     }

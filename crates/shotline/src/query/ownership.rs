@@ -32,6 +32,9 @@ pub(super) struct OwnershipScratch<'w> {
     /// The ranks of those that overlap the one that ranks next below.
     overlapping: OrderedSet,
     touched: Vec<u32>,
+    /// The places of intervals that have begun or ceased to count since this was cleared, if that is asked for.
+    pub(super) changed: Vec<u32>,
+    pub(super) notes_changes: bool,
     pub(super) ends: Vec<End>,
     of_ends: EndsScratch,
 }
@@ -233,6 +236,7 @@ impl<'a, 'w> Ownership<'a, 'w> {
     fn insert(&mut self, place: u32) {
         let rank = self.memory.ranks.rank_of(place);
         if self.memory.ranked.insert(rank) {
+            self.note_change(place);
             let (below, above) = (self.memory.ranked.below(rank), self.memory.ranked.above(rank));
             self.compare(below, Some(rank));
             self.compare(Some(rank), above);
@@ -242,9 +246,26 @@ impl<'a, 'w> Ownership<'a, 'w> {
     fn remove(&mut self, place: u32) {
         let rank = self.memory.ranks.rank_of(place);
         if self.memory.ranked.remove(rank) {
+            self.note_change(place);
             self.memory.overlapping.remove(rank);
             let (below, above) = (self.memory.ranked.below(rank), self.memory.ranked.above(rank));
             self.compare(below, above);
+        }
+    }
+
+    fn note_change(&mut self, place: u32) {
+        if self.memory.notes_changes {
+            self.memory.changed.push(place);
+        }
+    }
+
+    /// Passes the intervals that have begun or ceased to count, each with whether it counts now, and forgets them.
+    pub(super) fn take_changes(&mut self, mut take: impl FnMut(usize, bool)) {
+        let OwnershipScratch { changed, ranks, ranked, .. } = &mut *self.memory;
+        changed.sort_unstable();
+        changed.dedup();
+        for place in changed.drain(..) {
+            take(ranks.interval_at(place), ranked.contains(ranks.rank_of(place)));
         }
     }
 

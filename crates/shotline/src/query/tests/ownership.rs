@@ -1,6 +1,6 @@
 //! Objects in objects: what owns each part of a ray, against a walk over the whole scene.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use super::world;
 use crate::compile::World;
@@ -209,6 +209,9 @@ fn check(case: usize, nest: &Nest, random: &mut Random) -> [usize; 2] {
         let (mut segments, mut found) = (Vec::new(), Vec::new());
         let count = caster.segments(&ray, Span::FORWARD, Overlaps::Priority, &mut segments).expect("solids");
         caster.conflicts(&ray, Span::FORWARD, &mut found).expect("solids");
+        let mut all = Vec::new();
+        caster.segments(&ray, Span::FORWARD, Overlaps::All, &mut all).expect("solids");
+        assert!(all.is_sorted_by_key(|segment| (segment.t_in.to_bits(), segment.path)), "case {case}");
         let mut overlaps = 0;
         for x in -30..40 {
             let p = middle(x, y, z);
@@ -231,6 +234,12 @@ fn check(case: usize, nest: &Nest, random: &mut Random) -> [usize; 2] {
             met[1] += pairs.len();
             assert_eq!(pairs, walk.protrusions_at(p), "case {case} at {p}");
             let (mut objects, counted) = (Vec::new(), walk.count_at(p));
+            let kept = all.iter().filter(|s| s.t_in < t && t < s.t_out).map(|s| s.path as usize);
+            assert_eq!(
+                kept.collect::<BTreeSet<_>>(),
+                counted.iter().copied().collect(),
+                "case {case} at {p}"
+            );
             caster.contains(p, &mut objects).expect("solids");
             let object = |&body: &usize| walk.instances[walk.bodies[body].instance].object;
             let mut expected: Vec<u32> = counted.iter().map(object).collect();
