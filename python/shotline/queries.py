@@ -145,8 +145,8 @@ class Queries:
         A segment ends where another body, or a copy of this one, begins to own the ray. The contents of an object own their
         part of it. Elsewhere, where objects overlap, the one of higher priority owns the segment. For equal priorities,
         "error" raises a ValueError that names both objects and the position; with "priority" the one that is placed later
-        owns it, and an `OverlapWarning` reports the number of overlaps; with "all" every object keeps its whole segment (contents of an object that clips: what is inside it),
-        also around its contents.
+        owns it, and an `OverlapWarning` reports the number of overlaps; with "all" every object keeps its whole segment,
+        also around its contents; of contents of an object that clips that is what is inside it.
         Arguments and errors are those of `closest`; also ValueError for a mesh that is not closed, and for
         `surfaces_only`, which does not apply to segments.
         """
