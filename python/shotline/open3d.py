@@ -9,6 +9,7 @@ In a script only the import changes:
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -227,6 +228,34 @@ def _geometry(source: Any, faces: Any) -> _Geometry:
     return _Geometry(mesh.vertices, mesh.faces, mesh)
 
 
+class _Faces:
+    """What answers need of triangles, (m, 3, 3), made when it is needed: it is the same for all hits of a triangle."""
+
+    def __init__(self, corners: np.ndarray) -> None:
+        self._corners = corners
+
+    @cached_property
+    def _crosses(self) -> np.ndarray:
+        a, b, c = np.moveaxis(self._corners, 1, 0)
+        return np.asarray(np.cross(b - a, c - a))
+
+    @cached_property
+    def normals(self) -> np.ndarray:
+        """The unit normals, (m, 3) float32; 0 for a triangle without an area."""
+        length = np.linalg.norm(self._crosses, axis=1, keepdims=True)
+        found = np.divide(self._crosses, length, out=np.zeros_like(self._crosses), where=length > 0)
+        return np.asarray(found, np.float32)
+
+    @cached_property
+    def gradients(self) -> np.ndarray:
+        """How the weights of the second and the third corner grow with the point, (m, 2, 3)."""
+        a, b, c = np.moveaxis(self._corners, 1, 0)
+        square = (self._crosses**2).sum(axis=1)[:, None]
+        across = np.stack([np.cross(c - a, self._crosses), np.cross(self._crosses, b - a)], axis=1)
+        found = np.divide(across, square[:, None], out=np.zeros_like(across), where=square[:, None] > 0)
+        return np.asarray(found)
+
+
 class _Compiled(NamedTuple):
     """The scene, and the triangles of all meshes one after the other."""
 
@@ -237,18 +266,21 @@ class _Compiled(NamedTuple):
     # For each mesh, the number of its first triangle, and the number of all.
     first: np.ndarray
     corners: np.ndarray
+    faces: _Faces
 
     @classmethod
     def of(cls, meshes: list[_Geometry]) -> _Compiled:
         first = np.cumsum([0, *(len(item.faces) for item in meshes)])
         found = [(number, mesh) for number, item in enumerate(meshes) if (mesh := item.mesh)]
-        corners = [item.vertices[item.faces] for item in meshes]
+        parts = [item.vertices[item.faces] for item in meshes]
+        corners = np.concatenate(parts) if parts else np.zeros((0, 3, 3))
         return cls(
             Scene(*(mesh.named(f"geometry{number}") for number, mesh in found)),
             all(mesh.is_closed for _, mesh in found),
             first[[number for number, _ in found]],
             first,
-            np.concatenate(corners) if corners else np.zeros((0, 3, 3)),
+            corners,
+            _Faces(corners),
         )
 
     def triangle(self, item: np.ndarray, primitive: np.ndarray) -> np.ndarray:
@@ -269,26 +301,17 @@ class _Compiled(NamedTuple):
     def normals(self, triangle: np.ndarray) -> np.ndarray:
         normal = np.zeros((*triangle.shape, 3), np.float32)
         is_hit = triangle >= 0
-        a, b, c = np.moveaxis(self.corners[triangle[is_hit]], 1, 0)
-        cross = np.cross(b - a, c - a)
-        length = np.linalg.norm(cross, axis=1, keepdims=True)
-        normal[is_hit] = np.divide(cross, length, out=np.zeros_like(cross), where=length > 0)
+        normal[is_hit] = self.faces.normals[triangle[is_hit]]
         return normal
 
     def weights(self, triangle: np.ndarray, rays: np.ndarray, t: np.ndarray) -> np.ndarray:
         """The barycentric weights of the second and third corner at hits: rays, (..., 6), and their t."""
         weights = np.zeros((*triangle.shape, 2), np.float32)
         is_hit = triangle >= 0
-        o, d = rays[is_hit, :3], rays[is_hit, 3:]
-        a, b, c = np.moveaxis(self.corners[triangle[is_hit]], 1, 0)
-        ab, ac, ap = b - a, c - a, o - a + t[is_hit, None] * d
-        normal = np.cross(ab, ac)
-        area = np.einsum("ij,ij->i", normal, normal)
-        for column, cross in enumerate((np.cross(ap, ac), np.cross(ab, ap))):
-            weight = np.einsum("ij,ij->i", cross, normal)
-            weights[is_hit, column] = np.clip(
-                np.divide(weight, area, out=np.zeros_like(area), where=area > 0), 0, 1
-            )
+        number, o, d = triangle[is_hit], rays[is_hit, :3], rays[is_hit, 3:]
+        from_first = o - self.corners[number, 0] + t[is_hit, None] * d
+        found = np.einsum("nij,nj->ni", self.faces.gradients[number], from_first)
+        weights[is_hit] = np.clip(found, 0, 1)
         return weights
 
     def positions(self, triangle: np.ndarray, weights: np.ndarray) -> np.ndarray:

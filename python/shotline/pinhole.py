@@ -55,6 +55,7 @@ def _rays(eye: np.ndarray, world_from_pixel: np.ndarray, width_px: int, height_p
     height = bounded_integer(height_px, "height_px", 1, 1 << 20)
     rays = np.empty((height, width, 6))
     rays[..., :3] = eye
-    column, row = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
-    rays[..., 3:] = np.stack([column, row, np.ones_like(row)], axis=-1) @ world_from_pixel.T
+    across, down, corner = world_from_pixel.T
+    columns, rows = (np.arange(count)[:, None] + 0.5 for count in (width, height))
+    rays[..., 3:] = columns * across + (rows * down + corner)[:, None]
     return rays
