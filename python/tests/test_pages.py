@@ -79,6 +79,8 @@ def test_examples(page, folder):
         cast()
     if "from dask" in page.read_text():
         pytest.importorskip("distributed", reason="dask[distributed] is not installed")
+    if "import matplotlib" in page.read_text():
+        pytest.importorskip("matplotlib", reason="matplotlib is not installed").use("agg")
     names = {"__name__": "__main__"}
     for first, code in blocks(page):
         run(code, names, page, first)
