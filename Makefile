@@ -23,7 +23,7 @@ build: ## build the optimised program
 	$(CARGO) build --profile $(PROFILE)
 
 demo: build ## render pictures and measure speeds, into out/demo
-	$(PYTHON) demo/demo.py --data $(SHARED)/data
+	$(PYTHON) demo/demo.py --program $(SHOTLINE) --data $(SHARED)/data
 
 test: $(VENV)/ready ## check format, lints and documentation; test the libraries and the program
 	$(CARGO) fmt --check
