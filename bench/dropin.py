@@ -97,7 +97,7 @@ PAIRS = [
 
 
 class Arrays:
-    """A mesh as trimesh has it, as far as the scripts need it, when trimesh is missing."""
+    """What the scripts need of a mesh of trimesh, where trimesh is missing."""
 
     def __init__(self, vertices, faces):
         self.vertices, self.faces = vertices, faces

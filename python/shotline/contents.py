@@ -47,7 +47,7 @@ class Contents:
         other objects and in groups.
 
         An object that is at the top level, once, is where it is in the world. Any other is in the coordinates of what it
-        is in; where its copies are is told by `path_transform`. Labels of placements are not kept.
+        is in; `path_transform` tells where its copies are. Labels of placements are not kept.
         """
         return self._contents().objects
 

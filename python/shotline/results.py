@@ -62,8 +62,30 @@ class _PerRay(_PerRow):
         return self._chosen(one_row(number, self._shape(), self._what))
 
 
+class _Hits(Derivatives, OnTriangles):
+    """Columns about crossings with surfaces."""
+
+    t_hit = _alias("t")
+    geometry_ids = _alias("object")
+    primitive_ids = _alias("primitive")
+    primitive_normals = _alias("normal")
+
+    def object_names(self) -> np.ndarray:
+        """The names of the objects, an array of str with the shape of `object`, with None where there is no object. Raises
+        KeyError if the column was not asked for."""
+        return self._named("object")
+
+    def surface_names(self) -> np.ndarray:
+        """The names of the surfaces, as in "cylinder#1.side": as `object_names`."""
+        return self._named("surface")
+
+    def path_names(self) -> np.ndarray:
+        """The names of the instances, as in "world/arm[2]/bolt[0]": as `object_names`."""
+        return self._named("path")
+
+
 @dataclass(frozen=True, repr=False, eq=False)
-class Closest(_PerRay, Derivatives, OnTriangles):
+class Closest(_PerRay, _Hits):
     """The first crossing of each ray; all arrays have the rays' shape (...).
 
     t: (...) float64, in lengths of the direction; inf for a miss.
@@ -101,15 +123,11 @@ class Closest(_PerRay, Derivatives, OnTriangles):
     t_err: np.ndarray
 
     _aliases: ClassVar[dict[str, str]] = _OPEN3D
-    t_hit = _alias("t")
-    geometry_ids = _alias("object")
-    primitive_ids = _alias("primitive")
-    primitive_normals = _alias("normal")
 
     @property
     def points(self) -> np.ndarray:
-        """The points that are hit, o + t d, (..., 3) float64 in world coordinates; NaN for a miss. Computed anew from the
-        arrays of rays that the query was given: do not change these."""
+        """The points that are hit, o + t d, (..., 3) float64 in world coordinates; NaN for a miss. Each use computes them
+        from the arrays of rays that the query was given: do not change these."""
         origins, directions = self._ray_vectors(None)
         return _along(origins, directions, self.t.reshape(-1)).reshape(*self.t.shape, 3)
 
@@ -119,18 +137,6 @@ class Closest(_PerRay, Derivatives, OnTriangles):
         direction; inf for a miss."""
         _, directions = self._ray_vectors(None)
         return _lengths_to(self.t.reshape(-1), directions).reshape(self.t.shape)
-
-    def object_names(self) -> np.ndarray:
-        """The names of the objects, (...) of str; None for a miss. Raises KeyError if the column was not asked for."""
-        return self._named("object")
-
-    def surface_names(self) -> np.ndarray:
-        """The names of the surfaces, as in "cylinder#1.side": as `object_names`."""
-        return self._named("surface")
-
-    def path_names(self) -> np.ndarray:
-        """The names of the instances, as in "world/arm[2]/bolt[0]": as `object_names`."""
-        return self._named("path")
 
     def _texts(self) -> dict[str, Callable[[int], str]]:
         hit = np.isfinite(self.t).reshape(-1)
@@ -215,7 +221,7 @@ class _Ragged(Columns):
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Crossings(_Ragged, Derivatives, OnTriangles):
+class Crossings(_Ragged, _Hits):
     """Every crossing of n rays, a row each, grouped by ray, ascending in t. For each path entering and exiting
     alternate; with `surfaces_only`, crossings of kind start and end are left out.
 
@@ -248,15 +254,11 @@ class Crossings(_Ragged, Derivatives, OnTriangles):
     t_err: np.ndarray
 
     _aliases: ClassVar[dict[str, str]] = _OPEN3D | {"ray_ids": "ray_ids"}
-    t_hit = _alias("t")
-    geometry_ids = _alias("object")
-    primitive_ids = _alias("primitive")
-    primitive_normals = _alias("normal")
 
     @property
     def points(self) -> np.ndarray:
-        """The points of the crossings, o + t d, (rows, 3) float64 in world coordinates; NaN where t is infinite. Computed
-        anew from the arrays of rays that the query was given: do not change these."""
+        """The points of the crossings, o + t d, (rows, 3) float64 in world coordinates; NaN where t is infinite. Each
+        use computes them from the arrays of rays that the query was given: do not change these."""
         return self._along_rays(self.t)
 
     @property
@@ -264,18 +266,6 @@ class Crossings(_Ragged, Derivatives, OnTriangles):
         """The distance from the origin of the ray, (rows,) float64 in the scene's units: t times the length of the
         direction."""
         return self._distances(self.t)
-
-    def object_names(self) -> np.ndarray:
-        """The names of the objects, (rows,) of str. Raises KeyError if the column was not asked for."""
-        return self._named("object")
-
-    def surface_names(self) -> np.ndarray:
-        """The names of the surfaces, as in "cylinder#1.side", and None where there is none: as `object_names`."""
-        return self._named("surface")
-
-    def path_names(self) -> np.ndarray:
-        """The names of the instances, as in "world/arm[2]/bolt[0]": as `object_names`."""
-        return self._named("path")
 
     def _rows_of_rays(self) -> np.ndarray:
         return self.ray_ids
@@ -311,8 +301,8 @@ class Segments(_Ragged):
 
     @property
     def points(self) -> np.ndarray:
-        """Where each segment begins and ends, (rows, 2, 3) float64 in world coordinates; NaN where t is infinite. Computed
-        anew from the arrays of rays that the query was given: do not change these."""
+        """Where each segment begins and ends, (rows, 2, 3) float64 in world coordinates; NaN where t is infinite. Each
+        use computes them from the arrays of rays that the query was given: do not change these."""
         return np.stack([self._along_rays(t) for t in (self.t_in, self.t_out)], axis=1)
 
     @property

@@ -1,4 +1,4 @@
-//! The parts of a ray in which intervals count, whoever owns them: where all overlaps are kept.
+//! The parts of a ray in which intervals count, also where others own it: for segments that keep all overlaps.
 
 use super::Segment;
 use super::interval_ends::{End, Interval, events};
