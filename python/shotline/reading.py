@@ -14,6 +14,7 @@ from . import solids
 from .lattices import HexagonalLattice, Lattice
 from .mesh import Mesh
 from .nodes import Difference, Group, Intersection, Node, Object, Part, Placed, Union
+from .post_order import post_order
 from .serialize import base_name
 
 # In the order in which a scene file applies them.
@@ -57,7 +58,12 @@ class Reader:
         self._bare: dict[int, Node] = {}
         self._uses: dict[int, int] = {}
         self._parts: dict[str, Node] = {}
-        for entry in self._post_order():
+        order = post_order(self._entries, self._children)
+        for entry in order:
+            if "ref" in entry:
+                target = id(self._defs[entry["ref"]])
+                self._uses[target] = self._uses.get(target, 0) + 1
+        for entry in order:
             self._read(entry)
 
     def objects(self) -> list[Object]:
@@ -93,24 +99,6 @@ class Reader:
             return [self._defs[entry["ref"]]]
         children: list[dict[str, Any]] = entry.get("args", [])
         return [entry["node"], *entry.get("contents", [])] if "node" in entry else children
-
-    def _post_order(self) -> list[dict[str, Any]]:
-        """Every entry once, after those that it is made of. Not recursive, since scenes may be deep."""
-        order: list[dict[str, Any]] = []
-        seen: set[int] = set()
-        stack = [(entry, False) for entry in reversed(self._entries)]
-        while stack:
-            entry, opened = stack.pop()
-            if opened:
-                order.append(entry)
-            elif id(entry) not in seen:
-                seen.add(id(entry))
-                stack.append((entry, True))
-                children = self._children(entry)
-                if "ref" in entry:
-                    self._uses[id(children[0])] = self._uses.get(id(children[0]), 0) + 1
-                stack.extend((child, False) for child in reversed(children))
-        return order
 
     def _read(self, entry: dict[str, Any]) -> None:
         parts = [self._nodes[id(child)] for child in self._children(entry)]

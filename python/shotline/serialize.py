@@ -13,6 +13,7 @@ from typing import Any
 
 from .mesh import Mesh
 from .nodes import Node, Object, Part, Placed, placed_object
+from .post_order import post_order
 from .solid import Solid
 
 
@@ -30,7 +31,7 @@ class Serializer:
     def __init__(self, roots: Sequence[Node]) -> None:
         self.meshes: list[Mesh] = []
         self.defs: dict[str, dict[str, Any]] = {}
-        self.order = _post_order(roots)
+        self.order = post_order(roots, lambda node: node._children())
         self._uses = _uses(roots, self.order)
         # A transform of an object refers to it.
         self._placed = {id(n._child) for n in self.order if isinstance(n, Placed) and isinstance(n._child, Object)}
@@ -138,26 +139,6 @@ class Unnamed(Object):
 
     def _keys(self) -> dict[str, Any]:
         return {}
-
-
-def _post_order(roots: Iterable[Node]) -> list[Node]:
-    """Every node once, after its children. Not recursive, since scenes may be deep."""
-    order: list[Node] = []
-    seen: set[int] = set()
-    stack = [(root, False) for root in roots][::-1]
-    while stack:
-        node, opened = stack.pop()
-        if opened:
-            order.append(node)
-        elif id(node) not in seen:
-            seen.add(id(node))
-            children = node._children()
-            if children:
-                stack.append((node, True))
-                stack.extend([(child, False) for child in reversed(children)])
-            else:
-                order.append(node)
-    return order
 
 
 def _uses(roots: Iterable[Node], post_order: Sequence[Node]) -> dict[int, int]:
