@@ -239,6 +239,7 @@ impl Polygons {
             vertices: vertices.points,
             faces: self.triangles,
             polygons: if is_plain { Vec::new() } else { self.numbers },
+            attributes: Vec::new(),
         };
         Ok(MeshFile { mesh, notes: self.notes.finish(bytes) })
     }

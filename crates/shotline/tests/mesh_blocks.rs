@@ -192,7 +192,7 @@ fn a_ray_that_enters_a_box_at_minus_zero() {
         let turned = |v: [f64; 3]| Vec3::new(v[turn], v[(turn + 1) % 3], v[(turn + 2) % 3]);
         let vertices = faces.iter().flatten().map(|v| turned(*v)).collect();
         let faces = (0..7).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-        let mesh = TriangleMesh { vertices, faces, polygons: Vec::new() };
+        let mesh = TriangleMesh::new(vertices, faces);
         let placed = place(&[(Arc::new(mesh), Affine::IDENTITY)], format!("turned by {turn}"));
         let placed = placed.expect("a world");
         for y in [-0.0, 0.0, -1e-60, -1e-20] {

@@ -5,6 +5,7 @@
 //! line passes through a triangle is decided exactly (`sheared_ray`, `exact`), so two triangles always agree about the
 //! edge that they share. `plane` and `mesh_line` compute where; `winding` turns hits into crossings.
 
+mod attribute;
 mod closest_point;
 mod contacts;
 mod containment;
@@ -57,6 +58,7 @@ mod tests;
 
 use crate::math::Vec3;
 
+pub use attribute::{Attribute, NO_ROW};
 pub use closest_point::ClosestPoint;
 pub use doubt::Doubt;
 pub(crate) use mesh_hit::MeshHit;
@@ -80,15 +82,17 @@ pub struct TriangleMesh {
     /// For each triangle the index, from 0, of the polygon in its file that it was cut from. Empty where triangle and
     /// polygon indices are the same. No query depends on it.
     pub polygons: Vec<u32>,
+    /// Values at the corners of the triangles, such as colours; no two of one name.
+    pub attributes: Vec<Attribute>,
 }
 
 impl TriangleMesh {
     /// Creates a mesh whose triangles are not cut from polygons.
     pub fn new(vertices: Vec<Vec3>, faces: Vec<[u32; 3]>) -> TriangleMesh {
-        TriangleMesh { vertices, faces, polygons: Vec::new() }
+        TriangleMesh { vertices, faces, ..TriangleMesh::default() }
     }
 
-    /// Checks what every mesh must have: a face, and corners that exist and are finite.
+    /// Checks what every mesh must have: a face, corners that exist and are finite, and attributes that fit.
     ///
     /// # Errors
     /// [`MeshError`] says which face or vertex is wrong. An open mesh is not an error: see [`Topology`].
@@ -96,7 +100,10 @@ impl TriangleMesh {
         corners::Corners::of(self)?;
         let is_triangle = |[a, b, c]: [Vec3; 3]| a != b && b != c && c != a;
         let has_triangle = (0..self.faces.len()).any(|face| is_triangle(self.corners(face as u32)));
-        if has_triangle { Ok(()) } else { Err(MeshError::Empty) }
+        if !has_triangle {
+            return Err(MeshError::Empty);
+        }
+        self.attributes.iter().try_for_each(|attribute| attribute.check(self))
     }
 
     /// Returns the polygon of the file that a face was cut from, counted from 0.
@@ -164,6 +171,14 @@ pub enum MeshError {
         face: usize,
         /// The given coordinates.
         position: Vec3,
+    },
+    /// An attribute does not fit the vertices or the triangles.
+    #[error("attribute '{name}' does not fit the mesh: {why}")]
+    Attribute {
+        /// The name of the attribute.
+        name: String,
+        /// What does not fit.
+        why: String,
     },
     /// There is no accelerator of this name.
     #[error("there is no accelerator '{name}'; the names are {}", crate::accel::NAMES.join(", "))]

@@ -13,7 +13,7 @@ use super::mesh_line::{MeshLine, PowerOfTwoScale};
 use super::tally::FaceContacts;
 use super::triangles::Triangles;
 use super::winding::{FirstEntry, first_entry, order, to_crossings, total};
-use super::{MeshError, Topology, TriangleMesh, plane};
+use super::{Attribute, MeshError, Topology, TriangleMesh, plane};
 use crate::aabb::Aabb;
 use crate::accel::NAMES;
 use crate::contact::Contact;
@@ -63,13 +63,19 @@ impl MeshSolid {
 
     /// The solid of the same faces with moved vertices, which keep their numbers. It has the same bits as one made by
     /// [`MeshSolid::new`]. The accelerator is refitted, which is faster than to build it, unless it would become too slow
-    /// or other faces than before have no area: then it is built.
+    /// or other faces than before have no area: then it is built. Attributes are kept, `normal` too, which may not fit the
+    /// moved vertices.
     ///
     /// # Errors
     /// As [`MeshSolid::new`].
     pub fn with_vertices(&self, vertices: Vec<Vec3>) -> Result<MeshSolid, MeshError> {
-        let TriangleMesh { faces, polygons, .. } = &*self.mesh;
-        let mesh = TriangleMesh { vertices, faces: faces.clone(), polygons: polygons.clone() };
+        let TriangleMesh { faces, polygons, attributes, .. } = &*self.mesh;
+        let mesh = TriangleMesh {
+            vertices,
+            faces: faces.clone(),
+            polygons: polygons.clone(),
+            attributes: attributes.clone(),
+        };
         MeshSolid::with_index(Arc::new(mesh), self.accel, |triangles, bounds| {
             let is_same = triangles.has_faces_of(&self.triangles);
             if is_same { self.index.refitted(triangles, bounds) } else { None }
@@ -462,6 +468,7 @@ impl Solid for MeshSolid {
         size_of_val(self.mesh.vertices.as_slice())
             + size_of_val(self.mesh.faces.as_slice())
             + size_of_val(self.mesh.polygons.as_slice())
+            + self.mesh.attributes.iter().map(Attribute::memory).sum::<usize>()
             + self.triangles.memory()
             + self.index.memory()
             + self.closest_index.get().map_or(0, WideIndex::memory)

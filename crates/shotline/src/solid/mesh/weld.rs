@@ -119,6 +119,7 @@ impl TriangleMesh {
                 welded.vertices.push(*vertex);
             }
         }
+        let mut kept = Vec::with_capacity(self.faces.len());
         let replaced = self.vertices.len() - welded.vertices.len();
         report.repeated = replaced - report.merged;
         for (face, corners) in (0..).zip(&self.faces) {
@@ -129,10 +130,12 @@ impl TriangleMesh {
             }
             welded.faces.push(new);
             welded.polygons.push(self.polygon(face));
+            kept.push(face);
         }
         if report.collapsed == 0 && self.polygons.is_empty() {
             welded.polygons.clear();
         }
+        welded.attributes = self.attributes.iter().map(|a| a.of_faces(&self.faces, &kept)).collect();
         welded
     }
 }
