@@ -44,8 +44,10 @@ class Mesh:
         corners: NDArray[np.uint32],
         sizes: NDArray[np.uint32] | None,
         polygons: NDArray[np.uint32] | None,
+        attributes: list[tuple[str, Floats, NDArray[np.uint32] | None]],
         weld: str | None,
     ) -> Mesh: ...
+    def attributes(self) -> list[tuple[str, Floats, NDArray[np.uint32] | None]]: ...
     def changes(self) -> list[str]: ...
     def closest_points(
         self, points: Floats, threads: int, progress: Callable[[int, int], Any] | None

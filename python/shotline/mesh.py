@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from hashlib import blake2b
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native
+from .attributes import Attribute, given_attributes
 from .closest_points import ClosestPoints, closest_points
 from .foreign import Polygons, surface
 from .nodes import Node, accelerator
@@ -35,6 +36,10 @@ class Mesh(Node):
     moved to the nearest vertex that is kept, so none is moved farther than the distance. `weld_note` says what was
     merged. Faces that collapse are dropped, and the others are renumbered.
 
+    `attributes` are values that are interpolated at hits (`hits.interpolate`): arrays by name, of shape (n,) or (n, k) for the
+    vertices, or (m, 3, k) for the corners of triangles. Readers of files call colours `color`, normals `normal` and
+    texture coordinates `uv`. No query depends on them.
+
     A closed mesh is a solid. An open mesh has hits, but no inside: combinations, segments and `contains` refuse it.
     Warns of polygons that cross themselves and of anything left out. Raises ValueError for faces with vertex indices
     that do not exist, for NaN in a vertex of a face, for a mesh without faces, and for volume meshes; TypeError for
@@ -55,6 +60,7 @@ class Mesh(Node):
         *,
         accel: str | None = None,
         weld: float | str | None = None,
+        attributes: Mapping[str, ArrayLike] | None = None,
     ) -> None:
         if faces is None:
             vertices, faces, notes = surface(vertices)
@@ -62,7 +68,8 @@ class Mesh(Node):
                 warnings.warn(note, stacklevel=2)
         points = _points(vertices)
         corners, sizes = _faces(faces, len(points))
-        self._native = _native.Mesh(points, corners, sizes, None, weld_text(weld))
+        given = given_attributes(attributes, len(points), len(corners) // 3 if sizes is None else None)
+        self._native = _native.Mesh(points, corners, sizes, None, given, weld_text(weld))
         self._weld_note = self._native.weld_note()
         for change in self._native.changes():
             warnings.warn(change, stacklevel=2)
@@ -89,6 +96,21 @@ class Mesh(Node):
         """For each triangle the index of the face it is a part of, (m,) uint32; a copy."""
         polygons = self._native.polygons()
         return np.arange(self._native.counts()[1], dtype=np.uint32) if polygons is None else polygons
+
+    @property
+    def attributes(self) -> dict[str, np.ndarray]:
+        """The attributes by name: float64 (n, k) of the vertices, or (m, 3, k) of the corners of triangles; copies.
+
+        >>> mesh = Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)], attributes={"heat": [20, 30, 60]})
+        >>> mesh.attributes["heat"].tolist()
+        [[20.0], [30.0], [60.0]]
+        >>> Scene(mesh).closest([0.25, 0.5, -1], [0, 0, 1]).interpolate("heat").tolist()
+        [42.5]
+        """
+        return {attribute.name: attribute.array() for attribute in self._attributes()}
+
+    def _attributes(self) -> list[Attribute]:
+        return [Attribute(*attribute) for attribute in self._native.attributes()]
 
     @property
     def is_closed(self) -> bool:
@@ -125,10 +147,13 @@ class Mesh(Node):
     def _own(self) -> Any:
         vertices, faces = self.vertices, self.faces
         arrays = [vertices, faces, self.polygons]
+        for name, values, rows in self._attributes():
+            arrays += [np.frombuffer(name.encode(), np.uint8), values, np.zeros(0) if rows is None else rows]
         return self._accel, len(vertices), *(blake2b(array.data).hexdigest() for array in arrays)
 
     def __reduce__(self) -> Any:
-        return _unpickled, (self.vertices, self.faces, self._native.polygons(), self._accel, self._weld_note)
+        arrays = (self.vertices, self.faces, self._native.polygons(), self._native.attributes())
+        return _unpickled, (*arrays, self._accel, self._weld_note)
 
     def __repr__(self) -> str:
         state = "closed" if self.is_closed else "open"
@@ -140,10 +165,11 @@ def _unpickled(
     vertices: np.ndarray,
     faces: np.ndarray,
     polygons: np.ndarray | None,
+    attributes: list[tuple[str, np.ndarray, np.ndarray | None]],
     accel: str | None,
     weld_note: str | None,
 ) -> Mesh:
-    mesh = Mesh._of_native(_native.Mesh(vertices, faces.reshape(-1), None, polygons, None), accel)
+    mesh = Mesh._of_native(_native.Mesh(vertices, faces.reshape(-1), None, polygons, attributes, None), accel)
     mesh._weld_note = weld_note
     return mesh
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -28,22 +29,59 @@ class OnTriangles(Columns):
         >>> scene.closest([0.5, 0.5, -1], [0, 0, 1]).barycentric.tolist()
         [0.5, 0.25, 0.25]
         """
+        weights = np.full((self._column("object").size, 3), np.nan)
+        for rows, _, of_rows in self._hit_meshes():
+            weights[rows] = of_rows
+        return weights.reshape(self.points.shape)
+
+    def interpolate(self, name: str) -> np.ndarray:
+        """The values of an attribute of meshes at the hits, float64 (..., k): `hits.interpolate("uv")`.
+
+        The values of the three corners, weighted by `barycentric`. NaN where that is NaN, where the mesh has no such attribute,
+        and where a corner has no value. Raises KeyError if no mesh that is hit has the attribute, ValueError if those of
+        two meshes have values of different length.
+
+        >>> corners = [(0, 0, 0), (2, 0, 0), (0, 2, 0)]
+        >>> mesh = Mesh(corners, [(0, 1, 2)], attributes={"uv": [(0, 0), (1, 0), (0, 1)]})
+        >>> Scene(mesh).closest([[0.5, 1, 1], [5, 5, 1]], [0, 0, -1]).interpolate("uv").tolist()
+        [[0.25, 0.5], [nan, nan]]
+        """
+        points, found, known = self.points, None, set[str]()
+        primitives = self._column("primitive").reshape(-1)
+        for rows, mesh, weights in self._hit_meshes():
+            attributes = {attribute.name: attribute for attribute in mesh._attributes()}
+            known |= attributes.keys()
+            if name not in attributes:
+                continue
+            corners = attributes[name].of_triangles(primitives[rows], mesh.faces)
+            if found is None:
+                found = np.full((primitives.size, corners.shape[2]), np.nan)
+            if found.shape[1] != corners.shape[2]:
+                raise ValueError(
+                    f"{name!r} has {found.shape[1]} numbers in one mesh and {corners.shape[2]} in another"
+                )
+            found[rows] = (weights[:, :, None] * corners).sum(axis=1)
+        if found is None:
+            names = ", ".join(sorted(known)) or "no attributes"
+            raise KeyError(f"{name!r}; the meshes that are hit have {names}")
+        return found.reshape(*points.shape[:-1], -1)
+
+    def _hit_meshes(self) -> Iterator[tuple[np.ndarray, Mesh, np.ndarray]]:
+        """The meshes that are hit: the rows, the mesh, and the weights of the corners."""
         names = ("object", "primitive", "path")
         objects, primitives, paths = (self._column(name).reshape(-1) for name in names)
-        points = self.points
-        weights = np.full((len(objects), 3), np.nan)
         if not (primitives >= 0).any():
-            return weights.reshape(points.shape)
+            return
         scene: Any = self._source()
         if not hasattr(scene, "objects"):
             raise ValueError("an answer from a pickle does not know the triangles of its scene")
+        points = self.points.reshape(-1, 3)
         for path in np.unique(paths[primitives >= 0]):
             rows = np.flatnonzero((paths == path) & (primitives >= 0))
             mesh = _only_mesh(scene.objects[objects[rows[0]]].node)
             if mesh is not None:
-                local = _local(scene.path_transform(int(path)), points.reshape(-1, 3)[rows])
-                weights[rows] = _weights(mesh.vertices[mesh.faces[primitives[rows]]], local)
-        return weights.reshape(points.shape)
+                local = _local(scene.path_transform(int(path)), points[rows])
+                yield rows, mesh, _weights(mesh.vertices[mesh.faces[primitives[rows]]], local)
 
 
 def _only_mesh(node: Node) -> Mesh | None:

@@ -278,10 +278,13 @@ class Scene(Contents, Queries):
             for mesh in meshes:
                 vertices, faces = mesh.vertices(), mesh.faces()
                 digest.update(f"{vertices.shape}{faces.shape}".encode())
-                digest.update(np.ascontiguousarray(vertices, "<f8").data)
-                digest.update(np.ascontiguousarray(faces, "<u4").data)
-                if (polygons := mesh.polygons()) is not None:
-                    digest.update(np.ascontiguousarray(polygons, "<u4").data)
+                arrays: list[Any] = [vertices, faces, mesh.polygons()]
+                for name, values, corners in mesh.attributes():
+                    digest.update(f"{name!r}{values.shape}{corners is None}".encode())
+                    arrays += [values, corners]
+                for array in arrays:
+                    if array is not None:
+                        digest.update(np.ascontiguousarray(array, array.dtype.newbyteorder("<")).data)
             self._hash = digest.hexdigest()
         return self._hash
 
@@ -290,7 +293,7 @@ class Scene(Contents, Queries):
         return _unpacked, (
             self.content_hash,
             document,
-            [(mesh.vertices(), mesh.faces(), mesh.polygons()) for mesh in meshes],
+            [(mesh.vertices(), mesh.faces(), mesh.polygons(), mesh.attributes()) for mesh in meshes],
             self._accel,
         )
 
@@ -413,8 +416,8 @@ def _kind(value: Any) -> str:
     return type(value).__name__
 
 
-# The vertices and faces of a mesh, and the polygon of each face.
-_Arrays = tuple[np.ndarray, np.ndarray, np.ndarray | None]
+# The vertices and faces of a mesh, the polygon of each face, and the attributes.
+_Arrays = tuple[np.ndarray, np.ndarray, np.ndarray | None, list[tuple[str, np.ndarray, np.ndarray | None]]]
 
 # Unpickled scenes in use, by content hash and accelerator, so that a process builds each only once.
 _known: weakref.WeakValueDictionary[tuple[str, str | None], Scene] = weakref.WeakValueDictionary()
@@ -437,8 +440,15 @@ _unpacked.__module__ = "shotline"
 
 def _built(document: str, meshes: list[_Arrays], accel: str | None) -> Scene:
     natives = [
-        _native.Mesh(_aligned(vertices), _aligned(faces).reshape(-1), None, _aligned(polygons), None)
-        for vertices, faces, polygons in meshes
+        _native.Mesh(
+            _aligned(vertices),
+            _aligned(faces).reshape(-1),
+            None,
+            _aligned(polygons),
+            [(name, _aligned(values), _aligned(corners)) for name, values, corners in attributes],
+            None,
+        )
+        for vertices, faces, polygons, attributes in meshes
     ]
     return Scene._of(_native.Scene.parse(document, natives, accel), accel)
 

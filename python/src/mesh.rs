@@ -10,7 +10,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use shotline::accel::DEFAULT;
 use shotline::math::Vec3;
-use shotline::solid::mesh::{ClosestPoint, MeshError, MeshSolid, Topology, TriangleMesh, Weld};
+use shotline::solid::mesh::{Attribute, ClosestPoint, MeshError, MeshSolid, Topology, TriangleMesh, Weld};
 use shotline_io::{Effect, mesh_of_polygons};
 
 use crate::cancellation::batch_work;
@@ -36,6 +36,10 @@ type Nearest<'py> = (
     Bound<'py, PyArray2<f64>>,
 );
 
+/// The name of an attribute, its values (k, width), and the values of the corners of each triangle, unless each vertex has one.
+type GivenAttribute<'py> = (String, PyReadonlyArray2<'py, f64>, Option<PyReadonlyArray2<'py, u32>>);
+type ReadAttribute<'py> = (String, Bound<'py, PyArray2<f64>>, Option<Bound<'py, PyArray2<u32>>>);
+
 fn value_error(error: impl std::fmt::Display) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
@@ -51,7 +55,8 @@ impl Mesh {
 impl Mesh {
     /// Builds a mesh from vertices of shape (n, 3) and the corners of the faces, one face after the other: three each, or
     /// as many as `sizes` says; such faces are triangulated. `polygons` holds for each triangle the number of the polygon
-    /// it was cut from. Finally the vertices are welded, if a distance or "auto" is given.
+    /// it was cut from, `attributes` the values of vertices or corners. Finally the vertices are welded, if a distance or
+    /// "auto" is given.
     #[new]
     fn new(
         py: Python,
@@ -59,6 +64,7 @@ impl Mesh {
         corners: PyReadonlyArray1<u32>,
         sizes: Option<PyReadonlyArray1<u32>>,
         polygons: Option<PyReadonlyArray1<u32>>,
+        attributes: Vec<GivenAttribute>,
         weld: Option<&str>,
     ) -> PyResult<Mesh> {
         let (points, _) = vertices.as_slice()?.as_chunks::<3>();
@@ -70,6 +76,7 @@ impl Mesh {
         let corners = corners.as_slice()?;
         let sizes = sizes.as_ref().map(|sizes| sizes.as_slice()).transpose()?;
         let polygons = polygons.map(|polygons| polygons.as_slice().map(<[u32]>::to_vec)).transpose()?;
+        let attributes: Vec<Attribute> = attributes.into_iter().map(attribute).collect::<PyResult<_>>()?;
         py.detach(|| {
             let (mut mesh, changes) = match sizes {
                 Some(sizes) => triangulate(vertices, corners, sizes)?,
@@ -80,6 +87,10 @@ impl Mesh {
                     return Err(value_error("polygons must have a number for each triangle"));
                 }
                 mesh.polygons = polygons;
+            }
+            if !attributes.is_empty() {
+                mesh.attributes = attributes;
+                mesh.check().map_err(value_error)?;
             }
             let Some(weld) = weld else { return Ok(Mesh { changes, ..Mesh::of(Arc::new(mesh))? }) };
             let had_faces = !mesh.faces.is_empty();
@@ -101,6 +112,20 @@ impl Mesh {
     fn polygons<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<u32>>> {
         let polygons = &self.mesh.polygons;
         (!polygons.is_empty()).then(|| polygons.clone().into_pyarray(py))
+    }
+
+    /// The attributes: the name, the values (k, width), and for each triangle the values of its corners, 4294967295 for none;
+    /// None in place of these where value i is that of vertex i.
+    fn attributes<'py>(&self, py: Python<'py>) -> PyResult<Vec<ReadAttribute<'py>>> {
+        let read = |attribute: &Attribute| {
+            let values = attribute.values.clone().into_pyarray(py);
+            let corners = attribute.corners.as_ref().map(|corners| {
+                corners.concat().into_pyarray(py).reshape([corners.len(), 3])
+            });
+            let values = values.reshape([attribute.rows(), attribute.width])?;
+            Ok((attribute.name.clone(), values, corners.transpose()?))
+        };
+        self.mesh.attributes.iter().map(read).collect()
     }
 
     /// What welding did, as text.
@@ -161,6 +186,16 @@ impl Mesh {
     fn why_open(&self) -> Option<String> {
         (!self.topology.is_closed()).then(|| self.topology.why_open())
     }
+}
+
+fn attribute((name, values, corners): GivenAttribute) -> PyResult<Attribute> {
+    let width = values.shape()[1];
+    let corners = match &corners {
+        Some(corners) if corners.shape()[1] == 3 => Some(corners.as_slice()?.as_chunks::<3>().0.to_vec()),
+        Some(_) => return Err(value_error("the corners of an attribute must have shape (m, 3)")),
+        None => None,
+    };
+    Ok(Attribute { name, width, values: values.as_slice()?.to_vec(), corners })
 }
 
 fn triangles(vertices: Vec<Vec3>, corners: &[u32]) -> PyResult<TriangleMesh> {

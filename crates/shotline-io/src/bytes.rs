@@ -133,6 +133,11 @@ impl Word<'_> {
         self.start..self.start + self.bytes.len()
     }
 
+    /// The whole word as text; what is not UTF-8 is replaced.
+    pub(crate) fn text(&self) -> String {
+        String::from_utf8_lossy(self.bytes).into_owned()
+    }
+
     /// The word for a message: shortened, and readable for any bytes.
     pub(crate) fn shown(&self) -> String {
         String::from_utf8_lossy(&self.bytes[..self.bytes.len().min(40)]).into_owned()

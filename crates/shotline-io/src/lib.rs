@@ -11,9 +11,11 @@
 //! ```
 #![deny(missing_docs)]
 
+mod append;
 pub mod arrays;
 mod atomic_write;
 mod bytes;
+mod corner_values;
 mod diagnostic;
 mod document;
 mod error;
@@ -24,10 +26,12 @@ pub mod fuzz;
 mod lines;
 mod load;
 mod location;
+mod material_files;
 mod mesh_file;
 mod note;
 mod options;
 mod packed;
+mod parts;
 mod paths;
 mod polygon;
 mod save;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use shotline::scene::{self, Node, Scene};
-use shotline::solid::mesh::{TriangleMesh, Weld};
+use shotline::solid::mesh::TriangleMesh;
 
 use crate::bytes::text_start;
 use crate::diagnostic::RawDiagnostic;
@@ -14,11 +14,14 @@ use crate::format::{
     Content, Format, MeshSource, by_content, by_extension, known_extensions, mesh_format_names, scene_json,
 };
 use crate::location::RawLocation;
+use crate::material_files::materials_of;
 use crate::mesh_file::MeshFile;
+use crate::note::Note;
 use crate::options::ReadOptions;
+use crate::parts::{Part, parts};
 
-/// Reads a scene, or a mesh as a scene of one object named after the file. A scene may name the mesh files below its
-/// own folder.
+/// Reads a scene, or a mesh file as a scene: of one object named after the file, or of the objects, groups and materials that
+/// the file names, where each bounds a solid of its own. A scene may name the mesh files below its own folder.
 ///
 /// # Errors
 /// [`ReadError`] with everything that is wrong.
@@ -99,7 +102,7 @@ impl Format {
             }
             Content::Mesh { read, .. } => {
                 let found = read(&bytes).map_err(|d| mesh_error(path, &bytes, d))?;
-                Ok(mesh_document(path, found.welded(options.weld), options.weld))
+                Ok(mesh_document(path, found.welded(options.weld), &options))
             }
         }
     }
@@ -137,15 +140,26 @@ fn mesh_error(path: &Path, bytes: &[u8], diagnostic: RawDiagnostic) -> ReadError
     ReadError::new(Some(path), bytes, diagnostic.or_help(help).into())
 }
 
-/// A scene of one object, the mesh.
-fn mesh_document(path: &Path, found: MeshFile, weld: Option<Weld>) -> Document {
+/// A scene of the objects of a mesh file.
+fn mesh_document(path: &Path, found: MeshFile, options: &ReadOptions) -> Document {
     let stem = path.file_stem().map_or("mesh".into(), |s| s.to_string_lossy());
     let name = path.file_name().map(|f| f.to_string_lossy().into_owned());
-    let file = name.map(|name| scene::MeshFile { name, weld });
-    let notes = found.notes_of(&path.display().to_string()).collect();
+    let (materials, not_read) = materials_of(path, &found.material_files, options.paths);
+    let shown = path.display().to_string();
+    let mut notes: Vec<Note> = found.notes_of(&shown).collect();
+    let (parts, of_parts) = parts(found, &stem);
+    notes.extend(not_read.into_iter().chain(of_parts).map(|note| note.of_file(&shown)));
+    // Only a mesh that is the whole file can be read from it again.
+    let file = name.filter(|_| parts.len() == 1).map(|name| scene::MeshFile { name, weld: options.weld });
     let mut scene = Scene::default();
-    let node = scene.add(Node::Mesh { mesh: found.mesh.into(), file });
-    scene.add_object(&stem, None, node);
+    for Part { name, material, mesh } in parts {
+        let node = scene.add(Node::Mesh { mesh: mesh.into(), file: file.clone() });
+        scene.add_object(&name, material.as_deref(), node);
+        if let Some(name) = material.filter(|name| scene.materials.iter().all(|(known, _)| known != name)) {
+            let material = materials.get(&name).cloned().unwrap_or_default();
+            scene.materials.push((name, material));
+        }
+    }
     Document { scene, notes, source: Source::opaque(path) }
 }
 

@@ -5,10 +5,25 @@ use shotline::solid::mesh::{TriangleMesh, Weld};
 use crate::note::Note;
 use crate::weld::weld_note;
 
+/// Faces of a file that belong together: those from a polygon on, up to the next section.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Section {
+    /// The number of the first polygon.
+    pub(crate) first: u32,
+    /// The name of the object; empty if it has none.
+    pub(crate) name: String,
+    /// The name of the material; empty if it has none.
+    pub(crate) material: String,
+}
+
 /// A mesh as read.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct MeshFile {
     pub(crate) mesh: TriangleMesh,
+    /// The objects and materials of its faces, by the number of the first polygon; empty if the file has none.
+    pub(crate) sections: Vec<Section>,
+    /// The names of the files that define the materials.
+    pub(crate) material_files: Vec<String>,
     /// What was skipped, dropped or repaired.
     pub(crate) notes: Vec<Note>,
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use shotline::math::Vec3;
 use shotline::polygon::{Triangulation, triangulate};
-use shotline::solid::mesh::{MeshError, TriangleMesh};
+use shotline::solid::mesh::{Attribute, MeshError, TriangleMesh};
 
 use crate::diagnostic::RawDiagnostic;
 use crate::location::RawLocation;
@@ -108,7 +108,7 @@ pub fn mesh_of_polygons<'a>(
     }
     let mut points = Vertices::default();
     vertices.into_iter().for_each(|vertex| points.push(vertex, || RawLocation::File));
-    let MeshFile { mesh, notes } = polygons.finish(points, 0, &[]).map_err(|_| MeshError::Empty)?;
+    let MeshFile { mesh, notes, .. } = polygons.finish(points, 0, &[]).map_err(|_| MeshError::Empty)?;
     Ok((mesh, notes))
 }
 
@@ -122,7 +122,18 @@ pub(crate) struct Polygons {
     pending: Vec<Pending>,
     corners: Vec<u32>,
     faces: u32,
+    numbered: Option<NumberedCorners>,
     notes: Notes,
+}
+
+/// The numbers of corners: how many corners of faces were read before each. They tell the attributes of a corner.
+#[derive(Default)]
+struct NumberedCorners {
+    read: u32,
+    /// Of the corners of each triangle.
+    triangles: Vec<[u32; 3]>,
+    /// Of the corners of pending faces.
+    pending: Vec<u32>,
 }
 
 /// A face of more than three corners.
@@ -144,8 +155,14 @@ impl Polygons {
             pending: Vec::new(),
             corners: Vec::new(),
             faces: 0,
+            numbered: None,
             notes,
         }
+    }
+
+    /// Numbers the corners of the faces, none of which has been added yet, for [`Polygons::finish_with`].
+    pub(crate) fn number_corners(&mut self) {
+        self.numbered = Some(NumberedCorners::default());
     }
 
     /// Makes room for so many more triangles.
@@ -168,6 +185,12 @@ impl Polygons {
             // Equal corners in succession count as one, except in triangles, which are kept as they are.
             if corners.len() == 3 || self.corners[first..].last() != Some(&vertex) {
                 self.corners.push(vertex);
+                if let Some(numbered) = &mut self.numbered {
+                    numbered.pending.push(numbered.read);
+                }
+            }
+            if let Some(numbered) = &mut self.numbered {
+                numbered.read = numbered.read.saturating_add(1);
             }
         }
         while corners.len() > 3
@@ -175,12 +198,16 @@ impl Polygons {
             && self.corners.last() == self.corners.get(first)
         {
             self.corners.pop();
+            self.numbered.iter_mut().for_each(|numbered| numbered.pending.truncate(self.corners.len()));
         }
         match self.corners[first..] {
             [] | [_] | [_, _] => self.notes.add(&SHORT, at()),
             [a, b, c] => {
                 self.triangles.push([a, b, c]);
                 self.numbers.push(number);
+                if let Some(NumberedCorners { triangles, pending, .. }) = &mut self.numbered {
+                    triangles.push([pending[first], pending[first + 1], pending[first + 2]]);
+                }
             }
             _ => {
                 let corners = first..self.corners.len();
@@ -189,6 +216,9 @@ impl Polygons {
             }
         }
         self.corners.truncate(first);
+        if let Some(numbered) = &mut self.numbered {
+            numbered.pending.truncate(first);
+        }
         Ok(())
     }
 
@@ -207,6 +237,16 @@ impl Polygons {
         self.triangles.is_empty() && self.pending.is_empty()
     }
 
+    /// The number of the next face.
+    pub(crate) fn faces(&self) -> u32 {
+        self.faces
+    }
+
+    /// How many corners of faces were read, if they are numbered.
+    pub(crate) fn corners_read(&self) -> usize {
+        self.numbered.as_ref().map_or(0, |numbered| numbered.read as usize)
+    }
+
     /// The number of vertices.
     pub(crate) fn vertices(&self) -> usize {
         self.vertices
@@ -222,10 +262,22 @@ impl Polygons {
     /// # Errors
     /// If a face uses a vertex that is not finite, or there is no face.
     pub(crate) fn finish(
+        self,
+        vertices: Vertices,
+        first_number: usize,
+        bytes: &[u8],
+    ) -> Result<MeshFile, RawDiagnostic> {
+        self.finish_with(vertices, first_number, bytes, |_| Vec::new())
+    }
+
+    /// The mesh, as [`Polygons::finish`] returns it, with attributes, which are made from the numbers of the corners of each
+    /// triangle.
+    pub(crate) fn finish_with(
         mut self,
         vertices: Vertices,
         first_number: usize,
         bytes: &[u8],
+        attributes: impl FnOnce(&[[u32; 3]]) -> Vec<Attribute>,
     ) -> Result<MeshFile, RawDiagnostic> {
         if self.is_empty() {
             return Err(
@@ -239,9 +291,9 @@ impl Polygons {
             vertices: vertices.points,
             faces: self.triangles,
             polygons: if is_plain { Vec::new() } else { self.numbers },
-            attributes: Vec::new(),
+            attributes: attributes(&self.numbered.unwrap_or_default().triangles),
         };
-        Ok(MeshFile { mesh, notes: self.notes.finish(bytes) })
+        Ok(MeshFile { mesh, notes: self.notes.finish(bytes), ..MeshFile::default() })
     }
 
     /// Notes the vertices that no face uses, and refuses vertices that are not finite and that faces use.
@@ -275,16 +327,25 @@ impl Polygons {
             return;
         }
         let (mut triangles, mut numbers) = (Vec::new(), Vec::new());
+        let mut numbered = NumberedCorners::default();
         let mut done = 0;
         for Pending { before, number, corners, at } in std::mem::take(&mut self.pending) {
             triangles.extend(&self.triangles[done..before]);
             numbers.extend(&self.numbers[done..before]);
+            let of_corners = self
+                .numbered
+                .as_ref()
+                .map(|numbered| (&numbered.triangles[done..before], &numbered.pending[corners.clone()]));
             done = before;
             let corners = &self.corners[corners];
             let points: Vec<Vec3> = corners.iter().map(|c| vertices[*c as usize]).collect();
             let Triangulation { triangles: cut, is_proper } = triangulate(&points);
             numbers.extend(std::iter::repeat_n(number, cut.len()));
             triangles.extend(cut.iter().map(|t| t.map(|i| corners[i as usize])));
+            if let Some((whole, of_polygon)) = of_corners {
+                numbered.triangles.extend(whole);
+                numbered.triangles.extend(cut.iter().map(|t| t.map(|i| of_polygon[i as usize])));
+            }
             if !is_proper {
                 self.notes.add(&IMPROPER, at.clone());
             }
@@ -293,5 +354,9 @@ impl Polygons {
         triangles.extend(&self.triangles[done..]);
         numbers.extend(&self.numbers[done..]);
         (self.triangles, self.numbers) = (triangles, numbers);
+        if let Some(old) = &mut self.numbered {
+            numbered.triangles.extend(&old.triangles[done..]);
+            *old = numbered;
+        }
     }
 }

@@ -7,8 +7,9 @@ use std::sync::Arc;
 
 use shotline::math::{Affine, ComposedTransform};
 use shotline::scene::{MeshFile, Node, NodeId, Scene};
-use shotline::solid::mesh::TriangleMesh;
+use shotline::solid::mesh::{Attribute, TriangleMesh};
 
+use crate::append::{NORMAL, append};
 use crate::atomic_write::atomic_write;
 use crate::error::WriteError;
 use crate::format::{
@@ -117,7 +118,29 @@ fn is_file_of(folder: &Path, file: &MeshFile, mesh: &TriangleMesh) -> bool {
     let polygons = |mesh: &TriangleMesh| -> Vec<u32> {
         (0..).take(mesh.faces.len()).map(|face| mesh.polygon(face)).collect()
     };
-    found.faces == mesh.faces && polygons(&found) == polygons(mesh) && bits(&found) == bits(mesh)
+    found.faces == mesh.faces
+        && polygons(&found) == polygons(mesh)
+        && bits(&found) == bits(mesh)
+        && has_attributes_of(&found, mesh)
+}
+
+/// Whether two meshes of the same faces have the same attributes: the same values at every corner.
+fn has_attributes_of(found: &TriangleMesh, mesh: &TriangleMesh) -> bool {
+    let same_value = |a: Option<&[f64]>, b: Option<&[f64]>| {
+        let value = |x: Option<&[f64]>| x.filter(|x| x.iter().any(|x| !x.is_nan())).map(<[f64]>::to_vec);
+        value(a) == value(b)
+    };
+    let is_same = |a: &Attribute, b: &Attribute| {
+        let corners = (0..).take(mesh.faces.len()).flat_map(|face| [0, 1, 2].map(|corner| (face, corner)));
+        corners.into_iter().all(|(face, corner)| {
+            same_value(found.corner_value(a, face, corner), mesh.corner_value(b, face, corner))
+        })
+    };
+    found.attributes.len() == mesh.attributes.len()
+        && mesh
+            .attributes
+            .iter()
+            .all(|b| found.attribute(&b.name).is_some_and(|a| a.width == b.width && is_same(a, b)))
 }
 
 /// The maximum number of nodes visited while instances are expanded: sharing can make more of them than a file can hold.
@@ -182,6 +205,11 @@ fn merge(scene: &Scene, format: &str) -> Result<(TriangleMesh, Vec<String>), Wri
     }
     if moved > 0 {
         lost.push(format!("vertices moved into place, and rounded to float64: {moved}"));
+        let has_normals =
+            |node: &Node| matches!(node, Node::Mesh { mesh, .. } if mesh.attribute(NORMAL).is_some());
+        if scene.nodes.iter().any(has_normals) {
+            lost.push("normals of meshes that were moved are lost".into());
+        }
     }
     Ok((out, lost))
 }
@@ -203,36 +231,4 @@ fn losses(scene: &Scene) -> Vec<String> {
         lost.push("the camera and the lights are lost".into());
     }
     lost
-}
-
-/// Appends a mesh under a transform.
-fn append(out: &mut TriangleMesh, mesh: &TriangleMesh, world_from_local: &Affine) -> Result<(), WriteError> {
-    let first = u32::try_from(out.vertices.len()).ok();
-    let first = first.filter(|n| mesh.vertices.len() <= (u32::MAX - n) as usize);
-    let first = first.ok_or_else(|| WriteError::Unwritable("more than 4294967295 vertices".into()))?;
-    if world_from_local.is_identity() {
-        out.vertices.extend(&mesh.vertices);
-    } else {
-        out.vertices.extend(mesh.vertices.iter().map(|v| world_from_local.point(*v)));
-    }
-    append_polygons(out, mesh);
-    // A reflection inverts the orientation of triangles.
-    let mirrored = world_from_local.determinant() < 0.0;
-    out.faces.extend(mesh.faces.iter().map(|[a, b, c]| {
-        let (b, c) = if mirrored { (c, b) } else { (b, c) };
-        [first + a, first + b, first + c]
-    }));
-    Ok(())
-}
-
-/// Appends the polygon numbers of a mesh, counted on from the last; does nothing if every polygon is one triangle.
-fn append_polygons(out: &mut TriangleMesh, mesh: &TriangleMesh) {
-    if out.polygons.is_empty() && mesh.polygons.is_empty() {
-        return;
-    }
-    if out.polygons.is_empty() {
-        out.polygons = (0..).take(out.faces.len()).collect();
-    }
-    let first = out.polygons.last().map_or(0, |last| last.saturating_add(1));
-    out.polygons.extend((0..).take(mesh.faces.len()).map(|face| first.saturating_add(mesh.polygon(face))));
 }

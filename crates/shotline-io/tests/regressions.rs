@@ -207,12 +207,13 @@ fn stl_without_a_name_is_recognised_as_files_are() {
     }
 }
 
-/// Colours and weights of vertices were dropped without a note.
+/// Colours of vertices were dropped.
 #[test]
-fn colours_of_vertices_are_noted() {
-    let document = ok("a.obj", OBJ.replacen("v 0 0 0", "v 0 0 0 0.5 0.5 0.5", 1));
-    let note = document.notes.iter().find(|note| note.kind == "not_read").unwrap();
-    assert!(note.count == 1 && note.text.contains("colours of vertices"), "{note}");
+fn colours_of_vertices_are_kept() {
+    let document = ok("a.obj", OBJ.replacen("v 0 0 0", "v 0 0 0 0.5 0.25 0.75", 1));
+    let color = mesh_of(&document).attribute("color").unwrap();
+    assert_eq!(color.value(0), Some(&[0.5, 0.25, 0.75][..]));
+    assert!(color.value(1).unwrap()[0].is_nan() && document.notes.is_empty());
 }
 
 /// `auto` joined parts with a gap between them that is far wider than rounding.

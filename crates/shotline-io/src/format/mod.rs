@@ -1,7 +1,7 @@
 //! The registry of file formats. A new format is a file beside this one, a `mod` and a line in the registry.
 
 mod gdml;
-mod obj;
+pub(crate) mod obj;
 mod off;
 mod ply;
 pub(crate) mod scene_json;
@@ -122,4 +122,12 @@ fn lost_polygons(mesh: &TriangleMesh) -> Option<String> {
     let keeps =
         lossless_mesh_format().map_or(String::new(), |(format, _)| format!("; {} keeps them", format.name));
     (!mesh.polygons.is_empty()).then(|| format!("{lost}{keeps}"))
+}
+
+/// The note of a format that holds no attributes, for a mesh that has some.
+fn lost_attributes(mesh: &TriangleMesh) -> Option<String> {
+    let names: Vec<&str> = mesh.attributes.iter().map(|attribute| attribute.name.as_str()).collect();
+    let keeps =
+        lossless_mesh_format().map_or(String::new(), |(format, _)| format!("; {} keeps them", format.name));
+    (!names.is_empty()).then(|| format!("attributes of corners are lost: {}{keeps}", names.join(", ")))
 }

@@ -13,7 +13,7 @@ use shotline::solid::mesh::TriangleMesh;
 use crate::bytes::{Cursor, Word, text_start, without_comment, without_zeros, words};
 use crate::diagnostic::RawDiagnostic;
 use crate::error::WriteError;
-use crate::format::{Content, Format, lost_polygons};
+use crate::format::{Content, Format, lost_attributes, lost_polygons};
 use crate::lines::mark_length;
 use crate::location::RawLocation;
 use crate::mesh_file::{Encoded, MeshFile};
@@ -196,5 +196,6 @@ fn write(mesh: &TriangleMesh) -> Result<Encoded, WriteError> {
     for [a, b, c] in &mesh.faces {
         let _ = writeln!(out, "3 {a} {b} {c}");
     }
-    Ok(Encoded { bytes: out.into_bytes(), notes: lost_polygons(mesh).into_iter().collect() })
+    let notes = lost_polygons(mesh).into_iter().chain(lost_attributes(mesh)).collect();
+    Ok(Encoded { bytes: out.into_bytes(), notes })
 }

@@ -3,20 +3,22 @@
 //! This crate has its own reader, because the maintained library, `ply-rs-bw`, gives no byte offset for a broken binary
 //! file, and exhausts the memory on a header that declares four thousand million rows without columns.
 
+mod attributes;
 mod header;
 mod rows;
+mod write;
 
 use shotline::math::Vec3;
-use shotline::solid::mesh::TriangleMesh;
+use shotline::solid::mesh::Attribute;
 
+use self::attributes::{FaceAttributes, VertexAttributes};
 use self::header::{Element, Encoding, Header, Shape};
 use self::rows::{AsciiRows, BinaryRows, Layout, Rows};
 use crate::bytes::{Cursor, without_zeros};
 use crate::diagnostic::RawDiagnostic;
-use crate::error::WriteError;
 use crate::format::{Content, Format};
 use crate::lines::mark_length;
-use crate::mesh_file::{Encoded, MeshFile};
+use crate::mesh_file::MeshFile;
 use crate::note::{Effect, Note, NoteKind, Notes};
 use crate::polygon::{Corner, Polygons, Vertices};
 
@@ -27,7 +29,7 @@ pub(crate) const FORMAT: Format = Format {
         let text = &bytes[mark_length(bytes)..];
         text.starts_with(b"ply") && text.get(3).is_some_and(u8::is_ascii_whitespace)
     },
-    content: Content::Mesh { read, write, is_lossless: true },
+    content: Content::Mesh { read, write: write::write, is_lossless: true },
 };
 
 fn read(bytes: &[u8]) -> Result<MeshFile, RawDiagnostic> {
@@ -67,6 +69,9 @@ struct Tables<'f> {
     bytes: &'f [u8],
     vertices: Vertices,
     polygons: Polygons,
+    /// Of the vertices.
+    attributes: Vec<Attribute>,
+    of_faces: Option<FaceAttributes>,
     not_read: Vec<&'f str>,
 }
 
@@ -102,7 +107,15 @@ impl<'f> Tables<'f> {
             check_count(element, header, bytes.len())?;
         }
         let polygons = Polygons::new(count_of("vertex"), notes);
-        Ok(Tables { header, bytes, vertices: Vertices::default(), polygons, not_read: Vec::new() })
+        Ok(Tables {
+            header,
+            bytes,
+            vertices: Vertices::default(),
+            polygons,
+            attributes: Vec::new(),
+            of_faces: None,
+            not_read: Vec::new(),
+        })
     }
 
     fn read(mut self, rows: &mut impl Rows) -> Result<MeshFile, RawDiagnostic> {
@@ -124,7 +137,19 @@ impl<'f> Tables<'f> {
             let text = format!("{count} {what} not read: {}", self.not_read.join(", "));
             self.polygons.notes().push(Note::new("not_read", Effect::Kept, count, text));
         }
-        self.polygons.finish(self.vertices, 0, self.bytes)
+        let Tables { mut attributes, of_faces, .. } = self;
+        // A second table of vertices may have other properties.
+        attributes.retain(|attribute| attribute.rows() == self.vertices.len());
+        self.polygons.finish_with(self.vertices, 0, self.bytes, |corners| {
+            let of_faces = of_faces.into_iter().flat_map(|of_faces| of_faces.finish(corners));
+            // An attribute that vertices have is not that of faces.
+            for attribute in of_faces {
+                if attributes.iter().all(|known| known.name != attribute.name) {
+                    attributes.push(attribute);
+                }
+            }
+            attributes
+        })
     }
 
     fn read_vertices(&mut self, element: &'f Element, rows: &mut impl Rows) -> Result<(), RawDiagnostic> {
@@ -134,23 +159,24 @@ impl<'f> Tables<'f> {
                 element.properties.iter().position(|p| p.name == name && matches!(p.shape, Shape::One(_)));
             *column = found.ok_or_else(|| RawDiagnostic::file(format!("has vertices without '{name}'")))?;
         }
-        self.leave_out(element, &columns);
         // The count is known to be in proportion to the bytes of the file.
         self.vertices.reserve(element.count);
-        let mut numbers = Vec::new();
+        let mut attributes = VertexAttributes::of(element, &columns);
+        let read: Vec<usize> = columns.into_iter().chain(attributes.columns()).collect();
+        self.leave_out(element, &read);
+        let (mut numbers, mut row) = (Vec::new(), vec![0.0; element.properties.len()]);
         for _ in 0..element.count {
-            let mut xyz = [0.0; 3];
             rows.begin()?;
-            for (p, property) in element.properties.iter().enumerate() {
+            for (x, property) in row.iter_mut().zip(&element.properties) {
                 numbers.clear();
                 rows.property(property.shape, &mut numbers)?;
-                for (x, _) in xyz.iter_mut().zip(columns).filter(|(_, column)| *column == p) {
-                    *x = numbers[0];
-                }
+                *x = numbers.first().copied().unwrap_or_default();
             }
             rows.end(self.polygons.notes())?;
-            self.vertices.push(Vec3::from(xyz), || rows.location());
+            self.vertices.push(Vec3::from(columns.map(|column| row[column])), || rows.location());
+            attributes.push(&row);
         }
+        self.attributes.extend(attributes.finish());
         Ok(())
     }
 
@@ -176,36 +202,46 @@ impl<'f> Tables<'f> {
             .properties
             .iter()
             .position(|p| p.name == POLYGON && matches!(p.shape, Shape::One(item) if item.is_integer()));
-        let read: Vec<usize> = [corners].into_iter().chain(number).collect();
+        let attributes =
+            (element.name == "face" && self.polygons.is_empty()).then(|| FaceAttributes::of(element));
+        let mut attributes = attributes.filter(|attributes| !attributes.is_empty());
+        if attributes.is_some() {
+            self.polygons.number_corners();
+        }
+        let of_attributes = attributes.iter().flat_map(FaceAttributes::columns);
+        let read: Vec<usize> = [corners].into_iter().chain(number).chain(of_attributes).collect();
         self.leave_out(element, &read);
         self.polygons.reserve(element.count);
-        let (mut numbers, mut polygon) = (Vec::new(), Vec::new());
+        let (mut row, mut polygon) = (vec![Vec::new(); element.properties.len()], Vec::new());
         for i in 0..element.count {
             rows.begin()?;
-            for (p, property) in element.properties.iter().enumerate() {
+            for (numbers, property) in row.iter_mut().zip(&element.properties) {
                 numbers.clear();
-                rows.property(property.shape, &mut numbers)?;
-                if p == corners {
-                    polygon.clear();
-                    polygon.extend(numbers.iter().map(|x| *x as Corner));
-                }
-                if Some(p) == number {
-                    self.polygons.number(numbers[0] as i64).map_err(|least| {
-                        let (name, given) = (&element.name, numbers[0]);
-                        rows.diagnostic(format!(
-                            "{name} {i} has the polygon number {given}, but numbers ascend, here from {least}"
-                        ))
-                    })?;
-                }
+                rows.property(property.shape, numbers)?;
+            }
+            if let Some(number) = number.and_then(|number| row[number].first()) {
+                self.polygons.number(*number as i64).map_err(|least| {
+                    let name = &element.name;
+                    rows.diagnostic(format!(
+                        "{name} {i} has the polygon number {number}, but numbers ascend, here from {least}"
+                    ))
+                })?;
             }
             rows.end(self.polygons.notes())?;
+            polygon.clear();
+            polygon.extend(row[corners].iter().map(|x| *x as Corner));
+            let first_corner = self.polygons.corners_read();
             add(self, &polygon, rows).map_err(|corner| {
                 let (name, count) = (&element.name, self.polygons.vertices());
                 rows.diagnostic(format!(
                     "{name} {i} names vertex {corner}, but there are {count}, counted from 0"
                 ))
             })?;
+            if let Some(attributes) = &mut attributes {
+                attributes.push(&row, first_corner, polygon.len());
+            }
         }
+        self.of_faces = self.of_faces.take().or(attributes);
         Ok(())
     }
 
@@ -254,29 +290,4 @@ impl<'f> Tables<'f> {
         }
         Ok(())
     }
-}
-
-/// Writes binary PLY in float64: nothing is lost.
-fn write(mesh: &TriangleMesh) -> Result<Encoded, WriteError> {
-    let numbered =
-        if mesh.polygons.is_empty() { String::new() } else { format!("property uint {POLYGON}\n") };
-    let head = format!(
-        "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n\
-         element face {}\nproperty list uchar uint vertex_indices\n{numbered}end_header\n",
-        mesh.vertices.len(),
-        mesh.faces.len()
-    );
-    let mut out = head.into_bytes();
-    out.reserve(mesh.vertices.len() * 24 + mesh.faces.len() * 17);
-    for vertex in &mesh.vertices {
-        out.extend(vertex.to_array().iter().flat_map(|x| x.to_le_bytes()));
-    }
-    for (number, face) in (0..).zip(&mesh.faces) {
-        out.push(3);
-        out.extend(face.iter().flat_map(|i| i.to_le_bytes()));
-        if !mesh.polygons.is_empty() {
-            out.extend(mesh.polygon(number).to_le_bytes());
-        }
-    }
-    Ok(out.into())
 }

@@ -17,7 +17,7 @@ use crate::diagnostic::RawDiagnostic;
 use crate::format::{Content, Format};
 use crate::lines::mark_length;
 use crate::location::RawLocation;
-use crate::mesh_file::MeshFile;
+use crate::mesh_file::{MeshFile, Section};
 use crate::note::Notes;
 use crate::polygon::{Corner, Polygons, Vertices};
 
@@ -92,13 +92,25 @@ struct Triangles {
     known: HashMap<[u64; 3], u32>,
     polygons: Polygons,
     face: Vec<Corner>,
+    sections: Vec<Section>,
 }
 
 impl Triangles {
     fn new() -> Triangles {
         // Corners are numbered here, so none can be out of range.
         let polygons = Polygons::new(usize::MAX, Notes::default());
-        Triangles { vertices: Vertices::default(), known: HashMap::new(), polygons, face: Vec::new() }
+        Triangles {
+            vertices: Vertices::default(),
+            known: HashMap::new(),
+            polygons,
+            face: Vec::new(),
+            sections: Vec::new(),
+        }
+    }
+
+    /// Begins a solid with this name.
+    fn begin_solid(&mut self, name: String) {
+        self.sections.push(Section { first: self.polygons.faces(), name, material: String::new() });
     }
 
     /// Adds a triangle, or a polygon, as some programs write.
@@ -129,6 +141,7 @@ impl Triangles {
         if self.polygons.is_empty() {
             return Err(RawDiagnostic::file("has no triangles"));
         }
-        self.polygons.finish(self.vertices, 0, bytes)
+        let found = self.polygons.finish(self.vertices, 0, bytes)?;
+        Ok(MeshFile { sections: self.sections, ..found })
     }
 }

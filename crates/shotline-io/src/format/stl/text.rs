@@ -26,13 +26,6 @@ const COLOURS: NoteKind = NoteKind {
     many: "# colours were not read",
 };
 
-const JOINED: NoteKind = NoteKind {
-    name: "solids_joined",
-    effect: Effect::Kept,
-    one: "1 solid more was joined with the first to one mesh",
-    many: "# solids more were joined with the first to one mesh",
-};
-
 const NO_END: NoteKind = NoteKind {
     name: "no_endsolid",
     effect: Effect::Changed,
@@ -52,7 +45,7 @@ pub(super) fn read(bytes: &[u8], start: usize, out: &mut Triangles) -> Result<()
             reader.facet(word, out)?;
         } else if word.is("solid") {
             is_open = true;
-            reader.name(word, out);
+            reader.name(out);
         } else if word.is("endsolid") || (word.is("end") && reader.peek().is_some_and(|w| w.is("solid"))) {
             is_open = false;
             reader.end_line();
@@ -179,17 +172,16 @@ impl<'b> Reader<'b> {
             || (word.is("vertex") && next.is_some_and(|w| w.number().is_ok()))
     }
 
-    /// Skips the name of a solid.
-    fn name(&mut self, word: Word, out: &mut Triangles) {
+    /// Reads the name of a solid.
+    fn name(&mut self, out: &mut Triangles) {
         self.solids += 1;
-        if self.solids > 1 {
-            out.notes().add(&JOINED, RawLocation::Text(word.range()));
-        }
-        let rest = self.next..self.line.len();
-        let empty = rest.into_iter().find(|i| self.line[*i].is("endsolid"));
+        let start = self.next;
+        let empty = (start..self.line.len()).find(|i| self.line[*i].is("endsolid"));
         self.end_line();
         // A solid without facets may end on its line.
         self.next = empty.filter(|i| *i < self.next).unwrap_or(self.next);
+        let words: Vec<String> = self.line[start..self.next].iter().map(Word::text).collect();
+        out.begin_solid(words.join(" "));
     }
 
     /// Skips numbers.

@@ -7,7 +7,7 @@ use shotline::math::Vec3;
 use shotline::solid::mesh::TriangleMesh;
 
 use crate::error::WriteError;
-use crate::format::lost_polygons;
+use crate::format::{lost_attributes, lost_polygons};
 use crate::mesh_file::Encoded;
 
 /// Writes binary STL, as nearly all programs expect, if float32 holds every coordinate; otherwise text, which is lossless.
@@ -31,7 +31,7 @@ pub(super) fn write(mesh: &TriangleMesh) -> Result<Encoded, WriteError> {
              become one"
         ));
     }
-    notes.extend(lost_polygons(mesh));
+    notes.extend(lost_polygons(mesh).into_iter().chain(lost_attributes(mesh)));
     Ok(Encoded { bytes, notes })
 }
 

@@ -25,6 +25,12 @@ impl Attribute {
         Attribute { name: name.into(), width, values, corners: None }
     }
 
+    /// Returns the attribute without its values, to which others can be given.
+    #[must_use]
+    pub fn without_values(&self) -> Attribute {
+        Attribute { name: self.name.clone(), width: self.width, ..Attribute::default() }
+    }
+
     /// Returns how many values there are.
     pub fn rows(&self) -> usize {
         self.values.len() / self.width.max(1)
@@ -75,7 +81,7 @@ impl Attribute {
     pub(super) fn of_faces(&self, faces: &[[u32; 3]], kept: &[u32]) -> Attribute {
         let corners = self.corners.as_deref().unwrap_or(faces);
         let corners = Some(kept.iter().map(|face| corners[*face as usize]).collect());
-        Attribute { corners, ..self.clone() }
+        Attribute { values: self.values.clone(), corners, ..self.without_values() }
     }
 }
 

@@ -1,0 +1,65 @@
+//! Meshes to OBJ.
+
+use std::fmt::Write;
+
+use shotline::solid::mesh::{Attribute, TriangleMesh};
+
+use crate::error::WriteError;
+use crate::format::lost_polygons;
+use crate::mesh_file::Encoded;
+
+/// Writes numbers in the shortest form that reads back as the same float64. Colours of vertices, texture coordinates and normals
+/// are kept.
+pub(super) fn write(mesh: &TriangleMesh) -> Result<Encoded, WriteError> {
+    let of_width = |name: &str, width| mesh.attribute(name).filter(|attribute| attribute.width == width);
+    let color = of_width("color", 3).filter(|attribute| attribute.corners.is_none());
+    let (uv, normal) = (of_width("uv", 2), of_width("normal", 3));
+    let mut out = String::new();
+    for (number, v) in (0..).zip(&mesh.vertices) {
+        let color = color.and_then(|color| color.value(number)).filter(|c| c.iter().all(|x| !x.is_nan()));
+        write_line(&mut out, "v", v.to_array().iter().chain(color.unwrap_or_default()));
+    }
+    for (keyword, attribute) in [("vt", uv), ("vn", normal)] {
+        let values = attribute.into_iter().flat_map(|a| a.values.chunks(a.width));
+        values.for_each(|value| write_line(&mut out, keyword, value));
+    }
+    for face in (0..).take(mesh.faces.len()) {
+        out.push('f');
+        for corner in 0..3 {
+            let vertex = mesh.faces[face as usize][corner];
+            let number = |attribute: Option<&Attribute>| number(mesh, attribute?, face, corner);
+            // Writing to a string cannot fail.
+            let _ = match (number(uv), number(normal)) {
+                (None, None) => write!(out, " {}", one_based(vertex)),
+                (Some(uv), None) => write!(out, " {}/{uv}", one_based(vertex)),
+                (None, Some(normal)) => write!(out, " {}//{normal}", one_based(vertex)),
+                (Some(uv), Some(normal)) => write!(out, " {}/{uv}/{normal}", one_based(vertex)),
+            };
+        }
+        out.push('\n');
+    }
+    let written = [color, uv, normal];
+    let is_lost = |a: &&Attribute| !written.iter().flatten().any(|b| std::ptr::eq(*a, *b));
+    let lost: Vec<&str> = mesh.attributes.iter().filter(is_lost).map(|a| a.name.as_str()).collect();
+    let note = (!lost.is_empty()).then(|| format!("attributes of corners are lost: {}", lost.join(", ")));
+    Ok(Encoded { bytes: out.into_bytes(), notes: lost_polygons(mesh).into_iter().chain(note).collect() })
+}
+
+fn one_based(number: u32) -> u64 {
+    u64::from(number) + 1
+}
+
+/// The number of the value that a corner has.
+fn number(mesh: &TriangleMesh, attribute: &Attribute, face: u32, corner: usize) -> Option<u64> {
+    let corners = attribute.corners.as_deref().unwrap_or(&mesh.faces);
+    let row = corners.get(face as usize)?[corner];
+    attribute.value(row).map(|_| one_based(row))
+}
+
+fn write_line<'a>(out: &mut String, keyword: &str, numbers: impl IntoIterator<Item = &'a f64>) {
+    out.push_str(keyword);
+    for x in numbers {
+        let _ = write!(out, " {x:?}");
+    }
+    out.push('\n');
+}
