@@ -26,16 +26,10 @@ class Attribute(NamedTuple):
     def array(self) -> np.ndarray:
         """The values of the vertices, (n, width), or of the corners of the triangles, (m, 3, width); NaN where a corner has
         none."""
-        return self.values.copy() if self.corners is None else self.at(self.corners)
-
-    def of_triangles(self, primitives: np.ndarray, faces: np.ndarray) -> np.ndarray:
-        """The values of the corners of some triangles, (n, 3, width)."""
-        return self.at((faces if self.corners is None else self.corners)[primitives])
-
-    def at(self, rows: np.ndarray) -> np.ndarray:
-        """The values with these indices; NaN where there is none."""
+        if self.corners is None:
+            return self.values
         with_none = np.vstack([self.values, np.full((1, self.values.shape[1]), np.nan)])
-        return with_none[np.where(rows == _NO_ROW, len(self.values), rows)]
+        return with_none[np.where(self.corners == _NO_ROW, len(self.values), self.corners)]
 
 
 def given_attributes(

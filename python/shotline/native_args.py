@@ -59,3 +59,12 @@ class MeasureSettings(NamedTuple):
     closed_forms: bool
     overlaps: str
     objects: Sequence[int] | None
+
+
+class HitRows(NamedTuple):
+    """Hits as columns: points (n, 3), and of each its surface, its triangle and its path."""
+
+    points: np.ndarray
+    surfaces: np.ndarray
+    primitives: np.ndarray
+    paths: np.ndarray

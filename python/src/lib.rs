@@ -2,6 +2,7 @@
 //! shapes and documentation.
 
 mod cancellation;
+mod hits;
 mod measure;
 mod mesh;
 mod picture;

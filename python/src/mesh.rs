@@ -119,9 +119,10 @@ impl Mesh {
     fn attributes<'py>(&self, py: Python<'py>) -> PyResult<Vec<ReadAttribute<'py>>> {
         let read = |attribute: &Attribute| {
             let values = attribute.values.clone().into_pyarray(py);
-            let corners = attribute.corners.as_ref().map(|corners| {
-                corners.concat().into_pyarray(py).reshape([corners.len(), 3])
-            });
+            let corners = attribute
+                .corners
+                .as_ref()
+                .map(|corners| corners.concat().into_pyarray(py).reshape([corners.len(), 3]));
             let values = values.reshape([attribute.rows(), attribute.width])?;
             Ok((attribute.name.clone(), values, corners.transpose()?))
         };

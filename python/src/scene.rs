@@ -21,6 +21,7 @@ use shotline::solid::mesh::WeldError;
 use shotline_io::{Diagnostic, Document, Effect, Packed, PathPolicy, ReadOptions, WriteError};
 
 use crate::cancellation::batch_work;
+use crate::hits::HitRows;
 use crate::mesh::Mesh;
 use crate::rays::{PointRows, RayRows};
 
@@ -299,6 +300,22 @@ impl Scene {
     fn path_transform(&self, path: u64) -> PyResult<[f64; 12]> {
         let matrix = self.world.path_transform(path).ok_or_else(|| no_such("path", path))?;
         Ok(std::array::from_fn(|i| matrix.rows[i / 4][i % 4]))
+    }
+
+    /// The weights of the corners of triangles at hits, (n, 3). NaN where that is no triangle of a mesh.
+    fn barycentric<'py>(&self, py: Python<'py>, hits: HitRows) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        hits.barycentric(&self.world)?.into_pyarray(py).reshape([hits.len(), 3])
+    }
+
+    /// The values of an attribute at hits, (n, width), NaN where there is none.
+    fn interpolate<'py>(
+        &self,
+        py: Python<'py>,
+        hits: HitRows,
+        name: &str,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let (values, width) = hits.interpolate(&self.world, name)?;
+        values.into_pyarray(py).reshape([hits.len(), width])
     }
 
     fn path_count(&self) -> u64 {

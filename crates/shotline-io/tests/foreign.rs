@@ -252,14 +252,6 @@ fn ignored_lines_of_an_obj_are_noted() {
     assert_eq!(note(&document, "unknown_keyword"), (1, Some(Spot::Line(14))));
 }
 
-#[test]
-fn commands_of_an_obj_are_noted() {
-    let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\ncall other.obj\ncsh -ls\n";
-    let document = ok("obj", text.as_bytes());
-    assert_eq!(note(&document, "commands").0, 2);
-    assert_eq!(changes(&document), ["commands"]);
-}
-
 /// In a comment a backslash does not join lines: the vertex on the next line is read.
 #[test]
 fn a_backslash_at_the_end_of_a_comment_does_not_join_lines() {

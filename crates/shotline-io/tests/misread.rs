@@ -156,6 +156,12 @@ fn attributes_of_obj_vertices_and_corners_are_noted() {
     assert!(later.notes.iter().all(|n| n.kind != "no_such_attribute"), "{:?}", later.notes);
 }
 
+#[test]
+fn commands_of_an_obj_are_noted() {
+    let document = ok("a.obj", format!("{OBJ}call other.obj\ncsh -ls\n"));
+    noted(&document, "commands", 2, Effect::Changed);
+}
+
 /// Two triangles as binary STL: `count` is the declared number, `word` the attribute of each triangle, and `behind` the
 /// bytes after it.
 fn binary(count: u32, head: &str, word: u16, behind: &[u8]) -> Vec<u8> {

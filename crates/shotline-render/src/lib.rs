@@ -29,6 +29,7 @@ mod surface_material;
 mod temporal_cache;
 mod text;
 mod tracer;
+mod vertex_colors;
 mod visible_part;
 
 pub use animation::{Animation, AnimationError, animate};

@@ -8,7 +8,9 @@ use shotline::query::batch::{BatchCaster, BatchError, ClosestRows, Fields, Run};
 use shotline::query::{CoherenceHint, Hit, HitKind, Overlaps, Scope, Segment};
 use shotline::ray::{Ray, Span};
 
+use crate::color::Rgb;
 use crate::temporal_cache::SweptBounds;
+use crate::vertex_colors::VertexColors;
 use crate::visible_part::VisiblePart;
 
 /// What rays reuse from earlier rays. It does not change the picture.
@@ -79,6 +81,8 @@ pub struct Tracer<'w> {
     last: CoherenceHint,
     closest: ClosestRows,
     occluded: Vec<bool>,
+    /// `None` if no mesh has colours.
+    colors: Option<VertexColors<'w>>,
 }
 
 /// A point on a surface.
@@ -97,14 +101,16 @@ pub struct SurfacePoint {
     pub start: Vec3,
     /// Whether it is where a plane cuts through the object.
     pub is_cut: bool,
+    /// The colour that a mesh has there.
+    pub color: Option<Rgb>,
 }
 
 impl SurfacePoint {
     fn new(number: usize, ray: &Ray, hit: &RayHit) -> SurfacePoint {
-        let &RayHit { t, t_err, object, normal, is_cut } = hit;
+        let &RayHit { t, t_err, object, normal, is_cut, color } = hit;
         let normal = if normal.dot(ray.direction()) > 0.0 { -normal } else { normal };
         let start = offset_from_surface(ray, t, t_err, normal);
-        SurfacePoint { ray: number, t, object, normal, start, is_cut }
+        SurfacePoint { ray: number, t, object, normal, start, is_cut, color }
     }
 }
 
@@ -115,6 +121,7 @@ struct RayHit {
     object: u32,
     normal: Vec3,
     is_cut: bool,
+    color: Option<Rgb>,
 }
 
 impl<'w> Tracer<'w> {
@@ -126,7 +133,9 @@ impl<'w> Tracer<'w> {
         visible: &'w VisiblePart,
         run: Run<'w>,
     ) -> Tracer<'w> {
-        let fields = Fields::OBJECT | Fields::NORMAL | Fields::T_ERR;
+        let colors = VertexColors::new(world);
+        let of_colors = if colors.is_some() { VertexColors::fields() } else { Fields::NONE };
+        let fields = Fields::OBJECT | Fields::NORMAL | Fields::T_ERR | of_colors;
         Tracer {
             caster: BatchCaster::new(world, Run { fields, ..run }),
             coherence,
@@ -137,6 +146,7 @@ impl<'w> Tracer<'w> {
             last: CoherenceHint::default(),
             closest: ClosestRows::default(),
             occluded: Vec::new(),
+            colors,
         }
     }
 
@@ -183,7 +193,9 @@ impl<'w> Tracer<'w> {
             if t < f64::INFINITY {
                 let normal = Vec3::from_array(self.closest.normal[number]);
                 let (t_err, object) = (self.closest.t_err[number], self.closest.object[number] as u32);
-                let hit = RayHit { t, t_err, object, normal, is_cut: false };
+                let color =
+                    self.colors.as_mut().and_then(|colors| colors.of_row(&self.closest, number, ray.at(t)));
+                let hit = RayHit { t, t_err, object, normal, is_cut: false, color };
                 points.push(SurfacePoint::new(number, ray, &hit));
             }
         }
@@ -193,11 +205,12 @@ impl<'w> Tracer<'w> {
     /// As [`Tracer::surfaces`], where not all is visible.
     fn visible_surfaces(&mut self, rays: &SampleRays) -> Result<Vec<SurfacePoint>, BatchError> {
         let mut points = Vec::with_capacity(rays.len());
-        let visible = self.visible;
+        let (visible, colors) = (self.visible, &mut self.colors);
         self.caster.cast_rays(&rays.rays, |caster, number, ray| {
             if let Some(hit) = visible.closest(caster, ray, Span::FORWARD)? {
                 let &Hit { t, t_err, object, normal, kind, .. } = &hit;
-                let hit = RayHit { t, t_err, object, normal, is_cut: kind == HitKind::Start };
+                let color = colors.as_mut().and_then(|colors| colors.of_hit(&hit, ray.at(t)));
+                let hit = RayHit { t, t_err, object, normal, is_cut: kind == HitKind::Start, color };
                 points.push(SurfacePoint::new(number, ray, &hit));
             }
             Ok(())

@@ -49,7 +49,7 @@ struct Lit {
 /// A point to be shaded.
 struct ShadingPoint<'a> {
     surface: SurfacePoint,
-    material: &'a SurfaceMaterial,
+    material: SurfaceMaterial,
     /// The unit vector back to the viewer.
     view: Vec3,
     sample: u32,
@@ -124,7 +124,9 @@ impl Lit {
         bounces: u32,
     ) -> Result<Vec<Option<Rgb>>, BatchError> {
         let shading_point = |surface: SurfacePoint| {
-            let (material, sample) = (&self.materials[surface.object as usize], rays.sample(surface.ray));
+            let sample = rays.sample(surface.ray);
+            let material = self.materials[surface.object as usize];
+            let material = SurfaceMaterial { color: surface.color.unwrap_or(material.color), ..material };
             let view = -rays.ray(surface.ray).direction().normalize();
             ShadingPoint { surface, material, view, sample, numbers: &numbers[sample as usize] }
         };

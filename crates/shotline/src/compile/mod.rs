@@ -13,6 +13,7 @@ mod conflict_candidates;
 mod dynamic;
 mod error;
 mod graph;
+mod hit_meshes;
 mod lane_groups;
 mod lattice_cells;
 mod lattices;
@@ -27,6 +28,7 @@ mod world;
 pub use conflict_candidates::{ConflictCandidate, ConflictCandidates, ConflictKind};
 pub use dynamic::DynamicWorld;
 pub use error::{InvalidScene, SceneError};
+pub use hit_meshes::{HitMesh, HitMeshes};
 pub use world::{Stats, World};
 
 pub(crate) use lattice_cells::LatticeCells;

@@ -196,18 +196,27 @@ impl World {
     /// The local frame of a solid or a mesh alone is its own. That of a combination is the frame it is written in if
     /// it is shared, otherwise that of the group around it. `None` for a number that is not in use.
     pub fn path_transform(&self, path: u64) -> Option<Affine> {
-        let steps = self.steps_of_path(path);
-        let placements: Vec<Cow<Placement>> = steps.map(|(level, number)| level.placement(number)).collect();
-        let Target::Body(body) = placements.last()?.target else { return None };
-        let local = match self.body(body) {
+        let local_from_world = self.frame_from_world(path, |body| match body {
             Body::Surface(b) => &b.local_from_body,
             Body::Solid(b) if b.leaves.len() == 1 => &b.leaves[0].local_from_body,
             Body::Solid(_) => &Affine::IDENTITY,
-        };
-        let down = placements.iter().rev().map(|placed| &placed.local_from_parent);
-        let local_from_world =
-            down.fold(ComposedTransform::IDENTITY.then(local), |composed, step| composed.then(step));
+        })?;
         local_from_world.placement().ok().map(|placement| placement.local_from_parent)
+    }
+
+    /// The transform from world coordinates to a frame of the body at the end of a path, which is given from its body. `None` for
+    /// a path that is not in use.
+    pub(super) fn frame_from_world<'a>(
+        &'a self,
+        path: u64,
+        frame_from_body: impl FnOnce(&'a Body) -> &'a Affine,
+    ) -> Option<ComposedTransform> {
+        let steps = self.steps_of_path(path);
+        let placements: Vec<Cow<Placement>> = steps.map(|(level, number)| level.placement(number)).collect();
+        let Target::Body(body) = placements.last()?.target else { return None };
+        let frame = ComposedTransform::IDENTITY.then(frame_from_body(self.body(body)));
+        let down = placements.iter().rev().map(|placed| &placed.local_from_parent);
+        Some(down.fold(frame, |composed, step| composed.then(step)))
     }
 
     /// The levels on an instance path, outermost first, each with the number of its placement; none for a number not in use.
@@ -228,8 +237,7 @@ impl World {
     /// The name of a leaf surface: the kind of the leaf, its number in its body if there are several, and the surface
     /// of the leaf, as in `cylinder#2.side`. Empty for a number that is not in use.
     pub fn surface_name(&self, surface: u32) -> String {
-        let i = self.bodies.partition_point(|b| b.first_surface() <= surface);
-        let Some(body) = i.checked_sub(1).map(|i| &*self.bodies[i]) else { return String::new() };
+        let Some(body) = self.body_of_surface(surface) else { return String::new() };
         let (kind, leaf, within, names) = match body {
             Body::Surface(b) => ("mesh", "mesh".into(), surface - b.first_surface, b.mesh.surfaces()),
             Body::Solid(b) => {
@@ -245,6 +253,12 @@ impl World {
             Some(name) => format!("{leaf}.{name}"),
             None => String::new(),
         }
+    }
+
+    /// The last body whose surfaces do not begin behind a surface.
+    pub(super) fn body_of_surface(&self, surface: u32) -> Option<&Body> {
+        let i = self.bodies.partition_point(|b| b.first_surface() <= surface);
+        i.checked_sub(1).map(|i| &*self.bodies[i])
     }
 
     /// The name of a placement of a level: the end of the paths that lead to it.

@@ -10,6 +10,7 @@ mod lanes;
 mod large_bodies;
 mod lattices;
 mod limits;
+mod meshes_of_hits;
 mod ownership;
 mod rulings;
 mod small_body;

@@ -61,6 +61,11 @@ impl MeshSolid {
         MeshSolid::with_index(mesh, accel, |_, _| None)
     }
 
+    /// Returns the vertices and triangles.
+    pub fn triangle_mesh(&self) -> &TriangleMesh {
+        &self.mesh
+    }
+
     /// The solid of the same faces with moved vertices, which keep their numbers. It has the same bits as one made by
     /// [`MeshSolid::new`]. The accelerator is refitted, which is faster than to build it, unless it would become too slow
     /// or other faces than before have no area: then it is built. Attributes are kept, `normal` too, which may not fit the
