@@ -94,7 +94,7 @@ def test_polygons_survive_pickling():
     assert mesh.polygons.tolist() == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5] and mesh.is_closed
     again = pickle.loads(pickle.dumps(mesh))
     assert again == mesh and again.polygons.tolist() == mesh.polygons.tolist()
-    (words, [(_, _, polygons)]) = Scene(mesh).__reduce__()[1][1:3]
+    (words, [(_, _, polygons, _)]) = Scene(mesh).__reduce__()[1][1:3]
     assert "mesh" in words and polygons.tolist() == mesh.polygons.tolist()
     plain = Mesh(mesh.vertices, mesh.faces)
     assert plain.polygons.tolist() == list(range(12)) and plain != mesh
