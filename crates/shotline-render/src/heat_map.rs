@@ -40,20 +40,21 @@ pub fn apply(exposure: &mut Exposure) -> f64 {
 
 /// Draws a bar of all colours with a line of text in the lower left corner, if the picture has room for it.
 pub fn draw_legend(exposure: &mut Exposure, text: &str) {
-    let (margin, height) = (text::SIDE, text::SIDE);
-    let width = text::width(text);
-    if exposure.width < width + 2 * margin || exposure.height < 2 * height + 3 * margin {
+    const MARGIN: u32 = 8;
+    const BAR: u32 = 10;
+    let width = text::caption_width(text);
+    if exposure.width < width + 2 * MARGIN || exposure.height < BAR + text::CAPTION_HEIGHT + 2 * MARGIN {
         return;
     }
-    let top = exposure.height - margin - height;
-    for row in 0..height {
+    let top = exposure.height - MARGIN - BAR;
+    for row in 0..BAR {
         for column in 0..width {
             let fraction = f64::from(column) / f64::from(width - 1);
-            exposure.set(margin + column, top + row, heat_color(fraction));
+            exposure.set(MARGIN + column, top + row, heat_color(fraction));
         }
     }
-    text::draw(margin, top - height - margin / 2, text, |column, row, white| {
-        exposure.set(column, row, Vec3::splat(white));
+    text::caption(MARGIN, top - text::CAPTION_HEIGHT, text, |column, row, white| {
+        exposure.set(column, row, color::linear([white; 3]));
     });
 }
 

@@ -5,6 +5,9 @@ use crate::color;
 use crate::exposure::{Exposure, Sample};
 use crate::text;
 
+/// The pixels beside and above the caption of a picture on a contact sheet.
+const CAPTION_MARGIN: u32 = 6;
+
 /// A finished picture: linear light, row by row from the upper left corner.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
@@ -60,9 +63,9 @@ impl Image {
                 let start = (top + row) as usize * sheet.width as usize + left as usize;
                 sheet.pixels[start..start + line.len()].copy_from_slice(line);
             }
-            text::draw(left + text::SIDE, top + text::SIDE, caption, |column, row, white| {
+            text::caption(left + CAPTION_MARGIN, top + CAPTION_MARGIN, caption, |column, row, white| {
                 if column < left + width && row < top + height {
-                    let white = white as f32;
+                    let white = color::decode(white) as f32;
                     sheet.pixels[row as usize * sheet.width as usize + column as usize] =
                         [white, white, white, 1.0];
                 }
