@@ -4,8 +4,11 @@ use std::collections::HashSet;
 use std::path::Path;
 
 use shotline::compile::World;
+use shotline::math::Vec3;
+use shotline::query::ConflictKind;
 use shotline::query::batch::{self, ClosestRows, CrossingRows, SegmentRows, Thickness};
 use shotline_io::arrays::{Column, fill_npz};
+use shotline_render::slice::{Area, PairInConflict, Slice};
 
 use crate::failure::Failure;
 use crate::output;
@@ -19,6 +22,8 @@ enum Values {
     /// This many numbers per row.
     Rows(usize, Vec<f64>),
     I64(Vec<i64>),
+    I64Rows(usize, Vec<i64>),
+    I32Rows(usize, Vec<i32>),
     I32(Vec<i32>),
     I8(Vec<i8>),
     Bool(Vec<bool>),
@@ -100,12 +105,36 @@ impl Columns {
         Columns { arrays: vec![("thickness", Values::Rows(columns, rays.rows_by_row(lengths, columns)))] }
     }
 
+    /// A row per row of pixels, from the top; and where the pixels are.
+    pub fn slice(slice: Slice) -> Columns {
+        let width = slice.width as usize;
+        let Area { min, max } = slice.area;
+        let vector = |v: Vec3| Values::F64(v.to_array().to_vec());
+        let of_pairs = |number: fn(&PairInConflict) -> i32| slice.pairs.iter().map(number).collect();
+        let (first, second) = (of_pairs(|pair| pair.first as i32), of_pairs(|pair| pair.second as i32));
+        let kinds = slice.pairs.iter().map(|pair| i8::from(pair.kind == ConflictKind::Protrusion)).collect();
+        let arrays = vec![
+            ("area", Values::F64(vec![min[0], min[1], max[0], max[1]])),
+            ("origin", vector(slice.plane.at(0.0, 0.0))),
+            ("u", vector(slice.plane.u())),
+            ("v", vector(slice.plane.v())),
+            ("overlap_first", Values::I32(first)),
+            ("overlap_second", Values::I32(second)),
+            ("overlap_kind", Values::I8(kinds)),
+            ("object", Values::I32Rows(width, slice.object)),
+            ("material", Values::I32Rows(width, slice.material)),
+            ("path", Values::I64Rows(width, slice.path)),
+            ("overlap", Values::I32Rows(width, slice.overlap)),
+        ];
+        Columns { arrays }
+    }
+
     /// Adds the tables of names. Paths become indices into the table of the paths that were met: a scene may have more
     /// paths than can be listed, but a result has at most one per row.
     pub fn with_names(mut self, world: &World) -> Columns {
         let mut path_names = None;
         for (name, values) in &mut self.arrays {
-            if let ("path", Values::I64(paths)) = (*name, values) {
+            if let ("path", Values::I64(paths) | Values::I64Rows(_, paths)) = (*name, values) {
                 let distinct = intern(paths);
                 path_names = Some(distinct.into_iter().map(|p| world.path_name(p as u64)).collect());
             }
@@ -134,6 +163,8 @@ impl Values {
             Values::Vec3(v) => Column::Vec3(v),
             Values::Rows(width, values) => Column::Rows { width: *width, values },
             Values::I64(v) => Column::I64(v),
+            Values::I64Rows(width, values) => Column::I64Rows { width: *width, values },
+            Values::I32Rows(width, values) => Column::I32Rows { width: *width, values },
             Values::I32(v) => Column::I32(v),
             Values::I8(v) => Column::I8(v),
             Values::Bool(v) => Column::Bool(v),

@@ -14,6 +14,9 @@ pub const PICTURE: &[&str] = &["png", "apng"];
 /// The file name extensions of arrays.
 pub const ARRAYS: &[&str] = &["npz"];
 
+/// The file name extensions of slices.
+pub const SLICE: &[&str] = &["png", "svg", "npz"];
+
 /// Checks that a file can be written, before long work is done for it. `-` is standard output.
 ///
 /// # Errors
@@ -22,7 +25,7 @@ pub const ARRAYS: &[&str] = &["npz"];
 pub fn expect_writable(path: &Path, extensions: &[&str], inputs: &[PathBuf]) -> Result<(), Failure> {
     let refuse = |why: &str| Err(Failure::of_file(path, format!("cannot be written: {why}")));
     if is_stream(path) {
-        return if extensions == PICTURE || extensions == ARRAYS { expect_no_terminal() } else { Ok(()) };
+        return if [PICTURE, ARRAYS, SLICE].contains(&extensions) { expect_no_terminal() } else { Ok(()) };
     }
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     if path.is_dir() {

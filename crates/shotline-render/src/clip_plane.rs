@@ -9,7 +9,7 @@ use shotline::ray::{Ray, Span};
 use crate::camera::unit;
 
 /// The margin beside a plane, in units of its rounding: some events of coincident crossings.
-const MARGIN: f64 = 8.0 * GROUPING;
+pub(crate) const MARGIN: f64 = 8.0 * GROUPING;
 
 /// A plane that cuts a scene open: the points `p` with `normal . p > offset` are removed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,6 +50,18 @@ impl ClipPlane {
         let outward =
             unit(normal).filter(|_| largest >= f64::MIN_POSITIVE).ok_or(InvalidClipPlane::NoNormal)?;
         Ok(ClipPlane { normal, outward, offset })
+    }
+
+    /// The normal at unit length.
+    pub(crate) fn outward(&self) -> Vec3 {
+        self.outward
+    }
+
+    /// The distance of the plane from the origin along its normal.
+    pub(crate) fn distance(&self) -> f64 {
+        // As `unit` does: the square of a number must not overflow.
+        let size = self.normal.abs().max_element();
+        self.offset / size / (self.normal / size).length()
     }
 
     /// The first or last `t` on the side that is kept; `None` if the ray runs along the plane.

@@ -25,6 +25,7 @@ mod png;
 pub mod render;
 mod sampling;
 mod settings;
+pub mod slice;
 mod surface_material;
 mod temporal_cache;
 mod text;

@@ -11,6 +11,7 @@ mod man;
 mod measure;
 mod render;
 mod shoot;
+mod slice;
 
 use clap::{Parser, Subcommand};
 
@@ -35,6 +36,7 @@ An output file is written completely or not at all.";
 #[derive(Subcommand, Debug)]
 pub enum Command {
     Render(render::Command),
+    Slice(slice::Command),
     Cast(cast::Command),
     Shoot(shoot::Command),
     Check(check::Command),
@@ -52,6 +54,7 @@ impl Command {
     pub fn run(&self) -> Result<u8, Failure> {
         match self {
             Command::Render(c) => c.run(),
+            Command::Slice(c) => c.run(),
             Command::Cast(c) => c.run(),
             Command::Shoot(c) => c.run(),
             Command::Check(c) => c.run(),

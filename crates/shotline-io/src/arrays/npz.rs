@@ -26,6 +26,20 @@ pub enum Column<'a> {
     },
     /// int64.
     I64(&'a [i64]),
+    /// int64 of shape (n, width), row after row.
+    I64Rows {
+        /// Numbers per row.
+        width: usize,
+        /// The rows.
+        values: &'a [i64],
+    },
+    /// int32 of shape (n, width), row after row.
+    I32Rows {
+        /// Numbers per row.
+        width: usize,
+        /// The rows.
+        values: &'a [i32],
+    },
     /// int32.
     I32(&'a [i32]),
     /// int8.
@@ -132,7 +146,9 @@ impl Column<'_> {
         match self {
             Column::F64(v) => ("<f8".into(), vec![v.len()]),
             Column::Vec3(v) => ("<f8".into(), vec![v.len(), 3]),
-            Column::Rows { width, values } => ("<f8".into(), vec![values.len() / (*width).max(1), *width]),
+            Column::Rows { width, values } => ("<f8".into(), rows(values.len(), *width)),
+            Column::I64Rows { width, values } => ("<i8".into(), rows(values.len(), *width)),
+            Column::I32Rows { width, values } => ("<i4".into(), rows(values.len(), *width)),
             Column::I64(v) => ("<i8".into(), vec![v.len()]),
             Column::I32(v) => ("<i4".into(), vec![v.len()]),
             Column::I8(v) => ("|i1".into(), vec![v.len()]),
@@ -146,8 +162,8 @@ impl Column<'_> {
             Column::F64(v) => size_of_val(*v),
             Column::Vec3(v) => size_of_val(*v),
             Column::Rows { values, .. } => size_of_val(*values),
-            Column::I64(v) => size_of_val(*v),
-            Column::I32(v) => size_of_val(*v),
+            Column::I64(v) | Column::I64Rows { values: v, .. } => size_of_val(*v),
+            Column::I32(v) | Column::I32Rows { values: v, .. } => size_of_val(*v),
             Column::I8(v) => v.len(),
             Column::Bool(v) => v.len(),
             Column::Text(v) => 4 * characters(v) * v.len(),
@@ -159,8 +175,8 @@ impl Column<'_> {
         match self {
             Column::F64(v) | Column::Rows { values: v, .. } => write_each(out, v, |x| x.to_le_bytes()),
             Column::Vec3(v) => write_each(out, v.as_flattened(), |x| x.to_le_bytes()),
-            Column::I64(v) => write_each(out, v, |x| x.to_le_bytes()),
-            Column::I32(v) => write_each(out, v, |x| x.to_le_bytes()),
+            Column::I64(v) | Column::I64Rows { values: v, .. } => write_each(out, v, |x| x.to_le_bytes()),
+            Column::I32(v) | Column::I32Rows { values: v, .. } => write_each(out, v, |x| x.to_le_bytes()),
             Column::I8(v) => write_each(out, v, |x| x.to_le_bytes()),
             Column::Bool(v) => write_each(out, v, |x| [u8::from(*x)]),
             Column::Text(v) => {
@@ -171,6 +187,11 @@ impl Column<'_> {
             }
         }
     }
+}
+
+/// The shape of so many numbers in rows.
+fn rows(numbers: usize, width: usize) -> Vec<usize> {
+    vec![numbers / width.max(1), width]
 }
 
 /// The width of a text column; NumPy has no width of 0.
