@@ -24,6 +24,7 @@ from .radiography import Detector, radiograph
 from .results import Closest, Cost, Crossings, Measures, Segments
 from .scene import Scene, _unpacked  # noqa: F401
 from .serialize import DuplicateNameWarning
+from .slices import Slice
 from .solids import *  # noqa: F403
 from .solids import __all__ as _solids
 
@@ -51,6 +52,7 @@ __all__ = [
     "ReadWarning",
     "Scene",
     "Segments",
+    "Slice",
     "Union",
     "__version__",
     "load",

@@ -4,7 +4,7 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from .native_args import HitRows, MeasureSettings, PictureSettings, RayQuery, View
+from .native_args import HitRows, MeasureSettings, PictureSettings, RayQuery, SliceSettings, View
 
 Floats: TypeAlias = NDArray[np.float64]
 
@@ -35,6 +35,12 @@ def render(
     progress: Callable[[int, int], Any] | None,
 ) -> NDArray[np.uint8]: ...
 def save_png(path: str, pixels: NDArray[np.uint8]) -> None: ...
+def slice(
+    scene: Scene,
+    settings: SliceSettings,
+    threads: int,
+    progress: Callable[[int, int], Any] | None,
+) -> tuple[Any, ...]: ...
 def units() -> list[str]: ...
 
 class Mesh:

@@ -68,3 +68,12 @@ class HitRows(NamedTuple):
     surfaces: np.ndarray
     primitives: np.ndarray
     paths: np.ndarray
+
+
+class SliceSettings(NamedTuple):
+    """What is sliced."""
+
+    plane: str
+    area: tuple[float, ...] | None
+    size: tuple[int, int] | None
+    by: str

@@ -1,4 +1,4 @@
-"""Plots of rays, with matplotlib."""
+"""Plots of rays and slices, with matplotlib."""
 
 from __future__ import annotations
 
@@ -8,6 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .queries import Queries
+from .slices import Slice
+
+# The most lines of the legend of a slice.
+_MOST_LINES = 24
 
 
 def plot_ray(scene: Queries, o: ArrayLike, d: ArrayLike, *, ax: Any, t_min: float, t_max: float) -> Any:
@@ -38,3 +42,45 @@ def plot_ray(scene: Queries, o: ArrayLike, d: ArrayLike, *, ax: Any, t_min: floa
     ax.set_xlabel("t, in lengths of the direction")
     ax.set_xlim(min(t_min, float(finite.min())) if len(finite) else t_min, end)
     return ax
+
+
+def plot_slice(scene: Queries, found: Slice, *, ax: Any) -> Any:
+    """See `Scene.plot_slice`."""
+    try:
+        from matplotlib import pyplot
+        from matplotlib.colors import ListedColormap
+        from matplotlib.patches import Patch
+    except ImportError as error:
+        raise ImportError("plot_slice draws with matplotlib: pip install shotline[plot]") from error
+    if ax is None:
+        _, ax = pyplot.subplots(figsize=(9, 5.5), layout="constrained")
+    ax.imshow(found.colors(), extent=found.extent, interpolation="nearest")
+    entries = [
+        Patch(facecolor=_color(region.color), edgecolor="0.3", label=region.name) for region in found.regions
+    ]
+    if found.overlaps:
+        rows, columns = found.overlap.shape
+        stripes = np.add.outer(np.arange(rows), np.arange(columns)) // max(max(rows, columns) // 150, 1) % 2
+        hatch = ListedColormap(["#e01020", "#ffe0e0"])
+        marked = np.ma.masked_where(found.overlap < 0, stripes)
+        ax.imshow(marked, extent=found.extent, interpolation="nearest", cmap=hatch, vmin=0, vmax=1)
+        pairs = [
+            Patch(facecolor="#e01020", edgecolor="white", hatch="///", label=overlap.text)
+            for overlap in found.overlaps
+        ]
+        entries = [*pairs, *entries]
+    if len(entries) > _MOST_LINES:
+        more = Patch(facecolor="none", label=f"and {len(entries) - _MOST_LINES + 1} more")
+        entries = [*entries[: _MOST_LINES - 1], more]
+    if entries:
+        ax.legend(handles=entries, loc="upper left", bbox_to_anchor=(1.01, 1), borderaxespad=0, frameon=False)
+    unit = f" ({scene.units})" if scene.units else ""
+    ax.set_xlabel(f"{found.axes[0]}{unit}")
+    ax.set_ylabel(f"{found.axes[1]}{unit}")
+    ax.set_title(f"{found.title}{' ' + scene.units if scene.units else ''}, by {found.by}")
+    return ax
+
+
+def _color(color: tuple[int, int, int]) -> tuple[float, float, float]:
+    red, green, blue = color
+    return red / 255, green / 255, blue / 255

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from .origin import Origin
 from .progress import callback
 from .rays import Rays, points, rays
 from .results import Closest, Cost, Crossings, Segments
+from .slices import Slice, slice_of
 from .values import choice, integer, number, suggestion, text, threads_of
 
 
@@ -270,6 +271,41 @@ class Queries:
             fill(owners[rows], segments.ray_ids, segments.t_in, segments.t_out, segments[column])
         _warn(overlap_count, policy)
         return grid.array(owners)
+
+    def slice(
+        self,
+        plane: str | Sequence[float] = "z=0",
+        *,
+        size: tuple[int, int] | None = None,
+        area: ArrayLike | None = None,
+        by: str = "object",
+        threads: int = 0,
+        progress: Any = None,
+    ) -> Slice:
+        """What owns each pixel of a plane: see `Slice`. Nothing is hidden: what encloses everything is shown too.
+
+        Rays along the rows of pixels find the boundaries exactly. They are beside the plane by rounding, on the side that
+        the `clip` of `render` keeps, so that a face in the plane is no obstacle. The result is not defined within rounding
+        error of a surface.
+
+        Args:
+            plane: "x=1", "y=-2", "z=0", or (nx, ny, nz, d) for the points with nx x + ny y + nz z = d. The axes are x and
+                y for z=0, y and z for x=1, x and z for y=-2; in other planes the axis upwards is nearest to z, or to y
+                if the normal is mostly along z.
+            size: columns and rows; None for 800 on the longer side, and square pixels.
+            area: the lower left and the upper right corner along the axes, (u0, v0, u1, v1); None for what is around the
+                bounded objects in the plane.
+            by: "object", "material" or "instance": what the `regions` of the slice are.
+            threads, progress: as in `closest`; progress is in rows.
+
+        Raises ValueError for text that is no plane, an area without extent, a size out of range, a mesh that is not
+        closed, and a scene with nothing of finite size if there is no area.
+
+        >>> scene = Scene(Box(min=(0, 0, 0), max=(2, 1, 1)))
+        >>> scene.slice("z=0.5", size=(4, 1), area=(-1, 0, 3, 1)).object.tolist()
+        [[-1, 0, 0, -1]]
+        """
+        return slice_of(self._native, plane, size, area, by, threads_of(threads), callback(progress))
 
     @property
     def units(self) -> str | None:

@@ -27,7 +27,7 @@ from .mesh import Mesh
 from .native_args import MeasureSettings
 from .nodes import Node, Object, accelerator
 from .origin import Origin
-from .plot import plot_ray
+from .plot import plot_ray, plot_slice
 from .progress import callback
 from .queries import Queries, number_of
 from .results import Measures
@@ -234,6 +234,14 @@ class Scene(Contents, Queries):
             The axes. Raises ImportError without matplotlib (`pip install shotline[plot]`).
         """
         return plot_ray(self, o, d, ax=ax, t_min=t_min, t_max=t_max)
+
+    def plot_slice(self, plane: str | Sequence[float] = "z=0", *, ax: Any = None, **options: Any) -> Any:
+        """Draw `slice(plane, **options)` with `matplotlib`: axes in the units of the scene, a legend, and hatched where
+        objects overlap.
+
+        Returns the axes, `ax` or new ones. Raises ImportError without matplotlib (`pip install shotline[plot]`).
+        """
+        return plot_slice(self, self.slice(plane, **options), ax=ax)
 
     def with_moved(self, path: str, transform: ArrayLike) -> Scene:
         """A scene in which one node has another transform; this scene does not change.

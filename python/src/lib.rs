@@ -9,6 +9,7 @@ mod picture;
 mod rays;
 mod registry;
 mod scene;
+mod slice;
 
 use std::ffi::OsString;
 
@@ -37,6 +38,8 @@ mod _native {
     use super::registry::{accelerators, check_solid, compose, counters, kinds, units};
     #[pymodule_export]
     use super::scene::Scene;
+    #[pymodule_export]
+    use super::slice::slice;
 
     /// The first use of NumPy's C interface runs Python code to find it, and Ctrl-C during that would cause a panic. So
     /// the interface is used once here, on import.
