@@ -19,6 +19,10 @@ import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("**/*.md"))]
+PROJECT = (ROOT / "pyproject.toml").read_text()
+REPOSITORY = re.search(r'^Repository = "https://github.com/(.*)"$', PROJECT, re.MULTILINE).group(1)
+# Addresses of files of the repository: a package index shows only the text of the README.
+ABSOLUTE = re.compile(rf"https://(?:github.com/{REPOSITORY}/blob|raw.githubusercontent.com/{REPOSITORY})/main/")
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 
 
@@ -97,6 +101,15 @@ def test_a_wrong_value_is_found(tmp_path):
 def test_linked_files_exist():
     for page in PAGES:
         for link in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", page.read_text()):
+            base = ROOT if ABSOLUTE.match(link) else page.parent
+            link = ABSOLUTE.sub("", link)
             # The page of solids is generated with the site.
             if "://" not in link and link != "solids.md":
-                assert (page.parent / link).exists(), f"{page.name} links to {link}"
+                assert (base / link).exists(), f"{page.name} links to {link}"
+
+
+def test_links_of_the_readme_work_on_a_package_index():
+    """A relative link or picture of the README would be broken on the package's page there."""
+    links = re.findall(r"\]\(([^)\s]+)\)", PAGES[0].read_text())
+    assert links and all(link.startswith("https://") for link in links)
+    assert {"docs/gallery.md", "docs/pictures/bearing-thickness.png"} < {ABSOLUTE.sub("", link) for link in links}

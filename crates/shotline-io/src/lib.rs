@@ -54,7 +54,8 @@ pub use save::save;
 pub use suggest::nearest_name;
 pub use weld::weld_note;
 
-/// The README's Rust example is compiled.
+/// The Rust examples of the README and of the quick start are run.
 #[cfg(doctest)]
 #[doc = include_str!("../../../README.md")]
-struct Readme;
+#[doc = include_str!("../../../docs/quick-start.md")]
+struct Pages;
