@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .nodes import Group, Node, Object, _checked, _short_repr
+from .nodes import Group, Node, _checked, _short_repr
 from .values import bounded_integer, number, numbers
 
 # The largest number of cells.
@@ -16,7 +16,7 @@ MAX_CELLS = 2**31
 
 
 class _Cells(Node):
-    __slots__ = ("_cells", "_elements", "_inner")
+    __slots__ = ("_cells", "_elements", "_object")
     _op = ""
 
     def __init__(self, elements: Node | Iterable[Node], cells: ArrayLike | None, shape: tuple[int, ...]) -> None:
@@ -24,7 +24,7 @@ class _Cells(Node):
         if not nodes:
             raise ValueError(f"a {type(self).__name__} needs at least one node")
         self._elements: tuple[Node, ...] = tuple(_checked(node) for node in nodes)
-        self._inner = next((node._object for node in self._elements if node._object is not None), None)
+        self._object = next((node._object for node in self._elements if node._object is not None), None)
         self._cells = None if cells is None else _table(cells, shape, len(nodes))
 
     def _keys(self) -> dict[str, Any]:
@@ -41,10 +41,6 @@ class _Cells(Node):
 
     def _children(self) -> tuple[Node, ...]:
         return self._elements
-
-    @property
-    def _object(self) -> Object | None:
-        return self._inner
 
     def __repr__(self) -> str:
         shown = [_short_repr(node) for node in self._elements[:4]]

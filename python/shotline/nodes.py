@@ -136,9 +136,7 @@ class Node:
         return self._keys()
 
     # The first object in the node, or None. A node that contains an object cannot be an operand.
-    @property
-    def _object(self) -> Object | None:
-        return None
+    _object: Object | None = None
 
 
 def _digest(root: Node) -> bytes:
@@ -178,7 +176,7 @@ def accelerator(name: str | None) -> str | None:
 
 
 class _NodeList(Node):
-    __slots__ = ("_accel", "_args", "_inner")
+    __slots__ = ("_accel", "_args", "_object")
     _op = ""
 
     def __init__(self, *args: Node | Iterable[Node], accel: str | None = None) -> None:
@@ -187,12 +185,8 @@ class _NodeList(Node):
         if not args:
             raise ValueError(f"{type(self).__name__} needs at least one part")
         self._args: tuple[Node, ...] = tuple(_checked(arg) for arg in args)
-        self._inner = next((arg._object for arg in self._args if arg._object is not None), None)
+        self._object = next((arg._object for arg in self._args if arg._object is not None), None)
         self._accel = accelerator(accel)
-
-    @property
-    def _object(self) -> Object | None:
-        return self._inner
 
     def _keys(self) -> dict[str, Any]:
         return {"op": self._op} | ({"accel": self._accel} if self._accel else {})
@@ -212,8 +206,8 @@ class _Combination(_NodeList):
 
     def __init__(self, *args: Node | Iterable[Node], accel: str | None = None) -> None:
         super().__init__(*args, accel=accel)
-        if self._inner is not None:
-            what, name = type(self).__name__, self._inner.name
+        if self._object is not None:
+            what, name = type(self).__name__, self._object.name
             message = f"the object {name!r} cannot be an operand of a {what}: objects stand in scenes and groups"
             raise ValueError(f"{message}; combine shapes (object.node) and name the result")
 
@@ -263,9 +257,8 @@ def _chain(kind: type[_NodeList], left: Node, right: Node) -> tuple[Node, ...]:
 class Placed(Node):
     """A transformed node: what `translate`, `rotate`, `scale` and `transform` return."""
 
-    __slots__ = ("_child", "_inner", "_steps")
+    __slots__ = ("_child", "_object", "_steps")
     _child: Node
-    _inner: Object | None
     _steps: tuple[tuple[str, Any], ...]
 
     def __init__(self, steps: tuple[tuple[str, Any], ...], child: Node) -> None:
@@ -275,7 +268,7 @@ class Placed(Node):
         # Scenes have many of these.
         _set(self, "_steps", steps)
         _set(self, "_child", child)
-        _set(self, "_inner", child._object)
+        _set(self, "_object", child._object)
         for name, _ in steps:
             if name in ("scale", "transform"):
                 _native.compose(list(steps))  # refuses what has no inverse
@@ -300,24 +293,19 @@ class Placed(Node):
     def _matrix(self) -> tuple[float, ...]:
         return tuple(_native.compose(list(self._steps)))
 
-    def _placement(self) -> dict[str, Any]:
-        if len(self._steps) == 1:
-            return dict(self._steps)
-        order = ["scale", "rotate", "translate"]
-        names = [name for name, _ in self._steps]
-        if [name for name in order if name in names] == names:
-            return dict(self._steps)
-        return {"transform": self._matrix()}
+    def _add_placement(self, keys: dict[str, Any]) -> None:
+        steps, order = self._steps, ("scale", "rotate", "translate")
+        names = [name for name, _ in steps]
+        if len(steps) == 1 or [name for name in order if name in names] == names:
+            keys.update(steps)
+        else:
+            keys["transform"] = self._matrix()
 
     def _children(self) -> tuple[Node, ...]:
         return (self._child,)
 
     def _own(self) -> Any:
         return self._steps
-
-    @property
-    def _object(self) -> Object | None:
-        return self._inner
 
     def __repr__(self) -> str:
         shown = _short_repr(self._child)
@@ -334,11 +322,11 @@ class Placed(Node):
 class Part(Node):
     """A named node: see `Node.part`."""
 
-    __slots__ = ("_child", "_inner", "_name")
+    __slots__ = ("_child", "_name", "_object")
 
     def __init__(self, node: Node, name: str) -> None:
         self._child, self._name = _checked(node), text(name, "the name of a part")
-        self._inner = node._object
+        self._object = node._object
 
     @property
     def node(self) -> Node:
@@ -355,10 +343,6 @@ class Part(Node):
 
     def _own(self) -> Any:
         return self._name
-
-    @property
-    def _object(self) -> Object | None:
-        return self._inner
 
     def __repr__(self) -> str:
         return f"{_short_repr(self._child)}.part({self._name!r})"
@@ -386,6 +370,12 @@ class Object(Node):
     """
 
     __slots__ = ("_clip", "_contents", "_material", "_name", "_node", "_priority")
+    _name: str
+    _node: Node
+    _contents: tuple[Node, ...]
+    _clip: bool
+    _material: str | None
+    _priority: int
 
     def __init__(
         self,
@@ -397,22 +387,29 @@ class Object(Node):
         contents: Iterable[Node] = (),
         clip: bool | None = None,
     ) -> None:
-        self._name = text(name, "the name of an object")
+        name = text(name, "the name of an object")
         parts = [contents] if isinstance(contents, Node) else contents
-        self._contents = tuple(_content(part, self._name) for part in parts)
-        self._clip = bool(clip)
-        self._material = None if material is None else _material_name(material)
-        self._priority = 0 if priority is None else bounded_integer(priority, "priority", -(2**31), 2**31 - 1)
-        placed = placed_object(_checked(node))
+        inside = tuple([_content(part, name) for part in parts])
+        if material is not None:
+            material = _material_name(material)
+        if priority is not None:
+            priority = bounded_integer(priority, "priority", -(2**31), 2**31 - 1)
+        placed = None if _checked(node)._object is None else placed_object(node)
         if placed is not None:
             steps, inner = placed
             node = Placed(steps, inner.node) if steps else inner.node
             moved = (Placed(steps, part) if steps else part for part in inner.contents)
-            self._contents = (*moved, *self._contents)
-            self._clip = inner.clip if clip is None else self._clip
-            self._material = inner.material if material is None else self._material
-            self._priority = inner.priority if priority is None else self._priority
-        self._node = node
+            inside = (*moved, *inside)
+            clip = inner.clip if clip is None else clip
+            material = inner.material if material is None else material
+            priority = inner.priority if priority is None else priority
+        # Scenes have many of these.
+        _set(self, "_name", name)
+        _set(self, "_node", node)
+        _set(self, "_contents", inside)
+        _set(self, "_clip", bool(clip))
+        _set(self, "_material", material)
+        _set(self, "_priority", priority or 0)
 
     @property
     def name(self) -> str:
@@ -458,7 +455,7 @@ class Object(Node):
         return (self._node, *self._contents)
 
     @property
-    def _object(self) -> Object | None:
+    def _object(self) -> Object:  # type: ignore[override]
         return self
 
     def __repr__(self) -> str:

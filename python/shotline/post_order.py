@@ -8,24 +8,31 @@ from typing import Any, TypeVar
 _Item = TypeVar("_Item")
 
 
-def post_order(roots: Iterable[_Item], children: Callable[[_Item], Sequence[_Item]]) -> list[_Item]:
-    """Every item once, after its children. Not recursive, since scenes may be deep."""
+def post_order(
+    roots: Iterable[_Item], children: Callable[[_Item], Sequence[_Item]]
+) -> tuple[list[_Item], dict[int, int]]:
+    """Every item once, after its children; and by its id how often each is met, as a root or as a child. Not recursive,
+    since scenes may be deep."""
     order: list[_Item] = []
     opened: list[_Item] = []
-    seen: set[int] = set()
+    met: dict[int, int] = {}
     # None stands where the item that was opened last ends.
     stack: list[Any] = [*roots][::-1]
     while stack:
         item = stack.pop()
         if item is None:
             order.append(opened.pop())
-        elif id(item) not in seen:
-            seen.add(id(item))
-            below = children(item)
-            if below:
-                opened.append(item)
-                stack.append(None)
-                stack.extend(below[::-1])
-            else:
-                order.append(item)
-    return order
+            continue
+        key = id(item)
+        if key in met:
+            met[key] += 1
+            continue
+        met[key] = 1
+        below = children(item)
+        if below:
+            opened.append(item)
+            stack.append(None)
+            stack.extend(below[::-1])
+        else:
+            order.append(item)
+    return order, met

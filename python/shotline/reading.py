@@ -56,13 +56,8 @@ class Reader:
         # By the id of the part of the document that describes it: the node, and the same without its placement.
         self._nodes: dict[int, Node] = {}
         self._bare: dict[int, Node] = {}
-        self._uses: dict[int, int] = {}
         self._parts: dict[str, Node] = {}
-        order = post_order(self._entries, self._children)
-        for entry in order:
-            if "ref" in entry:
-                target = id(self._defs[entry["ref"]])
-                self._uses[target] = self._uses.get(target, 0) + 1
+        order, self._uses = post_order(self._entries, self._children)
         for entry in order:
             self._read(entry)
 
@@ -91,7 +86,7 @@ class Reader:
         while "ref" in target and not _steps(target):
             target = self._defs[target["ref"]]
         bare = self._bare[id(target)]
-        if isinstance(node, Placed) and isinstance(bare, Object) and self._uses.get(id(target), 1) == 1:
+        if isinstance(node, Placed) and isinstance(bare, Object) and self._uses[id(target)] == 1:
             found[id(bare)] = Object(node, bare.name)
 
     def _children(self, entry: dict[str, Any]) -> list[dict[str, Any]]:

@@ -363,8 +363,11 @@ def _document(items: tuple[Any, ...], settings: Settings) -> Document:
     documents = [Document(scene._contents().document, scene._pack()[1]) for scene in scenes]
     materials = materials_of([document.content for document in documents], settings.materials)
     taken = {name for scene in scenes for name in scene.object_names}
-    content, meshes = serialize([item for item in items if isinstance(item, Node)], materials, taken)
+    nodes = [item for item in items if isinstance(item, Node)] if scenes else items
+    content, meshes = serialize(nodes, materials, taken)
     documents.append(Document(content, [mesh._native for mesh in meshes]))
+    if not scenes:
+        return joined(documents, [0] * len(items), settings)
     order: list[int] = []
     number = iter(range(len(scenes)))
     for item in items:

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import difflib
 import warnings
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
+from operator import methodcaller
 from typing import Any
 
 from .mesh import Mesh
-from .nodes import Node, Object, Part, Placed, placed_object
+from .nodes import Node, Object, Part, Placed, _set, placed_object
 from .post_order import post_order
 from .solid import Solid
 
@@ -31,20 +32,18 @@ class Serializer:
     def __init__(self, roots: Sequence[Node]) -> None:
         self.meshes: list[Mesh] = []
         self.defs: dict[str, dict[str, Any]] = {}
-        self.order = post_order(roots, lambda node: node._children())
-        self._uses = _uses(roots, self.order)
-        # A transform of an object refers to it.
-        self._placed = {id(n._child) for n in self.order if isinstance(n, Placed) and isinstance(n._child, Object)}
+        self.order, uses = post_order(roots, methodcaller("_children"))
         # By the id of a node, which is unique while the roots keep the nodes alive.
+        self._shared = _shared(self.order, uses)
         self._serialized: dict[int, dict[str, Any]] = {}
-        self._depth: dict[int, int] = {}
+        # The depth of the nodes in a node, where it is not 1.
+        self._depths: dict[int, int] = {}
         self._names: dict[str, Node] = {}
         self._used: dict[str, int] = {}
         for node in self.order:
             if isinstance(node, Part):
                 self._reserve(node._name, node)
-        for node in self.order:
-            self._serialize(node)
+        self._serialize_all()
 
     def of(self, node: Node) -> dict[str, Any]:
         """The serialized root."""
@@ -65,38 +64,50 @@ class Serializer:
                 self._names[name] = node
                 return name
 
-    def _serialize(self, node: Node) -> None:
-        if isinstance(node, Placed):
-            child = id(node._child)
-            keys, depth = self._serialized[child] | node._placement(), self._depth[child]
-        else:
-            children = node._children()
-            if children:
-                keys, depth = self._parent(node, children)
-            else:
-                keys, depth = node._keys(), 1
-                if isinstance(node, Mesh):
-                    keys["file"] = str(len(self.meshes))
-                    self.meshes.append(node)
+    def _serialize_all(self) -> None:
+        # Scenes have many nodes, and this is the one pass that makes something of each.
+        serialized, depths, shared = self._serialized, self._depths, self._shared
+        for node in self.order:
+            key = id(node)
+            if isinstance(node, Placed):
+                child = id(node._child)
+                # What is used only here need not be copied.
+                keys = serialized[key] = dict(serialized[child]) if child in shared else serialized[child]
+                node._add_placement(keys)
+                if child in depths:
+                    depths[key] = depths[child]
+                continue
+            keys, depth = self._keys_of(node)
             if isinstance(node, Part):
                 keys, depth = self._define(node._name, keys), 0
-            elif self._uses[id(node)] > 1 or depth > MAX_NESTING or id(node) in self._placed:
+            elif key in shared or depth > MAX_NESTING:
                 keys, depth = self._define(self._free_name(node), keys), 0
-        self._serialized[id(node)], self._depth[id(node)] = keys, depth
+            serialized[key] = keys
+            if depth != 1:
+                depths[key] = depth
 
-    def _parent(self, node: Node, children: tuple[Node, ...]) -> tuple[dict[str, Any], int]:
-        """The keys of a node that has children, and the depth of the nodes in it."""
-        serialized = [self._serialized[id(child)] for child in children]
-        depth = 1 + max([self._depth[id(child)] for child in children])
+    def _keys_of(self, node: Node) -> tuple[dict[str, Any], int]:
+        """The keys of a node with those of its children, and the depth of the nodes in it."""
+        if isinstance(node, Solid):
+            return node._keys(), 1
+        serialized, depths = self._serialized, self._depths
+        if isinstance(node, Object) and not node._contents:
+            keys, child = node._keys(), id(node._node)
+            keys["node"] = serialized[child]
+            return keys, 1 + depths.get(child, 1)
+        if isinstance(node, Mesh):
+            self.meshes.append(node)
+            return node._keys() | {"file": str(len(self.meshes) - 1)}, 1
+        children = [id(child) for child in node._children()]
+        depth = 1 + max([depths.get(child, 1) for child in children])
         if isinstance(node, Part):
-            return serialized[0], depth
+            return serialized[children[0]], depth
         keys = node._keys()
         if isinstance(node, Object):
-            keys["node"] = serialized[0]
-            if len(children) > 1:
-                keys["contents"] = serialized[1:]
+            keys["node"] = serialized[children[0]]
+            keys["contents"] = [serialized[child] for child in children[1:]]
         else:
-            keys["args"] = serialized
+            keys["args"] = [serialized[child] for child in children]
         return keys, depth
 
     def _define(self, name: str, keys: dict[str, Any]) -> dict[str, Any]:
@@ -120,10 +131,14 @@ def _root_object(node: Node) -> Node:
     contents stays as it is, so that the transform moves all of it."""
     if isinstance(node, Object):
         return node
-    placed = placed_object(node)
+    placed = None if node._object is None else placed_object(node)
     if placed is None:
         return Unnamed(node)
     return node if placed[1].contents else Object(node, placed[1].name)
+
+
+# What an object without a name has besides its node.
+_UNNAMED = (("_name", ""), ("_material", None), ("_priority", 0), ("_contents", ()), ("_clip", False))
 
 
 class Unnamed(Object):
@@ -133,27 +148,22 @@ class Unnamed(Object):
 
     def __init__(self, node: Node) -> None:
         # `node` is not an object, so that nothing has to be checked or taken over.
-        unnamed = {"_name": "", "_material": None, "_priority": 0, "_contents": (), "_clip": False, "_node": node}
-        for name, value in unnamed.items():
-            object.__setattr__(self, name, value)
+        for name, value in _UNNAMED:
+            _set(self, name, value)
+        _set(self, "_node", node)
 
     def _keys(self) -> dict[str, Any]:
         return {}
 
 
-def _uses(roots: Iterable[Node], post_order: Sequence[Node]) -> dict[int, int]:
-    """How many times the text uses each node. A transformed node is written out with each of its transforms; any other
-    node that is used several times is written once and referred to."""
-    count: dict[int, int] = {}
-    for root in roots:
-        count[id(root)] = count.get(id(root), 0) + 1
-    for node in reversed(post_order):
-        children = node._children()
-        if children:
-            uses = count[id(node)] if isinstance(node, Placed) else 1
-            for child in children:
-                count[id(child)] = count.get(id(child), 0) + uses
-    return count
+def _shared(post_order: Sequence[Node], uses: dict[int, int]) -> set[int]:
+    """The ids of the nodes that the text refers to: those that it uses several times, and objects that are transformed. A
+    transformed node is written out with each of its transforms, so its uses are those of the node in it."""
+    shared = {key for key, count in uses.items() if count > 1}
+    for node in post_order:
+        if isinstance(node, Placed) and (id(node) in shared or isinstance(node._child, Object)):
+            shared.add(id(node._child))
+    return shared
 
 
 def serialize(
@@ -166,9 +176,11 @@ def serialize(
     objects = [_root_object(root) for root in roots]
     serializer = Serializer(objects)
     # A transformed root stands for the object it transforms, which may be used elsewhere too.
-    transformed = {id(made): root._object for made, root in zip(objects, roots, strict=True)}
+    transformed = {id(made): root._object for made, root in zip(objects, roots, strict=True) if made is not root}
     named = [node for node in serializer.order if isinstance(node, Object) and not isinstance(node, Unnamed)]
-    _check_objects([transformed.get(id(node)) or node for node in named], materials, taken)
+    if transformed:
+        named = [transformed.get(id(node)) or node for node in named]
+    _check_objects(named, materials, taken)
     return {"defs": serializer.defs, "objects": [serializer.of(root) for root in objects]}, serializer.meshes
 
 
@@ -178,11 +190,12 @@ def _check_objects(objects: Sequence[Object], materials: Collection[str], taken:
     wrong: dict[str, None] = {}
     duplicates: dict[str, None] = {}
     for item in objects:
-        other = first.setdefault(item.name, item)
-        if item.name in taken or (other is not item and other != item):
-            duplicates[item.name] = None
-        if item.material is not None and item.material not in materials:
-            wrong[_unknown_material(item.name, item.material, list(materials))] = None
+        name, material = item._name, item._material
+        other = first.setdefault(name, item)
+        if name in taken or (other is not item and other != item):
+            duplicates[name] = None
+        if material is not None and material not in materials:
+            wrong[_unknown_material(name, material, list(materials))] = None
     if wrong:
         raise ValueError("\n".join(wrong))
     if duplicates:

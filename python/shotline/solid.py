@@ -80,8 +80,10 @@ def _value(numbers: tuple[float, ...]) -> Any:
 
 
 def _parameter(value: Any, count: int, is_rows: bool, name: str) -> Any:
-    if count == 1 and type(value) is float and isfinite(value) and not is_rows:
-        return value
+    if count == 1 and not is_rows:
+        plain = number(value, name)
+        if isfinite(plain):
+            return plain
     if is_rows:
         return rows(value, count, name)
     return _value(numbers(number(value, name) if count == 1 else value, count, name))

@@ -6,7 +6,7 @@ import difflib
 import operator
 from collections.abc import Sequence
 from decimal import Decimal
-from math import isfinite
+from math import inf, isfinite
 from numbers import Real
 from typing import Any
 
@@ -16,8 +16,11 @@ from numpy.typing import ArrayLike
 # The largest number that the native half accepts; the core has lower limits, which its errors state.
 MAX_NATIVE = 2**32 - 1
 
+# Integers up to here are float64.
+_EXACT = 2**53
 
-_FLOATS = {float}
+# Numbers of Python itself, of which `float` makes the number that NumPy makes.
+_PLAIN = {float, int}
 
 
 def floats(values: ArrayLike, what: str, wanted: str = "an array of real numbers") -> np.ndarray:
@@ -56,20 +59,20 @@ def refuse_masked(values: Any, what: str) -> None:
 
 def numbers(values: ArrayLike, count: int, what: str) -> tuple[float, ...]:
     """`count` finite numbers. Raises ValueError or TypeError that names the argument, `what`."""
-    if isinstance(values, tuple) and len(values) == count:
+    if isinstance(values, tuple) and len(values) == count and _PLAIN.issuperset(map(type, values)):
         # Scenes have many short tuples, for which an array would take ten times as long.
-        if set(map(type, values)) == _FLOATS and all(map(isfinite, values)):
-            return tuple(values)
-        if all(type(x) is float or (type(x) is int and abs(x) < 2**53) for x in values) and all(
-            map(isfinite, values)
-        ):
-            return tuple(map(float, values))
+        try:
+            found = tuple(map(float, values))
+        except OverflowError:
+            found = (inf,)
+        if all(map(isfinite, found)):
+            return found
     array = floats(values, what, "a real number" if count == 1 else f"{count} real numbers").reshape(-1)
     if array.size != count:
         raise ValueError(f"{what} takes {count} number{'' if count == 1 else 's'}, not {array.size}")
     if not np.isfinite(array).all():
-        found = array.tolist()
-        raise ValueError(f"{what} is {found[0] if count == 1 else found}, but must be finite")
+        wrong = array.tolist()
+        raise ValueError(f"{what} is {wrong[0] if count == 1 else wrong}, but must be finite")
     return tuple(array.tolist())
 
 
@@ -106,6 +109,8 @@ def number(value: Any, what: str) -> float:
     """One real number, which may be infinite. Raises TypeError for anything else."""
     if type(value) is float:
         return value
+    if type(value) is int and -_EXACT <= value <= _EXACT:
+        return float(value)
     array = floats(value, what, "a real number")
     if array.ndim:
         raise TypeError(f"{what} must be one number, not an array of shape {array.shape}")
@@ -143,6 +148,8 @@ def picture_size(size: Any) -> tuple[int, int]:
 
 def text(value: Any, what: str) -> str:
     """A string that can be encoded. Raises TypeError for anything else, ValueError for a lone surrogate."""
+    if type(value) is str and value.isascii():
+        return value
     if not isinstance(value, str):
         raise TypeError(f"{what} must be a string, not {type(value).__name__}")
     try:
