@@ -1,6 +1,8 @@
 """Hooks of mkdocs. They add to the pages of this folder: pages of the repository's root, the notebooks with the outputs
-of their cells, and the solids of the installed package. They also convert docstrings to Markdown."""
+of their cells, the solids of the installed package, and the code of the gallery. They also convert docstrings to
+Markdown."""
 
+import ast
 import base64
 import re
 from pathlib import Path
@@ -16,7 +18,6 @@ def on_files(files, config):
     for name in PAGES:
         files.append(File.generated(config, name, content=(ROOT / name).read_text().replace("](docs/", "](")))
     for path in sorted((ROOT / "docs/notebooks").glob("*.ipynb")):
-        files.remove(files.get_file_from_path(f"notebooks/{path.name}"))
         for name, content in notebook(path):
             files.append(File.generated(config, f"notebooks/{name}", content=content))
     files.append(File.generated(config, "api/solids.md", content=solids()))
@@ -25,7 +26,10 @@ def on_files(files, config):
 
 def on_page_markdown(markdown, page, config, files):
     # Links are written for the repository: pages of the root are above this folder, and notebooks are .ipynb files.
-    return re.sub(r"\]\(\.\./(?=[A-Z]+\.md)", "](", markdown).replace(".ipynb)", ".md)")
+    markdown = re.sub(r"\]\(\.\./(?=[A-Z]+\.md)", "](", markdown)
+    # A notebook's own page links to the file beside it, for download.
+    markdown = re.sub(r"(\]\([^)]*/[^)]*)\.ipynb\)", r"\1.md)", markdown)
+    return with_code(markdown) if page.file.src_uri == "gallery.md" else markdown
 
 
 class Docstrings(griffe.Extension):
@@ -62,8 +66,33 @@ def notebook(path):
             else:
                 text = output.get("text", data.get("text/plain", ""))
                 words.append(f"```text\n{text.rstrip()}\n```")
-    download = f"This page is a notebook, `docs/notebooks/{path.name}`, run when the site was built."
-    return [(f"{path.stem}.md", "\n\n".join([*words, download])), *pictures]
+    link = f'[Download this notebook]({path.name}){{ download="{path.name}" }}'
+    words.insert(1, f"{link}: the page shows it as it ran when the site was built.")
+    return [(f"{path.stem}.md", "\n\n".join(words)), *pictures]
+
+
+def with_code(markdown):
+    """The gallery with the code of each picture that `gallery.py` makes, folded."""
+    source = (ROOT / "docs/gallery.py").read_text()
+    functions = {f.name: f for f in ast.parse(source).body if isinstance(f, ast.FunctionDef)}
+
+    def code(name):
+        """A function, after those of the gallery's parts that it calls."""
+        calls = [node.id for node in ast.walk(functions[name]) if isinstance(node, ast.Name)]
+        parts = [code(part) for part in dict.fromkeys(calls) if part in functions and part != "ground"]
+        return "\n\n\n".join([*parts, ast.get_source_segment(source, functions[name])])
+
+    def folded(title, text):
+        return f'??? example "{title}"\n\n' + "\n".join(f"    {x}" for x in ["```python", *text.split("\n"), "```"])
+
+    def shown(found):
+        name = found[1].replace("-", "_")
+        return f"{found[0]}\n\n{folded('Code', code(name))}" if name in functions else found[0]
+
+    shared = source[source.index("OUT = ") : source.index("# --- the gallery")].strip()
+    shared = shared[shared.index("SIZE") :]
+    markdown = re.sub(r"^!\[.*\]\(pictures/(.*)\.png\)$", shown, markdown, flags=re.MULTILINE)
+    return re.sub(r"\n\n(?=## )", f"\n\n{folded('What the pictures share', shared)}\n\n", markdown, count=1)
 
 
 def solids():
@@ -83,6 +112,8 @@ def solids():
             f"```python\n{name}({', '.join(shown)})\n```",
             f"{summary[0].upper()}{summary[1:]}.",
         ]
+        if (ROOT / f"docs/pictures/solids/{name}.png").exists():
+            words.append(f"![A {name}](../pictures/solids/{name}.png){{ .solid }}")
         takes = {p: "" if count == 1 else f" ({count} numbers)" for p, count, _, _, _ in parameters}
         takes |= {p: f" (rows of {', '.join(columns)})" for p, _, columns, _, _ in parameters if columns}
         words.append("\n".join(f"- `{p}`{takes[p]}: {text}" for p, _, _, _, text in parameters))

@@ -21,7 +21,7 @@ from .mesh import Mesh
 from .nodes import Difference, Group, Intersection, Node, Object, Union
 from .queries import OverlapWarning
 from .radiography import Detector, radiograph
-from .results import Closest, Cost, Crossings, Measures, Segments
+from .results import Closest, Cost, Crossings, Measures, SegmentPerRay, Segments
 from .scene import Scene, _unpacked  # noqa: F401
 from .serialize import DuplicateNameWarning
 from .slices import Slice
@@ -51,6 +51,7 @@ __all__ = [
     "OverlapWarning",
     "ReadWarning",
     "Scene",
+    "SegmentPerRay",
     "Segments",
     "Slice",
     "Union",

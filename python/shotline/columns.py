@@ -28,7 +28,8 @@ class Columns:
     _origin: ClassVar[Origin | None] = None
 
     def __init_subclass__(cls) -> None:
-        cls._fields = tuple(name for name in cls.__annotations__ if not name.startswith("_"))
+        # A class without columns of its own has those of its base.
+        cls._fields = tuple(name for name in cls.__annotations__ if not name.startswith("_")) or cls._fields
 
     @classmethod
     def _of(cls: type[_Self], columns: Any, origin: Origin | None) -> _Self:

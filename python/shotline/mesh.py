@@ -14,6 +14,7 @@ from . import _native
 from .attributes import Attribute, given_attributes
 from .closest_points import ClosestPoints, closest_points
 from .foreign import Polygons, surface
+from .mesh_surface import SurfacePoints, areas_and_normals, sample
 from .nodes import Node, accelerator
 from .values import floats, refuse_masked
 
@@ -116,6 +117,33 @@ class Mesh(Node):
     def is_closed(self) -> bool:
         """Whether every edge has as many faces in one direction as in the other, so that the mesh is a solid."""
         return self._native.is_closed()
+
+    @property
+    def areas(self) -> np.ndarray:
+        """The areas of the faces, (m,) float64, in the square of the mesh's unit. `mesh.areas.sum()` is that of the surface."""
+        return areas_and_normals(self.vertices, self.faces)[0]
+
+    @property
+    def normals(self) -> np.ndarray:
+        """The normals of the faces, (m, 3) float64, of unit length, on the side from which the corners run counter-clockwise: the
+        outside of a closed mesh. NaN for a face without area.
+
+        >>> Mesh([(0, 0, 0), (3, 0, 0), (0, 4, 0)], [(0, 1, 2)]).normals.tolist()
+        [[0.0, 0.0, 1.0]]
+        """
+        return areas_and_normals(self.vertices, self.faces)[1]
+
+    def sample(self, n: int, seed: int = 0) -> SurfacePoints:
+        """Random points of the surface, independent and uniform by area, in the mesh's own coordinates.
+
+        Returns `SurfacePoints`: `points`, `primitive` and `barycentric`; `mesh.normals[sampled.primitive]` are their normals. The
+        same seed gives the same points. Points are rounded, so they may be just outside or inside. Raises ValueError for a mesh without area.
+
+        >>> mesh = Mesh([(0, 0, 0), (3, 0, 0), (0, 4, 0)], [(0, 1, 2)])
+        >>> mesh.areas.tolist(), mesh.sample(5).points.shape
+        ([6.0], (5, 3))
+        """
+        return sample(self.vertices, self.faces, n, seed)
 
     def closest_points(self, points: ArrayLike, *, threads: int = 0, progress: Any = None) -> ClosestPoints:
         """The points of the mesh that are nearest to points of shape (..., 3), in the mesh's own coordinates.

@@ -177,7 +177,8 @@ class Queries:
         `object_names`.
 
         It is the sum of `segments`, and has the arguments and errors of that; also ValueError for more than 10^9
-        numbers.
+        numbers. Mass per area is `scene.thickness(o, d)[..., :-1] @ density`, with the density of each material in the order of
+        `material_names`; in g/cm^2 for lengths in cm and densities in g/cm^3.
 
         >>> scene = Scene(Sphere(radius=1).named("ball", material="lead"), materials={"lead": {"mu": 1.2}})
         >>> scene.thickness([[-5, 0, 0], [-5, 0.6, 0]], [2, 0, 0]).round(12).tolist()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -105,7 +105,7 @@ class Detector:
 def radiograph(
     scene: Scene,
     source: ArrayLike,
-    detector: Detector,
+    detector: Detector | Sequence[Detector],
     mu: Mapping[str, float] | ArrayLike | None = None,
     *,
     beam: str = "cone",
@@ -122,8 +122,8 @@ def radiograph(
     Args:
         scene: its materials attenuate; an object without a material does not.
         source: with `beam="cone"` the origin of the beam, outside all objects; with `beam="parallel"` the direction
-            of the beam. World coordinates.
-        detector: the pixels.
+            of the beam. World coordinates. With several detectors of shape (3,) for all, or (views, 3).
+        detector: the pixels; or a list of detectors of one shape, each for a view.
         mu: linear attenuation coefficients, one over world units. None takes those of the scene's materials, all of
             which must have one. A mapping by material name overrides some or all of them. An array is in the order of
             `scene.material_names`, with shape (materials,), or (materials, energies) for several at once.
@@ -136,7 +136,7 @@ def radiograph(
 
     Returns:
         (rows, columns) float64; with several energies (rows, columns, energies); for thickness (rows, columns,
-        materials + 1).
+        materials + 1). With several detectors the first axis is that of the views, as in (views, rows, columns).
 
     Raises:
         ValueError: for a material without mu, for a mu that is negative or not finite, for unknown material names, for
@@ -153,29 +153,50 @@ def radiograph(
         raise ValueError(f'quantity is {quantity!r}, but must be "attenuation", "transmission" or "thickness"')
     if not isinstance(scene, Scene):
         raise TypeError(f"scene must be a Scene, not {type(scene).__name__}")
-    if not isinstance(detector, Detector):
-        raise TypeError(f"detector must be a Detector, not {type(detector).__name__}; Detector.facing makes one")
+    several = isinstance(detector, (list, tuple)) and any(isinstance(panel, Detector) for panel in detector)
+    given: Any = detector
+    panels, sources = _views(source, [*given] if several else [given])
     coefficients = None if quantity == "thickness" else _coefficients(scene, mu)
-    rays, t_max = _beam(scene, points(source, "source").reshape(-1), detector, beam)
-    rows, columns = detector.shape
-    count = rows * columns
+    count = panels[0].shape[0] * panels[0].shape[1]
     tail = (len(scene.material_names) + 1,) if coefficients is None else coefficients.shape[1:]
-    out = np.empty((count, *tail))
+    out = np.empty((len(panels), count, *tail))
     report = callback(progress)
-    for start in range(0, count, _BLOCK):
-        stop = min(start + _BLOCK, count)
-        lengths = scene.thickness(
-            *rays(start, stop),
-            overlaps=overlaps,
-            t_max=t_max,
-            threads=threads,
-            progress=_block_progress(report, start, count),
-        )
-        # The last column is for objects without a material, which do not attenuate.
-        out[start:stop] = lengths if coefficients is None else np.tensordot(lengths[:, :-1], coefficients, 1)
+    for view, (panel, origin) in enumerate(zip(panels, sources, strict=True)):
+        rays, t_max = _beam(scene, origin, panel, beam)
+        for start in range(0, count, _BLOCK):
+            stop = min(start + _BLOCK, count)
+            lengths = scene.thickness(
+                *rays(start, stop),
+                overlaps=overlaps,
+                t_max=t_max,
+                threads=threads,
+                progress=_block_progress(report, view * count + start, len(panels) * count),
+            )
+            # The last column is for objects without a material, which do not attenuate.
+            out[view, start:stop] = (
+                lengths if coefficients is None else np.tensordot(lengths[:, :-1], coefficients, 1)
+            )
     if quantity == "transmission":
         np.exp(-out, out=out)
-    return out.reshape(rows, columns, *tail)
+    shaped = out.reshape(len(panels), *panels[0].shape, *tail)
+    return shaped if several else shaped[0]
+
+
+def _views(source: ArrayLike, detectors: list[Any]) -> tuple[list[Detector], np.ndarray]:
+    """The detectors of one shape, and the source of each: (views, 3)."""
+    for panel in detectors:
+        if not isinstance(panel, Detector):
+            hint = "Detector.facing makes one"
+            raise TypeError(f"detector must be a Detector, or a list of them, not {type(panel).__name__}; {hint}")
+    shapes = list(dict.fromkeys(tuple(panel.shape) for panel in detectors))
+    if len(shapes) != 1:
+        raise ValueError(f"several detectors must have one shape, not {shapes[0]} and {shapes[1]}")
+    sources = points(source, "source")
+    if sources.shape not in ((3,), (len(detectors), 3)):
+        raise ValueError(
+            f"source has shape (3,), or ({len(detectors)}, 3) with one for each detector, not {sources.shape}"
+        )
+    return detectors, np.broadcast_to(sources, (len(detectors), 3))
 
 
 def _block_progress(report: ProgressCallback | None, before: int, total: int) -> ProgressCallback | None:

@@ -60,3 +60,18 @@ def lengths(vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     largest = np.abs(vectors).max(axis=-1)
     scaled = np.linalg.norm(vectors / largest[..., None], axis=-1)
     return scaled, largest
+
+
+def distances_to(t: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """The lengths of rays up to their t."""
+    scaled, largest = lengths(directions)
+    with np.errstate(over="ignore"):
+        return np.asarray(t * largest * scaled)
+
+
+def points_at(origins: np.ndarray, directions: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """Points on rays, (n, 3); NaN for infinite t."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        points = origins + t[:, None] * directions
+    points[~np.isfinite(t)] = np.nan
+    return np.asarray(points)

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
-from .columns import Columns, chosen_rows, one_row
 from .derivatives import Derivatives
-from .exports import ragged_records
 from .on_triangles import OnTriangles
-from .rays import lengths
+from .per_row import PerRay, PerRow
+from .ragged import Ragged, first_rows, last_rows
+from .rays import distances_to, lengths, points_at
 from .tables import counted
 
 _OPEN3D = {
@@ -27,41 +27,6 @@ def _alias(name: str) -> property:
     return property(lambda self: getattr(self, name), doc=f"Another name of `{name}`.")
 
 
-class _PerRow(Columns):
-    """Columns with a row for each ray or object; the first has their shape."""
-
-    _what = "rays"
-
-    def _shape(self) -> tuple[int, ...]:
-        return tuple(next(iter(self)).shape)
-
-    def __len__(self) -> int:
-        return int(next(iter(self)).size)
-
-    def _row_columns(self) -> dict[str, np.ndarray]:
-        lead, count = len(self._shape()), len(self)
-        return {name: column.reshape(count, *column.shape[lead:]) for name, column in self.to_dict().items()}
-
-    def _selected(self, key: Any) -> Any:
-        return self._chosen(chosen_rows(key, self._shape(), self._what))
-
-    def _chosen(self, rows: np.ndarray) -> Any:
-        flat = self._row_columns()
-        columns = (flat[name][rows] if name in flat else None for name in self._fields)
-        # A row of a column may be a number; columns are arrays.
-        arrays = (None if column is None else np.asarray(column) for column in columns)
-        return type(self)._of(arrays, self._origin and self._origin.select(rows))
-
-
-class _PerRay(_PerRow):
-    """Columns with a row for each ray."""
-
-    def ray(self, number: int | tuple[int, ...]) -> Any:
-        """The row of one ray, as an answer of the same kind whose arrays have the shape (): by its number in C order, or
-        by its indices along the axes of the rays. Raises IndexError for a ray that does not exist."""
-        return self._chosen(one_row(number, self._shape(), self._what))
-
-
 class _Hits(Derivatives, OnTriangles):
     """Columns about crossings with surfaces."""
 
@@ -69,6 +34,20 @@ class _Hits(Derivatives, OnTriangles):
     geometry_ids = _alias("object")
     primitive_ids = _alias("primitive")
     primitive_normals = _alias("normal")
+
+    @property
+    def cosine(self) -> np.ndarray:
+        """The cosine of the angle of incidence, float64 of the shape of `t`: 1 where the ray is perpendicular to the surface,
+        0 where it is tangent, on either side of it. NaN where there is no normal. Needs the column normal.
+
+        >>> float(Scene(Sphere(radius=1)).closest([-3, 0, 0.6], [2, 0, 0]).cosine.round(12))
+        0.8
+        """
+        normals = self._column("normal")
+        _, directions = self._ray_vectors(self._rows_of_rays())
+        scaled, largest = lengths(directions)
+        along = (normals.reshape(-1, 3) * (directions / largest[..., None])).sum(axis=-1) / scaled
+        return np.asarray(np.minimum(np.abs(along), 1.0).reshape(normals.shape[:-1]))
 
     def object_names(self) -> np.ndarray:
         """The names of the objects, an array of str with the shape of `object`, with None where there is no object. Raises
@@ -85,7 +64,7 @@ class _Hits(Derivatives, OnTriangles):
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Closest(_PerRay, _Hits):
+class Closest(PerRay, _Hits):
     """The first crossing of each ray; all arrays have the rays' shape (...).
 
     t: (...) float64, in lengths of the direction; inf for a miss.
@@ -123,20 +102,21 @@ class Closest(_PerRay, _Hits):
     t_err: np.ndarray
 
     _aliases: ClassVar[dict[str, str]] = _OPEN3D
+    _which = "closest"
 
     @property
     def points(self) -> np.ndarray:
         """The points that are hit, o + t d, (..., 3) float64 in world coordinates; NaN for a miss. Each use computes them
         from the arrays of rays that the query was given: do not change these."""
         origins, directions = self._ray_vectors(None)
-        return _along(origins, directions, self.t.reshape(-1)).reshape(*self.t.shape, 3)
+        return points_at(origins, directions, self.t.reshape(-1)).reshape(*self.t.shape, 3)
 
     @property
     def distance(self) -> np.ndarray:
         """The distance from the origin of the ray, (...) float64 in the scene's units: t times the length of the
         direction; inf for a miss."""
         _, directions = self._ray_vectors(None)
-        return _lengths_to(self.t.reshape(-1), directions).reshape(self.t.shape)
+        return distances_to(self.t.reshape(-1), directions).reshape(self.t.shape)
 
     def _texts(self) -> dict[str, Callable[[int], str]]:
         hit = np.isfinite(self.t).reshape(-1)
@@ -148,80 +128,52 @@ class Closest(_PerRay, _Hits):
         return {name: shown(name, text) for name, text in super()._texts().items()}
 
     def _heading(self) -> str:
-        return f"closest crossings of rays of shape {self.t.shape}: {int(np.isfinite(self.t).sum())} hit"
+        return f"{self._which} crossings of rays of shape {self.t.shape}: {int(np.isfinite(self.t).sum())} hit"
 
 
-class _Ragged(Columns):
-    """Rows grouped by ray."""
+class _LastCrossings(Closest):
+    """What `Crossings.last` returns."""
 
-    ray_splits: np.ndarray
-
-    @property
-    def ray_ids(self) -> np.ndarray:
-        """The ray of each row, (rows,) int64."""
-        splits = self.ray_splits
-        return np.repeat(np.arange(len(splits) - 1), np.diff(splits))
-
-    def __len__(self) -> int:
-        return int(self.ray_splits[-1])
-
-    def ray(self, number: int | tuple[int, ...]) -> Any:
-        """The rows of one ray, as an answer of the same kind for one ray: by its number in C order, or by its indices along
-        the axes of the rays. Raises IndexError for a ray that does not exist."""
-        return self._chosen(one_row(number, self._shape(), "rays"))
-
-    def to_awkward(self) -> Any:
-        """An `awkward.Array` that has for each ray a list of records, with the columns as fields.
-
-        Raises ImportError without awkward.
-        """
-        return ragged_records(self._row_columns(), self.ray_splits)
-
-    def to_pandas(self) -> Any:
-        """A `pandas.DataFrame` with a row for each row, and in the column `ray` its ray. Vectors become columns such as
-        `normal_x`. Numbers of objects, materials, surfaces and paths become their names, as categories, and are missing
-        where there is none.
-
-        Raises ImportError without pandas.
-        """
-        frame = super().to_pandas()
-        frame.insert(0, "ray", self.ray_ids)
-        return frame
-
-    def _shape(self) -> tuple[int, ...]:
-        return (len(self.ray_splits) - 1,) if self._origin is None else self._origin.shape
-
-    def _row_columns(self) -> dict[str, np.ndarray]:
-        return {name: column for name, column in self.to_dict().items() if name != "ray_splits"}
-
-    def _selected(self, key: Any) -> Any:
-        return self._chosen(chosen_rows(key, self._shape(), "rays"))
-
-    def _chosen(self, rays: np.ndarray) -> Any:
-        flat, splits = rays.reshape(-1), self.ray_splits
-        counts = np.diff(splits)[flat]
-        chosen = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-        rows = np.repeat(splits[flat] - chosen[:-1], counts) + np.arange(chosen[-1])
-        columns = (None if column is None else column[rows] for column in list(self)[1:])
-        return type(self)._of((chosen, *columns), self._origin and self._origin.select(rays))
-
-    def _along_rays(self, t: np.ndarray) -> np.ndarray:
-        return _along(*self._ray_vectors(self.ray_ids), t)
-
-    def _distances(self, t: np.ndarray) -> np.ndarray:
-        _, directions = self._ray_vectors(self.ray_ids)
-        return _lengths_to(t, directions)
-
-    def _texts(self) -> dict[str, Callable[[int], str]]:
-        splits = self.ray_splits
-        ray: dict[str, Callable[[int], str]] = {
-            "ray": lambda row: str(int(np.searchsorted(splits, row, side="right")) - 1)
-        }
-        return ray | super()._texts()
+    _which = "last"
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Crossings(_Ragged, _Hits):
+class SegmentPerRay(PerRay):
+    """One segment of each ray; all arrays have the rays' shape (...). It is what `Segments.first` and `last` return.
+
+    t_in, t_out: (...) float64, in lengths of the direction; inf for a ray without a segment.
+    length: (...) float64, in world units; NaN for a ray without a segment.
+    material, object: (...) int32; -1 for a ray without a segment, and for an object without a material.
+    path: (...) int64, the instance that owns the segment; -1 for a ray without one.
+
+    Unpacking, `len` and the selection of rays are as in `Closest`.
+    """
+
+    t_in: np.ndarray
+    t_out: np.ndarray
+    length: np.ndarray
+    material: np.ndarray
+    object: np.ndarray
+    path: np.ndarray
+
+    def object_names(self) -> np.ndarray:
+        """The names of the objects, (...) of str; None for a ray without a segment."""
+        return self._named("object")
+
+    def material_names(self) -> np.ndarray:
+        """The names of the materials, (...) of str; None for an object without one."""
+        return self._named("material")
+
+    def path_names(self) -> np.ndarray:
+        """The names of the instances, as in "world/arm[2]/bolt[0]": (...) of str."""
+        return self._named("path")
+
+    def _heading(self) -> str:
+        return f"one segment of each ray, of shape {self.t_in.shape}: {int((self.path >= 0).sum())} have one"
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Crossings(Ragged, _Hits):
     """Every crossing of n rays, a row each, grouped by ray, ascending in t. For each path entering and exiting
     alternate; with `surfaces_only`, crossings of kind start and end are left out.
 
@@ -267,6 +219,20 @@ class Crossings(_Ragged, _Hits):
         direction."""
         return self._distances(self.t)
 
+    def first(self) -> Closest:
+        """The first crossing of each ray, what `closest` returns for the same rays: arrays of the rays' shape (...), with the
+        values of a miss for a ray without crossings.
+
+        >>> hits = Scene(Sphere(radius=1)).crossings([[-3, 0, 0], [-3, 5, 0]], [1, 0, 0])
+        >>> hits.first().t.tolist(), hits.last().t.tolist()
+        ([2.0, inf], [4.0, inf])
+        """
+        return self._row_per_ray(Closest, first_rows(self.ray_splits))
+
+    def last(self) -> Closest:
+        """The last crossing of each ray, in the form of `first`."""
+        return self._row_per_ray(_LastCrossings, last_rows(self.ray_splits))
+
     def _rows_of_rays(self) -> np.ndarray:
         return self.ray_ids
 
@@ -275,7 +241,7 @@ class Crossings(_Ragged, _Hits):
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Segments(_Ragged):
+class Segments(Ragged):
     """The intervals of n rays inside objects, a row each, grouped by ray.
 
     ray_splits: (n + 1,) int64; the rows of ray i are `ray_splits[i]` to `ray_splits[i + 1]`.
@@ -310,6 +276,20 @@ class Segments(_Ragged):
         """The distances of its beginning and end from the origin of the ray, (rows, 2) float64 in the scene's units."""
         return np.stack([self._distances(t) for t in (self.t_in, self.t_out)], axis=1)
 
+    def first(self) -> SegmentPerRay:
+        """The first segment of each ray: arrays of the rays' shape (...). Its `length` is the thickness of the first wall, from
+        where the ray enters, or begins inside, to where it exits; NaN for a ray without a segment.
+
+        >>> tube = Scene(Cylinder(radius=2, z0=0, z1=9) - Cylinder(radius=1.5, z0=0, z1=9))
+        >>> tube.segments([[-5, 0, 1], [-5, 0, 99]], [1, 0, 0]).first().length.tolist()
+        [0.5, nan]
+        """
+        return self._row_per_ray(SegmentPerRay, first_rows(self.ray_splits))
+
+    def last(self) -> SegmentPerRay:
+        """The last segment of each ray, in the form of `first`."""
+        return self._row_per_ray(SegmentPerRay, last_rows(self.ray_splits))
+
     def object_names(self) -> np.ndarray:
         """The names of the objects, (rows,) of str."""
         return self._named("object")
@@ -327,7 +307,7 @@ class Segments(_Ragged):
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Measures(_PerRow):
+class Measures(PerRow):
     """Volume, mass, centroid and inertia of objects, a row each. Each `_err` is one standard error, and 0 where the
     value is exact except for rounding.
 
@@ -370,7 +350,7 @@ class Measures(_PerRow):
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Cost(_PerRay):
+class Cost(PerRay):
     """The work of finding the first crossing of each ray; all arrays have the rays' shape (...), int64.
 
     boxes: boxes tested.
@@ -393,18 +373,3 @@ class Cost(_PerRay):
     def _heading(self) -> str:
         mean = float(self.all.mean()) if self.all.size else 0.0
         return f"costs of rays of shape {self.all.shape}: {mean:.4g} in the mean"
-
-
-def _lengths_to(t: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """The lengths of rays up to their t."""
-    scaled, largest = lengths(directions)
-    with np.errstate(over="ignore"):
-        return np.asarray(t * largest * scaled)
-
-
-def _along(origins: np.ndarray, directions: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """Points on rays, (n, 3); NaN for infinite t."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        points = origins + t[:, None] * directions
-    points[~np.isfinite(t)] = np.nan
-    return np.asarray(points)

@@ -157,3 +157,30 @@ def test_overlaps_are_errors():
 
 def test_public():
     assert shotline.radiograph is radiograph and shotline.Detector is Detector
+
+
+def test_several_detectors_make_a_stack_of_views():
+    scene = Scene(Sphere(radius=1).named("ball", material="lead"), materials={"lead": {"mu": 0.7}})
+    sources = np.array([[-10.0, 0, 0], [0, -10, 0], [-7, -7, 1]])
+    panels = [Detector.facing(source, -source, pixel=0.25, shape=(5, 7)) for source in sources]
+    stack = radiograph(scene, sources, panels)
+    assert stack.shape == (3, 5, 7)
+    for view, source, panel in zip(stack, sources, panels, strict=True):
+        assert np.array_equal(view, radiograph(scene, source, panel))
+    assert radiograph(scene, [1, 0, 0], panels[:1], beam="parallel", quantity="thickness").shape == (1, 5, 7, 2)
+    assert radiograph(scene, sources[:2], panels[:2], [[0.1, 0.2, 0.3]]).shape == (2, 5, 7, 3)
+    done = []
+    radiograph(scene, sources, panels, progress=lambda *steps: done.append(steps))
+    assert done[-1] == (105, 105)
+
+
+def test_views_that_do_not_match_are_refused():
+    scene = Scene(Sphere(radius=1).named("ball", material="lead"), materials={"lead": {"mu": 0.7}})
+    panel = Detector.facing((-9, 0, 0), (9, 0, 0), pixel=1, shape=(2, 2))
+    other = Detector.facing((-9, 0, 0), (9, 0, 0), pixel=1, shape=(2, 3))
+    with pytest.raises(ValueError, match=r"must have one shape, not \(2, 2\) and \(2, 3\)"):
+        radiograph(scene, (-9, 0, 0), [panel, other])
+    with pytest.raises(ValueError, match=r"source has shape \(3,\), or \(2, 3\) .* not \(3, 3\)"):
+        radiograph(scene, np.zeros((3, 3)), [panel, panel])
+    with pytest.raises(TypeError, match="or a list of them, not int"):
+        radiograph(scene, (-9, 0, 0), [panel, 3])
