@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native
+from .accelerators import accelerator
 from .attributes import Attribute, given_attributes
 from .closest_points import ClosestPoints, closest_points
 from .foreign import Polygons, surface
 from .mesh_surface import SurfacePoints, areas_and_normals, sample
-from .nodes import Node, accelerator
+from .nodes import Node
 from .values import floats, refuse_masked
 
 

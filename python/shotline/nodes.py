@@ -4,20 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from hashlib import blake2b
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native
-from .values import affine, bounded_integer, choice, floats, number, numbers, text, three
+from .accelerators import accelerator
+from .values import (
+    affine,
+    bounded_integer,
+    floats,
+    material_name,
+    no_attribute,
+    number,
+    numbers,
+    text,
+    three,
+)
 
 Vector = tuple[float, float, float]
 
 # Sets an attribute of a node during construction, without the check of `Node.__setattr__`.
 _set = object.__setattr__
-
-_ACCELERATORS = _native.accelerators()[0]
 
 
 class Node:
@@ -39,6 +48,11 @@ class Node:
         if not name.startswith("_"):
             raise AttributeError(f"a {type(self).__name__} cannot be changed: make another one with another {name}")
         object.__setattr__(self, name, value)
+
+    if not TYPE_CHECKING:  # type checkers would accept every name
+
+        def __getattr__(self, name: str) -> Any:
+            raise AttributeError(no_attribute(type(self).__name__, name))
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Node):
@@ -168,11 +182,6 @@ def _checked(node: Any) -> Node:
 def _short_repr(node: Node) -> str:
     """A short representation of a node, also of a large one."""
     return repr(node) if not node._children() or isinstance(node, (Placed, Part)) else f"<{type(node).__name__}>"
-
-
-def accelerator(name: str | None) -> str | None:
-    """A checked name of an accelerator; None for the default of the scene."""
-    return None if name is None else choice(name, "accel", _ACCELERATORS)
 
 
 class _NodeList(Node):
@@ -391,7 +400,7 @@ class Object(Node):
         parts = [contents] if isinstance(contents, Node) else contents
         inside = tuple([_content(part, name) for part in parts])
         if material is not None:
-            material = _material_name(material)
+            material = material_name(material)
         if priority is not None:
             priority = bounded_integer(priority, "priority", -(2**31), 2**31 - 1)
         placed = None if _checked(node)._object is None else placed_object(node)
@@ -467,13 +476,6 @@ class Object(Node):
             rest.append(f"contents=[{', '.join(shown + more)}]")
         rest += ["clip=True"] if self._clip else []
         return f"{_short_repr(self._node)}.named({', '.join([repr(self._name), *rest])})"
-
-
-def _material_name(material: Any) -> str:
-    if not isinstance(material, str):
-        hint = 'as in material="steel", and the scene has materials={"steel": ...}'
-        raise TypeError(f"material (the name of one) is a string, {hint}; not {type(material).__name__}")
-    return text(material, "material (the name of one)")
 
 
 def _content(part: Any, name: str) -> Node:

@@ -23,7 +23,8 @@ def points(values: ArrayLike, what: str) -> np.ndarray:
     """An array of shape (..., 3)."""
     array = floats(values, what)
     if array.ndim == 0 or array.shape[-1] != 3:
-        raise ValueError(f"{what} must have shape (..., 3), not {array.shape}")
+        turned = f": give its transpose, {what}.T" if array.ndim == 2 and array.shape[0] == 3 else ""
+        raise ValueError(f"{what} must have shape (..., 3), not {array.shape}{turned}")
     return array
 
 
@@ -32,7 +33,10 @@ def rays(o: ArrayLike, d: ArrayLike | None) -> Rays:
     if d is None:
         both = floats(o, "rays")
         if both.ndim == 0 or both.shape[-1] != 6:
-            raise ValueError(f"without d, o must have shape (..., 6): origin, direction; it has {both.shape}")
+            alone = ": directions are given as d" if both.ndim and both.shape[-1] == 3 else ""
+            raise ValueError(
+                f"without d, o must have shape (..., 6), an origin and a direction each, not {both.shape}{alone}"
+            )
         flat = both.reshape(-1, 6)
         return Rays(both.shape[:-1], len(flat), flat, None)
     origins, directions = points(o, "o"), points(d, "d")

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native
+from .accelerators import accelerator
 from .appearance import Camera, Light, Material
 from .contents import Contents, Read
 from .extension import Document, Settings, joined, materials_of
@@ -25,7 +26,7 @@ from .html_repr import html
 from .image import Image, picture_args
 from .mesh import Mesh
 from .native_args import MeasureSettings
-from .nodes import Node, Object, accelerator
+from .nodes import Node, Object
 from .origin import Origin
 from .plot import plot_ray, plot_slice
 from .progress import callback

@@ -7,7 +7,7 @@ from typing import Any
 
 from . import _native
 from .nodes import Node
-from .values import number, numbers, rows
+from .values import no_attribute, number, numbers, rows
 
 # Name, count of numbers, whether it is rows of so many, and default.
 Parameter = tuple[str, int, bool, tuple[float, ...] | None]
@@ -57,7 +57,7 @@ class Solid(Node):
         try:
             return object.__getattribute__(self, "_values")[name]
         except (KeyError, AttributeError):
-            raise AttributeError(f"{type(self).__name__} has no attribute {name!r}") from None
+            raise AttributeError(no_attribute(type(self).__name__, name)) from None
 
     def _keys(self) -> dict[str, Any]:
         return {"kind": self._kind, **self._values}

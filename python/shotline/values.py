@@ -159,6 +159,14 @@ def text(value: Any, what: str) -> str:
     return str(value)
 
 
+def material_name(material: Any) -> str:
+    """The checked name of a material."""
+    if not isinstance(material, str):
+        hint = 'as in material="steel", and the scene has materials={"steel": ...}'
+        raise TypeError(f"material (the name of one) is a string, {hint}; not {type(material).__name__}")
+    return text(material, "material (the name of one)")
+
+
 def choice(value: Any, what: str, known: Sequence[str]) -> str:
     """One of the known names. Raises ValueError, with the nearest known name."""
     if value in known:
@@ -173,6 +181,18 @@ def suggestion(name: str, known: Sequence[str], listed: str) -> str:
     if near:
         return f"did you mean {near[0]!r}?"
     return f"{listed} {', '.join(known[:12])}{', ...' if len(known) > 12 else ''}"
+
+
+# What users ask of a node, but only a scene answers.
+_OF_SCENES = frozenset(
+    "any bounds closest contains cost count crossings measure objects_at render save segments thickness voxels".split()
+)
+
+
+def no_attribute(kind: str, name: str) -> str:
+    """The message for an attribute that a node of this kind does not have."""
+    hint = f": a scene has it, as in Scene(node).{name}" if name in _OF_SCENES else ""
+    return f"{kind} has no attribute {name!r}{hint}"
 
 
 def _from_objects(array: np.ndarray, what: str, wanted: str) -> np.ndarray:

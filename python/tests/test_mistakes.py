@@ -33,6 +33,18 @@ SCENE = Scene(BALL.named("ball"))
             TypeError,
             "a Scene, not Sphere",
         ),
+        (
+            lambda: SCENE.closest(np.zeros((3, 100)), [0, 0, 1]),
+            ValueError,
+            r"not \(3, 100\): give its transpose, o.T",
+        ),
+        (lambda: SCENE.closest(np.zeros((4, 3))), ValueError, r"not \(4, 3\): directions are given as d"),
+        (
+            lambda: BALL.closest([0, 0, 0], [0, 0, 1]),
+            AttributeError,
+            r"a scene has it, as in Scene\(node\).closest",
+        ),
+        (lambda: (BALL | BALL).render(), AttributeError, r"Union has no attribute 'render': a scene has it"),
         (lambda: SCENE["bal"], KeyError, "did you mean 'ball'"),
         (lambda: SCENE.closest(np.zeros((1, 3)), [0, 0, 1])["object_name"], KeyError, "the names are t, normal"),
     ],

@@ -85,8 +85,8 @@ def test_sums_are_of_the_rows_of_each_ray(sample_scene, grid):
 
 def test_sums_of_something_else_are_refused(sample_scene, grid):
     segments = sample_scene.segments(*grid)
-    with pytest.raises(KeyError, match="'lenght'; the names are ray_splits"):
-        segments.sum("lenght")
+    with pytest.raises(KeyError, match="'lengths'; the names are ray_splits"):
+        segments.sum("lengths")
     with pytest.raises(ValueError, match=rf"a number for each of the {len(segments)} rows, not shape \(3,\)"):
         segments.sum([1, 2, 3])
 
