@@ -28,6 +28,7 @@ from .mesh import Mesh
 from .native_args import MeasureSettings
 from .nodes import Node, Object
 from .origin import Origin
+from .path_names import path_hint
 from .plot import plot_ray, plot_slice
 from .progress import callback
 from .queries import Queries, number_of
@@ -257,14 +258,21 @@ class Scene(Contents, Queries):
                 transforms between the two.
 
         Raises:
-            ValueError: for an unknown path, a path that begins with the name of several objects, and a singular matrix.
+            ValueError: for an unknown path, with those that might be meant, a path that begins with the name of several objects, and
+                a singular matrix. The numbers of a path are never left out: else a second member of a name would change what moves.
 
         >>> scene = Scene(Sphere(radius=1).named("ball"))
         >>> moved = scene.with_moved("ball", [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 5]])
         >>> float(moved.closest([0, 0, 0], [0, 0, 1]).t), float(scene.closest([0, 0, -3], [0, 0, 1]).t)
         (4.0, 2.0)
         """
-        return Scene._of(self._native.with_moved(path, affine(transform)), self._accel)
+        try:
+            moved = self._native.with_moved(path, affine(transform))
+        except ValueError as error:
+            if not str(error).startswith("no path begins with"):
+                raise
+            raise ValueError(f"{error}; {path_hint(self, path)}") from None
+        return Scene._of(moved, self._accel)
 
     # --- saving, pickling and hashing
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 import shotline
-from shotline import Group, Scene, Sphere, Torus
+from shotline import Box, Group, Scene, Sphere, Torus
 
 
 def at(x, y, z):
@@ -46,3 +46,17 @@ def test_invalid_moves_are_errors():
     with pytest.raises(ValueError, match="shape"):
         scene.with_moved("ball", np.eye(3))
     assert float(scene.closest([0, 0, -3], [0, 0, 1]).t) == 2
+
+
+def test_an_unknown_path_is_told_which_was_meant():
+    def hall(*contents):
+        return Scene(Box(min=(-9, -9, -9), max=(9, 9, 9)).named("hall", contents=contents))
+
+    cart, pillar = Sphere(radius=1).named("cart"), Sphere(radius=1).translate(5, 0, 0).named("pillar")
+    for wrong in ("hall/cart", "hall/crt[1]"):
+        with pytest.raises(ValueError, match=r"no path begins with .*; did you mean 'hall/cart\[1\]'\?$"):
+            hall(pillar, cart).with_moved(wrong, at(0, 0, 1))
+    with pytest.raises(ValueError, match=r"; there are hall/cart\[0\], hall/cart\[1\]$"):
+        hall(cart.translate(5, 0, 0), cart).with_moved("hall/cart", at(0, 0, 1))
+    with pytest.raises(ValueError, match="; the scene is not so deep$"):
+        hall().with_moved("hall/cart", at(0, 0, 1))
