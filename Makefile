@@ -103,6 +103,7 @@ pictures: build ## render the pictures of the README and of the flake again (min
 docs-pictures: build package ## render the pictures of the documentation again, with the bunny if present (minutes)
 	$(PYTHON) demo/work.py --program $(SHOTLINE) --data $(SHARED)/data
 	$(VENV)/bin/python docs/gallery.py
+	$(VENV)/bin/python docs/solids.py
 	$(VENV)/bin/python docs/tutorials.py
 
 clean: ## remove everything that was built

@@ -14,9 +14,7 @@ from PIL import Image as Pixels
 from shotline import Camera, Light, Material, Node, Scene
 
 OUT = Path(__file__).resolve().parent / "pictures/solids"
-SIZE = (240, 180)
-STEPS = [(-1, 1, 0.5), (0, 0.6, 1), (1, 1, 0.7)]
-RING = [(1, -1), (2, -1), (2, 0.2), (1.4, 1), (1, 0.4)]
+SIZE = (200, 150)
 WALL = [(-1, 0.5, 1.2), (0, 0.5, 1.2), (0, 0.3, 0.8), (1, 0.3, 1)]
 SQUARE, SMALL = [(-1, -1), (1, -1), (1, 1), (-1, 1)], [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]
 ELL = [(-1, -1), (1, -1), (1, -0.3), (-0.3, -0.3), (-0.3, 1), (-1, 1)]
@@ -70,7 +68,7 @@ EXAMPLES = {
     "TwistedTube": {"rmin": 0.5, "rmax": 1, "z0": -1, "z1": 1, "twist": 60, "phi0": 0, "dphi": 60},
     "TwistedTrapezoid": {"z": 0.9, "lower": SQUARE, "upper": SMALL, "twist": 50},
 }
-# Lattices of solids have no bounds; these are shown as far as a box reaches.
+# These have no bounds, and are shown as far as a box reaches.
 UNBOUNDED = {"Halfspace", "Quadric"}
 
 
@@ -82,7 +80,7 @@ def picture(name: str) -> shotline.Image:
     lights = [Light(direction=(0.5, 0.9, -1.2), intensity=0.75), Light(ambient=True, intensity=0.4)]
     materials = {"blue": Material(color=(0.36, 0.56, 0.80), specular=0.3, shininess=40)}
     scene = Scene(solid.named("solid", material="blue"), materials=materials, lights=lights)
-    camera = Camera(eye=(2.6, -4.4, 3.4), target=(0, 0, 0), fov=30)
+    camera = Camera(eye=(2.6, -4.4, 3.4), target=(0, 0, 0), fov=26)
     return scene.render(camera, size=SIZE, samples=32, background="transparent")
 
 

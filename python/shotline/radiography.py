@@ -187,7 +187,7 @@ def _views(source: ArrayLike, detectors: list[Any]) -> tuple[list[Detector], np.
     for panel in detectors:
         if not isinstance(panel, Detector):
             hint = "Detector.facing makes one"
-            raise TypeError(f"detector must be a Detector, or a list of them, not {type(panel).__name__}; {hint}")
+            raise TypeError(f"detector must be a Detector, not {type(panel).__name__}; {hint}")
     shapes = list(dict.fromkeys(tuple(panel.shape) for panel in detectors))
     if len(shapes) != 1:
         raise ValueError(f"several detectors must have one shape, not {shapes[0]} and {shapes[1]}")

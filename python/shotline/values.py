@@ -168,10 +168,12 @@ def material_name(material: Any) -> str:
 
 
 def choice(value: Any, what: str, known: Sequence[str]) -> str:
-    """One of the known names. Raises ValueError, with the nearest known name."""
+    """One of a few known names. Raises ValueError, with all of them."""
     if value in known:
         return str(value)
-    raise ValueError(f"{what} is {value!r}: {suggestion(str(value), known, 'it must be one of')}")
+    near = difflib.get_close_matches(str(value).lower(), known, n=1)
+    meant = f"did you mean {near[0]!r}? " if near else ""
+    raise ValueError(f"{what} is {value!r}: {meant}it must be one of {', '.join(known)}")
 
 
 def suggestion(name: str, known: Sequence[str], listed: str) -> str:

@@ -1,5 +1,6 @@
 import doctest
 import importlib
+import pathlib
 import pkgutil
 
 import pytest
@@ -24,3 +25,10 @@ def test_everything_public_is_documented():
             if not attribute.startswith("_") and (callable(value) or isinstance(value, property)):
                 if not (issubclass(thing, tuple) and isinstance(value, property)):
                     assert value.__doc__, f"{name}.{attribute}"
+
+
+def test_each_kind_of_solid_has_a_picture():
+    """`python docs/solids.py` makes them, from an example of each kind."""
+    pictures = pathlib.Path(__file__).resolve().parents[2] / "docs/pictures/solids"
+    assert {path.stem for path in pictures.glob("*.png")} == set(shotline.solids.__all__)
+    assert sum(path.stat().st_size for path in pictures.glob("*.png")) < 400_000

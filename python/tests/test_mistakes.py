@@ -45,6 +45,11 @@ SCENE = Scene(BALL.named("ball"))
             r"a scene has it, as in Scene\(node\).closest",
         ),
         (lambda: (BALL | BALL).render(), AttributeError, r"Union has no attribute 'render': a scene has it"),
+        (
+            lambda: Scene(BALL, accel="kdtree"),
+            ValueError,
+            r"did you mean 'octree'\? it must be one of brute, .*bvh",
+        ),
         (lambda: SCENE["bal"], KeyError, "did you mean 'ball'"),
         (lambda: SCENE.closest(np.zeros((1, 3)), [0, 0, 1])["object_name"], KeyError, "the names are t, normal"),
     ],

@@ -182,5 +182,5 @@ def test_views_that_do_not_match_are_refused():
         radiograph(scene, (-9, 0, 0), [panel, other])
     with pytest.raises(ValueError, match=r"source has shape \(3,\), or \(2, 3\) .* not \(3, 3\)"):
         radiograph(scene, np.zeros((3, 3)), [panel, panel])
-    with pytest.raises(TypeError, match="or a list of them, not int"):
+    with pytest.raises(TypeError, match="a Detector, not int"):
         radiograph(scene, (-9, 0, 0), [panel, 3])
