@@ -89,9 +89,7 @@ def main() -> None:
     wanted = sys.argv[1:]
     for name in wanted or EXAMPLES:
         path = OUT / f"{name}.png"
-        Pixels.fromarray(np.asarray(picture(name))).quantize(64, dither=Pixels.Dither.NONE).save(
-            path, optimize=True
-        )
+        Pixels.fromarray(np.asarray(picture(name))).save(path, optimize=True)
         print(f"{path.name}: {path.stat().st_size / 1024:.0f} KiB")
 
 
