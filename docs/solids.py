@@ -76,7 +76,7 @@ def picture(name: str) -> shotline.Image:
     """One kind, on a transparent ground, so that it suits pages with a light and with a dark one."""
     solid: Node = getattr(shotline, name)(**EXAMPLES[name])
     if name in UNBOUNDED:
-        solid &= shotline.Box(min=(-1, -1, -0.9), max=(1, 1, 0.9))
+        solid &= shotline.Box(min=(-1, -1, -0.7), max=(1, 1, 0.7))
     lights = [Light(direction=(0.5, 0.9, -1.2), intensity=0.75), Light(ambient=True, intensity=0.4)]
     materials = {"blue": Material(color=(0.36, 0.56, 0.80), specular=0.3, shininess=40)}
     scene = Scene(solid.named("solid", material="blue"), materials=materials, lights=lights)

@@ -131,7 +131,7 @@ def _picked(name: str, column: np.ndarray, rows: np.ndarray, shape: tuple[int, .
     found = np.full((len(rows), *column.shape[1:]), _ABSENT[name], column.dtype)
     present = rows >= 0
     found[present] = column[rows[present]]
-    return found.reshape(*shape, *column.shape[1:])
+    return found.reshape((*shape, *column.shape[1:]))
 
 
 def _sums(values: Any, ray_ids: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
@@ -141,4 +141,4 @@ def _sums(values: Any, ray_ids: np.ndarray, shape: tuple[int, ...]) -> np.ndarra
         raise ValueError(f"values has a number for each of the {len(ray_ids)} rows, not shape {array.shape}")
     total = np.zeros((int(np.prod(shape, dtype=np.int64)), *array.shape[1:]))
     np.add.at(total, ray_ids, array)
-    return total.reshape(*shape, *array.shape[1:])
+    return total.reshape((*shape, *array.shape[1:]))

@@ -60,6 +60,13 @@ def test_segments_of_rays_that_miss():
     assert first[2].length.shape == () and first.ray(0).length == 2
 
 
+def test_one_ray_has_arrays_without_axes():
+    scene = Scene(Sphere(radius=1))
+    hits, segments = scene.crossings([-3, 0, 0], [1, 0, 0]), scene.segments([-3, 0, 0], [1, 0, 0])
+    assert hits.first().t.shape == () and hits.last().normal.shape == (3,) and hits.last().t == 4
+    assert segments.first().length == segments.sum("length") == 2
+
+
 def test_no_rays_and_no_rows():
     scene = Scene(Sphere(radius=1))
     none = scene.crossings(np.empty((0, 3)), [1, 0, 0])
