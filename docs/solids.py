@@ -29,7 +29,7 @@ EXAMPLES = {
     "Cone": {"r0": 1, "r1": 0.4, "z0": -0.7, "z1": 0.7},
     "Paraboloid": {"radius": 1, "z0": -0.7, "z1": 0.7},
     "Hyperboloid": {"a": 0.5, "c": 0.6, "z0": -0.9, "z1": 0.9},
-    "Hyperboloid2": {"a": 0.5, "c": 0.4, "z0": -1.2, "z1": 1.2},
+    "Hyperboloid2": {"a": 0.35, "c": 0.35, "z0": -0.85, "z1": 0.85},
     "Quadric": {"coeffs": (1, 1, -0.5, 0.6, 0, 0, 0, 0, 0, -0.3)},
     "Torus": {"R": 1, "r": 0.4},
     "Tube": {"rmin": 0.6, "rmax": 1, "z0": -0.7, "z1": 0.7, "phi0": 0, "dphi": 270},
@@ -52,7 +52,7 @@ EXAMPLES = {
         "normal1": (0.5, 0, 1),
     },
     "EllipsoidSection": {"semi_axes": (1.2, 0.8, 1), "z0": -0.5, "z1": 0.6},
-    "EllipticalCone": {"a": 1, "b": 0.6, "height": 1, "apex": 1.4, "z0": -0.7, "z1": 0.7},
+    "EllipticalCone": {"a": 0.5, "b": 0.3, "height": 1, "apex": 1.4, "z0": -0.7, "z1": 0.7},
     "EllipticalCylinder": {"a": 1.1, "b": 0.6, "z0": -0.7, "z1": 0.7},
     "HyperboloidShell": {"rmin": 0.4, "rmax": 0.6, "stereo_min": 30, "stereo_max": 35, "z0": -1, "z1": 1},
     "ParaboloidSection": {"r0": 0.4, "r1": 1, "z0": -0.7, "z1": 0.7},
@@ -66,7 +66,7 @@ EXAMPLES = {
     "Tetrahedron": {"corners": [(-1, -0.7, -0.7), (1, -0.7, -0.7), (0, 1, -0.7), (0, 0, 0.9)]},
     "Trapezoid": {"z": 0.7, "lower": SQUARE, "upper": SMALL},
     "TwistedTube": {"rmin": 0.5, "rmax": 1, "z0": -1, "z1": 1, "twist": 60, "phi0": 0, "dphi": 60},
-    "TwistedTrapezoid": {"z": 0.9, "lower": SQUARE, "upper": SMALL, "twist": 50},
+    "TwistedTrapezoid": {"z": 0.8, "lower": SQUARE, "upper": SMALL, "twist": 50},
 }
 # These have no bounds, and are shown as far as a box reaches.
 UNBOUNDED = {"Halfspace", "Quadric"}
