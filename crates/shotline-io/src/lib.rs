@@ -23,6 +23,7 @@ mod files;
 mod format;
 #[cfg(feature = "testkit")]
 pub mod fuzz;
+mod json;
 mod lines;
 mod load;
 mod location;

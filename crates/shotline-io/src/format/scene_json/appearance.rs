@@ -4,8 +4,8 @@ use shotline::math::Vec3;
 use shotline::scene::{Camera, Lens, Light, LightSource, Material};
 
 use super::keys::{CAMERA, LIGHT, MATERIAL, names};
-use super::value_tree::ValueId;
 use super::values::{Values, numbers_in_words};
+use crate::json::ValueId;
 
 pub(super) fn read_materials(values: &mut Values, at: ValueId) -> Vec<(String, Material)> {
     let members = values.object(at, "\"materials\"").unwrap_or(&[]);

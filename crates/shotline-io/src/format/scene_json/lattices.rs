@@ -6,8 +6,8 @@ use shotline::math::{Lattice, MAX_CELLS, Vec3};
 use shotline::scene::{EMPTY_CELL, LocalTransform, Rotation};
 
 use super::keys::{HEXAGONAL_LATTICE, LATTICE};
-use super::value_tree::{Content, ValueId};
 use super::values::Values;
+use crate::json::{Content, ValueId};
 
 /// Where the cells of a lattice are, and the table of what they hold, if it has one.
 pub(super) type Cells = (Lattice, Option<Arc<[u32]>>);

@@ -10,9 +10,6 @@ mod names;
 mod nodes;
 mod placement;
 mod schema;
-mod syntax;
-mod token;
-mod value_tree;
 mod values;
 mod write;
 
@@ -24,7 +21,7 @@ use self::keys::{TOP, names};
 use self::mesh_files::Meshes;
 use self::nodes::Graph;
 pub use self::schema::scene_schema;
-use self::value_tree::ValueId;
+
 use self::values::Values;
 pub use self::write::write_scene;
 use crate::bytes::{text_start, zero_byte};
@@ -33,6 +30,7 @@ use crate::document::{Document, Source};
 use crate::error::{ReadError, WriteError};
 use crate::files::too_large;
 use crate::format::{Content, Format, MeshSource, WrittenScene};
+use crate::json::{self, ValueId};
 use crate::note::Note;
 use crate::paths::folder_of;
 
@@ -104,7 +102,7 @@ fn document(text: &str, meshes: Meshes, diagnostics: &mut Diagnostics) -> Option
         diagnostics.push(zero_byte(at));
         return None;
     }
-    let (tree, root) = syntax::parse(text, diagnostics)?;
+    let (tree, root) = json::parse(text, diagnostics)?;
     let mut values = Values { tree: &tree, diagnostics };
     values.object(root, "a scene")?;
     values.only(root, "a scene", &names(TOP).collect::<Vec<_>>());
@@ -158,6 +156,6 @@ fn check_version(values: &mut Values, root: ValueId) {
 /// range of every parameter would take more memory than the scene.
 fn find_param(node: &str, param: &str) -> Option<std::ops::Range<usize>> {
     let mut ignored = Diagnostics::default();
-    let (tree, root) = syntax::parse(node, &mut ignored)?;
+    let (tree, root) = json::parse(node, &mut ignored)?;
     tree.get(root, param).map(|at| tree.range(at))
 }

@@ -7,8 +7,8 @@ use shotline::scene::{Motion, Node, Scene};
 
 use super::keys::{MOTION, names};
 use super::placement::read_rotation;
-use super::value_tree::ValueId;
 use super::values::Values;
+use crate::json::ValueId;
 
 /// The motions, each with its value in the tree.
 pub(super) fn read(values: &mut Values, at: ValueId) -> Vec<(Motion, ValueId)> {

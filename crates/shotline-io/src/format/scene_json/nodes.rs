@@ -16,8 +16,8 @@ use super::keys::{ACCEL, COPIES, Key, MESH, MESH_FILE, OBJECT, OPS, PLACEMENT, R
 use super::lattices;
 use super::mesh_files::Meshes;
 use super::placement;
-use super::value_tree::{Content, Member, ValueId};
 use super::values::{Values, layout_in_words};
+use crate::json::{Content, Member, ValueId};
 use crate::suggest;
 
 /// A scene under construction.

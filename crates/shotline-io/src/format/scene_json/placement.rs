@@ -4,8 +4,8 @@ use shotline::math::{Affine, Vec3};
 use shotline::scene::{LocalTransform, Rotation};
 
 use super::keys::{self, ROTATION};
-use super::value_tree::{Content, ValueId};
 use super::values::{Values, numbers_in_words};
+use crate::json::{Content, ValueId};
 
 /// The transform of a node, if it has one.
 pub(super) fn read(values: &mut Values, node: ValueId) -> Option<LocalTransform> {

@@ -7,8 +7,8 @@ use shotline::accel::NAMES;
 use shotline::solid::{Layout, Param};
 
 use super::keys::{ACCEL, PLACEMENT, names};
-use super::value_tree::{Content, Member, Tree, ValueId};
 use crate::diagnostic::{Diagnostics, RawDiagnostic};
+use crate::json::{Content, Member, Tree, ValueId};
 use crate::suggest;
 
 /// A tree being read.

@@ -6,19 +6,19 @@ use std::ops::Range;
 
 /// The index of a value in its [`Tree`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct ValueId(u32);
+pub(crate) struct ValueId(u32);
 
 /// A value and its byte range.
 #[derive(Debug)]
-pub(super) struct Value<'t> {
+pub(crate) struct Value<'t> {
     /// Texts are smaller than 4 GiB.
     span: (u32, u32),
-    pub(super) content: Content<'t>,
+    pub(crate) content: Content<'t>,
 }
 
 /// The content of a value.
 #[derive(Debug)]
-pub(super) enum Content<'t> {
+pub(crate) enum Content<'t> {
     Null,
     Bool(bool),
     Number(f64),
@@ -31,19 +31,19 @@ pub(super) enum Content<'t> {
 
 /// A key of an object with its value.
 #[derive(Debug)]
-pub(super) struct Member<'t> {
-    pub(super) key: Cow<'t, str>,
-    pub(super) value: ValueId,
+pub(crate) struct Member<'t> {
+    pub(crate) key: Cow<'t, str>,
+    pub(crate) value: ValueId,
     key_span: (u32, u32),
 }
 
 impl<'t> Member<'t> {
-    pub(super) fn new(key: Cow<'t, str>, range: Range<usize>, value: ValueId) -> Member<'t> {
+    pub(crate) fn new(key: Cow<'t, str>, range: Range<usize>, value: ValueId) -> Member<'t> {
         Member { key, value, key_span: (range.start as u32, range.end as u32) }
     }
 
     /// The bytes of the key, with its quotes.
-    pub(super) fn key_range(&self) -> Range<usize> {
+    pub(crate) fn key_range(&self) -> Range<usize> {
         let (start, end) = self.key_span;
         start as usize..end as usize
     }
@@ -51,40 +51,40 @@ impl<'t> Member<'t> {
 
 /// All values of a text.
 #[derive(Debug, Default)]
-pub(super) struct Tree<'t> {
+pub(crate) struct Tree<'t> {
     values: Vec<Value<'t>>,
 }
 
 impl<'t> Tree<'t> {
-    pub(super) fn add(&mut self, range: Range<usize>, content: Content<'t>) -> ValueId {
+    pub(crate) fn add(&mut self, range: Range<usize>, content: Content<'t>) -> ValueId {
         let id = self.next();
         self.values.push(Value { span: (range.start as u32, range.end as u32), content });
         id
     }
 
-    pub(super) fn content(&self, id: ValueId) -> &Content<'t> {
+    pub(crate) fn content(&self, id: ValueId) -> &Content<'t> {
         &self.values[id.0 as usize].content
     }
 
     /// The id of the value that is added next.
-    pub(super) fn next(&self) -> ValueId {
+    pub(crate) fn next(&self) -> ValueId {
         ValueId(self.values.len() as u32)
     }
 
-    pub(super) fn range(&self, id: ValueId) -> Range<usize> {
+    pub(crate) fn range(&self, id: ValueId) -> Range<usize> {
         let (start, end) = self.values[id.0 as usize].span;
         start as usize..end as usize
     }
 
     /// Completes a container, whose end and content were not known when it was added.
-    pub(super) fn complete(&mut self, id: ValueId, end: usize, content: Content<'t>) {
+    pub(crate) fn complete(&mut self, id: ValueId, end: usize, content: Content<'t>) {
         let value = &mut self.values[id.0 as usize];
         value.span.1 = end as u32;
         value.content = content;
     }
 
     /// The members of an object; empty for any other value.
-    pub(super) fn members(&self, id: ValueId) -> &[Member<'t>] {
+    pub(crate) fn members(&self, id: ValueId) -> &[Member<'t>] {
         match self.content(id) {
             Content::Object(members) => members,
             _ => &[],
@@ -92,7 +92,7 @@ impl<'t> Tree<'t> {
     }
 
     /// The value of an object's key.
-    pub(super) fn get(&self, id: ValueId, key: &str) -> Option<ValueId> {
+    pub(crate) fn get(&self, id: ValueId, key: &str) -> Option<ValueId> {
         self.members(id).iter().find(|m| m.key == key).map(|m| m.value)
     }
 }

@@ -12,10 +12,10 @@ use super::value_tree::{Content, Member, Tree, ValueId};
 use crate::diagnostic::{Diagnostics, RawDiagnostic};
 
 /// The maximum depth of nested brackets. A solid nested in a boolean operation takes two levels.
-pub(super) const MAX_DEPTH: usize = 20_000;
+const MAX_DEPTH: usize = 20_000;
 
 /// Parses a text. Returns `None` if its brackets are not balanced; all errors are in `diagnostics`.
-pub(super) fn parse<'t>(text: &'t str, diagnostics: &mut Diagnostics) -> Option<(Tree<'t>, ValueId)> {
+pub(crate) fn parse<'t>(text: &'t str, diagnostics: &mut Diagnostics) -> Option<(Tree<'t>, ValueId)> {
     let mut parser = Parser {
         text,
         at: 0,
