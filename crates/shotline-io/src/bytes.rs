@@ -57,6 +57,18 @@ pub(crate) fn text_start(bytes: &[u8]) -> Result<usize, RawDiagnostic> {
     }
 }
 
+/// Bytes as text.
+///
+/// # Errors
+/// If they are UTF-16 or UTF-32, or not UTF-8.
+pub(crate) fn as_text(bytes: &[u8]) -> Result<&str, RawDiagnostic> {
+    text_start(bytes)?;
+    std::str::from_utf8(bytes).map_err(|error| {
+        let at = error.valid_up_to();
+        RawDiagnostic::text(at..at + 1, "the text is not UTF-8 from here on").help("save the file as UTF-8")
+    })
+}
+
 const ZEROS: NoteKind = NoteKind {
     name: "zero_bytes",
     effect: Effect::Changed,

@@ -37,6 +37,7 @@ mod paths;
 mod polygon;
 mod save;
 mod suggest;
+mod unique_names;
 mod weld;
 
 pub use atomic_write::{Output, atomic_write, remove_unfinished, write_stream};

@@ -13,7 +13,7 @@ use crate::append::{NORMAL, append};
 use crate::atomic_write::atomic_write;
 use crate::error::WriteError;
 use crate::format::{
-    Content, WriteScene, WrittenScene, by_extension, known_extensions, lossless_mesh_format,
+    Content, WriteScene, WrittenScene, by_extension, lossless_mesh_format, writable_extensions,
 };
 use crate::load::read_mesh_file;
 use crate::mesh_file::Encoded;
@@ -29,15 +29,19 @@ use crate::mesh_file::Encoded;
 /// [`WriteError`] if the format cannot hold the scene or the operating system refuses.
 pub fn save(path: impl AsRef<Path>, scene: &Scene) -> Result<Vec<String>, WriteError> {
     let path = path.as_ref();
-    let unknown = || WriteError::UnknownFormat { path: path.into(), known: known_extensions() };
+    let unknown = || WriteError::UnknownFormat { path: path.into(), known: writable_extensions() };
     let format = by_extension(path).ok_or_else(unknown)?;
     match format.content {
-        Content::Scene { write, holds_meshes: true, .. } => {
+        Content::Scene { write: None, .. } => {
+            let known = writable_extensions();
+            Err(WriteError::ReadOnly { path: path.into(), format: format.name, known })
+        }
+        Content::Scene { write: Some(write), holds_meshes: true, .. } => {
             let WrittenScene { text, notes } = write(scene)?;
             atomic_write(path, |out| out.write_all(text.as_bytes()))?;
             Ok(notes)
         }
-        Content::Scene { write, .. } => save_scene(path, scene, write),
+        Content::Scene { write: Some(write), .. } => save_scene(path, scene, write),
         Content::Mesh { write, .. } => {
             let (mesh, mut notes) = merge(scene, format.name)?;
             let Encoded { bytes, notes: more } = write(&mesh)?;

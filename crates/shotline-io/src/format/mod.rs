@@ -1,6 +1,7 @@
 //! The registry of file formats. A new format is a file beside this one, a `mod` and a line in the registry.
 
 mod gdml;
+mod gltf;
 pub(crate) mod obj;
 mod off;
 mod ply;
@@ -50,7 +51,8 @@ pub(crate) enum Content {
     /// Scenes.
     Scene {
         read: fn(&Path, Vec<u8>, MeshSource) -> Result<Document, ReadError>,
-        write: WriteScene,
+        /// `None` where the format is only read.
+        write: Option<WriteScene>,
         /// Whether the file holds meshes itself. Otherwise it names their files.
         holds_meshes: bool,
         /// The largest file that is read, in bytes.
@@ -77,8 +79,15 @@ pub(crate) enum MeshSource<'a> {
 }
 
 /// Every format. Contents are tried in this order.
-pub static FORMATS: &[&Format] =
-    &[&scene_json::FORMAT, &gdml::FORMAT, &ply::FORMAT, &off::FORMAT, &stl::FORMAT, &obj::FORMAT];
+pub static FORMATS: &[&Format] = &[
+    &gltf::FORMAT,
+    &scene_json::FORMAT,
+    &gdml::FORMAT,
+    &ply::FORMAT,
+    &off::FORMAT,
+    &stl::FORMAT,
+    &obj::FORMAT,
+];
 
 /// The format of a file name extension.
 pub(crate) fn by_extension(path: &Path) -> Option<&'static Format> {
@@ -94,6 +103,13 @@ pub(crate) fn by_content(bytes: &[u8]) -> Option<&'static Format> {
 /// The extensions of all formats, for messages.
 pub(crate) fn known_extensions() -> String {
     let all = FORMATS.iter().flat_map(|f| f.extensions);
+    all.map(|e| format!(".{e}")).collect::<Vec<_>>().join(", ")
+}
+
+/// The extensions of the formats that are written, for messages.
+pub(crate) fn writable_extensions() -> String {
+    let is_written = |f: &&&Format| !matches!(f.content, Content::Scene { write: None, .. });
+    let all = FORMATS.iter().filter(is_written).flat_map(|f| f.extensions);
     all.map(|e| format!(".{e}")).collect::<Vec<_>>().join(", ")
 }
 

@@ -50,7 +50,7 @@ pub(crate) const FORMAT: Format = Format {
     },
     content: Content::Scene {
         read,
-        write: write::write,
+        write: Some(write::write),
         holds_meshes: true,
         max_bytes: MAX_BYTES,
         has_setups: true,

@@ -1,40 +1,25 @@
 //! Names as GDML takes them: names of XML without colons, each for one thing.
 
-use std::collections::{HashMap, HashSet};
+use crate::unique_names::UniqueNames;
 
 /// The names that are in use.
 #[derive(Debug, Default)]
-pub(super) struct Names {
-    taken: HashSet<String>,
-    /// The number with which the search for a free name goes on.
-    next: HashMap<String, usize>,
-}
+pub(super) struct Names(UniqueNames);
 
 impl Names {
     /// Keeps a name from others.
     pub(super) fn reserve(&mut self, name: String) {
-        self.taken.insert(name);
+        self.0.reserve(name);
     }
 
     /// The name itself, or with a number if it is in use.
     pub(super) fn free(&mut self, name: &str) -> String {
-        self.free_by(name, |name, number| format!("{name}_{number}"))
+        self.0.free(name)
     }
 
     /// The name itself, or with an ending that Geant4 removes if it is in use.
     pub(super) fn free_for_geant4(&mut self, name: &str) -> String {
-        self.free_by(name, |name, number| format!("{name}0x{number:x}"))
-    }
-
-    fn free_by(&mut self, name: &str, numbered: impl Fn(&str, usize) -> String) -> String {
-        let mut found = name.to_owned();
-        let number = self.next.entry(found.clone()).or_insert(1);
-        while self.taken.contains(&found) {
-            *number += 1;
-            found = numbered(name, *number);
-        }
-        self.taken.insert(found.clone());
-        found
+        self.0.free_by(name, |name, number| format!("{name}0x{number:x}"))
     }
 }
 
