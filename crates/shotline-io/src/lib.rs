@@ -39,6 +39,7 @@ mod save;
 mod suggest;
 mod unique_names;
 mod weld;
+mod xml;
 
 pub use atomic_write::{Output, atomic_write, remove_unfinished, write_stream};
 pub use diagnostic::Diagnostic;

@@ -447,8 +447,8 @@ fn lone_surrogates() {
         let shown = refused(&format!("{{\"shotline\": 1, \"units\": \"{text}\"}}"));
         assert!(shown.contains("1:27: "), "{shown}");
     }
-    let error = shotline_io::FORMATS[0]
-        .read("a.json".as_ref(), b"{\"shotline\": 1, \"units\": \"\xED\xA0\x80\"}".into());
+    let scene = shotline_io::FORMATS.iter().find(|format| format.name == "scene").unwrap();
+    let error = scene.read("a.json".as_ref(), b"{\"shotline\": 1, \"units\": \"\xED\xA0\x80\"}".into());
     assert!(error.unwrap_err().to_string().contains("a.json:1:27: the text is not UTF-8 from here on"));
 }
 

@@ -7,6 +7,7 @@ mod off;
 mod ply;
 pub(crate) mod scene_json;
 mod stl;
+mod three_mf;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -83,6 +84,7 @@ pub static FORMATS: &[&Format] = &[
     &gltf::FORMAT,
     &scene_json::FORMAT,
     &gdml::FORMAT,
+    &three_mf::FORMAT,
     &ply::FORMAT,
     &off::FORMAT,
     &stl::FORMAT,

@@ -10,9 +10,9 @@ use crate::bytes::text_start;
 use crate::diagnostic::RawDiagnostic;
 use crate::error::ReadError;
 use crate::files::read_regular;
-use crate::lines::line_starts;
 use crate::options::PathPolicy;
 use crate::paths::{folder_of, resolve};
+use crate::xml::{self, offset_of};
 
 use super::MAX_BYTES;
 
@@ -154,31 +154,7 @@ fn syntax_error(texts: &[Text], error: &Error) -> ReadError {
 }
 
 fn located(text: &Text, at: usize, error: &Error) -> ReadError {
-    let message = match error {
-        Error::EntityReferenceLoop(_) => "an entity refers to itself, or to too many others".into(),
-        Error::UnknownEntityReference(name, _) => format!("the entity '&{name};' is not defined"),
-        Error::NodesLimitReached => "the entities expand to too many elements".into(),
-        Error::UnclosedRootNode => "the file ends before its elements do".into(),
-        Error::DuplicatedAttribute(name, _) => format!("the attribute '{name}' is given twice"),
-        // The parser's messages contain the position, which is shown already.
-        error => error.to_string().replace(&format!(" at {}", error.pos()), ""),
-    };
-    let diagnostic = RawDiagnostic::text(at..at + 1, message).help("correct the XML of this line");
-    ReadError::new(Some(&text.path), text.text.as_bytes(), diagnostic.into())
-}
-
-/// Where in a text an error is.
-fn offset_of(text: &str, error: &Error) -> usize {
-    if matches!(error, Error::UnclosedRootNode | Error::NoRootNode) {
-        return text.trim_end().len();
-    }
-    let (row, column) = (error.pos().row as usize, error.pos().col as usize);
-    let start = match row {
-        0 | 1 => 0,
-        row => line_starts(text.as_bytes()).nth(row - 2).unwrap_or(text.len()),
-    };
-    let line = text[start..].lines().next().unwrap_or("");
-    start + line.char_indices().nth(column.saturating_sub(1)).map_or(line.len(), |(at, _)| at)
+    ReadError::new(Some(&text.path), text.text.as_bytes(), xml::syntax_error(at, error).into())
 }
 
 /// Where an element stands: the number of its text, and its bytes there. The name of an element is a part of the text that

@@ -1,0 +1,107 @@
+//! The package: a zip file of parts, with relationships that name the model among them.
+
+use std::io::{Cursor, Read};
+
+use roxmltree::Document;
+use zip::ZipArchive;
+use zip::result::ZipError;
+
+use crate::bytes::as_text;
+use crate::diagnostic::RawDiagnostic;
+use crate::xml::{offset_of, syntax_error};
+
+/// The largest sum of the parts that are read, in bytes.
+const MAX_EXPANDED: u64 = 512 << 20;
+
+/// How many bytes the parts of a small file may have, and how many more for each of its bytes. Models shrink to a tenth
+/// when they are packed; a file that is made to fill the memory shrinks to a thousandth.
+const FREE: u64 = 16 << 20;
+const PER_BYTE: u64 = 100;
+
+/// The part with the relationships of the package, and the type of that to the model.
+const RELATIONSHIPS: &str = "_rels/.rels";
+const TO_MODEL: &str = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel";
+
+/// A package that is open.
+pub(super) struct Package<'b> {
+    archive: ZipArchive<Cursor<&'b [u8]>>,
+    /// How many more bytes its parts may have.
+    left: u64,
+    most: u64,
+}
+
+impl<'b> Package<'b> {
+    pub(super) fn open(bytes: &'b [u8]) -> Result<Package<'b>, RawDiagnostic> {
+        let archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| {
+            let message = format!("is no zip file, or a damaged one: {}", why(&error));
+            RawDiagnostic::file(message).help("the file may be cut off; copy it again")
+        })?;
+        let most = FREE.saturating_add(PER_BYTE.saturating_mul(bytes.len() as u64)).min(MAX_EXPANDED);
+        Ok(Package { archive, left: most, most })
+    }
+
+    /// The name of the part that holds the model.
+    pub(super) fn model(&mut self) -> Result<String, RawDiagnostic> {
+        let bytes = self.part(RELATIONSHIPS)?;
+        let within = |diagnostic: RawDiagnostic| {
+            let message = format!("{RELATIONSHIPS}: {}", diagnostic.message);
+            RawDiagnostic::file(message).help("the package may be damaged; export it again")
+        };
+        let text = as_text(&bytes).map_err(within)?;
+        let tree =
+            Document::parse(text).map_err(|error| within(syntax_error(offset_of(text, &error), &error)))?;
+        let target = tree
+            .root_element()
+            .children()
+            .filter(|child| child.attribute("Type") == Some(TO_MODEL))
+            .find_map(|child| child.attribute("Target"));
+        let message = || RawDiagnostic::file("the relationship to a model is missing");
+        target.map(str::to_owned).ok_or_else(|| within(message()))
+    }
+
+    /// The bytes of a part. Names begin at the root of the package, with or without a slash.
+    pub(super) fn part(&mut self, name: &str) -> Result<Vec<u8>, RawDiagnostic> {
+        let name = name.trim_start_matches('/');
+        // The names of parts do not depend on case.
+        let found = self.archive.index_for_name(name).or_else(|| {
+            let mut names = self.archive.file_names().filter_map(Result::ok);
+            let same = names.find(|other| other.eq_ignore_ascii_case(name))?.into_owned();
+            self.archive.index_for_name(&same)
+        });
+        let Some(index) = found else {
+            let message = format!("the package has no part '{name}'");
+            return Err(RawDiagnostic::file(message).help("this may be another kind of zip file"));
+        };
+        let failed = |error: String| {
+            let message = format!("the part '{name}' cannot be unpacked: {error}");
+            RawDiagnostic::file(message).help("the file is damaged; copy it or export it again")
+        };
+        let file = self.archive.by_index(index).map_err(|error| failed(why(&error)))?;
+        // The size in the head of a part may be false, so the bytes are counted.
+        let mut bytes = Vec::new();
+        file.take(self.left + 1).read_to_end(&mut bytes).map_err(|error| failed(error.to_string()))?;
+        match self.left.checked_sub(bytes.len() as u64) {
+            Some(left) => {
+                self.left = left;
+                Ok(bytes)
+            }
+            None => {
+                let message =
+                    format!("the parts that are needed unpack to more than {} MiB", self.most >> 20);
+                let help = format!(
+                    "a package may unpack to {} MiB and {PER_BYTE} times its size, and to {} MiB at most",
+                    FREE >> 20,
+                    MAX_EXPANDED >> 20
+                );
+                Err(RawDiagnostic::file(message).help(help))
+            }
+        }
+    }
+}
+
+fn why(error: &ZipError) -> String {
+    match error {
+        ZipError::Io(error) => error.to_string(),
+        other => other.to_string(),
+    }
+}
