@@ -25,7 +25,9 @@ pub const TARGETS: &[(&str, Target)] = &[
     ("obj", |bytes| mesh("OBJ", bytes)),
     ("off", |bytes| mesh("OFF", bytes)),
     ("stl", |bytes| mesh("STL", bytes)),
-    ("gdml", gdml),
+    ("gdml", |bytes| geometry("GDML", bytes)),
+    ("gltf", |bytes| geometry("glTF", bytes)),
+    ("3mf", |bytes| geometry("3MF", bytes)),
     ("npy", npy),
     ("polygon", polygon),
     ("cast", cast),
@@ -74,8 +76,8 @@ fn scene(bytes: &[u8]) {
 }
 
 /// A geometry that can be read is compiled or refused with a message, and is written as a scene that reads back as the same.
-fn gdml(bytes: &[u8]) {
-    let document = match format("GDML").read(Path::new("folder/detector.gdml"), bytes.to_vec()) {
+fn geometry(name: &str, bytes: &[u8]) {
+    let document = match format(name).read(Path::new("folder/geometry"), bytes.to_vec()) {
         Err(error) => return has_message(&error),
         Ok(document) => document,
     };

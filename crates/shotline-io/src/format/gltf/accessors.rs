@@ -156,12 +156,12 @@ impl<'j, 'b> Accessors<'j, 'b> {
     pub(super) fn indices(&mut self, index: usize, what: &str) -> Read<Vec<u32>> {
         let read = |accessors: &mut Self| -> Read<Vec<u32>> {
             let layout = accessors.layout(index)?;
-            if layout.component == Component::F32 || layout.width != 1 {
+            let is_index = matches!(layout.component, Component::U8 | Component::U16 | Component::U32);
+            if !is_index || layout.width != 1 {
                 return Err(layout.field.error("its values are no indices: these are single whole numbers"));
             }
             let values = accessors.decode(&Layout { normalized: false, ..layout })?;
-            // A negative number becomes one that no vertex has.
-            Ok(values.iter().map(|x| if *x < 0.0 { u32::MAX } else { *x as u32 }).collect())
+            Ok(values.iter().map(|x| *x as u32).collect())
         };
         read(self).map_err(|error| used_for(error, index, what))
     }
