@@ -27,8 +27,9 @@ def load(
     partial: bool = False,
     setup: str | None = None,
 ) -> Scene:
-    """Read a scene file (JSON), a geometry of Geant4 (GDML), or a mesh (PLY, STL, OBJ, OFF) as a scene of one object named after
-    the file.
+    """Read a scene file (JSON), a geometry of Geant4 (GDML), a scene in glTF, or a print in 3MF.
+
+    A mesh (PLY, STL, OBJ, OFF) is read as a scene of one object named after the file.
 
     Args:
         path: the file.
@@ -38,6 +39,7 @@ def load(
             rounding error of each other and far from all others.
         partial: whether a GDML file is read without the parts that are not supported, each of which is a warning.
         setup: which setup of a GDML file is read, by its name; None reads the one named Default, or else the first.
+            Of a glTF file, which scene; None reads the default one.
 
     Warns:
         ReadWarning: for each kind of item that was dropped or repaired. `shotline info FILE` lists all notes.
