@@ -200,7 +200,7 @@ fn wrong_models() {
     expect_at("<model><build/></model>", 1, "the model has no <resources>");
     expect_at("<part/>", 1, "the root element is <part>, not <model>");
     expect(package(""), "part.3mf/3D/3dmodel.model:1:1: ");
-    let bytes = whole.replace("name", "name").into_bytes();
+    let bytes = whole.clone().into_bytes();
     let with = |bytes: &[u8]| zip(&[("_rels/.rels", RELS.as_bytes()), ("3D/3dmodel.model", bytes)]);
     let mut wrong = bytes.clone();
     wrong[120] = 0xFF;

@@ -166,7 +166,7 @@ impl<'j> Reader<'_, 'j, '_> {
             scene: &mut self.scene,
             spans: &mut self.spans,
             notes: &mut self.notes,
-            options: &self.options,
+            options: self.options,
             materials: self.materials.len(),
         };
         let parts = self.meshes.parts(index, of_mesh, &mut self.accessors, &mut target)?;
