@@ -10,6 +10,7 @@ use shotline::solid::mesh::{Attribute, NO_ROW, TriangleMesh};
 
 use crate::mesh_file::{MeshFile, Section};
 use crate::note::{Effect, Note};
+use crate::unique_names::UniqueNames;
 
 /// An object of a mesh file.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,22 +40,13 @@ pub(crate) fn parts(found: MeshFile, unnamed: &str) -> (Vec<Part>, Vec<Note>) {
     for (face, label) in (0..).zip(&labels.of_face) {
         faces[group_of[*label]].push(face);
     }
-    let mut taken = HashSet::new();
+    let mut names = UniqueNames::default();
     let mut part = |(group, faces): (&Vec<usize>, Vec<u32>)| Part {
-        name: free_name(labels.name(group, &groups, unnamed), &mut taken),
+        name: names.free(&labels.name(group, &groups, unnamed)),
         material: labels.material(group),
         mesh: faces_of(&mesh, &faces),
     };
     (groups.iter().zip(faces).map(&mut part).collect(), notes)
-}
-
-/// A name that is not taken: a number is added where it is.
-fn free_name(name: String, taken: &mut HashSet<String>) -> String {
-    let numbered = (2..).map(|number| format!("{name}-{number}"));
-    let free = std::iter::once(name.clone()).chain(numbered).find(|name| !taken.contains(name));
-    let free = free.unwrap_or(name);
-    taken.insert(free.clone());
-    free
 }
 
 /// The name and the material of each face.
@@ -276,7 +268,7 @@ mod tests {
         assert_eq!(boxes(&[(0, "x", "red"), (12, "x", "blue")])[1].0, "x:blue");
         assert_eq!(boxes(&[(0, "", "")]), [("file".into(), None, 24)]);
         assert_eq!(boxes(&[]), [("file".into(), None, 24)]);
-        assert_eq!(boxes(&[(12, "file", "")])[1].0, "file-2");
+        assert_eq!(boxes(&[(12, "file", "")])[1].0, "file_2");
     }
 
     #[test]

@@ -140,7 +140,7 @@ impl Meshes {
 impl Target<'_> {
     /// Adds a mesh, welded if the options say so.
     fn add(&mut self, field: Field, mesh: TriangleMesh) -> NodeId {
-        let MeshFile { mesh, notes } = MeshFile { mesh, notes: Vec::new() }.welded(self.options.weld);
+        let MeshFile { mesh, notes, .. } = MeshFile { mesh, ..MeshFile::default() }.welded(self.options.weld);
         notes.into_iter().for_each(|note| self.notes.push(note));
         self.spans.push(field.range());
         self.scene.add(Node::Mesh { mesh: Arc::new(mesh), file: None })

@@ -149,7 +149,8 @@ impl<'m> Builder<'m> {
                 let mesh = match self.options.weld {
                     None => mesh.clone(),
                     weld => {
-                        let found = MeshFile { mesh: mesh.as_ref().clone(), notes: Vec::new() }.welded(weld);
+                        let found =
+                            MeshFile { mesh: mesh.as_ref().clone(), ..MeshFile::default() }.welded(weld);
                         found.notes.into_iter().for_each(|note| notes[key.0].push(note));
                         found.mesh.into()
                     }
