@@ -232,5 +232,8 @@ fn unknown_format() {
     let path = folder.path().join("part.xyz");
     std::fs::write(&path, "1 2 3").unwrap();
     let shown = shotline_io::load(&path).unwrap_err().to_string();
-    assert!(shown.contains("is of no known format") && shown.contains("help: known are .json"), "{shown}");
+    assert!(
+        shown.contains("is of no known format") && shown.contains("help: known are .gltf, .glb, .json"),
+        "{shown}"
+    );
 }
