@@ -185,7 +185,7 @@ def cast(
 
 def render(
     scene: Scene,
-    camera: Camera | None = None,
+    camera: Camera | str | None = None,
     client: Client | None = None,
     *,
     size: tuple[int, int] = (800, 600),

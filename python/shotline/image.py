@@ -53,7 +53,7 @@ class Image(np.ndarray[Any, np.dtype[np.uint8]]):
 
 
 def picture_args(
-    camera: Camera | None,
+    camera: Camera | str | None,
     size: tuple[int, int],
     samples: int,
     look: str,
@@ -66,8 +66,9 @@ def picture_args(
 ) -> tuple[PictureSettings, View | None]:
     """The arguments of `Scene.render` in the form that the native half takes."""
     width, height = picture_size(size)
+    standard_view, camera = (camera, None) if isinstance(camera, str) else (None, camera)
     if camera is not None and not isinstance(camera, Camera):
-        raise TypeError(f"camera must be a Camera, not {type(camera).__name__}")
+        raise TypeError(f'camera must be a Camera or the name of a view, as in "iso", not {type(camera).__name__}')
     samples = bounded_integer(samples, "samples", 0, MAX_NATIVE)
     look, lighting, counter = text(look, "look"), text(lighting, "lighting"), text(counter, "counter")
     background = None if background is None else text(background, "background")
@@ -75,7 +76,11 @@ def picture_args(
         View(camera.eye, camera.target, camera.up or (0.0, 0.0, 1.0), camera.fov, camera.height) if camera else None
     )
     shown = _names(hide, "hide"), _names(only, "only")
-    return PictureSettings(width, height, samples, look, lighting, counter, background, _planes(clip), *shown), view
+    planes = _planes(clip)
+    settings = PictureSettings(
+        width, height, samples, look, lighting, counter, background, planes, *shown, standard_view
+    )
+    return settings, view
 
 
 def _names(names: str | Sequence[str], what: str) -> list[str]:

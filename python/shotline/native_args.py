@@ -39,6 +39,8 @@ class PictureSettings(NamedTuple):
     clip: list[str]
     hide: list[str]
     only: list[str]
+    # The name of a standard view.
+    view: str | None
 
 
 class View(NamedTuple):

@@ -178,7 +178,7 @@ class Scene(Contents, Queries):
 
     def render(
         self,
-        camera: Camera | None = None,
+        camera: Camera | str | None = None,
         *,
         size: tuple[int, int] = (800, 600),
         samples: int = 4,
@@ -195,7 +195,8 @@ class Scene(Contents, Queries):
         """A picture, with the scene's materials and lights.
 
         Args:
-            camera: the camera; None for that of the scene, or one that frames everything.
+            camera: the camera; "front", "back", "left", "right", "top", "bottom" or "iso" for a view of everything in parallel
+                projection, with z up; None for that of the scene, or one that frames everything.
             size: width and height in pixels.
             samples: samples per pixel; more give smoother edges.
             look: the render mode: "lit", "normal", "depth", "thickness" (with a legend in the scene's units), "xray" or

@@ -10,7 +10,10 @@ use pyo3::types::PyBytes;
 use shotline::counters::COUNTERS;
 use shotline::scene::{Camera, HiddenObjects, Lens};
 use shotline_io::atomic_write;
-use shotline_render::{ClipPlane, Exposure, Image, LOOKS, Lighting, Sample, Settings, encode_bytes, look};
+use shotline_render::{
+    ClipPlane, Exposure, Image, LOOKS, Lighting, Sample, Settings, StandardView, Viewpoint, encode_bytes,
+    look,
+};
 
 use crate::cancellation::work;
 use crate::scene::{Scene, write_error};
@@ -52,9 +55,17 @@ pub struct PictureSettings {
     clip: Vec<String>,
     hide: Vec<String>,
     only: Vec<String>,
+    view: Option<String>,
 }
 
 impl PictureSettings {
+    fn standard_view(&self) -> PyResult<Option<StandardView>> {
+        let parse = |name: &String| {
+            name.parse().map_err(|error| PyValueError::new_err(format!("there is no view {name:?}: {error}")))
+        };
+        self.view.as_ref().map(parse).transpose()
+    }
+
     fn resolve(&self, scene: &shotline::scene::Scene, camera: Option<View>) -> PyResult<Settings> {
         let PictureSettings {
             width, height, samples, look: look_name, lighting, counter, background, ..
@@ -92,6 +103,7 @@ impl PictureSettings {
             },
             clip: self.clip.iter().map(plane).collect::<PyResult<_>>()?,
             hidden: self.hidden(scene)?,
+            viewpoint: Viewpoint { view: self.standard_view()?, ..Viewpoint::default() },
             ..Settings::default()
         })
     }

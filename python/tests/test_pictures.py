@@ -119,3 +119,16 @@ def test_rays_are_drawn():
     assert inside is ax
     with pytest.raises(ValueError, match="one ray, not 2"):
         SCENE.plot_ray([[0, 0, 5]] * 2, [0, 0, 1])
+
+
+def test_standard_views_are_named():
+    scene = Scene(Box(min=(0, 0, 0), max=(4, 1, 2)).named("box"))
+    front = scene.render("front", size=(40, 30), look="normal", samples=1)
+    assert (front != scene.render("iso", size=(40, 30), look="normal", samples=1)).any()
+    # Twice as wide as high.
+    drawn = (front != front[0, 0]).any(axis=2)
+    assert drawn.any(axis=0).sum() == pytest.approx(2 * drawn.any(axis=1).sum(), abs=2)
+    with pytest.raises(ValueError, match='there is no view "side": the views are front, back'):
+        scene.render("side")
+    with pytest.raises(TypeError, match="camera must be a Camera or the name of a view"):
+        scene.render(3)

@@ -72,7 +72,7 @@ CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
         (lambda: BALL.render(size=640), TypeError, r"size is width and height in pixels.*, not 640"),
         (lambda: BALL.render(size=(2, 2), samples=-1), ValueError, "samples is -1"),
         (lambda: BALL.render(size=(2, 2), look=None), TypeError, "look must be a string"),
-        (lambda: BALL.render("front", size=(2, 2)), TypeError, "camera must be a Camera"),
+        (lambda: BALL.render(3, size=(2, 2)), TypeError, "camera must be a Camera"),
         (lambda: BALL.segments([0, 0, -5], [0, 0, 1], overlaps=0), TypeError, "overlaps must be a string"),
         (lambda: BALL.measure(overlaps=None), TypeError, "overlaps must be a string"),
         (lambda: Sphere(radius=1).rotate((0, 0, 1), 90), ValueError, r"rotate\(axis=\(x, y, z\), degrees=angle\)"),

@@ -34,7 +34,8 @@ pub struct Model {
     /// Read a GDML file without the parts that are not supported. They are reported
     #[arg(long)]
     pub partial: bool,
-    /// Read this setup of a GDML file, which names the world volume. Default: the setup named Default, or else the first
+    /// Read this setup of a GDML file, which names the world volume, or this scene of a glTF file. Default: the setup named
+    /// Default, the default scene, or else the first
     #[arg(long, value_name = "NAME")]
     pub setup: Option<String>,
 }

@@ -50,6 +50,40 @@ fn invalid_options_are_errors() {
     assert!(!sandbox.path("out.png").exists());
 }
 
+#[test]
+fn pictures_are_seen_from_elsewhere() {
+    let sandbox = Sandbox::new().with("drilled.json", DRILLED);
+    let render = |rest: &[&str]| {
+        let size = ["render", "drilled.json", "-o", "out.png", "--size", "40x30", "--samples", "1"];
+        sandbox.run(&[&size[..], rest].concat())
+    };
+    let picture = |rest: &[&str]| {
+        render(rest).ok();
+        fs::read(sandbox.path("out.png")).unwrap()
+    };
+    let mut seen = vec![picture(&[])];
+    for rest in [
+        &["--view", "front"][..],
+        &["--view", "top"],
+        &["--view", "iso", "--fov", "20"],
+        &["--eye", "9,-8,7"],
+        &["--eye", "9,-8,7", "--target=-1,0,0.5", "--up", "1,0,1"],
+        &["--zoom", "2"],
+        &["--fov", "60"],
+    ] {
+        let now = picture(rest);
+        assert!(!seen.contains(&now), "{rest:?}");
+        seen.push(now);
+    }
+    assert_eq!(picture(&["--zoom", "1"]), seen[0]);
+    render(&["--view", "side"]).fails_with(&["--view", "side", "front, back, left, right, top, bottom, iso"]);
+    render(&["--view", "top", "--eye", "1,2,3"]).fails_with(&["--view", "--eye", "cannot be used with"]);
+    render(&["--zoom", "0"]).fails_with(&["error: --zoom: the zoom is 0, but must be positive"]);
+    render(&["--fov", "190"]).fails_with(&["`fov` is 190 degrees"]);
+    render(&["--eye", "1,2"]).fails_with(&["--eye", "three numbers"]);
+    render(&["--eye", "1,2,3", "--target", "1,2,3"]).fails_with(&["`eye` and `target` are the same point"]);
+}
+
 /// The number of frames that an animated PNG announces, and the number that it contains.
 fn frames(png: &[u8]) -> (u32, usize) {
     let chunk = |name: &[u8]| png.windows(4).position(|w| w == name);

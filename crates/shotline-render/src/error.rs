@@ -36,6 +36,9 @@ pub enum RenderError {
     /// The scene has no camera, and nothing of finite size that a camera could frame.
     #[error("the scene has no camera and nothing of finite size to frame: give it a camera")]
     NothingToFrame,
+    /// The magnification is out of range.
+    #[error("the zoom is {0}, but must be positive and finite")]
+    Zoom(f64),
     /// The look needs solids, and an object of the world is not a solid.
     #[error("the look '{look}' needs solids, which have an inside: {error}; close the mesh or choose 'lit'")]
     NotSolid {

@@ -29,20 +29,38 @@ pub(crate) fn visible_subject(world: &World, scene: &Scene, hidden: &HiddenObjec
 /// A three-quarter view from above, z up, that holds all of a box with a small margin. The ratio is
 /// the picture's width over its height. `None` if the box is empty, infinite or a point.
 pub fn frame(bounds: &Aabb, ratio: f64) -> Option<Camera> {
+    frame_from(bounds, ratio, FROM, Vec3::Z, Some(FOV))
+}
+
+/// A view from a direction that holds all of a box with a small margin: in perspective with an angle of view in degrees, or else in
+/// parallel projection. `None` if the box is empty, infinite or a point.
+pub(crate) fn frame_from(
+    bounds: &Aabb,
+    ratio: f64,
+    from: Vec3,
+    upward: Vec3,
+    fov: Option<f64>,
+) -> Option<Camera> {
     if !bounds.is_finite() || bounds.is_empty() || bounds.size() == Vec3::ZERO {
         return None;
     }
     let centre = bounds.centre();
-    let forward = -FROM.normalize();
-    let right = forward.cross(Vec3::Z).normalize();
+    let forward = -from.normalize();
+    let right = forward.cross(upward).normalize();
     let up = right.cross(forward);
-    let slope = (FOV / 2.0).to_radians().tan() * FILL;
+    let Some(fov) = fov else {
+        let half = |axis: Vec3| (bounds.size() / 2.0).dot(axis.abs());
+        let height = 2.0 * half(up).max(half(right) / ratio) / FILL;
+        let eye = centre - forward * bounds.size().length();
+        return Some(Camera { eye, target: centre, up: upward, lens: Lens::Orthographic { height } });
+    };
+    let slope = (fov / 2.0).to_radians().tan() * FILL;
     let offsets = |axis: Vec3, slope: f64| eye_offsets(bounds, centre, axis, forward, slope);
     let (across, across_back) = offsets(right, slope * ratio);
     let (along, along_back) = offsets(up, slope);
     let back = across_back.max(along_back);
     let target = centre + right * across + up * along;
-    Some(Camera { eye: target - forward * back, target, up: Vec3::Z, lens: Lens::Pinhole { fov: FOV } })
+    Some(Camera { eye: target - forward * back, target, up: upward, lens: Lens::Pinhole { fov } })
 }
 
 /// How far along an axis the eye must move, and how far back, so that all corners are between the two opposite sides

@@ -31,6 +31,7 @@ mod temporal_cache;
 mod text;
 mod tracer;
 mod vertex_colors;
+mod viewpoint;
 mod visible_part;
 
 pub use animation::{Animation, AnimationError, animate};
@@ -46,3 +47,4 @@ pub use png::{encode_bytes, encode_png};
 pub use render::{develop, expose, render, view};
 pub use settings::Settings;
 pub use tracer::Coherence;
+pub use viewpoint::{StandardView, Viewpoint};

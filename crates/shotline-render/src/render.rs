@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 
-use shotline::aabb::Aabb;
 use shotline::compile::World;
 use shotline::query::batch::Run;
 use shotline::scene::{Camera, Scene};
@@ -16,6 +15,7 @@ use crate::image::Image;
 use crate::look::{Shader, ShaderContext};
 use crate::settings::Settings;
 use crate::temporal_cache::TemporalCache;
+use crate::viewpoint::Viewpoint;
 use crate::visible_part::VisiblePart;
 
 /// Makes a picture of a world, with the materials, camera and lights of the scene it was compiled from.
@@ -40,10 +40,8 @@ impl Setup {
     pub fn new(world: &World, scene: &Scene, settings: &Settings) -> Result<Setup, RenderError> {
         let subject = framing::visible_subject(world, scene, &settings.hidden);
         let size = subject.map_or(1.0, |b| b.size().max_element());
-        let camera = match settings.camera {
-            Some(camera) => camera,
-            None => camera(subject, scene, settings.width, settings.height)?,
-        };
+        let ratio = f64::from(settings.width) / f64::from(settings.height);
+        let camera = settings.viewpoint.camera(settings.camera.or(scene.camera), subject, ratio)?;
         Ok(Setup { camera, size, visible: VisiblePart::new(scene, &settings.hidden, &settings.clip) })
     }
 }
@@ -140,14 +138,9 @@ fn compose(shader: &dyn Shader, settings: &Settings, mut exposure: Exposure) -> 
 /// # Errors
 /// [`RenderError`] if the camera is not valid, or if there is neither a camera nor anything to frame.
 pub fn view(world: &World, scene: &Scene, width: u32, height: u32) -> Result<View, RenderError> {
-    Ok(View::new(&camera(framing::subject(world), scene, width, height)?, width, height)?)
-}
-
-/// The scene's camera, or a camera that frames a box.
-fn camera(subject: Option<Aabb>, scene: &Scene, width: u32, height: u32) -> Result<Camera, RenderError> {
-    let aspect = f64::from(width) / f64::from(height);
-    let framed = || subject.and_then(|bounds| framing::frame(&bounds, aspect));
-    scene.camera.or_else(framed).ok_or(RenderError::NothingToFrame)
+    let ratio = f64::from(width) / f64::from(height);
+    let camera = Viewpoint::default().camera(scene.camera, framing::subject(world), ratio)?;
+    Ok(View::new(&camera, width, height)?)
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ use crate::error::{MAX_PIXELS, MAX_SAMPLES, MAX_SIDE, RenderError};
 use crate::light::Lighting;
 use crate::look::{LOOKS, Look};
 use crate::tracer::Coherence;
+use crate::viewpoint::Viewpoint;
 
 /// The settings of a picture. The number of threads, progress, cancelling and the sum of the work belong to
 /// [`Run`](shotline::query::batch::Run).
@@ -22,6 +23,8 @@ pub struct Settings {
     pub samples: u32,
     /// The camera; `None` for the scene's camera, or for one that frames everything if the scene has none.
     pub camera: Option<Camera>,
+    /// Changes to the camera.
+    pub viewpoint: Viewpoint,
     /// What the picture shows.
     pub look: &'static Look,
     /// The background; `None` for the default of the look.
@@ -45,6 +48,7 @@ impl Default for Settings {
             height: 600,
             samples: 4,
             camera: None,
+            viewpoint: Viewpoint::default(),
             look: LOOKS[0],
             background: None,
             lighting: Lighting::Sharp,

@@ -18,9 +18,10 @@ use crate::{input, interrupt, output, stream};
 /// is lost, and which other files were written: the meshes that a scene names are written to its folder as PLY, unless they
 /// are there. A GDML file holds them itself; what GDML lacks is an error that names the object.
 ///
-/// PLY and OBJ keep every bit of a mesh. STL has no vertex indices, and float32 coordinates in its binary form, so it is
-/// written as text if float32 would move a vertex. A mesh file contains all meshes of a scene, transformed, as one mesh;
-/// solids and combinations cannot be written to it. Normals, colours and textures of a mesh file are never read.
+/// PLY and OBJ keep every bit of a mesh, and its colours, normals and texture coordinates; PLY keeps all other attributes too. STL
+/// has no vertex indices, and float32 coordinates in its binary form, so it is written as text if float32 would move a vertex. A
+/// mesh file contains all meshes of a scene, transformed, as one mesh; solids and combinations cannot be written to it. glTF
+/// and 3MF are read only.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Command {

@@ -35,7 +35,7 @@ An output file is written completely or not at all.";
 
 #[derive(Subcommand, Debug)]
 pub enum Command {
-    Render(render::Command),
+    Render(Box<render::Command>),
     Slice(slice::Command),
     Cast(cast::Command),
     Shoot(shoot::Command),

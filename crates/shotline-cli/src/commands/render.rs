@@ -23,12 +23,13 @@ use crate::failure::Failure;
 use crate::flags::{Build, Model, Threads, parse_size, parse_whole_number};
 use crate::progress::{self, Quiet};
 use crate::shown::Shown;
+use crate::viewpoint::ViewpointFlags;
 use crate::{input, interrupt, output};
 
 /// Make a picture
 ///
 /// The camera and the lights are those of the scene. A scene without a camera gets one that frames it, and a scene
-/// without lights gets automatic ones. The picture is bit-identical for every accelerator and number of threads.
+/// without lights gets automatic ones. --view, --eye, --target, --up, --fov and --zoom show it from elsewhere. The picture is bit-identical for every accelerator and number of threads.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Command {
@@ -64,6 +65,8 @@ pub struct Command {
     /// Degrees by which the camera orbits its target over all frames; default: 360 if no object moves, else 0
     #[arg(long, value_name = "DEGREES", requires = "frames", allow_negative_numbers = true)]
     orbit: Option<f64>,
+    #[command(flatten)]
+    viewpoint: ViewpointFlags,
     /// What rays reuse from earlier rays; the picture is the same
     #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',', default_values = ["shadows", "frames"])]
     coherence: Vec<CoherenceChoice>,
@@ -89,6 +92,8 @@ Examples:
   shotline render engine.json -o engine.png
   shotline render bunny.ply -o bunny.png --look xray --background white
   shotline render engine.json -o soft.png --lighting soft --samples 64
+  shotline render engine.json -o top.png --view top
+  shotline render engine.json -o near.png --eye 3,-8,4 --target 0,0,1 --zoom 2
   shotline render bunny.ply -o turning.png --frames 72
   shotline render detector.gdml -o inside.png --hide 'World*' --hide 'Hall*'
   shotline render detector.gdml -o cut.png --clip x=0 --clip 0,-1,0,100";
@@ -235,6 +240,7 @@ impl Command {
             lighting: self.lighting.unwrap_or(LightingChoice::Sharp).into(),
             counter: self.counter.unwrap_or(&COUNTERS[0]),
             camera: None,
+            viewpoint: self.viewpoint.viewpoint(),
             coherence: Coherence {
                 shadows: has(CoherenceChoice::Shadows),
                 neighbours: has(CoherenceChoice::Neighbours),
@@ -265,6 +271,7 @@ impl Command {
             RenderError::Cancelled => Failure::Interrupted,
             RenderError::Size { .. } => Failure::new(format!("--size: {error}")),
             RenderError::Samples(_) => Failure::new(format!("--samples: {error}")),
+            RenderError::Zoom(_) => Failure::new(format!("--zoom: {error}")),
             error => Failure::of_input(&self.model.path, error),
         }
     }
