@@ -34,7 +34,7 @@ from .progress import callback
 from .queries import Queries, number_of
 from .results import Measures
 from .serialize import serialize
-from .values import affine, bounded_integer, choice, suggestion, text, threads_of
+from .values import affine, bounded_integer, choice, number, suggestion, text, threads_of
 
 
 class Scene(Contents, Queries):
@@ -274,6 +274,17 @@ class Scene(Contents, Queries):
                 raise
             raise ValueError(f"{error}; {path_hint(self, path)}") from None
         return Scene._of(moved, self._accel)
+
+    def to_mesh(self, tolerance: float, *, threads: int = 0) -> Scene:
+        """The scene with each object as a mesh within `tolerance` of its surface: closed, with sharp edges, in world coordinates.
+        What an object contains is not cut out. Raises ValueError for unbounded objects and too small a tolerance.
+
+        >>> part = Box(min=(0, 0, 0), max=(2, 2, 1)) - Cylinder(radius=0.5, z0=0, z1=1).translate(1, 1, 0)
+        >>> mesh = Scene(part.named("part")).to_mesh(0.01)["part"].node
+        >>> mesh.is_closed, round(float(mesh.areas.sum()), 1)
+        (True, 17.6)
+        """
+        return Scene._of(self._native.to_mesh(number(tolerance, "tolerance"), threads_of(threads)), self._accel)
 
     # --- saving, pickling and hashing
 

@@ -10,6 +10,7 @@ mod rays;
 mod registry;
 mod scene;
 mod slice;
+mod tessellation;
 
 use std::ffi::OsString;
 

@@ -18,12 +18,16 @@ use shotline::query::{Kinds, Overlaps, QueryError, Scope};
 use shotline::ray::Span;
 use shotline::scene::{Node, NodeId, Units};
 use shotline::solid::mesh::WeldError;
-use shotline_io::{Diagnostic, Document, Effect, Packed, PathPolicy, ReadOptions, WriteError};
+use shotline_io::{Diagnostic, Document, Effect, Packed, PathPolicy, ReadOptions, Source, WriteError};
 
 use crate::cancellation::batch_work;
 use crate::hits::HitRows;
 use crate::mesh::Mesh;
 use crate::rays::{PointRows, RayRows};
+use crate::tessellation::tessellated;
+
+/// A number of rows.
+type Rows<'py> = Bound<'py, PyArray2<f64>>;
 
 /// A scene and its world; immutable.
 #[pyclass(frozen, module = "shotline._native")]
@@ -270,6 +274,12 @@ impl Scene {
         moved.map_err(|errors| scene_error(&self.scene, errors))
     }
 
+    /// The scene with its solids as meshes within a tolerance: see `tessellation`.
+    fn to_mesh(&self, py: Python, tolerance: f64, threads: usize) -> PyResult<Scene> {
+        let scene = tessellated(py, &self.scene, tolerance, threads)?;
+        Scene::of(py, Document { scene, notes: Vec::new(), source: Source::default() }, self.options.accel)
+    }
+
     fn object_names(&self) -> Vec<String> {
         self.world.object_names().to_vec()
     }
@@ -303,17 +313,12 @@ impl Scene {
     }
 
     /// The weights of the corners of triangles at hits, (n, 3). NaN where that is no triangle of a mesh.
-    fn barycentric<'py>(&self, py: Python<'py>, hits: HitRows) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn barycentric<'py>(&self, py: Python<'py>, hits: HitRows) -> PyResult<Rows<'py>> {
         hits.barycentric(&self.world)?.into_pyarray(py).reshape([hits.len(), 3])
     }
 
     /// The values of an attribute at hits, (n, width), NaN where there is none.
-    fn interpolate<'py>(
-        &self,
-        py: Python<'py>,
-        hits: HitRows,
-        name: &str,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn interpolate<'py>(&self, py: Python<'py>, hits: HitRows, name: &str) -> PyResult<Rows<'py>> {
         let (values, width) = hits.interpolate(&self.world, name)?;
         values.into_pyarray(py).reshape([hits.len(), width])
     }

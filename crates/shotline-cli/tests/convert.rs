@@ -86,3 +86,33 @@ fn a_failed_conversion_leaves_no_file() {
     sandbox.convert("none.ply", "a.obj").fails_with(&["none.ply"]);
     assert_eq!(sandbox.files(), ["a.json", "cube.ply"]);
 }
+
+#[test]
+fn solids_become_meshes_within_a_tolerance() {
+    let scene = r#"{"shotline": 1, "objects": [
+        {"name": "ball", "node": {"kind": "sphere", "radius": 1}},
+        {"name": "ground", "node": {"kind": "halfspace", "normal": [0, 0, 1], "offset": -3}}]}"#;
+    let bounded = scene.replace(
+        r#""kind": "halfspace", "normal": [0, 0, 1], "offset": -3"#,
+        r#""kind": "box", "min": [2, 2, 2], "max": [3, 4, 5]"#,
+    );
+    let sandbox = Sandbox::new().with("open.json", scene).with("a.json", bounded);
+    let convert = |model: &str, out: &str, tolerance: &str| {
+        sandbox.run(&["convert", model, out, "--tolerance", tolerance, "--threads", "1"])
+    };
+    let made = convert("a.json", "a.stl", "0.01");
+    assert!(made.stderr.contains("'ball' became a mesh of 5,436 triangles, within 0.00"), "{}", made.stderr);
+    assert!(made.stderr.contains("2 objects were joined into one mesh"), "{}", made.stderr);
+    made.ok();
+    let checked = sandbox.run(&["check", "a.stl"]).ok();
+    assert!(checked.contains("closed, volume 10.1"), "{checked}");
+    convert("a.json", "b.json", "0.1").ok();
+    assert!(sandbox.run(&["info", "b.json"]).ok().contains("mesh of"));
+    for tolerance in ["0", "-1", "nan"] {
+        convert("a.json", "c.stl", tolerance).fails_with(&["error: --tolerance: the tolerance is"]);
+    }
+    convert("open.json", "c.stl", "0.1")
+        .fails_with(&["object 'ground' has no bounds", "intersect it with a box"]);
+    sandbox.convert("a.json", "c.stl").fails_with(&["object 'ball' has a solid", "--tolerance"]);
+    assert!(!sandbox.path("c.stl").exists());
+}

@@ -220,7 +220,7 @@ fn merge(scene: &Scene, format: &str) -> Result<(TriangleMesh, Vec<String>), Wri
 
 /// What a mesh file cannot hold of a scene.
 fn losses(scene: &Scene) -> Vec<String> {
-    let objects = scene.nodes.iter().filter(|node| matches!(node, Node::Object { .. })).count();
+    let objects = scene.numbered_objects().len();
     let mut lost = Vec::new();
     if objects > 1 {
         lost.push(format!("{objects} objects were joined into one mesh; their names are lost"));

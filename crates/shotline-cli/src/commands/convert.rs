@@ -1,14 +1,19 @@
 //! `shotline convert`: from one file format to another.
 
+use std::borrow::Cow;
 use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use clap::Args;
+use shotline::query::batch::{BatchError, Run};
 use shotline::scene::{Node, Scene};
-use shotline_io::{WriteError, save, write_scene};
+use shotline_io::{Document, WriteError, save, write_scene};
+use shotline_tessellate::{Part, Settings, TessellateError, tessellate};
 
 use crate::failure::Failure;
-use crate::flags::Model;
+use crate::flags::{Model, Threads};
+use crate::number::{counted, short};
 use crate::progress::{self, Quiet};
 use crate::{input, interrupt, output, stream};
 
@@ -20,8 +25,8 @@ use crate::{input, interrupt, output, stream};
 ///
 /// PLY and OBJ keep every bit of a mesh, and its colours, normals and texture coordinates; PLY keeps all other attributes too. STL
 /// has no vertex indices, and float32 coordinates in its binary form, so it is written as text if float32 would move a vertex. A
-/// mesh file contains all meshes of a scene, transformed, as one mesh; solids and combinations cannot be written to it. glTF
-/// and 3MF are read only.
+/// mesh file contains all meshes of a scene, transformed, as one mesh; solids and combinations
+/// are made into meshes with --tolerance: closed, with sharp edges, within that distance. glTF and 3MF are read only.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Command {
@@ -30,6 +35,11 @@ pub struct Command {
     /// The file to write
     #[arg(value_name = "OUT")]
     output: PathBuf,
+    /// Make solids and combinations into meshes within this distance of their surfaces, in units of the scene
+    #[arg(long, value_name = "DISTANCE", allow_negative_numbers = true)]
+    tolerance: Option<f64>,
+    #[command(flatten)]
+    threads: Threads,
     #[command(flatten)]
     quiet: Quiet,
 }
@@ -39,7 +49,8 @@ Examples:
   shotline convert part.stl part.ply
   shotline convert part.ply part.json      # a scene of one object, to edit
   shotline convert detector.gdml detector.json
-  shotline convert scene.json detector.gdml";
+  shotline convert scene.json detector.gdml
+  shotline convert valve.json valve.stl --tolerance 0.01";
 
 impl Command {
     /// Runs the command.
@@ -49,7 +60,11 @@ impl Command {
         output::expect_writable(&self.output, &[], std::slice::from_ref(&self.model.path))?;
         let document = input::load(&self.model)?;
         output::expect_not_an_input(&self.output, &input::named_files(&self.model, &document.scene))?;
-        let notes = interrupt::cancellable(|_| self.save(&document.scene))?;
+        let notes = interrupt::cancellable(|cancel| {
+            let (scene, made) = self.tessellated(&document, cancel)?;
+            let notes = self.save(&scene)?;
+            Ok([made, notes].concat())
+        })?;
         let text = document.source.text();
         let has_comments =
             if text.trim_start().starts_with('<') { text.contains("<!--") } else { has_comments(text) };
@@ -60,6 +75,28 @@ impl Command {
         }
         progress::written(&self.output, started, self.quiet);
         Ok(0)
+    }
+
+    /// The scene, with its solids as meshes if a tolerance is given, and what was made.
+    fn tessellated<'d>(
+        &self,
+        document: &'d Document,
+        cancel: &'static AtomicBool,
+    ) -> Result<(Cow<'d, Scene>, Vec<String>), Failure> {
+        let Some(tolerance) = self.tolerance else { return Ok((Cow::Borrowed(&document.scene), Vec::new())) };
+        let run = Run { threads: self.threads.threads, cancel: Some(cancel), ..Run::default() };
+        let found = tessellate(&document.scene, &Settings::new(tolerance), run);
+        let found = found.map_err(|error| match error {
+            TessellateError::Batch(BatchError::Cancelled) => Failure::Interrupted,
+            TessellateError::Tolerance(_) => Failure::new(format!("--tolerance: {error}")),
+            error => Failure::of_input(&self.model.path, error),
+        })?;
+        let told = |part: &Part| {
+            let (triangles, deviation) =
+                (counted(part.triangles as u64, "triangle", "triangles"), short(part.deviation));
+            format!("'{}' became a mesh of {triangles}, within {deviation}", part.object)
+        };
+        Ok((Cow::Owned(found.scene), found.parts.iter().map(told).collect()))
     }
 
     /// Writes the scene and returns notes for the user. On standard output a scene is written as text.
@@ -78,7 +115,8 @@ impl Command {
     fn failure(&self, error: &WriteError) -> Failure {
         match error {
             WriteError::Unwritable(_) => {
-                let help = "write a scene, which keeps everything: a file with the extension .json";
+                let help = "write a scene, which keeps everything: a file with the extension .json; or make solids into meshes \
+                            with --tolerance";
                 Failure::of_file(&self.output, format!("{error}\nhelp: {help}"))
             }
             error => Failure::new(error.to_string()),

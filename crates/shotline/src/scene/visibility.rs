@@ -128,7 +128,7 @@ impl Scene {
     }
 
     /// The objects in the order of their numbers in a world: depth first, each root followed by what is inside it.
-    pub(crate) fn numbered_objects(&self) -> Vec<NodeId> {
+    pub fn numbered_objects(&self) -> Vec<NodeId> {
         let (mut seen, mut objects) = (vec![false; self.nodes.len()], Vec::new());
         self.visit_below(self.objects.iter().rev().copied().collect(), &mut seen, |id| {
             if let Node::Object { .. } = self.node(id) {

@@ -1,0 +1,161 @@
+//! Meshes of solids: closed, within the tolerance, with the right volume.
+
+use shotline::compile::World;
+use shotline::prelude::*;
+use shotline::query::batch::{self, Run};
+use shotline::scene::Node;
+use shotline::solid::mesh::{Topology, TriangleMesh};
+use shotline::testkit::random::Random;
+use shotline_tessellate::{Settings, TessellateError, Tessellation, tessellate};
+
+fn made(scene: &Scene, tolerance: f64) -> Tessellation {
+    tessellate(scene, &Settings::new(tolerance), Run::default()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn mesh<'s>(scene: &'s Scene, name: &str) -> &'s TriangleMesh {
+    let found = scene.nodes.iter().rev().find_map(|node| match node {
+        Node::Object { name: of_node, node, .. } if of_node == name => match scene.node(*node) {
+            Node::Mesh { mesh, .. } => Some(&**mesh),
+            _ => None,
+        },
+        _ => None,
+    });
+    found.unwrap_or_else(|| panic!("no mesh {name}"))
+}
+
+fn volume(mesh: &TriangleMesh) -> f64 {
+    (0..mesh.faces.len() as u32).map(|face| mesh.corners(face)).map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
+}
+
+/// Rays in random directions through a ball.
+fn rays(random: &mut Random, count: usize, radius: f64) -> Vec<Ray> {
+    (0..count)
+        .map(|_| Ray::new(random.direction() * 3.0 * radius, random.point(-radius, radius)).unwrap())
+        .collect()
+}
+
+/// Whether two lists are the same but for crossings that are in one only because they graze the surface.
+fn differing(exact: &World, meshes: &World, rays: &[Ray], tolerance: f64) -> usize {
+    let cast = |world| batch::crossings(world, &rays, Span::FORWARD, Run::default()).unwrap();
+    let (a, b) = (cast(exact), cast(meshes));
+    let differs = |i: usize| {
+        let rows = |splits: &[i64]| splits[i] as usize..splits[i + 1] as usize;
+        let (of_a, of_b) = (rows(&a.ray_splits), rows(&b.ray_splits));
+        let length = rays[i].direction().length();
+        of_a.len() != of_b.len()
+            || of_a.zip(of_b).any(|(x, y)| {
+                let cosine = Vec3::from(a.normal[x]).dot(rays[i].direction() / length).abs();
+                (a.t[x] - b.t[y]).abs() * length * cosine > 1.5 * tolerance
+            })
+    };
+    (0..rays.len()).filter(|i| differs(*i)).count()
+}
+
+fn turned(shape: Shape) -> Shape {
+    shape.rotate([20.0, 35.0, 50.0])
+}
+
+fn parts() -> Vec<(&'static str, Shape)> {
+    let ball = |radius| Shape::sphere(radius).unwrap();
+    let block = Shape::cuboid([-1.0, -1.0, -0.5], [1.0, 1.0, 0.5]).unwrap();
+    let bore = Shape::cylinder(0.4, -2.0, 2.0).unwrap();
+    let ring = Shape::torus(0.9, 0.3).unwrap();
+    vec![
+        ("ball", ball(1.0)),
+        ("block", turned(block.clone())),
+        ("drilled", turned(&block - &bore)),
+        ("ring", turned(ring)),
+        ("lens", ball(1.2).translate([0.0, 0.0, 0.7]) & ball(1.2).translate([0.0, 0.0, -0.7])),
+        ("pair", Shape::group([ball(0.5).translate([-0.3, 0.0, 0.0]), ball(0.5).translate([0.3, 0.0, 0.0])])),
+    ]
+}
+
+#[test]
+fn meshes_are_closed_and_within_the_tolerance() {
+    let mut random = Random::new(3);
+    for (name, shape) in parts() {
+        let scene = Scene::of([Object::new(name, shape)]);
+        let exact = scene.compile().unwrap();
+        let tolerance = 0.02;
+        let found = made(&scene, tolerance);
+        let [part] = &found.parts[..] else { panic!("{name}") };
+        assert!(part.object == name && part.deviation <= tolerance);
+        let mesh = mesh(&found.scene, name);
+        assert_eq!(mesh.faces.len(), part.triangles);
+        assert!(Topology::of(mesh).unwrap().is_closed(), "{name}");
+        let meshes = found.scene.compile().unwrap();
+        // Of the union, where instances overlap.
+        if name != "pair" {
+            let rays = rays(&mut random, 2000, 1.0);
+            let wrong = differing(&exact, &meshes, &rays, tolerance);
+            assert!(
+                wrong <= 40,
+                "{name}: {wrong} of {} rays differ, {} triangles",
+                rays.len(),
+                part.triangles
+            );
+        }
+    }
+}
+
+#[test]
+fn volumes_are_those_of_the_solids() {
+    let pi = std::f64::consts::PI;
+    let exact =
+        [("ball", 4.0 / 3.0 * pi, 4.0 * pi), ("block", 4.0, 16.0), ("drilled", 4.0 - 0.16 * pi, 18.0)];
+    let shapes = parts();
+    for (name, volume_of_solid, area) in exact {
+        let shape = shapes.iter().find(|(of_part, _)| *of_part == name).unwrap().1.clone();
+        let found = made(&Scene::of([Object::new(name, shape)]), 0.01);
+        let error = (volume(mesh(&found.scene, name)) - volume_of_solid).abs();
+        assert!(error < 0.01 * area, "{name}: {error}");
+    }
+}
+
+#[test]
+fn corners_and_edges_of_planes_are_exact() {
+    let (_, block) = parts().swap_remove(1);
+    let found = made(&Scene::of([Object::new("block", block.clone())]), 0.02);
+    let error = (volume(mesh(&found.scene, "block")) - 4.0).abs();
+    assert!(error < 1e-9, "{error}, {:?}", found.parts);
+}
+
+#[test]
+fn objects_keep_their_names_materials_and_meshes() {
+    let sheet = Shape::mesh([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], [[0, 1, 2]]).unwrap();
+    let scene = Scene::of([
+        Object::new("ball", Shape::sphere(1.0).unwrap()).material("steel"),
+        Object::new("sheet", sheet.translate([5.0, 0.0, 0.0])),
+        Object::new("nothing", Shape::sphere(1.0).unwrap() - Shape::sphere(2.0).unwrap()),
+    ])
+    .with_material("steel", Material::default());
+    let found = made(&scene, 0.1);
+    let world = found.scene.compile().unwrap();
+    assert_eq!(world.object_names(), ["ball", "sheet"]);
+    assert_eq!(world.object_material(0), Some(0));
+    assert_eq!(found.parts.len(), 1);
+}
+
+#[test]
+fn what_cannot_be_a_mesh_is_told() {
+    let refused =
+        |scene: &Scene, tolerance| tessellate(scene, &Settings::new(tolerance), Run::default()).unwrap_err();
+    let ball = Scene::of([Object::new("ball", Shape::sphere(1.0).unwrap())]);
+    for tolerance in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(matches!(refused(&ball, tolerance), TessellateError::Tolerance(_)));
+    }
+    let ground = Shape::halfspace([0.0, 0.0, 1.0], 0.0).unwrap();
+    let unbounded = refused(&Scene::of([Object::new("ground", ground)]), 0.1).to_string();
+    assert_eq!(unbounded, "object 'ground' has no bounds, so no mesh can hold it; intersect it with a box");
+}
+
+/// What is thinner than the cells of the first grid is found, and the grid is refined until the mesh has it.
+#[test]
+fn thin_walls_are_kept() {
+    let shell = Shape::sphere(1.0).unwrap() - Shape::sphere(0.97).unwrap();
+    let found = made(&Scene::of([Object::new("shell", shell)]), 0.01);
+    let error = (volume(mesh(&found.scene, "shell")) / (4.0 / 3.0 * std::f64::consts::PI)
+        - (1.0 - 0.97_f64.powi(3)))
+    .abs();
+    assert!(error < 0.01, "{error}: {:?}", found.parts);
+}
