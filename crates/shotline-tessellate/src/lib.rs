@@ -2,7 +2,8 @@
 //!
 //! Rays along the lines of a grid give the exact crossings and normals of a surface. Dual contouring puts a vertex into each cell
 //! that the surface passes through, where these planes meet, so that edges and corners stay sharp; the mesh is closed. The grid
-//! is refined until the mesh is within the tolerance, which is measured by rays along its normals.
+//! is refined until the mesh is within the tolerance, which is measured both ways: by rays from points of the mesh, and by the points
+//! of the mesh that are nearest to crossings.
 //!
 //! ```
 //! use shotline::prelude::*;
@@ -23,7 +24,8 @@ mod grid;
 mod quadratic_error;
 
 use shotline::compile::{InvalidScene, World};
-use shotline::query::batch::{BatchError, Run};
+use shotline::math::Vec3;
+use shotline::query::batch::{self, BatchError, Run};
 use shotline::scene::{Node, NodeId, Scene};
 use shotline::solid::mesh::TriangleMesh;
 
@@ -119,6 +121,8 @@ pub fn tessellate(scene: &Scene, settings: &Settings, run: Run) -> Result<Tessel
             continue;
         }
         let world = Scene { objects: vec![*root], ..scene.clone() }.compile()?;
+        // Refuses surfaces without an inside, by object.
+        batch::contains(&world, &[] as &[Vec3], run)?;
         for (object, name) in (0..).zip(world.object_names()) {
             let (mesh, deviation) = mesh_within(&world, object, name, tolerance, run)?;
             if mesh.faces.is_empty() {
@@ -159,6 +163,9 @@ fn mesh_within(
     run: Run,
 ) -> Result<(TriangleMesh, f64), TessellateError> {
     let bounds = world.bounds();
+    if bounds.is_empty() || bounds.size() == Vec3::ZERO {
+        return Ok((TriangleMesh::default(), 0.0));
+    }
     if !(bounds.min.is_finite() && bounds.max.is_finite()) {
         return Err(TessellateError::Unbounded { object: name.into() });
     }

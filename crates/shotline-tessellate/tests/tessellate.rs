@@ -149,6 +149,19 @@ fn what_cannot_be_a_mesh_is_told() {
     assert_eq!(unbounded, "object 'ground' has no bounds, so no mesh can hold it; intersect it with a box");
 }
 
+/// An object without bounds because nothing is in it was said to be unbounded, and an open mesh beside a solid gave a wrong mesh.
+#[test]
+fn empty_objects_are_left_out_and_open_meshes_refused() {
+    let ball = |x: f64| Shape::sphere(1.0).unwrap().translate([x, 0.0, 0.0]);
+    let scene = Scene::of([Object::new("nothing", ball(0.0) & ball(9.0)), Object::new("ball", ball(0.0))]);
+    let found = made(&scene, 0.1);
+    assert_eq!(found.parts.iter().map(|part| part.object.as_str()).collect::<Vec<_>>(), ["ball"]);
+    let sheet = Shape::mesh([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], [[0, 1, 2]]).unwrap();
+    let mixed = Scene::of([Object::new("mixed", Shape::group([sheet, ball(9.0)]))]);
+    let refused = tessellate(&mixed, &Settings::new(0.1), Run::default()).unwrap_err().to_string();
+    assert!(refused.contains("mixed") && refused.contains("open edge"), "{refused}");
+}
+
 /// What is thinner than the cells of the first grid is found, and the grid is refined until the mesh has it.
 #[test]
 fn thin_walls_are_kept() {

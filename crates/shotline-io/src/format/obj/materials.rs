@@ -8,7 +8,7 @@ use crate::diagnostic::RawDiagnostic;
 /// The materials of a file, in its order. Lines that say nothing of colour or highlight, such as textures, are passed over.
 ///
 /// # Errors
-/// A number that is none.
+/// A word that is not a number.
 pub(crate) fn read_materials(bytes: &[u8]) -> Result<Vec<(String, Material)>, RawDiagnostic> {
     let mut materials: Vec<(String, Material)> = Vec::new();
     let mut cursor = Cursor::new(bytes, text_start(bytes)?);
