@@ -68,7 +68,7 @@ EXAMPLES = {
     "TwistedTube": {"rmin": 0.5, "rmax": 1, "z0": -1, "z1": 1, "twist": 60, "phi0": 0, "dphi": 60},
     "TwistedTrapezoid": {"z": 0.8, "lower": SQUARE, "upper": SMALL, "twist": 50},
 }
-# These have no bounds, and are shown as far as a box reaches.
+# These have no bounds. A box is shown of each.
 UNBOUNDED = {"Halfspace", "Quadric"}
 
 

@@ -23,7 +23,7 @@ class Region(NamedTuple):
     """The number of the object, the material or the path; -1 for what has no material."""
     name: str
     color: tuple[int, int, int]
-    """sRGB from 0 to 255: that of the material if it has one, by material; else one that is told apart."""
+    """sRGB from 0 to 255: that of the material if it has one, by material; else one that differs clearly from the others."""
     area: float
     """Its area in pixels."""
 

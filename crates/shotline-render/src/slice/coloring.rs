@@ -58,11 +58,11 @@ pub struct Region {
 const NO_MATERIAL: [u8; 3] = [0xD8, 0xD8, 0xD8];
 
 /// With at most so many objects or materials in a scene, each has one colour in all slices. With more, colours are those of the
-/// places in the list of what is on the slice, so that they are told apart.
+/// places in the list of what is on the slice, so that they differ clearly.
 const MOST_FIXED: usize = 16;
 
-/// Everything that is on a slice, the largest first. A material with a colour has that; everything else has colours that are
-/// told apart.
+/// Everything that is on a slice, the largest first. A material with a colour has that; everything else has colours that
+/// differ clearly.
 pub fn regions(slice: &Slice, world: &World, scene: &Scene, by: ColorBy) -> Vec<Region> {
     let mut areas: BTreeMap<i64, (f64, u32)> = BTreeMap::new();
     let width = f64::from(slice.width);
