@@ -1,6 +1,9 @@
 //! Casts blocks of rays at worlds.
 //!
 //! The results have the bits of [`Caster`], which casts the rays that the kernel of a mesh leaves open.
+//!
+//! Results are passed to functions behind `dyn`, so that what casts is compiled once, in this crate, and not again for each caller:
+//! with generic functions all other crates together took twice as long to compile as this one.
 
 use super::block_queries::QueryMemory;
 use super::few_meshes::{FewMemory, FewMeshes};
@@ -94,12 +97,12 @@ impl<'w> BlockCaster<'_, 'w> {
         &mut self,
         block: &RowBlock,
         memory: &mut BlockMemory<'w>,
-        mut set: impl FnMut(usize, &RowHit),
+        set: &mut dyn FnMut(usize, &RowHit),
     ) -> Result<(), BlockError> {
         let is_plain = begin(&mut memory.is_plain, block);
         match &self.plan.few {
-            Some(few) => few.closest(block, &mut memory.few, is_plain, &mut set),
-            None => self.caster.fold_closest(block, &mut memory.queries, is_plain, &mut set),
+            Some(few) => few.closest(block, &mut memory.few, is_plain, &mut *set),
+            None => self.caster.fold_closest(block, &mut memory.queries, is_plain, &mut *set),
         }
         for row in plain_rows(is_plain) {
             let hit = plainly(block, row, |ray| self.caster.closest(ray, block.scope))?;
@@ -113,13 +116,13 @@ impl<'w> BlockCaster<'_, 'w> {
         &mut self,
         block: &RowBlock,
         memory: &mut BlockMemory<'w>,
-        mut set: impl FnMut(usize),
+        set: &mut dyn FnMut(usize),
     ) -> Result<(), BlockError> {
         let block = &block.without_normals();
         let is_plain = begin(&mut memory.is_plain, block);
         match &self.plan.few {
-            Some(few) => few.any(block, &mut memory.few, is_plain, &mut set),
-            None => self.caster.fold_any(block, &mut memory.queries, is_plain, &mut set),
+            Some(few) => few.any(block, &mut memory.few, is_plain, &mut *set),
+            None => self.caster.fold_any(block, &mut memory.queries, is_plain, &mut *set),
         }
         for row in plain_rows(is_plain) {
             if plainly(block, row, |ray| self.caster.any(ray, block.scope))? {
@@ -134,7 +137,7 @@ impl<'w> BlockCaster<'_, 'w> {
         &mut self,
         block: &RowBlock,
         memory: &mut BlockMemory<'w>,
-        mut set: impl FnMut(usize, u64),
+        set: &mut dyn FnMut(usize, u64),
     ) -> Result<(), BlockError> {
         let block = &block.without_normals();
         let is_plain = begin(&mut memory.is_plain, block);
@@ -150,7 +153,7 @@ impl<'w> BlockCaster<'_, 'w> {
                     }
                 }
             }
-            None => self.caster.fold_count(block, &mut memory.queries, is_plain, &mut set),
+            None => self.caster.fold_count(block, &mut memory.queries, is_plain, &mut *set),
         }
         for row in plain_rows(is_plain) {
             set(row, plainly(block, row, |ray| self.caster.count(ray, block.scope))?);
@@ -164,7 +167,7 @@ impl<'w> BlockCaster<'_, 'w> {
         &mut self,
         block: &RowBlock,
         memory: &mut BlockMemory<'w>,
-        mut add: impl FnMut(ListsOfRows) -> Result<(), QueryError>,
+        add: &mut dyn FnMut(ListsOfRows) -> Result<(), QueryError>,
     ) -> Result<(), BlockError> {
         let BlockMemory { is_plain, few, queries, lists } = memory;
         let is_plain = begin(is_plain, block);
@@ -214,14 +217,16 @@ impl<'w> BlockCaster<'_, 'w> {
         block: &RowBlock,
         overlaps: Overlaps,
         memory: &mut BlockMemory<'w>,
-        mut set: impl FnMut(usize, &[Segment], u64) -> Result<(), QueryError>,
+        set: &mut dyn FnMut(usize, &[Segment], u64) -> Result<(), QueryError>,
     ) -> Result<(), BlockError> {
         let (mut row, mut count) = (0, FEWEST_ROWS);
         while row < block.rays.len() {
             let end = block.rays.len().min(row + count);
             let part = RowBlock { rays: &block.rays[row..end], ..block.without_normals() };
             let found = self
-                .segments_of_part(&part, overlaps, memory, |at, segments, met| set(row + at, segments, met))
+                .segments_of_part(&part, overlaps, memory, &mut |at, segments, met| {
+                    set(row + at, segments, met)
+                })
                 .map_err(|error| BlockError { row: row + error.row, ..error })?;
             count = (MOST_INTERVALS * (end - row) / found.max(1)).clamp(FEWEST_ROWS, MOST_ROWS);
             row = end;
@@ -235,7 +240,7 @@ impl<'w> BlockCaster<'_, 'w> {
         block: &RowBlock,
         overlaps: Overlaps,
         memory: &mut BlockMemory<'w>,
-        mut set: impl FnMut(usize, &[Segment], u64) -> Result<(), QueryError>,
+        set: &mut dyn FnMut(usize, &[Segment], u64) -> Result<(), QueryError>,
     ) -> Result<usize, BlockError> {
         let BlockMemory { is_plain, few, queries, .. } = memory;
         let is_plain = begin(is_plain, block);
@@ -273,7 +278,7 @@ impl<'w> BlockCaster<'_, 'w> {
 /// Passes the crossings of rays, some rays at a time: so many that they stay near the CPU while columns are written.
 fn pass_lists(
     lists: &ByRow<RowHit>,
-    mut add: impl FnMut(ListsOfRows) -> Result<(), QueryError>,
+    add: &mut dyn FnMut(ListsOfRows) -> Result<(), QueryError>,
 ) -> Result<(), BlockError> {
     let (mut row, mut before) = (0, 0);
     while row < lists.ends.len() {
@@ -358,9 +363,9 @@ mod tests {
             let mut blocks = BlockCaster { plan: &plan, caster: &mut caster };
             let mut counts = Vec::new();
             let block = forward(&rays);
-            let counted = blocks.count(&block, &mut memory, |_, count| counts.push(count));
+            let counted = blocks.count(&block, &mut memory, &mut |_, count| counts.push(count));
             assert!(counted.is_ok() && counts == [20; 3]);
-            let listed = blocks.crossings(&block, &mut memory, |_| Ok(()));
+            let listed = blocks.crossings(&block, &mut memory, &mut |_| Ok(()));
             let error = listed.err().map(|BlockError { row, error }| {
                 (row, matches!(error, RayError::Query(QueryError::TooMany { most: 10 })))
             });
@@ -377,7 +382,7 @@ mod tests {
         rays[3] = [f64::NAN; 6];
         for plan in [plan, BlockPlan { few: None }] {
             let mut blocks = BlockCaster { plan: &plan, caster: &mut caster };
-            let failed = blocks.closest(&forward(&rays), &mut memory, |_, _| ());
+            let failed = blocks.closest(&forward(&rays), &mut memory, &mut |_, _| ());
             assert!(matches!(failed, Err(BlockError { row: 3, error: RayError::Ray(InvalidRay::Origin) })));
         }
     }

@@ -70,7 +70,7 @@ impl<'w> BatchCaster<'w> {
         chunk.clear();
         if self.plan.is_some() {
             return self.cast_block(rays, scope, |blocks, block, memory| {
-                blocks.closest(block, memory, |row, hit| chunk.set(row, hit))
+                blocks.closest(block, memory, &mut |row, hit| chunk.set(row, hit))
             });
         }
         self.cast_rays(rays, |caster, row, ray| {
@@ -101,7 +101,7 @@ impl<'w> BatchCaster<'w> {
         out.resize(rays.len(), false);
         if self.plan.is_some() {
             return self.cast_block(rays, scope, |blocks, block, memory| {
-                blocks.any(block, memory, |row| out[row] = true)
+                blocks.any(block, memory, &mut |row| out[row] = true)
             });
         }
         self.cast_rays(rays, |caster, row, ray| {
@@ -127,7 +127,7 @@ impl<'w> BatchCaster<'w> {
         all_solid(self.worker.caster.world()).map_err(BatchError::World)?;
         if self.plan.is_some() {
             return self.cast_block(rays, span, |blocks, block, memory| {
-                blocks.segments(block, overlaps, memory, |row, segments, _| {
+                blocks.segments(block, overlaps, memory, &mut |row, segments, _| {
                     take(row, segments);
                     Ok(())
                 })

@@ -120,7 +120,7 @@ pub fn closest_into(
         batch.fill_blocks(out.chunks(batch.block_chunk()), |worker, rays, chunk| {
             chunk.clear();
             let (mut blocks, memory) = worker.blocks(&plan);
-            blocks.closest(&block(&run, rays, scope), memory, |i, hit| chunk.set(i, hit))
+            blocks.closest(&block(&run, rays, scope), memory, &mut |i, hit| chunk.set(i, hit))
         })?;
         return Ok(());
     }
@@ -151,7 +151,7 @@ pub fn any(
     if let Some(plan) = batch.block_plan() {
         batch.fill_blocks(out.chunks_mut(batch.block_chunk()), |worker, rays, chunk| {
             let (mut blocks, memory) = worker.blocks(&plan);
-            blocks.any(&block(&run, rays, scope), memory, |i| chunk[i] = true)
+            blocks.any(&block(&run, rays, scope), memory, &mut |i| chunk[i] = true)
         })?;
         return Ok(out);
     }
@@ -178,7 +178,7 @@ pub fn count(
     if let Some(plan) = batch.block_plan() {
         batch.fill_blocks(out.chunks_mut(batch.block_chunk()), |worker, rays, chunk| {
             let (mut blocks, memory) = worker.blocks(&plan);
-            blocks.count(&block(&run, rays, scope), memory, |i, count| chunk[i] = count as i64)
+            blocks.count(&block(&run, rays, scope), memory, &mut |i, count| chunk[i] = count as i64)
         })?;
         return Ok(out);
     }
@@ -222,7 +222,7 @@ pub fn crossings_into(
         return batch.gather_blocks(out, |worker, rays, rows| {
             let mut made = 0;
             let (mut blocks, memory) = worker.blocks(&plan);
-            blocks.crossings(&block(&run, rays, scope), memory, |lists| {
+            blocks.crossings(&block(&run, rays, scope), memory, &mut |lists| {
                 made += lists.hits.len();
                 Ok(rows.push_rays(lists, run.fields)?)
             })?;
@@ -276,7 +276,7 @@ pub fn segments_into(
         return batch.gather_blocks(out, |worker, rays, rows| {
             let mut made = 0;
             let (mut blocks, memory) = worker.blocks(&plan);
-            blocks.segments(&block(&run, rays, span), overlaps, memory, |_, segments, overlaps| {
+            blocks.segments(&block(&run, rays, span), overlaps, memory, &mut |_, segments, overlaps| {
                 made += segments.len();
                 rows.overlaps += overlaps;
                 Ok(rows.push_ray(segments)?)
@@ -329,7 +329,7 @@ pub fn thickness(
     match plan {
         Some(plan) => batch.fill_blocks(chunks, |worker, rays, chunk| {
             let (mut blocks, memory) = worker.blocks(&plan);
-            blocks.segments(&block(&run, rays, span), overlaps, memory, |i, segments, overlaps| {
+            blocks.segments(&block(&run, rays, span), overlaps, memory, &mut |i, segments, overlaps| {
                 add(chunk, i, segments, overlaps);
                 Ok(())
             })
