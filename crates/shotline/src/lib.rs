@@ -52,7 +52,7 @@
 //! - [`polygon`] cuts polygons into triangles.
 //! - [`pool`] keeps threads for work that is divided.
 //! - [`region`] computes boxes around the region that planes and quadrics enclose together.
-//! - [`trace`] records what a ray did, step by step.
+//! - [`trace`] records what a ray did, step by step; [`outline`] has the shapes of what it met.
 //! - [`csg`] has the programs and the sweep that combine any number of operands.
 //! - [`lecture`] has the textbook forms that production code replaces: Roth's table, quartics, normals by the adjugate.
 //! - [`math`] and [`roots`] have planes as row vectors, affine maps and polynomial roots.
@@ -80,6 +80,7 @@ mod lanes;
 pub mod lecture;
 pub mod math;
 pub mod measure;
+pub mod outline;
 pub mod polygon;
 pub mod pool;
 pub mod prelude;

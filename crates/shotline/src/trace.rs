@@ -19,6 +19,8 @@
 //! ```
 
 use crate::crossing::Crossing;
+use crate::math::Affine;
+use crate::outline::Outline;
 
 /// One step.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,6 +31,10 @@ pub struct Step {
     pub t: Option<f64>,
     /// The action.
     pub act: Act,
+    /// The shape of its subject, if it has one, in the frame below.
+    pub outline: Option<Outline>,
+    /// The frame of the level or of the body: world from frame. `None` if numbers of 64 bits cannot hold it.
+    pub frame: Option<Affine>,
 }
 
 /// The action of a step. A node is described in the terms of its structure. An item that is a body or a level has the
@@ -140,44 +146,74 @@ pub struct Trace {
 /// Keeps steps while it is on.
 #[derive(Clone, Debug, Default)]
 pub struct Log {
-    trace: Option<Box<Trace>>,
+    recording: Option<Box<Recording>>,
+}
+
+/// What is kept, and what the next steps are about.
+#[derive(Clone, Debug)]
+struct Recording {
+    trace: Trace,
     most: usize,
     /// The depth of the level or body that is being traversed.
-    pub(crate) depth: usize,
+    depth: usize,
+    /// Its frame: world from frame.
+    frame: Option<Affine>,
 }
 
 impl Log {
     /// Starts to keep steps, at most `most` of them.
     pub fn start(&mut self, most: usize) {
-        *self = Log { trace: Some(Box::default()), most, depth: 0 };
+        let trace = Trace::default();
+        self.recording = Some(Box::new(Recording { trace, most, depth: 0, frame: Some(Affine::IDENTITY) }));
     }
 
     /// Stops, and returns what was kept.
     pub fn take(&mut self) -> Trace {
-        self.trace.take().map_or_else(Trace::default, |trace| *trace)
+        self.recording.take().map_or_else(Trace::default, |recording| recording.trace)
     }
 
     /// Whether steps are kept.
     #[inline]
     pub fn is_on(&self) -> bool {
-        self.trace.is_some()
+        self.recording.is_some()
+    }
+
+    /// The next steps are in a level or body at a depth, with a frame.
+    pub(crate) fn enter(&mut self, depth: usize, frame: Option<Affine>) {
+        if let Some(recording) = &mut self.recording {
+            (recording.depth, recording.frame) = (depth, frame);
+        }
     }
 
     /// Adds a step that is `deeper` levels below the current depth.
     #[inline]
     pub fn add(&mut self, deeper: usize, t: Option<f64>, act: impl FnOnce() -> Act) {
-        if self.trace.is_some() {
-            self.keep(deeper, t, act);
-        }
+        self.add_with_outline(deeper, t, || (act(), None));
     }
 
+    /// As [`Log::add`], with the shape of what the step is about.
+    #[inline]
+    pub fn add_with_outline(
+        &mut self,
+        deeper: usize,
+        t: Option<f64>,
+        act: impl FnOnce() -> (Act, Option<Outline>),
+    ) {
+        if let Some(recording) = &mut self.recording {
+            recording.add(deeper, t, act);
+        }
+    }
+}
+
+impl Recording {
     #[cold]
-    fn keep(&mut self, deeper: usize, t: Option<f64>, act: impl FnOnce() -> Act) {
-        let Some(trace) = &mut self.trace else { return };
-        if trace.steps.len() < self.most {
-            trace.steps.push(Step { depth: self.depth + deeper, t, act: act() });
+    fn add(&mut self, deeper: usize, t: Option<f64>, act: impl FnOnce() -> (Act, Option<Outline>)) {
+        if self.trace.steps.len() < self.most {
+            let (act, outline) = act();
+            let depth = self.depth + deeper;
+            self.trace.steps.push(Step { depth, t, act, outline, frame: self.frame });
         } else {
-            trace.left_out += 1;
+            self.trace.left_out += 1;
         }
     }
 }

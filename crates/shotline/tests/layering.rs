@@ -24,7 +24,8 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("region", &["math", "aabb"]),
     ("crossing", &[]),
     ("contact", &["math", "crossing"]),
-    ("trace", &["crossing"]),
+    ("outline", &["math", "aabb"]),
+    ("trace", &["math", "crossing", "outline"]),
     ("budget", &[]),
     ("counters", &[]),
     ("tags", &[]),
@@ -32,7 +33,7 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("scratch", &["trace", "budget", "counters", "tags"]),
     ("simd", &["math"]),
     ("lanes", &["math", "ray", "aabb", "simd"]),
-    ("accel", &["math", "aabb", "counters", "pool", "simd", "lanes"]),
+    ("accel", &["math", "aabb", "counters", "pool", "simd", "lanes", "outline"]),
     (
         "solid",
         &[
@@ -49,7 +50,7 @@ const IMPORTS: &[(&str, &[&str])] = &[
         "query",
         &[
             "math", "ray", "aabb", "crossing", "contact", "trace", "budget", "counters", "tags", "pool",
-            "scratch", "simd", "lanes", "accel", "solid", "csg", "compile",
+            "scratch", "simd", "lanes", "outline", "accel", "solid", "csg", "compile",
         ],
     ),
     ("prelude", &["math", "ray", "scene", "shape", "compile", "query"]),

@@ -8,6 +8,7 @@ use super::bvh::Bvh;
 use super::{Accelerator, Child, Items, QueueEntry, display};
 use crate::aabb::{Aabb, BoxRay};
 use crate::counters::Counters;
+use crate::outline::Outline;
 
 /// A group that the user made, with the box around it.
 #[derive(Clone, Debug)]
@@ -167,6 +168,10 @@ impl Accelerator for Hierarchy {
     fn describe(&self, node: u64, _ray: &BoxRay) -> String {
         let group = &self.groups[node as usize];
         format!("group of {}, box {}", group.count, display::box_of(&group.bounds))
+    }
+
+    fn outline(&self, node: u64, _ray: &BoxRay) -> Option<Outline> {
+        Some(Outline::Box(self.groups[node as usize].bounds))
     }
 
     fn has_duplicate_refs(&self) -> bool {

@@ -12,6 +12,7 @@ use super::{Accelerator, Child, QueueEntry};
 use crate::aabb::{Aabb, BoxRay, Slope};
 use crate::counters::Counters;
 use crate::math::Lattice;
+use crate::outline::Outline;
 
 /// The cells of a lattice as items.
 #[derive(Clone, Debug)]
@@ -235,6 +236,15 @@ impl Accelerator for LatticeIndex {
                 format!("cell {},{row},{}", self.cells(ray, row).index(i), layers.index(k))
             }
         }
+    }
+
+    fn outline(&self, node: u64, ray: &BoxRay) -> Option<Outline> {
+        let (layers, rows) = (self.layers(ray), self.rows(ray));
+        let Step::Cell(k, j, i) = self.unpack(node) else { return None };
+        let row = rows.index(j);
+        let cell = self.lattice.number([self.cells(ray, row).index(i), row, layers.index(k)]);
+        let offset = self.lattice.offset(self.lattice.indices(cell));
+        Some(Outline::Box(Aabb::new(self.bounds.min + offset, self.bounds.max + offset)))
     }
 
     fn has_duplicate_refs(&self) -> bool {

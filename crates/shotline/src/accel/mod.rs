@@ -26,6 +26,7 @@ pub use walk::{Walk, WalkEntry, WalkKind};
 
 use crate::aabb::{Aabb, BoxRay};
 use crate::counters::Counters;
+use crate::outline::Outline;
 
 /// An entry in the queue of a best-first traversal: a node or an item that the ray may meet.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -107,6 +108,11 @@ pub trait Accelerator: CloneBoxed + Send + Sync + Debug {
     /// Describes a node in the structure's own terms, for a reader who follows a ray step by step.
     fn describe(&self, node: u64, _ray: &BoxRay) -> String {
         format!("node {node}")
+    }
+
+    /// The shape of a node, for a picture of the ray's way. `None` where a node has none.
+    fn outline(&self, _node: u64, _ray: &BoxRay) -> Option<Outline> {
+        None
     }
 
     /// Refits the structure to items whose boxes have changed; `boxes` returns the new box of any item. Returns

@@ -9,6 +9,7 @@ use super::{Accelerator, Child, QueueEntry, Visitor, display};
 use crate::aabb::{Aabb, BoxRay};
 use crate::counters::Counters;
 use crate::math::Vec3;
+use crate::outline::Outline;
 
 /// Maximum number of nested cells, including the root.
 const MAX_DEPTH: usize = 24;
@@ -220,6 +221,10 @@ impl Accelerator for Octree {
     fn describe(&self, node: u64, _ray: &BoxRay) -> String {
         let cell = &self.cells[node as usize];
         format!("cell {}, cut into {}", display::box_of(&cell.bounds), cell.children)
+    }
+
+    fn outline(&self, node: u64, _ray: &BoxRay) -> Option<Outline> {
+        Some(Outline::Box(self.cells[node as usize].bounds))
     }
 
     fn has_duplicate_refs(&self) -> bool {

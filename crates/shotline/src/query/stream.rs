@@ -8,12 +8,14 @@ use std::ops::Range;
 
 use super::heap::{Heap, Rank};
 use super::repair::repair;
+use super::traversal::pushed_node;
 use crate::aabb::BoxRay;
 use crate::accel::{Child, QueueEntry};
 use crate::compile::{Leaf, SolidBody};
 use crate::contact::Contact;
 use crate::crossing::Crossing;
 use crate::csg::{Boundary, Event, EventKind, OrderExchange, SingleLeaf, Sweep};
+use crate::outline::Outline;
 use crate::ray::{Line, Span};
 use crate::scratch::Scratch;
 use crate::solid::Wanted;
@@ -158,7 +160,9 @@ impl<'a, 'c> Stream<'a, 'c> {
             match self.scratch.heap.pop() {
                 Some((t, Entry::Node(node))) => {
                     if let (Some(accel), Some(ray)) = (&self.body.accel, &self.ray) {
-                        self.below.log.add(1, Some(t), || Act::Expand { node: accel.describe(node, ray) });
+                        self.below.log.add_with_outline(1, Some(t), || {
+                            (Act::Expand { node: accel.describe(node, ray) }, accel.outline(node, ray))
+                        });
                         accel.expand(node, t, ray, &mut self.scratch.children, &mut self.below.counters);
                         self.push_children(2);
                     }
@@ -191,20 +195,23 @@ impl<'a, 'c> Stream<'a, 'c> {
         for child in scratch.children.drain(..) {
             let (t, entry) = match child.child {
                 Child::Node(node) => {
-                    let describe = || self.body.accel.as_ref().map(|accel| accel.describe(node, ray));
-                    log.add(deeper, Some(child.t), || Act::PushNode { node: describe().unwrap_or_default() });
+                    log.add_with_outline(deeper, Some(child.t), || {
+                        pushed_node(self.body.accel.as_deref(), node, ray)
+                    });
                     (child.t, Entry::Node(node))
                 }
                 Child::Entered(leaf) => {
                     let bounds = &self.body.leaves[leaf as usize].bounds;
                     debug_assert_eq!(ray.enter_exit(bounds).map(|(t, _)| t), Some(child.t));
-                    log.add(deeper, Some(child.t), || Act::PushItem {
-                        item: self.body.leaf_name(leaf as usize),
+                    log.add_with_outline(deeper, Some(child.t), || {
+                        let item = self.body.leaf_name(leaf as usize);
+                        (Act::PushItem { item }, Some(Outline::Box(*bounds)))
                     });
                     (child.t, Entry::Leaf(leaf))
                 }
                 Child::Item(leaf) => {
                     let name = || self.body.leaf_name(leaf as usize);
+                    let outline = || Some(Outline::Box(self.body.leaves[leaf as usize].bounds));
                     if !scratch.tags.is_first(leaf as usize) {
                         counters.tags_saved += 1;
                         log.add(deeper, None, || Act::Saved { item: name() });
@@ -212,10 +219,10 @@ impl<'a, 'c> Stream<'a, 'c> {
                     }
                     counters.boxes += 1;
                     let Some((t, _)) = ray.enter_exit(&self.body.leaves[leaf as usize].bounds) else {
-                        log.add(deeper, None, || Act::Miss { item: name() });
+                        log.add_with_outline(deeper, None, || (Act::Miss { item: name() }, outline()));
                         continue;
                     };
-                    log.add(deeper, Some(t), || Act::PushItem { item: name() });
+                    log.add_with_outline(deeper, Some(t), || (Act::PushItem { item: name() }, outline()));
                     (t, Entry::Leaf(leaf))
                 }
             };

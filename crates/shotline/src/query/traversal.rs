@@ -3,10 +3,11 @@
 use super::heap::{Heap, Rank};
 use super::level_boxes::box_ray;
 use crate::aabb::BoxRay;
-use crate::accel::{Child, QueueEntry};
+use crate::accel::{Accelerator, Child, QueueEntry};
 use crate::compile::{Level, Target, World};
 use crate::counters::Counters;
-use crate::math::Vec3;
+use crate::math::{Affine, Vec3};
+use crate::outline::Outline;
 use crate::ray::{Line, Span};
 use crate::scratch::Scratch;
 use crate::tags::VisitTags;
@@ -187,7 +188,7 @@ impl<'w> Traversal<'w> {
         self.release_given();
         while let Some((t, entry)) = self.heap.pop() {
             if t > limit {
-                below.log.depth = 0;
+                below.log.enter(0, Some(Affine::IDENTITY));
                 below.log.add(0, Some(t), || Act::Done { pending: 1 + self.heap.len() });
                 return None;
             }
@@ -224,12 +225,15 @@ impl<'w> Traversal<'w> {
     #[inline]
     fn expand(&mut self, world: &'w World, t: f64, entry: Entry, below: &mut Scratch) -> Option<BodyEntry> {
         if below.log.is_on() {
-            below.log.depth = 1 + self.above(entry.visit).count();
+            below.log.enter(1 + self.above(entry.visit).count(), self.frame(entry.visit));
         }
         if entry.is_node {
             let LevelVisit { level, ray, .. } = &self.visits[entry.visit as usize];
             if let Some(accel) = &level.accel {
-                below.log.add(0, Some(t), || Act::Expand { node: accel.describe(entry.number, ray) });
+                below.log.add_with_outline(0, Some(t), || {
+                    let node = accel.describe(entry.number, ray);
+                    (Act::Expand { node }, accel.outline(entry.number, ray))
+                });
                 accel.expand(entry.number, t, ray, &mut self.children, &mut below.counters);
             }
             self.push_children(world, entry.visit, below);
@@ -241,6 +245,12 @@ impl<'w> Traversal<'w> {
                         path: world.path_name(placement_entry.path),
                         leaves: world.body(number).leaf_count() as usize,
                     });
+                    if below.log.is_on() {
+                        let depth = 1 + self.above(entry.visit).count();
+                        below
+                            .log
+                            .enter(depth, self.frame_of_placement(entry.visit, placement_entry.placement));
+                    }
                     // The entry's use of the visit passes to the caller.
                     self.last_returned = Some(entry.visit);
                     return Some(placement_entry.into_body(number));
@@ -373,6 +383,21 @@ impl<'w> Traversal<'w> {
         n
     }
 
+    /// The frame of a visited level, for the log: world from frame.
+    fn frame(&self, visit: u32) -> Option<Affine> {
+        let mut frame = Affine::IDENTITY;
+        for (level, placement) in self.above(visit) {
+            frame = frame.then_after(&level.placement(placement).local_from_parent);
+        }
+        frame.inverse().ok()
+    }
+
+    /// The frame of a placement in a visited level, for the log: world from frame.
+    fn frame_of_placement(&self, visit: u32, placement: u32) -> Option<Affine> {
+        let local_from_parent = self.visits[visit as usize].level.placement(placement).local_from_parent;
+        Some(self.frame(visit)?.then_after(&local_from_parent.inverse().ok()?))
+    }
+
     /// The placements through which a visit was reached, innermost first.
     fn above(&self, visit: u32) -> impl Iterator<Item = (&'w Level, u32)> {
         let step = |v: u32| self.visits[v as usize].above;
@@ -386,7 +411,7 @@ impl<'w> Traversal<'w> {
             let mut path: Vec<String> =
                 self.above(visit).map(|(level, number)| world.placed_name(level, number)).collect();
             path.reverse();
-            below.log.depth = path.len();
+            below.log.enter(path.len(), self.frame(visit));
             let placements = self.visits[visit as usize].level.placement_count() as usize;
             below.log.add(0, Some(t), || Act::EnterLevel { path: path.join("/"), placements });
         }
@@ -409,17 +434,20 @@ impl<'w> Traversal<'w> {
         for child in self.children.drain(..) {
             let (t, number) = match child.child {
                 Child::Node(node) => {
-                    let describe = || level.accel.as_ref().map(|accel| accel.describe(node, ray));
-                    log.add(1, Some(child.t), || Act::PushNode { node: describe().unwrap_or_default() });
+                    log.add_with_outline(1, Some(child.t), || pushed_node(level.accel.as_deref(), node, ray));
                     (child.t, node)
                 }
                 Child::Entered(item) => {
                     debug_assert_eq!(ray.enter_exit(&level.bounds_of(item)).map(|(t, _)| t), Some(child.t));
-                    log.add(1, Some(child.t), || Act::PushItem { item: world.placed_name(level, item) });
+                    log.add_with_outline(1, Some(child.t), || {
+                        let outline = Outline::Box(level.bounds_of(item));
+                        (Act::PushItem { item: world.placed_name(level, item) }, Some(outline))
+                    });
                     (child.t, u64::from(item))
                 }
                 Child::Item(item) => {
                     let name = || world.placed_name(level, item);
+                    let outline = || Some(Outline::Box(level.bounds_of(item)));
                     if *has_duplicate_refs && !self.tags.is_first(*serial, item) {
                         counters.tags_saved += 1;
                         log.add(1, None, || Act::Saved { item: name() });
@@ -427,10 +455,10 @@ impl<'w> Traversal<'w> {
                     }
                     counters.boxes += 1;
                     let Some((t, _)) = ray.enter_exit(&level.bounds_of(item)) else {
-                        log.add(1, None, || Act::Miss { item: name() });
+                        log.add_with_outline(1, None, || (Act::Miss { item: name() }, outline()));
                         continue;
                     };
-                    log.add(1, Some(t), || Act::PushItem { item: name() });
+                    log.add_with_outline(1, Some(t), || (Act::PushItem { item: name() }, outline()));
                     (t, u64::from(item))
                 }
             };
@@ -440,4 +468,14 @@ impl<'w> Traversal<'w> {
             self.heap.push(t, Rank::Box, Entry { number, visit, is_node });
         }
     }
+}
+
+/// The step of making a node pending, for the log.
+pub(super) fn pushed_node(
+    accel: Option<&dyn Accelerator>,
+    node: u64,
+    ray: &BoxRay,
+) -> (Act, Option<Outline>) {
+    let description = accel.map(|accel| accel.describe(node, ray)).unwrap_or_default();
+    (Act::PushNode { node: description }, accel.and_then(|accel| accel.outline(node, ray)))
 }

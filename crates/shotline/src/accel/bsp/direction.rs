@@ -5,6 +5,7 @@ use std::ops::Index;
 
 use crate::aabb::{Aabb, BoxRay, Slope};
 use crate::accel::prim_ref::{self, PrimRef, measure};
+use crate::math::Vec3;
 
 /// A direction perpendicular to planes. A plane is given by its height along the direction.
 pub(in crate::accel) trait Direction: Copy + Debug + Send + Sync + 'static {
@@ -16,6 +17,9 @@ pub(in crate::accel) trait Direction: Copy + Debug + Send + Sync + 'static {
 
     /// The formula of the height, for people.
     fn display(self) -> String;
+
+    /// The vector whose product with a point is its height.
+    fn normal(self) -> Vec3;
 
     /// How a ray crosses the planes with this direction.
     fn slope(self, ray: &BoxRay) -> Slope;
@@ -57,6 +61,10 @@ impl Direction for Axis {
 
     fn display(self) -> String {
         ["x", "y", "z"][self.index()].to_owned()
+    }
+
+    fn normal(self) -> Vec3 {
+        Vec3::AXES[self.index()]
     }
 
     fn slope(self, ray: &BoxRay) -> Slope {

@@ -17,6 +17,7 @@ pub(super) use oblique::Oblique;
 use super::{Accelerator, Child, QueueEntry, Visitor, display};
 use crate::aabb::{Aabb, BoxRay, Slope};
 use crate::counters::Counters;
+use crate::outline::Outline;
 
 /// Maximum depth of a tree, see `build`. It lets the stack of a traversal be an array.
 const MAX_DEPTH: usize = 64;
@@ -173,6 +174,15 @@ impl<D: Direction> Accelerator for Bsp<D> {
                 format!("plane {} = {}", direction.display(), display::number(at))
             }
             Node::Leaf { count, .. } => format!("leaf of {count}"),
+        }
+    }
+
+    fn outline(&self, node: u64, _ray: &BoxRay) -> Option<Outline> {
+        match self.nodes[unpack(node).0 as usize] {
+            Node::Plane { direction, at, .. } => {
+                Some(Outline::Plane { normal: direction.normal(), height: at })
+            }
+            Node::Leaf { .. } => None,
         }
     }
 

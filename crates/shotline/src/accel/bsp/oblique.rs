@@ -3,7 +3,7 @@
 use super::direction::{Axis, Direction};
 use crate::aabb::{Aabb, BoxRay, Slope};
 use crate::accel::prim_ref::PrimRef;
-use crate::math::{Dd, two_sum};
+use crate::math::{Dd, Vec3, two_sum};
 
 /// The cost of crossing an oblique plane, in units of an item test.
 const PLANE_COST: f64 = 1.5;
@@ -42,6 +42,14 @@ impl Direction for Oblique {
             Oblique::Axis(axis) => axis.display(),
             Sum(i, j) => format!("{} + {}", Axis(i).display(), Axis(j).display()),
             Difference(i, j) => format!("{} - {}", Axis(i).display(), Axis(j).display()),
+        }
+    }
+
+    fn normal(self) -> Vec3 {
+        match self {
+            Oblique::Axis(axis) => axis.normal(),
+            Sum(i, j) => Axis(i).normal() + Axis(j).normal(),
+            Difference(i, j) => Axis(i).normal() - Axis(j).normal(),
         }
     }
 

@@ -19,6 +19,7 @@ use sphere::Sphere;
 use super::{Accelerator, Child, QueueEntry, Visitor, display};
 use crate::aabb::{Aabb, BoxRay};
 use crate::counters::Counters;
+use crate::outline::Outline;
 
 /// Maximum depth of a tree. It lets the stack of a traversal be an array.
 const MAX_DEPTH: usize = 96;
@@ -50,6 +51,9 @@ pub(super) trait Volume: Copy + PartialEq + Debug + Send + Sync + 'static {
 
     /// A description for people.
     fn display(&self) -> String;
+
+    /// Its shape, for pictures.
+    fn outline(&self) -> Outline;
 }
 
 impl Volume for Aabb {
@@ -80,6 +84,10 @@ impl Volume for Aabb {
 
     fn display(&self) -> String {
         format!("box {}", display::box_of(self))
+    }
+
+    fn outline(&self) -> Outline {
+        Outline::Box(*self)
     }
 }
 
@@ -150,6 +158,14 @@ impl<V: Volume> Bvh<V> {
     #[inline]
     fn enter(&self, index: u32, ray: &V::Ray<'_>) -> Option<f64> {
         self.nodes[index as usize].bounds.enter(ray)
+    }
+}
+
+impl<V: Volume> Bvh<V> {
+    /// The volume around two siblings, of which the number of the first is given: what a pending node stands for.
+    fn around_siblings(&self, first: u64) -> V {
+        let [a, b] = [first, first + 1].map(|child| &self.nodes[child as usize].bounds);
+        a.union(b)
     }
 }
 
@@ -231,8 +247,11 @@ impl<V: Volume> Accelerator for Bvh<V> {
     }
 
     fn describe(&self, node: u64, _ray: &BoxRay) -> String {
-        let [a, b] = [node, node + 1].map(|child| &self.nodes[child as usize].bounds);
-        a.union(b).display()
+        self.around_siblings(node).display()
+    }
+
+    fn outline(&self, node: u64, _ray: &BoxRay) -> Option<Outline> {
+        Some(self.around_siblings(node).outline())
     }
 
     fn has_duplicate_refs(&self) -> bool {

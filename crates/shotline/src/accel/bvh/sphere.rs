@@ -4,6 +4,7 @@ use super::{Bvh, MAX_LEAF, Node, Volume, binned_sah};
 use crate::aabb::{Aabb, BoxRay, SphereRay};
 use crate::accel::display;
 use crate::math::{HALF_ULP, Vec3, length};
+use crate::outline::Outline;
 
 /// A closed ball.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,6 +90,10 @@ impl Volume for Sphere {
     fn display(&self) -> String {
         let [x, y, z] = self.centre.to_array().map(display::number);
         format!("sphere of radius {} at ({x}, {y}, {z})", display::number(self.radius))
+    }
+
+    fn outline(&self) -> Outline {
+        Outline::Sphere { centre: self.centre, radius: self.radius }
     }
 }
 

@@ -11,6 +11,7 @@ use super::{Accelerator, Child, QueueEntry, Visitor};
 use crate::aabb::{Aabb, BoxRay};
 use crate::counters::Counters;
 use crate::math::Vec3;
+use crate::outline::Outline;
 use dda::Dda;
 
 /// Bits for each coordinate of a cell in a node number. They limit the number of cells along an axis.
@@ -116,6 +117,18 @@ impl Grid {
         }
     }
 
+    /// The number of the subgrid of a node, and the indices of its cell there along the axes.
+    fn subgrid_and_cell(&self, node: u64, ray: &BoxRay) -> (u32, [u32; 3]) {
+        let (subgrid, steps) = unpack(node);
+        let counts = self.subgrids[subgrid as usize].counts;
+        let index = |axis: usize| {
+            // Steps are counted along the ray.
+            let step = steps[axis];
+            if ray.slope(axis).ascends() { step } else { counts[axis] - 1 - step }
+        };
+        (subgrid, [0, 1, 2].map(index))
+    }
+
     /// The number of subgrids around a subgrid. This is slow: it searches for the cell that holds the subgrid.
     fn depth(&self, subgrid: u32) -> usize {
         let holder = self.cells.iter().position(|cell| cell.subgrid() == Some(subgrid));
@@ -206,14 +219,16 @@ impl Accelerator for Grid {
     }
 
     fn describe(&self, node: u64, ray: &BoxRay) -> String {
-        let (subgrid, coordinates) = unpack(node);
-        let counts = self.subgrids[subgrid as usize].counts;
-        let along = |axis: usize| {
-            let i = coordinates[axis];
-            (if ray.slope(axis).ascends() { i } else { counts[axis] - 1 - i }).to_string()
-        };
-        let ([x, y, z], [nx, ny, nz]) = ([0, 1, 2].map(along), counts);
-        format!("cell {x},{y},{z} of {nx} x {ny} x {nz} at depth {}", self.depth(subgrid))
+        let (number, [x, y, z]) = self.subgrid_and_cell(node, ray);
+        let [nx, ny, nz] = self.subgrids[number as usize].counts;
+        format!("cell {x},{y},{z} of {nx} x {ny} x {nz} at depth {}", self.depth(number))
+    }
+
+    fn outline(&self, node: u64, ray: &BoxRay) -> Option<Outline> {
+        let (number, cell) = self.subgrid_and_cell(node, ray);
+        let subgrid = &self.subgrids[number as usize];
+        let corner = |step: u32| Vec3::from([0, 1, 2].map(|axis| subgrid.plane(axis, cell[axis] + step)));
+        Some(Outline::Box(Aabb::new(corner(0), corner(1))))
     }
 
     fn has_duplicate_refs(&self) -> bool {

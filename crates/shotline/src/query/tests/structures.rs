@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::*;
 use crate::aabb::Aabb;
 use crate::accel;
+use crate::outline::Outline;
 use crate::scene::NodeId;
 use crate::solid::mesh::shapes::{ball, sheet};
 use crate::testkit::scene::random_scene;
@@ -163,6 +164,43 @@ fn traces_are_complete() {
             assert_eq!(cut.steps, whole.steps[..whole.steps.len().min(10)]);
             assert_eq!(cut.steps.len() + cut.left_out as usize, whole.steps.len());
         }
+    }
+}
+
+/// The shapes of a trace are where the ray meets them, also in the frames of shared parts.
+#[test]
+fn outlines_are_where_the_ray_meets_them() {
+    let mut random = Random::new(18);
+    let scenes = [crowded_scene(&mut random), crowded_scene(&mut random)];
+    for name in accel::NAMES {
+        let mut met = 0;
+        for scene in &scenes {
+            let world = world(scene, name);
+            let mut caster = Caster::new(&world);
+            for ray in rays(&mut random, 100) {
+                caster.record(usize::MAX);
+                match met % 2 {
+                    0 => caster.crossings(&ray, Span::FORWARD, &mut Vec::new()).expect("within limits"),
+                    _ => drop(caster.closest(&ray, Span::FORWARD).expect("within limits")),
+                }
+                for step in caster.take_trace().steps {
+                    let (Some(t), Some(outline), Some(frame)) = (step.t, step.outline, step.frame) else {
+                        continue;
+                    };
+                    let p = frame.inverse().expect("a frame").point(ray.at(t));
+                    let room = 1e-9 * (1.0 + p.length());
+                    let is_met = match outline {
+                        Outline::Box(b) => (p - p.clamp(b.min, b.max)).length() <= room,
+                        Outline::Sphere { centre, radius } => (p - centre).length() <= radius + room,
+                        // A node begins at its own t, not at its plane.
+                        Outline::Plane { normal, height } => normal != Vec3::ZERO && height.is_finite(),
+                    };
+                    assert!(is_met, "{name}: {:?} at {t} misses {outline:?}", step.act);
+                    met += 1;
+                }
+            }
+        }
+        assert!(met > 100 || *name == "brute", "{name}: {met}");
     }
 }
 

@@ -18,6 +18,7 @@ use crate::aabb::{Aabb, BoxRay};
 use crate::accel::collapse::WIDTH;
 use crate::accel::{Accelerator, BeamEntry, BeamSome, Child, QueueEntry, Walk, WalkEntry, WalkKind, display};
 use crate::counters::Counters;
+use crate::outline::Outline;
 use crate::simd::{Simd, Task, dispatch};
 
 /// The hierarchy.
@@ -214,6 +215,10 @@ impl Accelerator for Bvh8 {
 
     fn describe(&self, node: u64, _ray: &BoxRay) -> String {
         format!("box {}", display::box_of(&self.nodes[node as usize].bounds()))
+    }
+
+    fn outline(&self, node: u64, _ray: &BoxRay) -> Option<Outline> {
+        Some(Outline::Box(self.nodes[node as usize].bounds()))
     }
 
     fn has_duplicate_refs(&self) -> bool {
