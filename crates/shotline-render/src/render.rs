@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use shotline::aabb::Aabb;
 use shotline::compile::World;
 use shotline::query::batch::Run;
 use shotline::scene::{Camera, Scene};
@@ -29,7 +30,7 @@ pub fn render(world: &World, scene: &Scene, settings: &Settings, run: Run) -> Re
     render_frame(world, scene, &setup, settings, run, &mut TemporalCache::default())
 }
 
-/// What all frames of an animation share; computed for the first one.
+/// What is computed once for all frames of an animation, or for all steps of a picture.
 pub(crate) struct Setup {
     pub camera: Camera,
     size: f64,
@@ -38,7 +39,11 @@ pub(crate) struct Setup {
 
 impl Setup {
     pub fn new(world: &World, scene: &Scene, settings: &Settings) -> Result<Setup, RenderError> {
-        let subject = framing::visible_subject(world, scene, &settings.hidden);
+        Setup::of(framing::visible_subject(world, scene, &settings.hidden), scene, settings)
+    }
+
+    /// The setup of a picture of a box.
+    pub fn of(subject: Option<Aabb>, scene: &Scene, settings: &Settings) -> Result<Setup, RenderError> {
         let size = subject.map_or(1.0, |b| b.size().max_element());
         let ratio = f64::from(settings.width) / f64::from(settings.height);
         let camera = settings.viewpoint.camera(settings.camera.or(scene.camera), subject, ratio)?;
@@ -81,8 +86,19 @@ pub fn expose(
     if rows.start >= rows.end || rows.end > height {
         return Err(RenderError::Size { width, height: rows.end.saturating_sub(rows.start) });
     }
-    let setup = Setup::new(world, scene, settings)?;
-    with_shader(world, scene, &setup, settings, |view, shader| {
+    expose_rows(world, scene, &Setup::new(world, scene, settings)?, settings, rows, run)
+}
+
+/// Exposes some rows of a picture that has been set up.
+pub(crate) fn expose_rows(
+    world: &World,
+    scene: &Scene,
+    setup: &Setup,
+    settings: &Settings,
+    rows: Range<u32>,
+    run: Run,
+) -> Result<Exposure, RenderError> {
+    with_shader(world, scene, setup, settings, |view, shader| {
         Film { world, view, shader, settings, visible: &setup.visible }.expose(
             rows,
             run,
@@ -113,7 +129,7 @@ pub fn develop(
 }
 
 /// Calls a function with the view and the shader of a picture.
-fn with_shader<T>(
+pub(crate) fn with_shader<T>(
     world: &World,
     scene: &Scene,
     setup: &Setup,
@@ -128,7 +144,8 @@ fn with_shader<T>(
     then(&view, &*shader)
 }
 
-fn compose(shader: &dyn Shader, settings: &Settings, mut exposure: Exposure) -> Image {
+/// Turns an exposure into a picture.
+pub(crate) fn compose(shader: &dyn Shader, settings: &Settings, mut exposure: Exposure) -> Image {
     shader.develop(&mut exposure);
     Image::compose(&exposure, settings.effective_background())
 }
