@@ -30,6 +30,14 @@ impl Failure {
         Failure::Message(format!("{}: {why}", path.display()))
     }
 
+    /// The message.
+    pub fn text(&self) -> String {
+        match self {
+            Failure::Message(text) => text.trim_end().to_owned(),
+            Failure::Interrupted => "interrupted".into(),
+        }
+    }
+
     /// Writes the message to stderr.
     pub fn report(&self) {
         match self {

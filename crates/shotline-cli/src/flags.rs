@@ -17,7 +17,7 @@ use crate::failure::Failure;
 use crate::stream;
 
 /// The model that a command reads.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct Model {
     #[arg(value_name = "SCENE_OR_MESH", help = format!(
         "A scene file (JSON), a detector (GDML) or a mesh ({}), which is a scene of one object; - for standard input",

@@ -22,6 +22,7 @@ mod stream;
 mod table;
 mod trace_report;
 mod usage;
+mod view;
 mod viewpoint;
 
 use std::ffi::OsString;

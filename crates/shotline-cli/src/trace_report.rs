@@ -1,6 +1,7 @@
 //! The steps of one ray, as text and as JSON.
 
 use clap::ValueEnum;
+use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use shotline::compile::World;
 use shotline::crossing::{Crossing, NO_PRIMITIVE};
@@ -11,7 +12,8 @@ use shotline::trace::{Act, Step, Trace};
 use crate::number::{counted, json as number, short};
 
 /// The query whose steps are reported.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum TraceQuery {
     /// Every crossing
     Crossings,
@@ -50,6 +52,16 @@ impl TraceReport {
             TraceQuery::Any => drop(caster.any(ray, scope)?),
         }
         Ok(TraceReport { trace: caster.take_trace() })
+    }
+
+    /// The steps.
+    pub fn trace(&self) -> &Trace {
+        &self.trace
+    }
+
+    /// A step in words.
+    pub fn text_of(&self, step: &Step) -> String {
+        describe(&step.act).replace(char::is_control, "\u{FFFD}")
     }
 
     /// One line per step: where on the ray, and what was done, indented by depth.

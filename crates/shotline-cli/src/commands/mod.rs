@@ -12,6 +12,7 @@ mod measure;
 mod render;
 mod shoot;
 mod slice;
+mod view;
 
 use clap::{Parser, Subcommand};
 
@@ -37,6 +38,7 @@ An output file is written completely or not at all.";
 pub enum Command {
     Render(Box<render::Command>),
     Slice(slice::Command),
+    View(view::Command),
     Cast(cast::Command),
     Shoot(shoot::Command),
     Check(check::Command),
@@ -55,6 +57,7 @@ impl Command {
         match self {
             Command::Render(c) => c.run(),
             Command::Slice(c) => c.run(),
+            Command::View(c) => c.run(),
             Command::Cast(c) => c.run(),
             Command::Shoot(c) => c.run(),
             Command::Check(c) => c.run(),

@@ -1,0 +1,115 @@
+//! Accepts connections: a thread for each, and few of them.
+
+use std::io;
+use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::Duration;
+
+use super::address::Address;
+use super::page;
+use super::request::{self, Request};
+use super::server::Server;
+use super::session;
+use super::stage::Stage;
+
+/// More connections at a time are refused: a browser opens a few.
+const MAX_CONNECTIONS: usize = 16;
+/// How long one write to a client may wait. A client that does not read is disconnected.
+const WRITE_TIMEOUT: Duration = Duration::from_secs(10);
+
+/// A server that runs until it is dropped or [stopped](Viewer::stop).
+#[derive(Debug)]
+pub struct Viewer {
+    pub address: Address,
+    is_stopped: Arc<AtomicBool>,
+}
+
+impl Viewer {
+    /// Starts a server on a free port of 127.0.0.1.
+    ///
+    /// # Errors
+    /// If there is no free port, or no random numbers.
+    pub fn start(stage: Arc<Stage>, port: u16) -> io::Result<Viewer> {
+        let listener = TcpListener::bind(SocketAddr::from((Ipv4Addr::LOCALHOST, port)))?;
+        let mut random = [0; 16];
+        getrandom::fill(&mut random).map_err(io::Error::other)?;
+        let token = random.iter().map(|byte| format!("{byte:02x}")).collect();
+        let address = Address { port: listener.local_addr()?.port(), token };
+        let is_stopped = Arc::new(AtomicBool::new(false));
+        let viewer = Viewer { address: address.clone(), is_stopped: Arc::clone(&is_stopped) };
+        let server = Arc::new(Server { stage, address, is_stopped, connections: AtomicUsize::new(0) });
+        std::thread::Builder::new().name("viewer".into()).spawn(move || accept(&server, &listener))?;
+        Ok(viewer)
+    }
+
+    /// Ends all connections soon, and accepts no more.
+    pub fn stop(&self) {
+        if !self.is_stopped.swap(true, Ordering::SeqCst) {
+            // The listener waits for a connection; this one wakes it.
+            let _ = TcpStream::connect((Ipv4Addr::LOCALHOST, self.address.port));
+        }
+    }
+}
+
+impl Drop for Viewer {
+    fn drop(&mut self) {
+        self.stop();
+    }
+}
+
+fn accept(server: &Arc<Server>, listener: &TcpListener) {
+    for stream in listener.incoming() {
+        if server.is_stopped.load(Ordering::SeqCst) {
+            return;
+        }
+        let Ok(stream) = stream else {
+            // As when there are too many open files: others may be closed soon.
+            std::thread::sleep(Duration::from_millis(50));
+            continue;
+        };
+        let connection = Connection::new(server);
+        let serve = move || {
+            let _ = connection.serve(stream);
+        };
+        // Without a thread the stream is closed.
+        let _ = std::thread::Builder::new().name("viewer client".into()).spawn(serve);
+    }
+}
+
+/// A connection, counted.
+struct Connection {
+    server: Arc<Server>,
+    is_one_too_many: bool,
+}
+
+impl Connection {
+    fn new(server: &Arc<Server>) -> Connection {
+        let before = server.connections.fetch_add(1, Ordering::SeqCst);
+        Connection { server: Arc::clone(server), is_one_too_many: before >= MAX_CONNECTIONS }
+    }
+
+    /// Answers the one request of a connection.
+    fn serve(&self, mut stream: TcpStream) -> io::Result<()> {
+        stream.set_write_timeout(Some(WRITE_TIMEOUT))?;
+        stream.set_nodelay(true)?;
+        if self.is_one_too_many {
+            return page::refuse(
+                &mut stream,
+                503,
+                "there are too many connections; close other pages of the viewer",
+            );
+        }
+        match request::read(&mut stream, &self.server.address) {
+            Ok(Request::Page) => page::send(&mut stream, &self.server.address),
+            Ok(Request::Socket(handshake)) => session::run(stream, &handshake, &self.server),
+            Err(refusal) => page::refuse(&mut stream, refusal.status, refusal.why),
+        }
+    }
+}
+
+impl Drop for Connection {
+    fn drop(&mut self) {
+        self.server.connections.fetch_sub(1, Ordering::SeqCst);
+    }
+}

@@ -1,0 +1,38 @@
+// Begins, and begins again when the scene changes.
+
+const connection = new Connection(onNews, () => setTrouble("The program has ended. Start it again, and open the address that it prints."));
+connection.idle = nextPicture;
+
+async function load() {
+  const { head } = await connection.ask({ ask: "scene" });
+  const isFirst = state.scene === null;
+  state.scene = head.answer;
+  if (isFirst) {
+    state.camera = turnable(state.scene.camera);
+    state.accel = state.scene.accel;
+    state.counter = state.scene.counters[0];
+    // What encloses everything would hide it.
+    state.hidden = new Set(state.scene.enclosures);
+    if (innerWidth <= 700) document.body.classList.add("no-side");
+  }
+  setTrouble(state.scene.trouble);
+  fillControls();
+  await fillTree();
+  if (state.ray) await shoot({ origin: state.ray.origin, direction: state.ray.direction });
+  if (slice.isOpen) askSlice();
+  changed();
+}
+
+function onNews({ trouble }) {
+  if (trouble) { setTrouble(trouble); return; }
+  load().catch((error) => setTrouble(error.message));
+}
+
+whenChanged(showControls);
+panes.forEach(connectPointer);
+connectControls();
+connectRay();
+connectSlice();
+new ResizeObserver(() => { drawOverlays(); connection.next(); }).observe(byId("stage"));
+document.addEventListener("visibilitychange", () => connection.next());
+load().catch((error) => setTrouble(error.message));
