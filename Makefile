@@ -105,6 +105,7 @@ docs-pictures: build package ## render the pictures of the documentation again, 
 	$(VENV)/bin/python docs/gallery.py
 	$(VENV)/bin/python docs/solids.py
 	$(VENV)/bin/python docs/tutorials.py
+	$(VENV)/bin/python docs/lecture.py
 
 clean: ## remove everything that was built
 	$(CARGO) clean

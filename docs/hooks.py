@@ -11,6 +11,7 @@ import griffe
 from mkdocs.structure.files import File
 
 ROOT = Path(__file__).resolve().parent.parent
+REPOSITORY = re.search(r'^Repository = "(.*)"$', (ROOT / "pyproject.toml").read_text(), re.MULTILINE)[1]
 PAGES = ["ARCHITECTURE.md", "CONTRIBUTING.md"]
 
 
@@ -27,6 +28,8 @@ def on_files(files, config):
 def on_page_markdown(markdown, page, config, files):
     # Links are written for the repository: pages of the root are above this folder, and notebooks are .ipynb files.
     markdown = re.sub(r"\]\(\.\./(?=[A-Z]+\.md)", "](", markdown)
+    # Code is not part of the site.
+    markdown = markdown.replace("](../crates/", f"]({REPOSITORY}/blob/main/crates/")
     # A notebook's own page links to the file beside it, for download.
     markdown = re.sub(r"(\]\([^)]*/[^)]*)\.ipynb\)", r"\1.md)", markdown)
     return with_code(markdown) if page.file.src_uri == "gallery.md" else markdown
