@@ -194,6 +194,7 @@ def render(
     lighting: str = "sharp",
     background: str | None = None,
     counter: str = "boxes",
+    edges: bool = False,
     clip: str | Sequence[str | Sequence[float]] = (),
     hide: str | Sequence[str] = (),
     only: str | Sequence[str] = (),
@@ -206,14 +207,26 @@ def render(
     other arguments as in `Scene.render`. The range of a `BlockError` counts rows, not rays.
     """
     client = _client(client)
-    settings, view = picture_args(camera, size, samples, look, lighting, background, counter, clip, hide, only)
+    settings, view = picture_args(
+        camera,
+        size=size,
+        samples=samples,
+        look=look,
+        lighting=lighting,
+        background=background,
+        counter=counter,
+        edges=edges,
+        clip=clip,
+        hide=hide,
+        only=only,
+    )
     # Invalid settings raise before anything is sent.
     _native.expose(scene._native, settings._replace(samples=1), view, (0, 1), 1)
     width, height = size
     if (block := operator.index(block)) < 1:
         raise ValueError(f"block is {block}, but must be at least 1")
     spans = [(top, min(top + block, height)) for top in range(0, height, block)]
-    exposed = np.empty((height, width, 4))
+    exposed = np.empty((height, width, 5))
     report = callback(progress)
     done = 0
     job = _Job(__version__, None, "render", {"settings": settings, "view": view}, None)

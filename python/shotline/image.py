@@ -54,12 +54,14 @@ class Image(np.ndarray[Any, np.dtype[np.uint8]]):
 
 def picture_args(
     camera: Camera | str | None,
+    *,
     size: tuple[int, int],
     samples: int,
     look: str,
     lighting: str,
     background: str | None,
     counter: str,
+    edges: bool,
     clip: str | Sequence[str | Sequence[float]],
     hide: str | Sequence[str],
     only: str | Sequence[str],
@@ -75,10 +77,21 @@ def picture_args(
     view = (
         View(camera.eye, camera.target, camera.up or (0.0, 0.0, 1.0), camera.fov, camera.height) if camera else None
     )
-    shown = _names(hide, "hide"), _names(only, "only")
-    planes = _planes(clip)
+    if not isinstance(edges, (bool, np.bool_)):
+        raise TypeError(f"edges must be True or False, not {edges!r}")
     settings = PictureSettings(
-        width, height, samples, look, lighting, counter, background, planes, *shown, standard_view
+        width,
+        height,
+        samples,
+        look,
+        lighting,
+        counter,
+        background,
+        bool(edges),
+        clip=_planes(clip),
+        hide=_names(hide, "hide"),
+        only=_names(only, "only"),
+        view=standard_view,
     )
     return settings, view
 

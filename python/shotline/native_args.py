@@ -36,6 +36,7 @@ class PictureSettings(NamedTuple):
     lighting: str
     counter: str
     background: str | None
+    edges: bool
     clip: list[str]
     hide: list[str]
     only: list[str]

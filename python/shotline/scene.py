@@ -23,12 +23,12 @@ from .contents import Contents, Read
 from .extension import Document, Settings, joined, materials_of
 from .foreign import instances, is_scene
 from .html_repr import html
-from .image import Image, picture_args
 from .mesh import Mesh
 from .native_args import MeasureSettings
 from .nodes import Node, Object
 from .origin import Origin
 from .path_names import path_hint
+from .pictures import Pictures
 from .plot import plot_ray, plot_slice
 from .progress import callback
 from .queries import Queries, number_of
@@ -37,7 +37,7 @@ from .serialize import serialize
 from .values import affine, bounded_integer, choice, number, suggestion, text, threads_of
 
 
-class Scene(Contents, Queries):
+class Scene(Contents, Pictures, Queries):
     """A scene, compiled on construction and then immutable; any number of threads may query it.
 
     `objects` are objects (`node.named("bolt", material="steel")`) or plain nodes, which become objects named `object0`
@@ -175,52 +175,6 @@ class Scene(Contents, Queries):
         if not found:
             raise ValueError(f"there is no object {item!r}; {suggestion(item, self.object_names, 'the names are')}")
         return found
-
-    def render(
-        self,
-        camera: Camera | str | None = None,
-        *,
-        size: tuple[int, int] = (800, 600),
-        samples: int = 4,
-        look: str = "lit",
-        lighting: str = "sharp",
-        background: str | None = None,
-        counter: str = "boxes",
-        clip: str | Sequence[str | Sequence[float]] = (),
-        hide: str | Sequence[str] = (),
-        only: str | Sequence[str] = (),
-        threads: int = 0,
-        progress: Any = None,
-    ) -> Image:
-        """A picture, with the scene's materials and lights.
-
-        Args:
-            camera: the camera; "front", "back", "left", "right", "top", "bottom" or "iso" for a view of everything in parallel
-                projection, with z up; None for that of the scene, or one that frames everything.
-            size: width and height in pixels.
-            samples: samples per pixel; more give smoother edges.
-            look: the render mode: "lit", "normal", "depth", "thickness" (with a legend in the scene's units), "xray" or
-                "cost".
-            lighting: "sharp" or, with 32 samples or more, "soft".
-            background: "studio", "white", "black", "transparent" or a colour such as "#336699"; None takes
-                that of the look.
-            counter: the counter that the look "cost" shows: "boxes", "cells", "planes", "solids", "tags", "heap" or
-                "all".
-            clip: planes that cut the scene open: "x=1" removes the points with x > 1, and (nx, ny, nz, d) those with
-                nx x + ny y + nz z > d. What is cut through is drawn flat.
-            hide: names of objects that are left out, but not what they contain; `*` stands for any letters. If neither
-                `hide` nor `only` is given, an object that encloses all others is left out.
-            only: names of objects that are shown with what they contain, and no others.
-
-        Returns:
-            `Image`, an array of shape (height, width, 3), or 4 with a transparent background, uint8 sRGB.
-
-        Raises:
-            ValueError: for a camera that sees nothing, a size out of range, an unknown name, an invalid plane,
-                both `hide` and `only`.
-        """
-        settings, view = picture_args(camera, size, samples, look, lighting, background, counter, clip, hide, only)
-        return Image(_native.render(self._native, settings, view, threads_of(threads), callback(progress)))
 
     def plot_ray(
         self, o: ArrayLike, d: ArrayLike, *, ax: Any = None, t_min: float = 0.0, t_max: float = math.inf

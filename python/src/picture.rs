@@ -52,6 +52,7 @@ pub struct PictureSettings {
     lighting: String,
     counter: String,
     background: Option<String>,
+    edges: bool,
     clip: Vec<String>,
     hide: Vec<String>,
     only: Vec<String>,
@@ -101,6 +102,7 @@ impl PictureSettings {
                 ),
                 None => None,
             },
+            edges: self.edges,
             clip: self.clip.iter().map(plane).collect::<PyResult<_>>()?,
             hidden: self.hidden(scene)?,
             viewpoint: Viewpoint { view: self.standard_view()?, ..Viewpoint::default() },
@@ -119,7 +121,7 @@ impl PictureSettings {
     }
 }
 
-/// Renders a range of rows, the end excluded, to linear colours and alpha: (rows, width, 4).
+/// Renders a range of rows, the end excluded, to linear colours, alpha and lines: (rows, width, 5).
 #[pyfunction]
 pub fn expose<'py>(
     py: Python<'py>,
@@ -135,11 +137,12 @@ pub fn expose<'py>(
         shotline_render::expose(world, described, &settings, rows.0..rows.1, run)
     })?;
     let Exposure { width, height, samples } = exposed.map_err(|e| PyValueError::new_err(e.to_string()))?;
-    let numbers: Vec<f64> = samples.iter().flat_map(|s| [s.color.x, s.color.y, s.color.z, s.alpha]).collect();
-    numbers.into_pyarray(py).reshape([height as usize, width as usize, 4])
+    let numbers: Vec<f64> =
+        samples.iter().flat_map(|s| [s.color.x, s.color.y, s.color.z, s.alpha, s.ink]).collect();
+    numbers.into_pyarray(py).reshape([height as usize, width as usize, 5])
 }
 
-/// The picture from the linear colours of all rows.
+/// The picture from what [`expose`] returns for all rows.
 #[pyfunction]
 pub fn develop<'py>(
     py: Python<'py>,
@@ -149,8 +152,8 @@ pub fn develop<'py>(
     samples: PyReadonlyArray3<'py, f64>,
 ) -> PyResult<Bound<'py, PyArray3<u8>>> {
     let settings = settings.resolve(&scene.scene, camera)?;
-    let (pixels, _) = samples.as_slice()?.as_chunks::<4>();
-    let sample = |&[r, g, b, alpha]: &[f64; 4]| Sample { color: [r, g, b].into(), alpha };
+    let (pixels, _) = samples.as_slice()?.as_chunks::<5>();
+    let sample = |&[r, g, b, alpha, ink]: &[f64; 5]| Sample { color: [r, g, b].into(), alpha, ink };
     let samples = pixels.iter().map(sample).collect();
     let exposure = Exposure { width: settings.width, height: settings.height, samples };
     let image = shotline_render::develop(&scene.world, &scene.scene, &settings, exposure);

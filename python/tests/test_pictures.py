@@ -54,6 +54,8 @@ def test_cameras_and_looks():
         (lambda: SCENE.render(counter="x"), ValueError, "boxes"),
         (lambda: SCENE.render(background="red"), ValueError, "#336699"),
         (lambda: SCENE.render(clip=["x"]), ValueError, "NX,NY,NZ,D"),
+        (lambda: SCENE.render(edges=True, look="xray"), ValueError, "'xray' has no edges.* choose 'lit', 'normal' or"),
+        (lambda: SCENE.render(edges=2), TypeError, "edges must be True or False"),
         (lambda: SCENE.render(hide="ghost"), ValueError, "no object is named 'ghost'; scene.object_names"),
         (lambda: SCENE.render(hide=[1]), TypeError, "a name in hide"),
         (lambda: SCENE.render(hide="*", only="*"), ValueError, "either hide or only"),

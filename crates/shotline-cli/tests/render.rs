@@ -84,6 +84,19 @@ fn pictures_are_seen_from_elsewhere() {
     render(&["--eye", "1,2,3", "--target", "1,2,3"]).fails_with(&["`eye` and `target` are the same point"]);
 }
 
+#[test]
+fn edges_are_for_looks_that_show_surfaces() {
+    let sandbox = Sandbox::new().with("drilled.json", DRILLED);
+    let with_edges = picture(&sandbox, "drilled.json", &["--edges"]);
+    assert!(with_edges != picture(&sandbox, "drilled.json", &[]));
+    assert!(
+        with_edges == picture(&sandbox, "drilled.json", &["--edges", "--threads", "1", "--accel", "brute"])
+    );
+    let args = ["render", "drilled.json", "-o", "other.png", "--edges", "--look", "thickness"];
+    sandbox.run(&args).fails_with(&["error: --edges: the look 'thickness' has no edges", "'lit', 'normal'"]);
+    assert!(!sandbox.path("other.png").exists());
+}
+
 /// The number of frames that an animated PNG announces, and the number that it contains.
 fn frames(png: &[u8]) -> (u32, usize) {
     let chunk = |name: &[u8]| png.windows(4).position(|w| w == name);

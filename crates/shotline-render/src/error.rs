@@ -39,6 +39,11 @@ pub enum RenderError {
     /// The magnification is out of range.
     #[error("the zoom is {0}, but must be positive and finite")]
     Zoom(f64),
+    /// The look does not show surfaces.
+    #[error(
+        "the look '{0}' has no edges, since it shows what lies along each ray and no surfaces; choose 'lit', 'normal' or 'depth'"
+    )]
+    Edges(&'static str),
     /// The look needs solids, and an object of the world is not a solid.
     #[error("the look '{look}' needs solids, which have an inside: {error}; close the mesh or choose 'lit'")]
     NotSolid {

@@ -11,15 +11,17 @@ pub struct Sample {
     pub color: Rgb,
     /// The fraction of the background that is covered.
     pub alpha: f64,
+    /// The fraction that is covered by lines, which are drawn over the colour when the picture is developed.
+    pub ink: f64,
 }
 
 impl Sample {
     /// The background alone.
-    pub const NOTHING: Sample = Sample { color: Vec3::ZERO, alpha: 0.0 };
+    pub const NOTHING: Sample = Sample { color: Vec3::ZERO, alpha: 0.0, ink: 0.0 };
 
     /// A sample that covers the background.
     pub fn opaque(color: Rgb) -> Sample {
-        Sample { color, alpha: 1.0 }
+        Sample { color, alpha: 1.0, ink: 0.0 }
     }
 }
 

@@ -10,17 +10,16 @@ use shotline::query::batch::Run;
 use shotline::ray::Ray;
 
 use crate::camera::View;
+use crate::edges::{self, EdgesError};
 use crate::error::RenderError;
 use crate::exposure::{Exposure, Sample};
 use crate::look::Shader;
 use crate::sampling::{self, SampleNumbers};
 use crate::settings::Settings;
 use crate::temporal_cache::TemporalCache;
-use crate::tracer::{SampleRays, Tracer};
+use crate::tile::{Tile, area, tiles};
+use crate::tracer::{Identify, SampleRays, Tracer};
 use crate::visible_part::VisiblePart;
-
-/// The side of a tile in pixels: small enough that rays of one tile mostly meet the same objects.
-const TILE: u32 = 32;
 
 /// The number of samples that are shaded together: some hundred kilobytes of rays and results.
 const BLOCK: usize = 2048;
@@ -89,7 +88,9 @@ impl Film<'_> {
         };
         let all = || {
             let swept = cache.swept.as_ref();
-            let tracer = || Tracer::new(self.world, self.settings.coherence, swept, self.visible, run);
+            let identify = if self.settings.edges { Identify::Surfaces } else { Identify::Objects };
+            let tracer =
+                || Tracer::new(self.world, self.settings.coherence, swept, self.visible, identify, run);
             tiles.par_iter().enumerate().map_init(tracer, one).collect()
         };
         let exposed: Vec<_> = match run.pool {
@@ -115,7 +116,21 @@ impl Film<'_> {
             Some(sample) => Some(Pixel { sample, is_static: true }),
             None => exposed.next(),
         };
-        Ok(tile.positions().filter_map(pixel).collect())
+        let mut pixels: Vec<Pixel> = tile.positions().filter_map(pixel).collect();
+        if self.settings.edges {
+            // The lines of a pixel depend on what its neighbours see, so they are not kept for the next frame.
+            for (pixel, ink) in pixels.iter_mut().zip(self.ink(tile, tracer)?) {
+                pixel.sample.ink = ink;
+            }
+        }
+        Ok(pixels)
+    }
+
+    fn ink(&self, tile: &Tile, tracer: &mut Tracer) -> Result<Vec<f64>, RenderError> {
+        edges::coverage(tile, self.view, tracer).map_err(|error| match error {
+            EdgesError::Camera(error) => error.into(),
+            EdgesError::Cast(error) => RenderError::of(self.settings.look.name, error),
+        })
     }
 
     /// The pixels at some positions, block by block of their samples.
@@ -141,7 +156,8 @@ impl Film<'_> {
         self.add_block(&mut block, tracer, &mut pixels, cancelled)?;
         let scale = 1.0 / f64::from(count);
         for Pixel { sample, .. } in &mut pixels {
-            *sample = Sample { color: sample.color * scale, alpha: sample.alpha * scale };
+            sample.color *= scale;
+            sample.alpha *= scale;
         }
         Ok(pixels)
     }
@@ -194,70 +210,8 @@ impl SampleBlock {
     }
 }
 
-fn area(width: u32, height: u32) -> usize {
-    width as usize * height as usize
-}
-
 /// A pixel, and whether nothing that moves can ever change it.
 struct Pixel {
     sample: Sample,
     is_static: bool,
-}
-
-/// A rectangle of pixels.
-struct Tile {
-    left: u32,
-    top: u32,
-    width: u32,
-    height: u32,
-}
-
-/// All tiles of some rows, row by row.
-fn tiles(width: u32, rows: Range<u32>) -> Vec<Tile> {
-    let end = rows.end;
-    rows.step_by(TILE as usize)
-        .flat_map(|top| (0..width).step_by(TILE as usize).map(move |left| (left, top)))
-        .map(|(left, top)| Tile { left, top, width: TILE.min(width - left), height: TILE.min(end - top) })
-        .collect()
-}
-
-impl Tile {
-    /// The columns and rows of its pixels, row by row.
-    fn positions(&self) -> impl Iterator<Item = (u32, u32)> + use<> {
-        let &Tile { left, top, width, height } = self;
-        (top..top + height).flat_map(move |row| (left..left + width).map(move |column| (column, row)))
-    }
-
-    /// Copies a value for each pixel of the tile into rows of a picture of a width, the first of which is row `top`.
-    fn paste<T>(&self, pixels: impl Iterator<Item = T>, width: u32, top: u32, picture: &mut [T]) {
-        for (i, pixel) in (0..).zip(pixels) {
-            let (column, row) = (self.left + i % self.width, self.top - top + i / self.width);
-            picture[area(width, row) + column as usize] = pixel;
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use shotline::math::Vec3;
-
-    use super::*;
-
-    #[test]
-    fn tiles_cover_each_pixel_once() {
-        let (width, height) = (2 * TILE + 5, TILE + 1);
-        let mut exposure = Exposure { width, height, samples: vec![Sample::NOTHING; area(width, height)] };
-        for tile in tiles(width, 0..height) {
-            let pixel = |i: usize| {
-                let (column, row) = (tile.left + i as u32 % tile.width, tile.top + i as u32 / tile.width);
-                Sample::opaque(Vec3::new(f64::from(column), f64::from(row), 0.0))
-            };
-            let pixels: Vec<_> = (0..area(tile.width, tile.height)).map(pixel).collect();
-            tile.paste(pixels.into_iter(), width, 0, &mut exposure.samples);
-        }
-        for (i, s) in exposure.samples.iter().enumerate() {
-            let (column, row) = (i as u32 % width, i as u32 / width);
-            assert_eq!(s.color, Vec3::new(f64::from(column), f64::from(row), 0.0));
-        }
-    }
 }

@@ -86,7 +86,7 @@ mod tests {
 
     #[test]
     fn png_decodes_back() {
-        let half = Sample { color: Vec3::new(0.5, 0.0, 0.0), alpha: 0.5 };
+        let half = Sample { color: Vec3::new(0.5, 0.0, 0.0), alpha: 0.5, ink: 0.0 };
         let exposure = Exposure { width: 2, height: 1, samples: vec![half, Sample::NOTHING] };
         let opaque = Image::compose(&exposure, Background::WHITE);
         assert_eq!(decoded(&opaque), (ColorType::Rgb, vec![255, 188, 188, 255, 255, 255]));

@@ -8,6 +8,7 @@ use shotline::query::batch::Run;
 use shotline::scene::{Camera, Scene};
 
 use crate::camera::View;
+use crate::edges;
 use crate::error::RenderError;
 use crate::exposure::Exposure;
 use crate::film::Film;
@@ -147,6 +148,7 @@ pub(crate) fn with_shader<T>(
 /// Turns an exposure into a picture.
 pub(crate) fn compose(shader: &dyn Shader, settings: &Settings, mut exposure: Exposure) -> Image {
     shader.develop(&mut exposure);
+    edges::draw(&mut exposure);
     Image::compose(&exposure, settings.effective_background())
 }
 

@@ -33,6 +33,8 @@ pub struct Settings {
     pub lighting: Lighting,
     /// What the look `cost` counts.
     pub counter: &'static Counter,
+    /// Whether edges are drawn as dark lines, 1.5 pixels wide.
+    pub edges: bool,
     /// What rays reuse from earlier rays.
     pub coherence: Coherence,
     /// The planes that cut the scene open.
@@ -53,6 +55,7 @@ impl Default for Settings {
             background: None,
             lighting: Lighting::Sharp,
             counter: &COUNTERS[0],
+            edges: false,
             coherence: Coherence::default(),
             clip: Vec::new(),
             hidden: HiddenObjects::default(),
@@ -66,10 +69,10 @@ impl Settings {
         self.background.unwrap_or(self.look.background)
     }
 
-    /// Checks the size and the number of samples.
+    /// Checks the size, the number of samples, and what the look can show.
     ///
     /// # Errors
-    /// [`RenderError::Size`] or [`RenderError::Samples`].
+    /// [`RenderError::Size`], [`RenderError::Samples`] or [`RenderError::Edges`].
     pub(crate) fn check(&self) -> Result<(), RenderError> {
         let &Settings { width, height, samples, .. } = self;
         let sides = 1..=MAX_SIDE;
@@ -79,6 +82,9 @@ impl Settings {
         }
         if !(1..=MAX_SAMPLES).contains(&samples) {
             return Err(RenderError::Samples(samples));
+        }
+        if self.edges && !self.look.shows_surfaces {
+            return Err(RenderError::Edges(self.look.name));
         }
         Ok(())
     }

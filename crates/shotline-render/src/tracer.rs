@@ -67,6 +67,15 @@ impl SampleRays {
     }
 }
 
+/// What a tracer has to tell of the surfaces that it finds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Identify {
+    /// Their objects.
+    Objects,
+    /// Their objects, leaf surfaces and instance paths.
+    Surfaces,
+}
+
 /// Traces the rays of some samples at a time: one thread's caster, with memory for its results.
 pub struct Tracer<'w> {
     caster: BatchCaster<'w>,
@@ -94,6 +103,10 @@ pub struct SurfacePoint {
     pub t: f64,
     /// The object.
     pub object: u32,
+    /// The leaf surface, and -1 at a cut; 0 if surfaces are not identified.
+    pub surface: i64,
+    /// The instance path; 0 if surfaces are not identified.
+    pub path: i64,
     /// The unit normal on the side that the ray comes from. Surfaces without an inside have two sides, and a
     /// solid may be seen from within: both are shaded like any other.
     pub normal: Vec3,
@@ -107,10 +120,10 @@ pub struct SurfacePoint {
 
 impl SurfacePoint {
     fn new(number: usize, ray: &Ray, hit: &RayHit) -> SurfacePoint {
-        let &RayHit { t, t_err, object, normal, is_cut, color } = hit;
+        let &RayHit { t, t_err, object, surface, path, normal, is_cut, color } = hit;
         let normal = if normal.dot(ray.direction()) > 0.0 { -normal } else { normal };
         let start = offset_from_surface(ray, t, t_err, normal);
-        SurfacePoint { ray: number, t, object, normal, start, is_cut, color }
+        SurfacePoint { ray: number, t, object, surface, path, normal, start, is_cut, color }
     }
 }
 
@@ -119,6 +132,8 @@ struct RayHit {
     t: f64,
     t_err: f64,
     object: u32,
+    surface: i64,
+    path: i64,
     normal: Vec3,
     is_cut: bool,
     color: Option<Rgb>,
@@ -131,11 +146,16 @@ impl<'w> Tracer<'w> {
         coherence: Coherence,
         swept: Option<&'w SweptBounds>,
         visible: &'w VisiblePart,
+        identify: Identify,
         run: Run<'w>,
     ) -> Tracer<'w> {
         let colors = VertexColors::new(world);
         let of_colors = if colors.is_some() { VertexColors::fields() } else { Fields::NONE };
-        let fields = Fields::OBJECT | Fields::NORMAL | Fields::T_ERR | of_colors;
+        let identity = match identify {
+            Identify::Objects => Fields::NONE,
+            Identify::Surfaces => Fields::SURFACE | Fields::PATH,
+        };
+        let fields = Fields::OBJECT | Fields::NORMAL | Fields::T_ERR | of_colors | identity;
         Tracer {
             caster: BatchCaster::new(world, Run { fields, ..run }),
             coherence,
@@ -195,7 +215,10 @@ impl<'w> Tracer<'w> {
                 let (t_err, object) = (self.closest.t_err[number], self.closest.object[number] as u32);
                 let color =
                     self.colors.as_mut().and_then(|colors| colors.of_row(&self.closest, number, ray.at(t)));
-                let hit = RayHit { t, t_err, object, normal, is_cut: false, color };
+                // Columns that were not requested are empty.
+                let surface = self.closest.surface.get(number).map_or(0, |surface| i64::from(*surface));
+                let path = self.closest.path.get(number).copied().unwrap_or(0);
+                let hit = RayHit { t, t_err, object, surface, path, normal, is_cut: false, color };
                 points.push(SurfacePoint::new(number, ray, &hit));
             }
         }
@@ -208,9 +231,11 @@ impl<'w> Tracer<'w> {
         let (visible, colors) = (self.visible, &mut self.colors);
         self.caster.cast_rays(&rays.rays, |caster, number, ray| {
             if let Some(hit) = visible.closest(caster, ray, Span::FORWARD)? {
-                let &Hit { t, t_err, object, normal, kind, .. } = &hit;
+                let &Hit { t, t_err, object, normal, kind, path, .. } = &hit;
+                let (surface, path) = (hit.surface.map_or(-1, i64::from), path as i64);
                 let color = colors.as_mut().and_then(|colors| colors.of_hit(&hit, ray.at(t)));
-                let hit = RayHit { t, t_err, object, normal, is_cut: kind == HitKind::Start, color };
+                let is_cut = kind == HitKind::Start;
+                let hit = RayHit { t, t_err, object, surface, path, normal, is_cut, color };
                 points.push(SurfacePoint::new(number, ray, &hit));
             }
             Ok(())

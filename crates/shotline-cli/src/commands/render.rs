@@ -56,6 +56,10 @@ pub struct Command {
     /// The background: studio, white, black, transparent or a colour #RRGGBB; default: that of the look
     #[arg(long, value_name = "COLOUR", value_parser = Background::from_str)]
     background: Option<Background>,
+    /// Draw dark lines where the object, its instance, the surface, the normal or the depth changes, as in a technical
+    /// drawing; for the looks lit, normal and depth
+    #[arg(long)]
+    edges: bool,
     /// Render this number of frames into an animated PNG: objects move as the scene's "motions" say
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_FRAMES)), allow_negative_numbers = true)]
     frames: Option<u32>,
@@ -93,6 +97,7 @@ Examples:
   shotline render bunny.ply -o bunny.png --look xray --background white
   shotline render engine.json -o soft.png --lighting soft --samples 64
   shotline render engine.json -o top.png --view top
+  shotline render engine.json -o drawing.png --view iso --edges --background white
   shotline render engine.json -o near.png --eye 3,-8,4 --target 0,0,1 --zoom 2
   shotline render bunny.ply -o turning.png --frames 72
   shotline render detector.gdml -o inside.png --hide 'World*' --hide 'Hall*'
@@ -239,6 +244,7 @@ impl Command {
             background: self.background,
             lighting: self.lighting.unwrap_or(LightingChoice::Sharp).into(),
             counter: self.counter.unwrap_or(&COUNTERS[0]),
+            edges: self.edges,
             camera: None,
             viewpoint: self.viewpoint.viewpoint(),
             coherence: Coherence {
@@ -271,6 +277,7 @@ impl Command {
             RenderError::Cancelled => Failure::Interrupted,
             RenderError::Size { .. } => Failure::new(format!("--size: {error}")),
             RenderError::Samples(_) => Failure::new(format!("--samples: {error}")),
+            RenderError::Edges(_) => Failure::new(format!("--edges: {error}")),
             RenderError::Zoom(_) => Failure::new(format!("--zoom: {error}")),
             error => Failure::of_input(&self.model.path, error),
         }

@@ -16,6 +16,7 @@ pub(super) static LOOK: Look = Look {
     summary: "a heat map of the work of each ray, with a legend",
     background: Background::BLACK,
     is_local: false,
+    shows_surfaces: false,
     shader: |context| Ok(Box::new(Cost { counter: context.counter })),
 };
 

@@ -15,6 +15,7 @@ pub(super) static LOOK: Look = Look {
     summary: "distance from the plane of the eye, from near (white) to far (dark grey)",
     background: Background::BLACK,
     is_local: true,
+    shows_surfaces: true,
     shader: |_| Ok(Box::new(Depth)),
 };
 

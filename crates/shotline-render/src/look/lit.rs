@@ -19,6 +19,7 @@ pub(super) static LOOK: Look = Look {
     summary: "surfaces in the colours of their materials, with shadows, highlights and mirrors",
     background: Background::STUDIO,
     is_local: true,
+    shows_surfaces: true,
     shader: |context| Ok(Box::new(Lit::new(context)?)),
 };
 

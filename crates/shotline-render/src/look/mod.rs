@@ -35,6 +35,8 @@ pub struct Look {
     /// Whether a pixel depends only on what its rays meet. The look `cost` is not local: the cost of a ray depends on
     /// the whole accelerator, and so on everything that moves.
     pub(crate) is_local: bool,
+    /// Whether a pixel shows the first surfaces that its rays meet, so that there are edges between them.
+    pub shows_surfaces: bool,
     /// Computes once what all rays need.
     pub(crate) shader: fn(&ShaderContext) -> Result<Box<dyn Shader>, RenderError>,
 }

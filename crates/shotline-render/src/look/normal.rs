@@ -15,6 +15,7 @@ pub(super) static LOOK: Look = Look {
     summary: "the unit normal on the visible side, (n + 1) / 2 as red, green and blue",
     background: Background::plain([0.5; 3]),
     is_local: true,
+    shows_surfaces: true,
     shader: |_| Ok(Box::new(Normals)),
 };
 

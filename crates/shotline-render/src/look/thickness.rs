@@ -16,6 +16,7 @@ pub(super) static LOOK: Look = Look {
     summary: "the length of each ray inside objects, with a legend in the scene's units",
     background: Background::BLACK,
     is_local: true,
+    shows_surfaces: false,
     shader: |context: &ShaderContext| Ok(Box::new(Thickness { units: context.scene.units })),
 };
 

@@ -15,6 +15,7 @@ pub(super) static LOOK: Look = Look {
     summary: "a radiograph: the transmitted fraction of light, exp(-sum of mu times length)",
     background: Background::WHITE,
     is_local: true,
+    shows_surfaces: false,
     shader: |context| Ok(Box::new(Radiograph { mu: attenuations(context) })),
 };
 
@@ -40,7 +41,7 @@ impl Shader for Radiograph {
             // out.
             let finite = segments.iter().filter(|s| s.length.is_finite());
             let depth: f64 = finite.map(|s| self.mu[s.object as usize] * s.length).sum();
-            samples[ray] = Sample { color: Vec3::ZERO, alpha: -(-depth).exp_m1() };
+            samples[ray] = Sample { color: Vec3::ZERO, alpha: -(-depth).exp_m1(), ink: 0.0 };
         })
     }
 }

@@ -1,0 +1,80 @@
+"""Pictures of a compiled scene."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from . import _native
+from .appearance import Camera
+from .image import Image, picture_args
+from .progress import callback
+from .values import threads_of
+
+
+class Pictures:
+    """The pictures of a `Scene`."""
+
+    __slots__ = ()
+    _native: _native.Scene
+
+    def render(
+        self,
+        camera: Camera | str | None = None,
+        *,
+        size: tuple[int, int] = (800, 600),
+        samples: int = 4,
+        look: str = "lit",
+        lighting: str = "sharp",
+        background: str | None = None,
+        counter: str = "boxes",
+        edges: bool = False,
+        clip: str | Sequence[str | Sequence[float]] = (),
+        hide: str | Sequence[str] = (),
+        only: str | Sequence[str] = (),
+        threads: int = 0,
+        progress: Any = None,
+    ) -> Image:
+        """A picture, with the scene's materials and lights.
+
+        Args:
+            camera: the camera; "front", "back", "left", "right", "top", "bottom" or "iso" for a view of everything in parallel
+                projection, with z up; None for that of the scene, or one that frames everything.
+            size: width and height in pixels.
+            samples: samples per pixel; more give smoother edges.
+            look: the render mode: "lit", "normal", "depth", "thickness" (with a legend in the scene's units), "xray" or
+                "cost".
+            lighting: "sharp" or, with 32 samples or more, "soft".
+            background: "studio", "white", "black", "transparent" or a colour such as "#336699"; None takes
+                that of the look.
+            counter: the counter that the look "cost" shows: "boxes", "cells", "planes", "solids", "tags", "heap" or
+                "all".
+            edges: draw dark lines where the object, its instance, the surface, the normal or the depth changes, as in a technical
+                drawing; for the looks "lit", "normal" and "depth".
+            clip: planes that cut the scene open: "x=1" removes the points with x > 1, and (nx, ny, nz, d) those with
+                nx x + ny y + nz z > d. What is cut through is drawn flat.
+            hide: names of objects that are left out, but not what they contain; `*` stands for any letters. If neither
+                `hide` nor `only` is given, an object that encloses all others is left out.
+            only: names of objects that are shown with what they contain, and no others.
+
+        Returns:
+            `Image`, an array of shape (height, width, 3), or 4 with a transparent background, uint8 sRGB.
+
+        Raises:
+            ValueError: for a camera that sees nothing, a size out of range, an unknown name, an invalid plane,
+                both `hide` and `only`, edges in a look that has none.
+        """
+        settings, view = picture_args(
+            camera,
+            size=size,
+            samples=samples,
+            look=look,
+            lighting=lighting,
+            background=background,
+            counter=counter,
+            edges=edges,
+            clip=clip,
+            hide=hide,
+            only=only,
+        )
+        return Image(_native.render(self._native, settings, view, threads_of(threads), callback(progress)))
