@@ -18,7 +18,7 @@ from .values import MAX_NATIVE, bounded_integer, picture_size, text
 class Image(np.ndarray[Any, np.dtype[np.uint8]]):
     """A picture: an array of shape (height, width, 3), or 4 with alpha, uint8 sRGB, rows from the top.
 
-    It is an ordinary array, shows itself in notebooks, and saves itself as PNG.
+    It is an ordinary array, shows itself in notebooks, and saves itself as PNG or JPEG.
 
     >>> picture = Scene(Sphere(radius=1)).render(size=(32, 24), samples=1)
     >>> picture.shape, picture.dtype
@@ -42,11 +42,16 @@ class Image(np.ndarray[Any, np.dtype[np.uint8]]):
         return _native.encode_png(np.ascontiguousarray(self, np.uint8))
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write a PNG file. It appears complete or not at all."""
+        """Write a file, PNG or JPEG by the suffix of its name. It appears complete or not at all.
+
+        Raises ValueError for another suffix, and for a JPEG with alpha.
+        """
         path = os.fspath(path)
-        if not path.lower().endswith(".png"):
-            raise ValueError(f"pictures are saved as .png, not as {path}")
-        _native.save_png(path, np.ascontiguousarray(self, np.uint8))
+        suffix = os.path.splitext(path)[1].lower()
+        if suffix not in (".png", ".jpg", ".jpeg"):
+            raise ValueError(f"pictures are saved as .png, .jpg or .jpeg, not as {path}")
+        save = _native.save_png if suffix == ".png" else _native.save_jpeg
+        save(path, np.ascontiguousarray(self, np.uint8))
 
     def _repr_png_(self) -> bytes | None:
         return self.to_png() if self.ndim == 3 and self.dtype == np.uint8 and self.shape[2] in (3, 4) else None

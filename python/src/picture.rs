@@ -12,7 +12,7 @@ use shotline::scene::{Camera, HiddenObjects, Lens};
 use shotline_io::atomic_write;
 use shotline_render::{
     ClipPlane, Exposure, Image, LOOKS, Lighting, Sample, Settings, StandardView, Viewpoint, encode_bytes,
-    look,
+    encode_jpeg_bytes, look,
 };
 
 use crate::cancellation::work;
@@ -197,12 +197,26 @@ pub fn save_png(path: PathBuf, pixels: PyReadonlyArray3<u8>) -> PyResult<()> {
     atomic_write(&path, |out| out.write_all(&png)).map_err(write_error)
 }
 
+/// Writes the JPEG of eight-bit sRGB of shape (height, width, 3) to a file, atomically.
+#[pyfunction]
+pub fn save_jpeg(path: PathBuf, pixels: PyReadonlyArray3<u8>) -> PyResult<()> {
+    let [width, height] = size(&pixels)?;
+    let jpeg = encode_jpeg_bytes(width, height, pixels.as_slice()?)
+        .map_err(|e| PyValueError::new_err(e.to_string()))?;
+    atomic_write(&path, |out| out.write_all(&jpeg)).map_err(write_error)
+}
+
 fn png(pixels: &PyReadonlyArray3<u8>) -> PyResult<Vec<u8>> {
+    let [width, height] = size(pixels)?;
+    encode_bytes(width, height, pixels.as_slice()?.to_vec()).map_err(|e| PyValueError::new_err(e.to_string()))
+}
+
+/// The width and the height of pixels.
+fn size(pixels: &PyReadonlyArray3<u8>) -> PyResult<[u32; 2]> {
     let [height, width, channels] = [0, 1, 2].map(|axis| pixels.shape()[axis]);
     let side = |n: usize| u32::try_from(n).map_err(|_| PyValueError::new_err("the picture is too large"));
     if !(3..=4).contains(&channels) {
         return Err(PyValueError::new_err(format!("a picture has 3 or 4 channels, not {channels}")));
     }
-    encode_bytes(side(width)?, side(height)?, pixels.as_slice()?.to_vec())
-        .map_err(|e| PyValueError::new_err(e.to_string()))
+    Ok([side(width)?, side(height)?])
 }

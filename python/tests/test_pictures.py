@@ -18,6 +18,9 @@ def test_pictures_are_arrays(tmp_path):
     picture.save(tmp_path / "ball.png")
     assert (tmp_path / "ball.png").read_bytes() == png
     Image(picture[::-1, ::2]).save(str(tmp_path / "half.png"))
+    picture.save(tmp_path / "ball.JPEG")
+    jpeg = (tmp_path / "ball.JPEG").read_bytes()
+    assert jpeg.startswith(b"\xff\xd8") and jpeg.endswith(b"\xff\xd9")
     assert picture[0]._repr_png_() is None
     pyplot = pytest.importorskip("matplotlib.pyplot", reason="matplotlib is not installed")
     assert (np.rint(pyplot.imread(io.BytesIO(png)) * 255).astype(np.uint8)[..., :3] == picture).all()
@@ -64,7 +67,8 @@ def test_cameras_and_looks():
         (lambda: SCENE.render(samples=0), ValueError, "samples"),
         (lambda: SCENE.render(Camera(eye=(0, 0, 0), fov=30)), ValueError, "same point"),
         (lambda: SCENE.render(size=(2, 2)).save("/no/such/folder/x.png"), OSError, "folder"),
-        (lambda: SCENE.render(size=(2, 2)).save("x.jpg"), ValueError, "png"),
+        (lambda: SCENE.render(size=(2, 2)).save("x.gif"), ValueError, "png, .jpg or"),
+        (lambda: SCENE.render(size=(2, 2), background="transparent").save("x.jpg"), ValueError, "JPEG has no trans"),
         (lambda: Image(np.zeros((3, 3))), ValueError, "uint8"),
     ],
 )

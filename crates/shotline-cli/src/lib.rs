@@ -13,6 +13,7 @@ mod nesting;
 mod number;
 mod output;
 mod overlap;
+mod picture_file;
 mod progress;
 mod query;
 mod rays;

@@ -9,13 +9,13 @@ use crate::failure::Failure;
 use crate::stream::is_stream;
 
 /// The file name extensions of pictures.
-pub const PICTURE: &[&str] = &["png", "apng"];
+pub const PICTURE: &[&str] = &["png", "apng", "jpg", "jpeg"];
 
 /// The file name extensions of arrays.
 pub const ARRAYS: &[&str] = &["npz"];
 
 /// The file name extensions of slices.
-pub const SLICE: &[&str] = &["png", "svg", "npz"];
+pub const SLICE: &[&str] = &["png", "jpg", "jpeg", "svg", "npz"];
 
 /// Checks that a file can be written, before long work is done for it. `-` is standard output.
 ///

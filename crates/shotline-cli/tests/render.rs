@@ -97,6 +97,24 @@ fn edges_are_for_looks_that_show_surfaces() {
     assert!(!sandbox.path("other.png").exists());
 }
 
+#[test]
+fn the_suffix_says_what_is_written() {
+    let sandbox = Sandbox::new().with("drilled.json", DRILLED);
+    let render = |file: &str, rest: &[&str]| {
+        let args = ["render", "drilled.json", "-o", file, "--size", "40x30", "--samples", "1"];
+        sandbox.run(&[&args[..], rest].concat())
+    };
+    for file in ["out.jpg", "out.JPEG"] {
+        render(file, &[]).ok();
+        let jpeg = fs::read(sandbox.path(file)).unwrap();
+        assert!(jpeg.starts_with(b"\xff\xd8\xff") && jpeg.ends_with(b"\xff\xd9"));
+    }
+    render("out.gif", &[]).fails_with(&["out.gif", ".png or .apng or .jpg or .jpeg, not .gif"]);
+    render("no.jpg", &["--frames", "3"]).fails_with(&["no.jpg: cannot be written", "no frames", ".png"]);
+    render("no.jpg", &["--background", "transparent"]).fails_with(&["no.jpg", "transparent", ".png"]);
+    assert!(!sandbox.path("no.jpg").exists());
+}
+
 /// The number of frames that an animated PNG announces, and the number that it contains.
 fn frames(png: &[u8]) -> (u32, usize) {
     let chunk = |name: &[u8]| png.windows(4).position(|w| w == name);

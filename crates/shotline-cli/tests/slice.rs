@@ -27,6 +27,14 @@ fn i32s(bytes: &[u8]) -> Vec<i32> {
 }
 
 #[test]
+fn a_slice_is_written_as_jpeg_too() {
+    let sandbox = Sandbox::new().with("scene.json", SCENE);
+    sandbox.run(&["slice", "scene.json", "-o", "out.jpg", "--size", "60x40", "-q"]).ok();
+    let jpeg = fs::read(sandbox.path("out.jpg")).unwrap();
+    assert!(jpeg.starts_with(b"\xff\xd8\xff") && jpeg.ends_with(b"\xff\xd9"));
+}
+
+#[test]
 fn arrays_have_the_owners_and_the_names() {
     let sandbox = Sandbox::new().with("scene.json", SCENE);
     let args = ["slice", "scene.json", "-o", "out.npz", "--area", "-4,-2,4,2", "--size", "8x4"];
@@ -115,10 +123,10 @@ fn invalid_options_are_errors() {
     run(&["--area", "1,2,0,3"]).fails_with(&["U0 < U1"]);
     run(&["--size", "0x4"]).fails_with(&["error: --size: a slice of 0x4 pixels"]);
     run(&["--by", "colour"]).fails_with(&["colour", "object, material, instance"]);
-    sandbox.run(&["slice", "drilled.json", "-o", "out.jpg"]).fails_with(&["out.jpg", ".png or .svg or .npz"]);
+    sandbox.run(&["slice", "drilled.json", "-o", "out.gif"]).fails_with(&["out.gif", ".png or .jpg or .jpeg or .svg or .npz"]);
     sandbox
         .run(&["slice", "drilled.json", "-o", "out"])
-        .fails_with(&["use the extension .png, .svg or .npz"]);
+        .fails_with(&["use the extension .png, .jpg, .svg or .npz"]);
     sandbox
         .run(&["slice", "open.ply", "-o", "out.png", "--plane", "z=0.5"])
         .fails_with(&["open.ply", "open edges"]);

@@ -1,4 +1,4 @@
-//! Pictures of shotline worlds: a camera, lights, a registry of looks (render modes), and a film that develops to PNG.
+//! Pictures of shotline worlds: a camera, lights, a registry of looks (render modes), and a film that develops to PNG and JPEG.
 //!
 //! [`render()`] makes a picture. It uses the public queries of [`shotline::query::batch::BatchCaster`] only: closest
 //! crossings, occlusion and segments, and where objects contain others, what is visible first. Rays of the same kind are cast together: those from the camera, those to each lamp,
@@ -19,6 +19,7 @@ mod film;
 pub mod framing;
 mod heat_map;
 pub mod image;
+mod jpeg;
 pub mod light;
 mod look;
 mod movie;
@@ -43,6 +44,7 @@ pub use clip_plane::{ClipPlane, InvalidClipPlane};
 pub use error::RenderError;
 pub use exposure::{Exposure, Sample};
 pub use image::Image;
+pub use jpeg::{JpegError, encode_jpeg, encode_jpeg_bytes};
 pub use light::Lighting;
 pub use look::{LOOKS, Look, look};
 pub use movie::Movie;

@@ -11,7 +11,7 @@ use shotline::counters::{COUNTERS, Counters};
 use shotline::query::batch::{self, ClosestRows, Run};
 use shotline::ray::{Ray, Span};
 use shotline_io::Document;
-use shotline_render::{Image, Settings, encode_png, look, render};
+use shotline_render::{Image, Settings, look, render};
 
 use crate::failure::Failure;
 use crate::flags::Model;
@@ -19,7 +19,7 @@ use crate::input::PICTURE;
 use crate::number::{bytes, short};
 use crate::progress::Quiet;
 use crate::table::{Align, Table};
-use crate::{input, interrupt, output};
+use crate::{input, interrupt, output, picture_file};
 
 /// Compare the accelerators
 ///
@@ -36,7 +36,7 @@ pub struct Command {
     /// The rays, as .npy; default: those of a picture
     #[arg(long, value_name = "FILE.npy")]
     rays: Option<PathBuf>,
-    /// A contact sheet of heat maps of the work per ray, as PNG (.png or .apng); - for standard output
+    /// A contact sheet of heat maps of the work per ray, as PNG or JPEG, by the extension of the name; - for standard output
     #[arg(short, long, value_name = "FILE.png")]
     output: Option<PathBuf>,
 }
@@ -84,7 +84,7 @@ impl Command {
             None => output::print(&text)?,
             Some(path) => {
                 output::print_with(path, &text)?;
-                output::write(path, &encode_png(&self.sheet(&document, &entries)?))?;
+                picture_file::write(path, &self.sheet(&document, &entries)?)?;
             }
         }
         Ok(0)

@@ -15,12 +15,13 @@ use shotline::scene::{HiddenObjects, Scene};
 use shotline_io::Document;
 use shotline_render::animation::MAX_FRAMES;
 use shotline_render::{
-    Animation, AnimationError, Background, ClipPlane, Coherence, Image, LOOKS, Lighting, Look, Movie,
-    RenderError, Settings, animate, encode_png,
+    Animation, AnimationError, Background, ClipPlane, Coherence, Image, JpegError, LOOKS, Lighting, Look,
+    Movie, RenderError, Settings, animate,
 };
 
 use crate::failure::Failure;
 use crate::flags::{Build, Model, Threads, parse_size, parse_whole_number};
+use crate::picture_file::{self, PictureFormat};
 use crate::progress::{self, Quiet};
 use crate::shown::Shown;
 use crate::viewpoint::ViewpointFlags;
@@ -35,8 +36,8 @@ use crate::{input, interrupt, output};
 pub struct Command {
     #[command(flatten)]
     model: Model,
-    /// The picture, as PNG (.png or .apng); - for standard output
-    #[arg(short, long, value_name = "FILE.png")]
+    /// The picture, as PNG or JPEG, by the extension of the name; - for a PNG on standard output
+    #[arg(short, long, value_name = "FILE.png|.jpg")]
     output: PathBuf,
     /// Pixels across and down
     #[arg(long, value_name = "WxH", default_value = "800x600", value_parser = parse_size, allow_hyphen_values = true)]
@@ -156,10 +157,26 @@ impl Command {
         }
     }
 
+    /// Returns an error for what JPEG cannot hold, before long work is done for it.
+    fn expect_options_of_format(&self) -> Result<(), Failure> {
+        if PictureFormat::of(&self.output) == PictureFormat::Png {
+            return Ok(());
+        }
+        if self.frames.is_some() {
+            let why = "JPEG holds a single picture, and no frames: write a PNG (.png or .apng)";
+            return Err(Failure::of_file(&self.output, format!("cannot be written: {why}")));
+        }
+        match self.background {
+            Some(Background::Transparent) => Err(picture_file::failure(&self.output, JpegError::Transparent)),
+            _ => Ok(()),
+        }
+    }
+
     /// Runs the command.
     pub fn run(&self) -> Result<u8, Failure> {
         interrupt::catch();
         self.expect_options_of_look()?;
+        self.expect_options_of_format()?;
         output::expect_writable(&self.output, output::PICTURE, std::slice::from_ref(&self.model.path))?;
         let mut document = input::load_with_notes(&self.model, self.quiet)?;
         let mut hidden = self.shown.hidden(&document.scene, self.quiet)?;
@@ -183,12 +200,18 @@ impl Command {
                 counters: self.stats.then_some(&work),
                 ..Run::default()
             };
-            let png = match self.frames {
-                None => self.picture(&document, &settings, run),
-                Some(frames) => self.movie(&document, &settings, frames, run),
-            };
-            bar.finish_and_clear();
-            output::write(&self.output, &png?)
+            match self.frames {
+                None => {
+                    let picture = self.picture(&document, &settings, run);
+                    bar.finish_and_clear();
+                    picture_file::write(&self.output, &picture?)
+                }
+                Some(frames) => {
+                    let png = self.movie(&document, &settings, frames, run);
+                    bar.finish_and_clear();
+                    output::write(&self.output, &png?)
+                }
+            }
         })?;
         if self.stats {
             let work = work.into_inner().unwrap_or_default();
@@ -199,10 +222,10 @@ impl Command {
         Ok(0)
     }
 
-    fn picture(&self, document: &Document, settings: &Settings, run: Run) -> Result<Vec<u8>, Failure> {
+    fn picture(&self, document: &Document, settings: &Settings, run: Run) -> Result<Image, Failure> {
         let world = input::compile(document, &self.build)?;
         let picture = shotline_render::render(&world, &document.scene, settings, run);
-        Ok(encode_png(&picture.map_err(|e| self.failure(e))?))
+        picture.map_err(|e| self.failure(e))
     }
 
     fn movie(

@@ -9,13 +9,15 @@ use shotline::compile::World;
 use shotline::query::batch::Run;
 use shotline_io::Document;
 use shotline_render::slice::{
-    Area, ColorBy, Conflicts, Slice, SliceError, SlicePlane, SliceSettings, slice, slice_png, slice_svg,
+    Area, ColorBy, Conflicts, Slice, SliceError, SlicePlane, SliceSettings, slice, slice_jpeg, slice_png,
+    slice_svg,
 };
 
 use crate::columns::Columns;
 use crate::failure::Failure;
 use crate::flags::{Build, Model, Threads, parse_size};
 use crate::number::{counted, short_vector};
+use crate::picture_file;
 use crate::progress::{self, Quiet};
 use crate::stream::is_stream;
 use crate::{input, interrupt, output};
@@ -24,7 +26,7 @@ use crate::{input, interrupt, output};
 ///
 /// Rays along the rows of pixels find the boundaries, so that these are exact along the rows; a pixel belongs to what owns
 /// its middle. Nothing is hidden, and what encloses everything is shown too. The file is a picture with axes and a
-/// legend, .png or .svg, or arrays, .npz:
+/// legend, .png, .jpg or .svg, or arrays, .npz:
 ///
 ///   object, material, path  (rows, columns), from the upper left corner: indices
 ///                           into object_names, material_names, path_names; -1
@@ -43,8 +45,8 @@ use crate::{input, interrupt, output};
 pub struct Command {
     #[command(flatten)]
     model: Model,
-    /// The picture, as PNG or SVG, or the arrays, by the extension of the name; - for a PNG on standard output
-    #[arg(short, long, value_name = "FILE.png|.svg|.npz")]
+    /// The picture, as PNG, JPEG or SVG, or the arrays, by the extension of the name; - for a PNG on standard output
+    #[arg(short, long, value_name = "FILE.png|.jpg|.svg|.npz")]
     output: PathBuf,
     /// The plane: x=1, y=-2, z=0, or NX,NY,NZ,D for the points with N.p = D. Its axes are x and y for z=0, y and z for
     /// x=1, x and z for y=-2; in other planes the axis upwards is nearest to z, or to y where N is mostly along z
@@ -103,6 +105,7 @@ impl From<ByChoice> for ColorBy {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Format {
     Png,
+    Jpeg,
     Svg,
     Arrays,
 }
@@ -114,10 +117,12 @@ impl Format {
         match extension.as_deref() {
             _ if is_stream(path) => Ok(Format::Png),
             Some("png") => Ok(Format::Png),
+            Some("jpg" | "jpeg") => Ok(Format::Jpeg),
             Some("svg") => Ok(Format::Svg),
             Some("npz") => Ok(Format::Arrays),
             _ => {
-                let why = "the extension tells what is written\nhelp: use the extension .png, .svg or .npz";
+                let why =
+                    "the extension tells what is written\nhelp: use the extension .png, .jpg, .svg or .npz";
                 Err(Failure::of_file(path, format!("cannot be written: {why}")))
             }
         }
@@ -155,6 +160,13 @@ impl Command {
             Format::Arrays => Columns::slice(slice).with_names(world).write(&self.output),
             Format::Png => {
                 output::write(&self.output, &slice_png(&slice, world, &document.scene, by, conflicts))
+            }
+            Format::Jpeg => {
+                let jpeg = slice_jpeg(&slice, world, &document.scene, by, conflicts);
+                output::write(
+                    &self.output,
+                    &jpeg.map_err(|error| picture_file::failure(&self.output, error))?,
+                )
             }
             Format::Svg => {
                 let svg = slice_svg(&slice, world, &document.scene, by, conflicts);

@@ -19,7 +19,7 @@ pub use coloring::{ColorBy, Region, regions};
 pub use conflicts::{ConflictPart, PairInConflict};
 pub use figure::Conflicts;
 pub use owners::{Part, Slice, SliceSettings, slice};
-pub use picture::slice_png;
+pub use picture::{slice_jpeg, slice_png};
 pub use plane::{InvalidSlicePlane, SlicePlane};
 pub use svg::slice_svg;
 

@@ -6,6 +6,7 @@ use shotline::scene::Scene;
 use super::coloring::{ColorBy, regions};
 use super::figure::{Anchor, Conflicts, Figure, Fill, Mark};
 use super::owners::Slice;
+use crate::jpeg::{JpegError, encode_jpeg_bytes};
 use crate::png::encode_bytes;
 use crate::text;
 
@@ -23,17 +24,25 @@ const BOUNDARY: f64 = 0.45;
 
 /// The PNG of a slice: the pixels of its owners, axes in the units of the scene, and a legend.
 pub fn slice_png(slice: &Slice, world: &World, scene: &Scene, by: ColorBy, conflicts: Conflicts) -> Vec<u8> {
-    let regions = regions(slice, world, scene, by);
-    let figure = Figure::new(slice, world, scene, (by, &regions), conflicts);
-    let mut canvas = Canvas::new(figure.width, figure.height);
-    canvas.draw_slice(slice, &figure, by);
-    if figure.marks_conflicts {
-        canvas.draw_conflicts(slice, &figure);
-    }
-    figure.marks.iter().for_each(|mark| canvas.draw(mark, figure.font));
+    let canvas = Canvas::of(slice, world, scene, by, conflicts);
     let bytes = canvas.pixels.as_flattened().to_vec();
     // A canvas has as many bytes as its size needs.
-    encode_bytes(figure.width, figure.height, bytes).expect("a canvas has the bytes of its size")
+    encode_bytes(canvas.width, canvas.height, bytes).expect("a canvas has the bytes of its size")
+}
+
+/// The same picture as JPEG.
+///
+/// # Errors
+/// If it is wider or higher than a JPEG can be.
+pub fn slice_jpeg(
+    slice: &Slice,
+    world: &World,
+    scene: &Scene,
+    by: ColorBy,
+    conflicts: Conflicts,
+) -> Result<Vec<u8>, JpegError> {
+    let canvas = Canvas::of(slice, world, scene, by, conflicts);
+    encode_jpeg_bytes(canvas.width, canvas.height, canvas.pixels.as_flattened())
 }
 
 struct Canvas {
@@ -43,6 +52,19 @@ struct Canvas {
 }
 
 impl Canvas {
+    /// The picture of a slice.
+    fn of(slice: &Slice, world: &World, scene: &Scene, by: ColorBy, conflicts: Conflicts) -> Canvas {
+        let regions = regions(slice, world, scene, by);
+        let figure = Figure::new(slice, world, scene, (by, &regions), conflicts);
+        let mut canvas = Canvas::new(figure.width, figure.height);
+        canvas.draw_slice(slice, &figure, by);
+        if figure.marks_conflicts {
+            canvas.draw_conflicts(slice, &figure);
+        }
+        figure.marks.iter().for_each(|mark| canvas.draw(mark, figure.font));
+        canvas
+    }
+
     fn new(width: u32, height: u32) -> Canvas {
         Canvas { width, height, pixels: vec![PAPER; width as usize * height as usize] }
     }
