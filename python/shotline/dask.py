@@ -23,8 +23,9 @@ import threading
 import uuid
 import weakref
 from collections import deque
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import closing
+from types import MappingProxyType
 from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
@@ -198,6 +199,7 @@ def render(
     clip: str | Sequence[str | Sequence[float]] = (),
     hide: str | Sequence[str] = (),
     only: str | Sequence[str] = (),
+    opacity: Mapping[str, float] = MappingProxyType({}),
     block: int = 32,
     progress: Any = None,
 ) -> Image:
@@ -219,6 +221,7 @@ def render(
         clip=clip,
         hide=hide,
         only=only,
+        opacity=opacity,
     )
     # Invalid settings raise before anything is sent.
     _native.expose(scene._native, settings._replace(samples=1), view, (0, 1), 1)

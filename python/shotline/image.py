@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from . import _native
 from .appearance import Camera
 from .native_args import PictureSettings, View
-from .values import MAX_NATIVE, bounded_integer, picture_size, text
+from .values import MAX_NATIVE, bounded_integer, number, picture_size, text
 
 
 class Image(np.ndarray[Any, np.dtype[np.uint8]]):
@@ -70,6 +70,7 @@ def picture_args(
     clip: str | Sequence[str | Sequence[float]],
     hide: str | Sequence[str],
     only: str | Sequence[str],
+    opacity: Mapping[str, float],
 ) -> tuple[PictureSettings, View | None]:
     """The arguments of `Scene.render` in the form that the native half takes."""
     width, height = picture_size(size)
@@ -96,6 +97,7 @@ def picture_args(
         clip=_planes(clip),
         hide=_names(hide, "hide"),
         only=_names(only, "only"),
+        opacity=_opacity(opacity),
         view=standard_view,
     )
     return settings, view
@@ -103,6 +105,12 @@ def picture_args(
 
 def _names(names: str | Sequence[str], what: str) -> list[str]:
     return [text(name, f"a name in {what}") for name in ([names] if isinstance(names, str) else names)]
+
+
+def _opacity(opacity: Mapping[str, float]) -> list[tuple[str, float]]:
+    if not isinstance(opacity, Mapping):
+        raise TypeError(f'opacity maps names to numbers, as in {{"wall": 0.3}}, not {opacity!r}')
+    return [(text(name, "a name in opacity"), number(share, f"opacity[{name!r}]")) for name, share in opacity.items()]
 
 
 def _planes(clip: str | Sequence[str | Sequence[float]]) -> list[str]:

@@ -40,6 +40,7 @@ class PictureSettings(NamedTuple):
     clip: list[str]
     hide: list[str]
     only: list[str]
+    opacity: list[tuple[str, float]]
     # The name of a standard view.
     view: str | None
 

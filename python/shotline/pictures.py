@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 from . import _native
@@ -32,6 +33,7 @@ class Pictures:
         clip: str | Sequence[str | Sequence[float]] = (),
         hide: str | Sequence[str] = (),
         only: str | Sequence[str] = (),
+        opacity: Mapping[str, float] = MappingProxyType({}),
         threads: int = 0,
         progress: Any = None,
     ) -> Image:
@@ -56,13 +58,15 @@ class Pictures:
             hide: names of objects that are left out, but not what they contain; `*` stands for any letters. If neither
                 `hide` nor `only` is given, an object that encloses all others is left out.
             only: names of objects that are shown with what they contain, and no others.
+            opacity: how opaque objects are, by name, from 0 to 1, as in `{"wall": 0.3}`, for the looks "lit" and "normal"; `*`
+                stands for any letters. What is seen through casts no shadow.
 
         Returns:
             `Image`, an array of shape (height, width, 3), or 4 with a transparent background, uint8 sRGB.
 
         Raises:
             ValueError: for a camera that sees nothing, a size out of range, an unknown name, an invalid plane,
-                both `hide` and `only`, edges in a look that has none.
+                both `hide` and `only`, edges or opacity in a look that has none.
         """
         settings, view = picture_args(
             camera,
@@ -76,5 +80,6 @@ class Pictures:
             clip=clip,
             hide=hide,
             only=only,
+            opacity=opacity,
         )
         return Image(_native.render(self._native, settings, view, threads_of(threads), callback(progress)))

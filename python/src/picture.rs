@@ -11,8 +11,8 @@ use shotline::counters::COUNTERS;
 use shotline::scene::{Camera, HiddenObjects, Lens};
 use shotline_io::atomic_write;
 use shotline_render::{
-    ClipPlane, Exposure, Image, LOOKS, Lighting, Sample, Settings, StandardView, Viewpoint, encode_bytes,
-    encode_jpeg_bytes, look,
+    ClipPlane, Exposure, Image, InvalidOpacity, LOOKS, Lighting, Opacities, Sample, Settings, StandardView,
+    Viewpoint, encode_bytes, encode_jpeg_bytes, look,
 };
 
 use crate::cancellation::work;
@@ -56,6 +56,7 @@ pub struct PictureSettings {
     clip: Vec<String>,
     hide: Vec<String>,
     only: Vec<String>,
+    opacity: Vec<(String, f64)>,
     view: Option<String>,
 }
 
@@ -105,8 +106,18 @@ impl PictureSettings {
             edges: self.edges,
             clip: self.clip.iter().map(plane).collect::<PyResult<_>>()?,
             hidden: self.hidden(scene)?,
+            opacities: self.opacities(scene)?,
             viewpoint: Viewpoint { view: self.standard_view()?, ..Viewpoint::default() },
             ..Settings::default()
+        })
+    }
+
+    fn opacities(&self, scene: &shotline::scene::Scene) -> PyResult<Opacities> {
+        Opacities::new(scene, &self.opacity).map_err(|error| match error {
+            InvalidOpacity::Unknown(e) => {
+                PyValueError::new_err(format!("opacity: {e}; scene.object_names lists the objects"))
+            }
+            error => PyValueError::new_err(error.to_string()),
         })
     }
 

@@ -445,7 +445,7 @@ def test_pictures(client, scene):
     reports = []
     options = {"size": (50, 41), "samples": 2, "background": "transparent"}
     for look in ("lit", "depth", "cost"):
-        options["edges"] = look != "cost"
+        options |= {"edges": look != "cost", "opacity": {"*": 0.5} if look == "lit" else {}}
         local = scene.render(look=look, **options)
         picture = render(scene, client=client, look=look, block=7, progress=lambda *n: reports.append(n), **options)
         assert isinstance(picture, shotline.Image) and (picture == local).all()

@@ -11,6 +11,7 @@ mod input;
 mod interrupt;
 mod nesting;
 mod number;
+mod opacity;
 mod output;
 mod overlap;
 mod picture_file;

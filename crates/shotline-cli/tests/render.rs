@@ -98,6 +98,28 @@ fn edges_are_for_looks_that_show_surfaces() {
 }
 
 #[test]
+fn objects_are_seen_through() {
+    let sandbox = Sandbox::new().with("nest.json", NEST);
+    let opaque = picture(&sandbox, "nest.json", &[]);
+    let through = picture(&sandbox, "nest.json", &["--opacity", "out*=0.3"]);
+    assert!(through != opaque && picture(&sandbox, "nest.json", &["--opacity", "*=1"]) == opaque);
+    for rest in [["--accel", "brute"], ["--threads", "1"]] {
+        assert!(
+            picture(&sandbox, "nest.json", &[&["--opacity", "outer=0.3"], &rest[..]].concat()) == through
+        );
+    }
+    let render =
+        |rest: &[&str]| sandbox.run(&[&["render", "nest.json", "-o", "out.png", "-q"], rest].concat());
+    for wrong in ["outer", "=0.3", "outer=x"] {
+        render(&["--opacity", wrong]).fails_with(&["--opacity", wrong, "as in wall=0.3"]);
+    }
+    render(&["--opacity", "outer=2"]).fails_with(&["error: --opacity: the opacity of 'outer' is 2"]);
+    render(&["--opacity", "ghost=0.2"]).fails_with(&["error: --opacity: no object is named 'ghost'", "info"]);
+    render(&["--opacity", "outer=0.2", "--look", "xray"])
+        .fails_with(&["--opacity: the look 'xray'", "'lit'"]);
+}
+
+#[test]
 fn the_suffix_says_what_is_written() {
     let sandbox = Sandbox::new().with("drilled.json", DRILLED);
     let render = |file: &str, rest: &[&str]| {

@@ -123,7 +123,9 @@ fn invalid_options_are_errors() {
     run(&["--area", "1,2,0,3"]).fails_with(&["U0 < U1"]);
     run(&["--size", "0x4"]).fails_with(&["error: --size: a slice of 0x4 pixels"]);
     run(&["--by", "colour"]).fails_with(&["colour", "object, material, instance"]);
-    sandbox.run(&["slice", "drilled.json", "-o", "out.gif"]).fails_with(&["out.gif", ".png or .jpg or .jpeg or .svg or .npz"]);
+    sandbox
+        .run(&["slice", "drilled.json", "-o", "out.gif"])
+        .fails_with(&["out.gif", ".png or .jpg or .jpeg or .svg or .npz"]);
     sandbox
         .run(&["slice", "drilled.json", "-o", "out"])
         .fails_with(&["use the extension .png, .jpg, .svg or .npz"]);

@@ -44,6 +44,11 @@ pub enum RenderError {
         "the look '{0}' has no edges, since it shows what lies along each ray and no surfaces; choose 'lit', 'normal' or 'depth'"
     )]
     Edges(&'static str),
+    /// The look cannot show objects that are seen through.
+    #[error(
+        "the look '{0}' shows no objects that are seen through; choose 'lit' or 'normal', or make all opaque"
+    )]
+    Opacity(&'static str),
     /// The look needs solids, and an object of the world is not a solid.
     #[error("the look '{look}' needs solids, which have an inside: {error}; close the mesh or choose 'lit'")]
     NotSolid {

@@ -19,6 +19,12 @@ impl Sample {
     /// The background alone.
     pub const NOTHING: Sample = Sample { color: Vec3::ZERO, alpha: 0.0, ink: 0.0 };
 
+    /// Adds a colour that covers a share of the background.
+    pub(crate) fn add(&mut self, color: Rgb, weight: f64) {
+        self.color += color * weight;
+        self.alpha += weight;
+    }
+
     /// A sample that covers the background.
     pub fn opaque(color: Rgb) -> Sample {
         Sample { color, alpha: 1.0, ink: 0.0 }

@@ -48,7 +48,11 @@ impl Setup {
         let size = subject.map_or(1.0, |b| b.size().max_element());
         let ratio = f64::from(settings.width) / f64::from(settings.height);
         let camera = settings.viewpoint.camera(settings.camera.or(scene.camera), subject, ratio)?;
-        Ok(Setup { camera, size, visible: VisiblePart::new(scene, &settings.hidden, &settings.clip) })
+        Ok(Setup {
+            camera,
+            size,
+            visible: VisiblePart::new(scene, &settings.hidden, &settings.clip, &settings.opacities),
+        })
     }
 }
 

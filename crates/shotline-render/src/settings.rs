@@ -8,6 +8,7 @@ use crate::clip_plane::ClipPlane;
 use crate::error::{MAX_PIXELS, MAX_SAMPLES, MAX_SIDE, RenderError};
 use crate::light::Lighting;
 use crate::look::{LOOKS, Look};
+use crate::opacity::Opacities;
 use crate::tracer::Coherence;
 use crate::viewpoint::Viewpoint;
 
@@ -41,6 +42,8 @@ pub struct Settings {
     pub clip: Vec<ClipPlane>,
     /// The objects that are not shown. They still displace the objects around them.
     pub hidden: HiddenObjects,
+    /// The objects that are seen through, in the looks `lit` and `normal`. They cast no shadows.
+    pub opacities: Opacities,
 }
 
 impl Default for Settings {
@@ -59,6 +62,7 @@ impl Default for Settings {
             coherence: Coherence::default(),
             clip: Vec::new(),
             hidden: HiddenObjects::default(),
+            opacities: Opacities::default(),
         }
     }
 }
@@ -72,7 +76,7 @@ impl Settings {
     /// Checks the size, the number of samples, and what the look can show.
     ///
     /// # Errors
-    /// [`RenderError::Size`], [`RenderError::Samples`] or [`RenderError::Edges`].
+    /// [`RenderError::Size`], [`RenderError::Samples`], [`RenderError::Edges`] or [`RenderError::Opacity`].
     pub(crate) fn check(&self) -> Result<(), RenderError> {
         let &Settings { width, height, samples, .. } = self;
         let sides = 1..=MAX_SIDE;
@@ -85,6 +89,9 @@ impl Settings {
         }
         if self.edges && !self.look.shows_surfaces {
             return Err(RenderError::Edges(self.look.name));
+        }
+        if !self.opacities.is_opaque() && !self.look.blends {
+            return Err(RenderError::Opacity(self.look.name));
         }
         Ok(())
     }

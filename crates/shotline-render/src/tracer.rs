@@ -116,6 +116,8 @@ pub struct SurfacePoint {
     pub is_cut: bool,
     /// The colour that a mesh has there.
     pub color: Option<Rgb>,
+    /// The share of what the ray sees that this surface covers: 1 if nothing that is seen through is in front of it or at it.
+    pub weight: f64,
 }
 
 impl SurfacePoint {
@@ -123,7 +125,7 @@ impl SurfacePoint {
         let &RayHit { t, t_err, object, surface, path, normal, is_cut, color } = hit;
         let normal = if normal.dot(ray.direction()) > 0.0 { -normal } else { normal };
         let start = offset_from_surface(ray, t, t_err, normal);
-        SurfacePoint { ray: number, t, object, surface, path, normal, start, is_cut, color }
+        SurfacePoint { ray: number, t, object, surface, path, normal, start, is_cut, color, weight: 1.0 }
     }
 }
 
@@ -230,14 +232,8 @@ impl<'w> Tracer<'w> {
         let mut points = Vec::with_capacity(rays.len());
         let (visible, colors) = (self.visible, &mut self.colors);
         self.caster.cast_rays(&rays.rays, |caster, number, ray| {
-            if let Some(hit) = visible.closest(caster, ray, Span::FORWARD)? {
-                let &Hit { t, t_err, object, normal, kind, path, .. } = &hit;
-                let (surface, path) = (hit.surface.map_or(-1, i64::from), path as i64);
-                let color = colors.as_mut().and_then(|colors| colors.of_hit(&hit, ray.at(t)));
-                let is_cut = kind == HitKind::Start;
-                let hit = RayHit { t, t_err, object, surface, path, normal, is_cut, color };
-                points.push(SurfacePoint::new(number, ray, &hit));
-            }
+            let hit = visible.closest(caster, ray, Span::FORWARD)?;
+            points.extend(hit.map(|hit| point_of_hit(number, ray, &hit, colors)));
             Ok(())
         })?;
         let mut met = points.iter().peekable();
@@ -245,6 +241,28 @@ impl<'w> Tracer<'w> {
             let t = met.next_if(|point| point.ray == number).map_or(f64::INFINITY, |point| point.t);
             self.record_motion(sample, ray, Span::new(0.0, t).unwrap_or(Span::FORWARD));
         }
+        Ok(points)
+    }
+
+    /// As [`Tracer::surfaces`], and behind surfaces of objects that are seen through, also the next ones: one after the other for
+    /// each ray, nearest first.
+    ///
+    /// # Errors
+    /// As [`BatchCaster::closest`].
+    pub fn layers(&mut self, rays: &SampleRays) -> Result<Vec<SurfacePoint>, BatchError> {
+        if self.visible.is_opaque() {
+            return self.surfaces(rays);
+        }
+        for (ray, &sample) in rays.rays.iter().zip(&rays.samples) {
+            self.record_motion(sample, ray, Span::FORWARD);
+        }
+        let mut points = Vec::with_capacity(rays.len());
+        let (visible, colors) = (self.visible, &mut self.colors);
+        self.caster.cast_rays(&rays.rays, |caster, number, ray| {
+            visible.layers(caster, ray, |hit, weight| {
+                points.push(SurfacePoint { weight, ..point_of_hit(number, ray, hit, colors) });
+            })
+        })?;
         Ok(points)
     }
 
@@ -327,6 +345,14 @@ impl<'w> Tracer<'w> {
         }
         self.caster.segments(&rays.rays, Span::FORWARD, Overlaps::Priority, take)
     }
+}
+
+fn point_of_hit(number: usize, ray: &Ray, hit: &Hit, colors: &mut Option<VertexColors>) -> SurfacePoint {
+    let &Hit { t, t_err, object, normal, kind, path, .. } = hit;
+    let (surface, path) = (hit.surface.map_or(-1, i64::from), path as i64);
+    let color = colors.as_mut().and_then(|colors| colors.of_hit(hit, ray.at(t)));
+    let is_cut = kind == HitKind::Start;
+    SurfacePoint::new(number, ray, &RayHit { t, t_err, object, surface, path, normal, is_cut, color })
 }
 
 /// The point from which rays leave a surface: beside it, on the side of the normal.

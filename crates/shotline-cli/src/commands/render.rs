@@ -16,11 +16,12 @@ use shotline_io::Document;
 use shotline_render::animation::MAX_FRAMES;
 use shotline_render::{
     Animation, AnimationError, Background, ClipPlane, Coherence, Image, JpegError, LOOKS, Lighting, Look,
-    Movie, RenderError, Settings, animate,
+    Movie, Opacities, RenderError, Settings, animate,
 };
 
 use crate::failure::Failure;
 use crate::flags::{Build, Model, Threads, parse_size, parse_whole_number};
+use crate::opacity::OpacityFlags;
 use crate::picture_file::{self, PictureFormat};
 use crate::progress::{self, Quiet};
 use crate::shown::Shown;
@@ -77,6 +78,8 @@ pub struct Command {
     coherence: Vec<CoherenceChoice>,
     #[command(flatten)]
     shown: Shown,
+    #[command(flatten)]
+    opacity: OpacityFlags,
     /// Cut the scene open: remove the points beyond a plane, x=1, y=-2, z=0, or NX,NY,NZ,D for those with N.p > D. What is cut
     /// through is drawn flat. May be given several times; what is beyond any of the planes is removed
     #[arg(long, value_name = "PLANE", value_parser = ClipPlane::from_str, allow_hyphen_values = true)]
@@ -101,6 +104,7 @@ Examples:
   shotline render engine.json -o drawing.png --view iso --edges --background white
   shotline render engine.json -o near.png --eye 3,-8,4 --target 0,0,1 --zoom 2
   shotline render bunny.ply -o turning.png --frames 72
+  shotline render engine.json -o through.png --opacity 'housing*=0.3'
   shotline render detector.gdml -o inside.png --hide 'World*' --hide 'Hall*'
   shotline render detector.gdml -o cut.png --clip x=0 --clip 0,-1,0,100";
 
@@ -184,7 +188,8 @@ impl Command {
             // No object displaces another: without the hidden ones, rays are cast in batches.
             document.scene = document.scene.without(&std::mem::take(&mut hidden));
         }
-        let settings = Settings { hidden, ..self.settings() };
+        let opacities = self.opacity.opacities(&document.scene)?;
+        let settings = Settings { hidden, opacities, ..self.settings() };
         input::note_meshes_never_hit(&document, self.quiet);
         let work = Mutex::default();
         let started = Instant::now();
@@ -277,6 +282,7 @@ impl Command {
             },
             clip: self.clip.clone(),
             hidden: HiddenObjects::default(),
+            opacities: Opacities::default(),
         }
     }
 
@@ -301,6 +307,7 @@ impl Command {
             RenderError::Size { .. } => Failure::new(format!("--size: {error}")),
             RenderError::Samples(_) => Failure::new(format!("--samples: {error}")),
             RenderError::Edges(_) => Failure::new(format!("--edges: {error}")),
+            RenderError::Opacity(_) => Failure::new(format!("--opacity: {error}")),
             RenderError::Zoom(_) => Failure::new(format!("--zoom: {error}")),
             error => Failure::of_input(&self.model.path, error),
         }

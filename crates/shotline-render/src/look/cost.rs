@@ -17,6 +17,7 @@ pub(super) static LOOK: Look = Look {
     background: Background::BLACK,
     is_local: false,
     shows_surfaces: false,
+    blends: false,
     shader: |context| Ok(Box::new(Cost { counter: context.counter })),
 };
 

@@ -16,6 +16,7 @@ pub(super) static LOOK: Look = Look {
     background: Background::BLACK,
     is_local: true,
     shows_surfaces: true,
+    blends: false,
     shader: |_| Ok(Box::new(Depth)),
 };
 

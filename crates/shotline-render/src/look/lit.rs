@@ -20,6 +20,7 @@ pub(super) static LOOK: Look = Look {
     background: Background::STUDIO,
     is_local: true,
     shows_surfaces: true,
+    blends: true,
     shader: |context| Ok(Box::new(Lit::new(context)?)),
 };
 
@@ -90,9 +91,7 @@ impl Shader for Lit {
         samples: &mut [Sample],
     ) -> Result<(), BatchError> {
         let incoming = self.incoming(tracer, rays, numbers, &vec![1.0; rays.len()], BOUNCES)?;
-        for (sample, light) in samples.iter_mut().zip(incoming) {
-            *sample = light.map_or(Sample::NOTHING, Sample::opaque);
-        }
+        samples.copy_from_slice(&incoming);
         Ok(())
     }
 }
@@ -114,8 +113,7 @@ impl Lit {
         })
     }
 
-    /// The light that comes back along each ray; `None` if the ray meets nothing. `weights` are the fractions of it that
-    /// reach the picture.
+    /// The light that comes back along each ray from what it meets. `weights` are the fractions of it that reach the picture.
     fn incoming(
         &self,
         tracer: &mut Tracer,
@@ -123,7 +121,7 @@ impl Lit {
         numbers: &[SampleNumbers],
         weights: &[f64],
         bounces: u32,
-    ) -> Result<Vec<Option<Rgb>>, BatchError> {
+    ) -> Result<Vec<Sample>, BatchError> {
         let shading_point = |surface: SurfacePoint| {
             let sample = rays.sample(surface.ray);
             let material = self.materials[surface.object as usize];
@@ -131,38 +129,41 @@ impl Lit {
             let view = -rays.ray(surface.ray).direction().normalize();
             ShadingPoint { surface, material, view, sample, numbers: &numbers[sample as usize] }
         };
-        let mut incoming = vec![None; rays.len()];
-        let (cuts, surfaces): (Vec<_>, Vec<_>) = tracer.surfaces(rays)?.into_iter().partition(|s| s.is_cut);
+        let mut incoming = vec![Sample::NOTHING; rays.len()];
+        let (cuts, surfaces): (Vec<_>, Vec<_>) = tracer.layers(rays)?.into_iter().partition(|s| s.is_cut);
         for cut in cuts {
             let light = 1.0 - CUT_SHADE * (1.0 - cut.normal.dot(self.forward).abs());
-            incoming[cut.ray] = Some(self.materials[cut.object as usize].color * light);
+            incoming[cut.ray].add(self.materials[cut.object as usize].color * light, cut.weight);
         }
         let points: Vec<_> = surfaces.into_iter().map(shading_point).collect();
-        let own = self.reflected_light(tracer, &points)?;
+        let mut reflected = self.reflected_light(tracer, &points)?;
         let (mut mirrored, mut mirrored_weights, mut mirrors) =
             (SampleRays::default(), Vec::new(), Vec::new());
-        for (point, &own) in points.iter().zip(&own) {
-            let ray = point.surface.ray;
-            incoming[ray] = Some(own);
-            let weight = weights[ray] * point.material.mirror;
+        for (number, point) in points.iter().enumerate() {
+            let weight = weights[point.surface.ray] * point.surface.weight * point.material.mirror;
             if bounces == 0 || weight < FAINT {
                 continue;
             }
             let direction = point.mirrored();
-            incoming[ray] = Some(own.lerp(self.background_along(direction), point.material.mirror));
-            if let Ok(ray) = Ray::new(point.surface.start, direction) {
-                mirrored.push(ray, point.sample);
-                mirrored_weights.push(weight);
-                mirrors.push((point, own));
+            let background = self.background_along(direction);
+            match Ray::new(point.surface.start, direction) {
+                Ok(ray) => {
+                    mirrored.push(ray, point.sample);
+                    mirrored_weights.push(weight);
+                    mirrors.push((number, background));
+                }
+                Err(_) => reflected[number] = reflected[number].lerp(background, point.material.mirror),
             }
         }
         if !mirrored.is_empty() {
             let light = self.incoming(tracer, &mirrored, numbers, &mirrored_weights, bounces - 1)?;
-            for ((point, own), light) in mirrors.into_iter().zip(light) {
-                if let Some(light) = light {
-                    incoming[point.surface.ray] = Some(own.lerp(light, point.material.mirror));
-                }
+            for ((number, background), light) in mirrors.into_iter().zip(light) {
+                let seen = light.color + background * (1.0 - light.alpha);
+                reflected[number] = reflected[number].lerp(seen, points[number].material.mirror);
             }
+        }
+        for (point, color) in points.iter().zip(reflected) {
+            incoming[point.surface.ray].add(color, point.surface.weight);
         }
         Ok(incoming)
     }

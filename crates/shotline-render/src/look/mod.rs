@@ -37,6 +37,8 @@ pub struct Look {
     pub(crate) is_local: bool,
     /// Whether a pixel shows the first surfaces that its rays meet, so that there are edges between them.
     pub shows_surfaces: bool,
+    /// Whether it blends what is seen through surfaces.
+    pub blends: bool,
     /// Computes once what all rays need.
     pub(crate) shader: fn(&ShaderContext) -> Result<Box<dyn Shader>, RenderError>,
 }

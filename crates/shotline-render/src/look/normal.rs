@@ -16,6 +16,7 @@ pub(super) static LOOK: Look = Look {
     background: Background::plain([0.5; 3]),
     is_local: true,
     shows_surfaces: true,
+    blends: true,
     shader: |_| Ok(Box::new(Normals)),
 };
 
@@ -29,8 +30,8 @@ impl Shader for Normals {
         _numbers: &[SampleNumbers],
         samples: &mut [Sample],
     ) -> Result<(), BatchError> {
-        for point in tracer.surfaces(rays)? {
-            samples[point.ray] = Sample::opaque(point.normal);
+        for point in tracer.layers(rays)? {
+            samples[point.ray].add(point.normal, point.weight);
         }
         Ok(())
     }

@@ -17,6 +17,7 @@ pub(super) static LOOK: Look = Look {
     background: Background::BLACK,
     is_local: true,
     shows_surfaces: false,
+    blends: false,
     shader: |context: &ShaderContext| Ok(Box::new(Thickness { units: context.scene.units })),
 };
 

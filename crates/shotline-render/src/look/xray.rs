@@ -16,6 +16,7 @@ pub(super) static LOOK: Look = Look {
     background: Background::WHITE,
     is_local: true,
     shows_surfaces: false,
+    blends: false,
     shader: |context| Ok(Box::new(Radiograph { mu: attenuations(context) })),
 };
 
