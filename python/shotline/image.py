@@ -68,6 +68,7 @@ def picture_args(
     counter: str,
     edges: bool,
     clip: str | Sequence[str | Sequence[float]],
+    hatch: bool,
     hide: str | Sequence[str],
     only: str | Sequence[str],
     opacity: Mapping[str, float],
@@ -83,8 +84,9 @@ def picture_args(
     view = (
         View(camera.eye, camera.target, camera.up or (0.0, 0.0, 1.0), camera.fov, camera.height) if camera else None
     )
-    if not isinstance(edges, (bool, np.bool_)):
-        raise TypeError(f"edges must be True or False, not {edges!r}")
+    for value, name in ((edges, "edges"), (hatch, "hatch")):
+        if not isinstance(value, (bool, np.bool_)):
+            raise TypeError(f"{name} must be True or False, not {value!r}")
     settings = PictureSettings(
         width,
         height,
@@ -95,6 +97,7 @@ def picture_args(
         background,
         bool(edges),
         clip=_planes(clip),
+        hatch=bool(hatch),
         hide=_names(hide, "hide"),
         only=_names(only, "only"),
         opacity=_opacity(opacity),

@@ -38,6 +38,7 @@ class PictureSettings(NamedTuple):
     background: str | None
     edges: bool
     clip: list[str]
+    hatch: bool
     hide: list[str]
     only: list[str]
     opacity: list[tuple[str, float]]

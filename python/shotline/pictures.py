@@ -31,6 +31,7 @@ class Pictures:
         counter: str = "boxes",
         edges: bool = False,
         clip: str | Sequence[str | Sequence[float]] = (),
+        hatch: bool = False,
         hide: str | Sequence[str] = (),
         only: str | Sequence[str] = (),
         opacity: Mapping[str, float] = MappingProxyType({}),
@@ -55,6 +56,7 @@ class Pictures:
                 drawing; for the looks "lit", "normal" and "depth".
             clip: planes that cut the scene open: "x=1" removes the points with x > 1, and (nx, ny, nz, d) those with
                 nx x + ny y + nz z > d. What is cut through is drawn flat.
+            hatch: hatch what is cut through, in the look "lit", in directions that alternate from object to object.
             hide: names of objects that are left out, but not what they contain; `*` stands for any letters. If neither
                 `hide` nor `only` is given, an object that encloses all others is left out.
             only: names of objects that are shown with what they contain, and no others.
@@ -66,7 +68,8 @@ class Pictures:
 
         Raises:
             ValueError: for a camera that sees nothing, a size out of range, an unknown name, an invalid plane,
-                both `hide` and `only`, edges or opacity in a look that has none.
+                both `hide` and `only`, edges, hatching or opacity in a look that has none, hatching
+                without planes.
         """
         settings, view = picture_args(
             camera,
@@ -78,6 +81,7 @@ class Pictures:
             counter=counter,
             edges=edges,
             clip=clip,
+            hatch=hatch,
             hide=hide,
             only=only,
             opacity=opacity,

@@ -98,6 +98,18 @@ fn edges_are_for_looks_that_show_surfaces() {
 }
 
 #[test]
+fn cuts_are_hatched() {
+    let sandbox = Sandbox::new().with("nest.json", NEST);
+    let flat = picture(&sandbox, "nest.json", &["--clip=0,-1,0,0"]);
+    assert!(picture(&sandbox, "nest.json", &["--clip=0,-1,0,0", "--hatch"]) != flat);
+    let render =
+        |rest: &[&str]| sandbox.run(&[&["render", "nest.json", "-o", "out.png", "-q"], rest].concat());
+    render(&["--hatch"]).fails_with(&["--clip"]);
+    let depth = ["--hatch", "--clip", "x=0", "--look", "depth"];
+    render(&depth).fails_with(&["error: --hatch: the look 'depth' hatches no cuts; choose 'lit'"]);
+}
+
+#[test]
 fn objects_are_seen_through() {
     let sandbox = Sandbox::new().with("nest.json", NEST);
     let opaque = picture(&sandbox, "nest.json", &[]);

@@ -49,6 +49,12 @@ pub enum RenderError {
         "the look '{0}' shows no objects that are seen through; choose 'lit' or 'normal', or make all opaque"
     )]
     Opacity(&'static str),
+    /// The look does not hatch cuts.
+    #[error("the look '{0}' hatches no cuts; choose 'lit'")]
+    Hatch(&'static str),
+    /// Cuts are to be hatched, and there are none.
+    #[error("there is nothing to hatch: give a plane that cuts the scene open")]
+    NothingToHatch,
     /// The look needs solids, and an object of the world is not a solid.
     #[error("the look '{look}' needs solids, which have an inside: {error}; close the mesh or choose 'lit'")]
     NotSolid {

@@ -145,8 +145,8 @@ impl Film<'_> {
         for (column, row) in positions {
             pixels.push(Pixel { sample: Sample::NOTHING, is_static: true });
             for numbers in sampling::samples(column, row, count) {
-                let [x, y] = numbers.pixel;
-                let ray = self.view.ray(f64::from(column) + x, f64::from(row) + y)?;
+                let [x, y] = numbers.position;
+                let ray = self.view.ray(x, y)?;
                 block.push(ray, numbers, pixels.len() - 1);
                 if block.rays.len() == BLOCK {
                     self.add_block(&mut block, tracer, &mut pixels, cancelled)?;

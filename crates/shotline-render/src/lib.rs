@@ -17,6 +17,7 @@ pub mod error;
 mod exposure;
 mod film;
 pub mod framing;
+mod hatch;
 mod heat_map;
 pub mod image;
 mod jpeg;

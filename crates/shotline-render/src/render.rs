@@ -141,10 +141,10 @@ pub(crate) fn with_shader<T>(
     settings: &Settings,
     then: impl FnOnce(&View, &dyn Shader) -> Result<T, RenderError>,
 ) -> Result<T, RenderError> {
-    let &Settings { width, height, look, lighting, counter, .. } = settings;
+    let &Settings { width, height, look, lighting, counter, hatch, .. } = settings;
     let view = View::new(&setup.camera, width, height)?;
     let (size, background) = (setup.size, settings.effective_background());
-    let context = ShaderContext { world, scene, size, view: &view, background, lighting, counter };
+    let context = ShaderContext { world, scene, size, view: &view, background, lighting, hatch, counter };
     let shader = (look.shader)(&context)?;
     then(&view, &*shader)
 }

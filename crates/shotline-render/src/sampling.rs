@@ -2,11 +2,11 @@
 
 use shotline::math::split_mix64;
 
-/// The random numbers of one sample of a pixel, each from 0 to 1.
+/// Where one sample of a pixel is, and its random numbers, each from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampleNumbers {
-    /// The position in the pixel, across and down.
-    pub pixel: [f64; 2],
+    /// The position in the picture, in pixels across and down.
+    pub position: [f64; 2],
     /// The position on a lamp.
     pub lamp: [f64; 2],
     /// The position in the sky.
@@ -25,16 +25,17 @@ pub fn samples(column: u32, row: u32, count: u32) -> impl Iterator<Item = Sample
     let seed = split_mix64(u64::from(column) << 32 | u64::from(row));
     let shifts: [f64; 6] =
         std::array::from_fn(|axis| fraction((split_mix64(seed + axis as u64) >> 32) as u32));
+    let position = move |[x, y]: [f64; 2]| [f64::from(column) + x, f64::from(row) + y];
     (0..count).map(move |i| {
         if count == 1 {
-            return SampleNumbers { pixel: [0.5; 2], lamp: [0.5; 2], sky: [0.5; 2] };
+            return SampleNumbers { position: position([0.5; 2]), lamp: [0.5; 2], sky: [0.5; 2] };
         }
         let shifted = |x: f64, axis: usize| (x + shifts[axis]).fract();
         let step = |axis: usize| shifted(f64::from(i) * STEPS[axis - 2], axis);
         let across = (f64::from(i) + 0.5) / f64::from(count);
         let down = fraction(i.reverse_bits());
         SampleNumbers {
-            pixel: [shifted(across, 0), shifted(down, 1)],
+            position: position([shifted(across, 0), shifted(down, 1)]),
             lamp: [step(2), step(3)],
             sky: [step(4), step(5)],
         }
@@ -51,7 +52,7 @@ mod tests {
 
     #[test]
     fn one_sample_is_in_the_middle() {
-        let middle = SampleNumbers { pixel: [0.5; 2], lamp: [0.5; 2], sky: [0.5; 2] };
+        let middle = SampleNumbers { position: [7.5, 9.5], lamp: [0.5; 2], sky: [0.5; 2] };
         assert_eq!(samples(7, 9, 1).collect::<Vec<_>>(), [middle]);
     }
 
@@ -59,8 +60,9 @@ mod tests {
     #[test]
     fn samples_are_spread_evenly() {
         for (column, row) in [(0, 0), (3, 5), (799, 599)] {
-            for axis in 0..2 {
-                let mut positions: Vec<f64> = samples(column, row, 16).map(|s| s.pixel[axis]).collect();
+            for (axis, start) in [column, row].map(f64::from).into_iter().enumerate() {
+                let mut positions: Vec<f64> =
+                    samples(column, row, 16).map(|s| s.position[axis] - start).collect();
                 positions.sort_by(f64::total_cmp);
                 assert!(positions.iter().all(|x| (0.0..1.0).contains(x)));
                 assert!(positions.windows(2).all(|w| (w[1] - w[0] - 1.0 / 16.0).abs() < 1e-9));

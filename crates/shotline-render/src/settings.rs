@@ -40,6 +40,8 @@ pub struct Settings {
     pub coherence: Coherence,
     /// The planes that cut the scene open.
     pub clip: Vec<ClipPlane>,
+    /// Whether what planes cut through is hatched, in the look `lit`.
+    pub hatch: bool,
     /// The objects that are not shown. They still displace the objects around them.
     pub hidden: HiddenObjects,
     /// The objects that are seen through, in the looks `lit` and `normal`. They cast no shadows.
@@ -61,6 +63,7 @@ impl Default for Settings {
             edges: false,
             coherence: Coherence::default(),
             clip: Vec::new(),
+            hatch: false,
             hidden: HiddenObjects::default(),
             opacities: Opacities::default(),
         }
@@ -76,7 +79,7 @@ impl Settings {
     /// Checks the size, the number of samples, and what the look can show.
     ///
     /// # Errors
-    /// [`RenderError::Size`], [`RenderError::Samples`], [`RenderError::Edges`] or [`RenderError::Opacity`].
+    /// [`RenderError`].
     pub(crate) fn check(&self) -> Result<(), RenderError> {
         let &Settings { width, height, samples, .. } = self;
         let sides = 1..=MAX_SIDE;
@@ -89,6 +92,12 @@ impl Settings {
         }
         if self.edges && !self.look.shows_surfaces {
             return Err(RenderError::Edges(self.look.name));
+        }
+        if self.hatch && self.clip.is_empty() {
+            return Err(RenderError::NothingToHatch);
+        }
+        if self.hatch && !self.look.hatches {
+            return Err(RenderError::Hatch(self.look.name));
         }
         if !self.opacities.is_opaque() && !self.look.blends {
             return Err(RenderError::Opacity(self.look.name));

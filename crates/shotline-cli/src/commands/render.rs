@@ -84,6 +84,9 @@ pub struct Command {
     /// through is drawn flat. May be given several times; what is beyond any of the planes is removed
     #[arg(long, value_name = "PLANE", value_parser = ClipPlane::from_str, allow_hyphen_values = true)]
     clip: Vec<ClipPlane>,
+    /// Hatch what --clip cuts through, in the look lit: lines 8 pixels apart, which rise and fall in turn from object to object
+    #[arg(long, requires = "clip")]
+    hatch: bool,
     /// Print times and work as one line of JSON; rays are then cast one by one, which is slower for meshes
     #[arg(long)]
     stats: bool,
@@ -106,7 +109,8 @@ Examples:
   shotline render bunny.ply -o turning.png --frames 72
   shotline render engine.json -o through.png --opacity 'housing*=0.3'
   shotline render detector.gdml -o inside.png --hide 'World*' --hide 'Hall*'
-  shotline render detector.gdml -o cut.png --clip x=0 --clip 0,-1,0,100";
+  shotline render detector.gdml -o cut.png --clip x=0 --clip 0,-1,0,100
+  shotline render engine.json -o section.jpg --clip y=0 --hatch --edges";
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum LightingChoice {
@@ -281,6 +285,7 @@ impl Command {
                 frames: has(CoherenceChoice::Frames),
             },
             clip: self.clip.clone(),
+            hatch: self.hatch,
             hidden: HiddenObjects::default(),
             opacities: Opacities::default(),
         }
@@ -308,6 +313,7 @@ impl Command {
             RenderError::Samples(_) => Failure::new(format!("--samples: {error}")),
             RenderError::Edges(_) => Failure::new(format!("--edges: {error}")),
             RenderError::Opacity(_) => Failure::new(format!("--opacity: {error}")),
+            RenderError::Hatch(_) => Failure::new(format!("--hatch: {error}")),
             RenderError::Zoom(_) => Failure::new(format!("--zoom: {error}")),
             error => Failure::of_input(&self.model.path, error),
         }

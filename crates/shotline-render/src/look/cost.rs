@@ -18,6 +18,7 @@ pub(super) static LOOK: Look = Look {
     is_local: false,
     shows_surfaces: false,
     blends: false,
+    hatches: false,
     shader: |context| Ok(Box::new(Cost { counter: context.counter })),
 };
 

@@ -9,6 +9,7 @@ use crate::background::Background;
 use crate::color::Rgb;
 use crate::error::RenderError;
 use crate::exposure::Sample;
+use crate::hatch::hatched;
 use crate::light::{Lighting, Lights, sample_lamp, sample_sky};
 use crate::sampling::SampleNumbers;
 use crate::surface_material::{SurfaceMaterial, surface_materials};
@@ -21,6 +22,7 @@ pub(super) static LOOK: Look = Look {
     is_local: true,
     shows_surfaces: true,
     blends: true,
+    hatches: true,
     shader: |context| Ok(Box::new(Lit::new(context)?)),
 };
 
@@ -46,6 +48,7 @@ struct Lit {
     /// What mirrors show where rays meet nothing.
     background: Background,
     lighting: Lighting,
+    hatch: bool,
 }
 
 /// A point to be shaded.
@@ -110,6 +113,7 @@ impl Lit {
             forward: context.view.forward(),
             background,
             lighting: context.lighting,
+            hatch: context.hatch,
         })
     }
 
@@ -133,7 +137,10 @@ impl Lit {
         let (cuts, surfaces): (Vec<_>, Vec<_>) = tracer.layers(rays)?.into_iter().partition(|s| s.is_cut);
         for cut in cuts {
             let light = 1.0 - CUT_SHADE * (1.0 - cut.normal.dot(self.forward).abs());
-            incoming[cut.ray].add(self.materials[cut.object as usize].color * light, cut.weight);
+            let color = self.materials[cut.object as usize].color * light;
+            let position = numbers[rays.sample(cut.ray) as usize].position;
+            let color = if self.hatch { hatched(color, cut.object, position) } else { color };
+            incoming[cut.ray].add(color, cut.weight);
         }
         let points: Vec<_> = surfaces.into_iter().map(shading_point).collect();
         let mut reflected = self.reflected_light(tracer, &points)?;

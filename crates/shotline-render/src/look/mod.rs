@@ -39,6 +39,8 @@ pub struct Look {
     pub shows_surfaces: bool,
     /// Whether it blends what is seen through surfaces.
     pub blends: bool,
+    /// Whether it can hatch cuts.
+    pub hatches: bool,
     /// Computes once what all rays need.
     pub(crate) shader: fn(&ShaderContext) -> Result<Box<dyn Shader>, RenderError>,
 }
@@ -58,6 +60,8 @@ pub(crate) struct ShaderContext<'a> {
     pub view: &'a View,
     pub background: Background,
     pub lighting: Lighting,
+    /// Whether cuts are hatched.
+    pub hatch: bool,
     pub counter: &'static Counter,
 }
 

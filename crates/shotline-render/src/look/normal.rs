@@ -17,6 +17,7 @@ pub(super) static LOOK: Look = Look {
     is_local: true,
     shows_surfaces: true,
     blends: true,
+    hatches: false,
     shader: |_| Ok(Box::new(Normals)),
 };
 

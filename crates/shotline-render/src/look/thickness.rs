@@ -18,6 +18,7 @@ pub(super) static LOOK: Look = Look {
     is_local: true,
     shows_surfaces: false,
     blends: false,
+    hatches: false,
     shader: |context: &ShaderContext| Ok(Box::new(Thickness { units: context.scene.units })),
 };
 

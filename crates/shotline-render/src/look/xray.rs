@@ -17,6 +17,7 @@ pub(super) static LOOK: Look = Look {
     is_local: true,
     shows_surfaces: false,
     blends: false,
+    hatches: false,
     shader: |context| Ok(Box::new(Radiograph { mu: attenuations(context) })),
 };
 
