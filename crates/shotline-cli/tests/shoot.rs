@@ -43,6 +43,26 @@ fn json_has_the_same_values_with_all_digits() {
 }
 
 #[test]
+fn a_picture_shows_the_ray() {
+    let sandbox = Sandbox::new().with("drilled.json", DRILLED);
+    let shoot = |rest: &[&str]| {
+        sandbox.run(&[&["shoot", "drilled.json", "--from", "-10,0,0", "--to", "-9,0,0"], rest].concat())
+    };
+    let text = shoot(&[]).ok();
+    assert_eq!(shoot(&["--picture", "ray.png", "--size", "60x40"]).ok(), text);
+    assert!(std::fs::read(sandbox.path("ray.png")).unwrap().starts_with(b"\x89PNG"));
+    shoot(&["--picture", "ray.gif"]).fails_with(&["ray.gif", ".png or .apng or .jpg"]);
+    shoot(&["--picture", "-"]).fails_with(&["--picture -: standard output is for the report", "name a file"]);
+    shoot(&["--picture", "no.png", "--size", "0x4"]).fails_with(&["error: --size: a picture of 0x4 pixels"]);
+    shoot(&["--size", "8x8"]).fails_with(&["--picture"]);
+    let nowhere = r#"{"shotline": 1, "objects": [{"name": "ground",
+        "node": {"kind": "halfspace", "normal": [0, 0, 1], "offset": 0}}]}"#;
+    let sandbox = Sandbox::new().with("ground.json", nowhere);
+    let miss = ["shoot", "ground.json", "--from", "0,0,3", "--dir", "1,0,0", "--picture", "ray.png"];
+    sandbox.run(&miss).fails_with(&["ground.json", "nothing of finite size to frame"]);
+}
+
+#[test]
 fn infinite_ends_are_null_in_json_and_inf_in_the_table() {
     let scene = r#"{"shotline": 1, "objects": [{"name": "ground",
         "node": {"kind": "halfspace", "normal": [0, 0, 1], "offset": 0}}]}"#;

@@ -94,6 +94,18 @@ impl View {
         })
     }
 
+    /// The position in the picture, as [`View::ray`] takes it, of a point in front of the eye.
+    pub fn position(&self, point: Vec3) -> [f64; 2] {
+        let from_eye = point - self.eye;
+        let half = match self.projection {
+            Projection::Perspective(half) => half * from_eye.dot(self.forward),
+            Projection::Parallel(half) => half,
+        };
+        let [width, height] = self.size;
+        let (right, up) = (from_eye.dot(self.right) / half, from_eye.dot(self.up) / half);
+        [(width + right * height) / 2.0, (1.0 - up) * height / 2.0]
+    }
+
     /// A light whose rays run along those of the camera.
     pub fn headlight(&self) -> LightSource {
         match self.projection {
@@ -179,6 +191,17 @@ mod tests {
         let ray = view.ray(200.0, 100.0).unwrap();
         assert_eq!(ray.direction(), Vec3::Y);
         assert!((ray.origin() - Vec3::new(4.0, -10.0, -2.0)).length() < 1e-14);
+    }
+
+    #[test]
+    fn positions_are_those_of_rays() {
+        for lens in [Lens::Pinhole { fov: 50.0 }, Lens::Orthographic { height: 4.0 }] {
+            let view = View::new(&camera(lens), 200, 100).unwrap();
+            for [x, y] in [[0.0, 0.0], [100.0, 50.0], [31.5, 87.25]] {
+                let [column, row] = view.position(view.ray(x, y).unwrap().at(7.0));
+                assert!((column - x).abs() < 1e-9 && (row - y).abs() < 1e-9, "{column} {row}");
+            }
+        }
     }
 
     #[test]

@@ -104,6 +104,20 @@ impl Image {
         self.pixels[row as usize * self.width as usize + column as usize]
     }
 
+    /// The picture with more columns of one colour at its right side.
+    pub(crate) fn with_columns(&self, count: u32, color: [f32; 4]) -> Image {
+        let width = self.width + count;
+        let row = |row: &[[f32; 4]]| [row, &vec![color; count as usize]].concat();
+        let pixels = self.pixels.chunks_exact(self.width as usize).flat_map(row).collect();
+        Image { width, pixels, ..*self }
+    }
+
+    /// That pixel, if it is in the picture.
+    pub(crate) fn pixel_mut(&mut self, column: u32, row: u32) -> Option<&mut [f32; 4]> {
+        let is_inside = column < self.width && row < self.height;
+        is_inside.then(|| &mut self.pixels[row as usize * self.width as usize + column as usize])
+    }
+
     /// Eight-bit sRGB, row by row from the top: red, green, blue and, with a transparent background, alpha.
     pub fn to_bytes(&self) -> Vec<u8> {
         let byte = |x: f64| (x * 255.0).round() as u8;

@@ -1,15 +1,23 @@
 //! `shotline shoot`: one ray, reported in full.
 
+use std::path::{Path, PathBuf};
+
 use clap::Args;
+use shotline::compile::World;
 use shotline::math::Vec3;
 use shotline::query::Scope;
-use shotline::ray::Ray;
+use shotline::query::batch::Run;
+use shotline::ray::{Ray, Span};
+use shotline::scene::Scene;
+use shotline_render::{RayDrawing, RenderError, Settings, render_ray};
 
 use crate::failure::Failure;
-use crate::flags::{Build, Model, SpanOfT, SurfacesOnly, parse_whole_number};
+use crate::flags::{Build, Model, SpanOfT, SurfacesOnly, parse_size, parse_whole_number};
 use crate::number::parse_vector;
+use crate::picture_file;
 use crate::progress::Quiet;
 use crate::shoot_report::ShootReport;
+use crate::stream::is_stream;
 use crate::trace_report::{TraceQuery, TraceReport};
 use crate::{input, output};
 
@@ -62,6 +70,13 @@ pub struct Command {
     /// Print one JSON document instead; infinite and missing values are null there
     #[arg(long)]
     json: bool,
+    /// Also draw the ray in the scene, as PNG or JPEG, by the extension of the name: seen from beside it, through the objects, with
+    /// its parts in objects thick, its crossings as dots with their numbers, and a legend with the t of each
+    #[arg(long, value_name = "FILE.png|.jpg")]
+    picture: Option<PathBuf>,
+    /// Pixels of the picture across and down, without the legend
+    #[arg(long, value_name = "WxH", default_value = "800x600", requires = "picture", value_parser = parse_size, allow_hyphen_values = true)]
+    size: (u32, u32),
 }
 
 #[derive(Args, Debug)]
@@ -78,6 +93,7 @@ struct Aim {
 const EXAMPLES: &str = "\
 Examples:
   shotline shoot part.json --from -10,0,0 --to 0,0,0
+  shotline shoot part.json --from -10,0,0 --to 0,0,0 --picture ray.png
   shotline shoot bunny.ply --from 0,0.1,-1 --dir 0,0,1 --json
   shotline shoot part.json --from -10,0,0 --to 0,0,0 --trace=closest --accel grid";
 
@@ -86,6 +102,9 @@ impl Command {
     pub fn run(&self) -> Result<u8, Failure> {
         let ray = self.ray()?;
         let span = self.span.span()?;
+        if let Some(path) = &self.picture {
+            self.expect_picture(path)?;
+        }
         let document = input::load_with_notes(&self.model, Quiet { quiet: false })?;
         let world = input::compile(&document, &self.build)?;
         let failure = |e| {
@@ -97,6 +116,9 @@ impl Command {
         let steps =
             self.trace.map(|query| TraceReport::new(&world, &ray, Scope { span, kinds }, query, self.steps));
         let steps = steps.transpose().map_err(failure)?;
+        if let Some(path) = &self.picture {
+            self.draw(path, &world, &document.scene, &report, (ray, span))?;
+        }
         output::print(&if self.json {
             let mut document = report.to_json();
             if let Some(steps) = steps {
@@ -108,6 +130,37 @@ impl Command {
             steps + &report.to_text()
         })?;
         Ok(0)
+    }
+
+    fn expect_picture(&self, path: &Path) -> Result<(), Failure> {
+        if is_stream(path) {
+            let why = "--picture -: standard output is for the report\nhelp: name a file";
+            return Err(Failure::new(why));
+        }
+        output::expect_writable(path, output::PICTURE, std::slice::from_ref(&self.model.path))
+    }
+
+    fn draw(
+        &self,
+        path: &Path,
+        world: &World,
+        scene: &Scene,
+        report: &ShootReport,
+        (ray, span): (Ray, Span),
+    ) -> Result<(), Failure> {
+        let (segments, marks) = (report.segments(), report.marks());
+        let drawing = RayDrawing { ray, span, segments, marks: &marks };
+        let ((width, height), hidden) = (self.size, scene.hiding_enclosures());
+        let settings = Settings { width, height, hidden, ..Settings::default() };
+        let image = render_ray(world, scene, &drawing, &settings, Run::default());
+        picture_file::write(path, &image.map_err(|error| self.no_picture(error))?)
+    }
+
+    fn no_picture(&self, error: RenderError) -> Failure {
+        match error {
+            RenderError::Size { .. } => Failure::new(format!("--size: {error}")),
+            error => Failure::of_input(&self.model.path, error),
+        }
     }
 
     fn ray(&self) -> Result<Ray, Failure> {

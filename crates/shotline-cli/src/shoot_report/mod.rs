@@ -8,7 +8,9 @@ use shotline::math::{Vec3, length, unit};
 use shotline::query::{Caster, Hit, HitKind, Kinds, Limits, Overlaps, QueryError, Scope, Segment};
 use shotline::ray::{Ray, Span};
 use shotline::scene::Units;
+use shotline_render::RayMark;
 
+use crate::number::short;
 use crate::overlap::{Conflict, conflicts_on_ray};
 
 /// The full report of one ray. Lengths are in world units.
@@ -18,6 +20,7 @@ pub struct ShootReport {
     span: Span,
     units: Option<Units>,
     crossings: Vec<CrossingRow>,
+    segments: Vec<Segment>,
     totals: Vec<MaterialTotal>,
     overlaps: Vec<Conflict>,
     /// Why there is no thickness, if there is none.
@@ -84,9 +87,34 @@ impl ShootReport {
             units,
             crossings,
             totals: totals(world, &segments),
+            segments,
             overlaps,
             no_thickness,
         })
+    }
+
+    /// The parts of the ray inside objects; none if an object has no inside.
+    pub fn segments(&self) -> &[Segment] {
+        &self.segments
+    }
+
+    /// The crossings as they are drawn in a picture.
+    pub fn marks(&self) -> Vec<RayMark> {
+        let mark = |row: &CrossingRow| {
+            let event = match (row.hit.kind, row.hit.entering) {
+                (HitKind::Surface, true) => "into",
+                (HitKind::Surface, false) => "out of",
+                (_, true) => "begins in",
+                (_, false) => "ends in",
+            };
+            // What t counts is a length only if the direction has length 1.
+            let distance = self.units.map_or_else(String::new, |u| format!(" ({} {u})", short(row.distance)));
+            RayMark {
+                t: row.hit.t,
+                label: format!("t = {}{distance}  {event} {}", short(row.hit.t), row.object),
+            }
+        };
+        self.crossings.iter().map(mark).collect()
     }
 }
 
