@@ -113,7 +113,9 @@ def _names(names: str | Sequence[str], what: str) -> list[str]:
 def _opacity(opacity: Mapping[str, float]) -> list[tuple[str, float]]:
     if not isinstance(opacity, Mapping):
         raise TypeError(f'opacity maps names to numbers, as in {{"wall": 0.3}}, not {opacity!r}')
-    return [(text(name, "a name in opacity"), number(share, f"opacity[{name!r}]")) for name, share in opacity.items()]
+    return [
+        (text(name, "a name in opacity"), number(share, f"opacity[{name!r}]")) for name, share in opacity.items()
+    ]
 
 
 def _planes(clip: str | Sequence[str | Sequence[float]]) -> list[str]:

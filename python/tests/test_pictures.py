@@ -26,6 +26,17 @@ def test_pictures_are_arrays(tmp_path):
     assert (np.rint(pyplot.imread(io.BytesIO(png)) * 255).astype(np.uint8)[..., :3] == picture).all()
 
 
+def test_drawings_and_objects_that_are_seen_through():
+    options = {"camera": "iso", "size": (60, 40), "samples": 1, "background": "white"}
+    plain = SCENE.render(**options)
+    drawn = SCENE.render(**options, edges=True)
+    assert (drawn < 40).all(axis=2).sum() > 20 > (plain < 40).all(axis=2).sum()
+    assert (SCENE.render(**options, opacity={"ball": 0.3}) != plain).any()
+    assert (SCENE.render(**options, opacity={"*": 1}) == plain).all()
+    cut = SCENE.render(**options, clip="x=0.2")
+    assert (SCENE.render(**options, clip="x=0.2", hatch=True) != cut).any()
+
+
 def test_the_same_picture_for_any_threads():
     one = SCENE.render(size=(80, 60), threads=1)
     assert (SCENE.render(size=(80, 60), threads=3) == one).all()
@@ -57,10 +68,18 @@ def test_cameras_and_looks():
         (lambda: SCENE.render(counter="x"), ValueError, "boxes"),
         (lambda: SCENE.render(background="red"), ValueError, "#336699"),
         (lambda: SCENE.render(clip=["x"]), ValueError, "NX,NY,NZ,D"),
-        (lambda: SCENE.render(edges=True, look="xray"), ValueError, "'xray' has no edges.* choose 'lit', 'normal' or"),
+        (
+            lambda: SCENE.render(edges=True, look="xray"),
+            ValueError,
+            "'xray' has no edges.* choose 'lit', 'normal' or",
+        ),
         (lambda: SCENE.render(opacity={"ball": 1.5}), ValueError, "opacity of 'ball' is 1.5, but must be from 0"),
         (lambda: SCENE.render(opacity={"ghost": 0.5}), ValueError, "opacity: no object is named 'ghost'"),
-        (lambda: SCENE.render(opacity={"ball": 0.5}, look="depth"), ValueError, "'depth' shows no objects that are"),
+        (
+            lambda: SCENE.render(opacity={"ball": 0.5}, look="depth"),
+            ValueError,
+            "'depth' shows no objects that are",
+        ),
         (lambda: SCENE.render(opacity=0.5), TypeError, "opacity maps names to numbers"),
         (lambda: SCENE.render(opacity={"ball": "x"}), TypeError, "opacity.*ball"),
         (lambda: SCENE.render(hatch=True), ValueError, "nothing to hatch: give a plane"),
@@ -76,7 +95,11 @@ def test_cameras_and_looks():
         (lambda: SCENE.render(Camera(eye=(0, 0, 0), fov=30)), ValueError, "same point"),
         (lambda: SCENE.render(size=(2, 2)).save("/no/such/folder/x.png"), OSError, "folder"),
         (lambda: SCENE.render(size=(2, 2)).save("x.gif"), ValueError, "png, .jpg or"),
-        (lambda: SCENE.render(size=(2, 2), background="transparent").save("x.jpg"), ValueError, "JPEG has no trans"),
+        (
+            lambda: SCENE.render(size=(2, 2), background="transparent").save("x.jpg"),
+            ValueError,
+            "JPEG has no trans",
+        ),
         (lambda: Image(np.zeros((3, 3))), ValueError, "uint8"),
     ],
 )

@@ -58,7 +58,7 @@ fn a_dash_is_standard_input_and_output() {
 #[test]
 fn a_wrong_extension_is_an_error_that_names_the_right_one() {
     let sandbox = sandbox();
-    sandbox.run(&["render", "drilled.json", "-o", "a.jpg"]).fails_with(&["a.jpg", ".png", ".jpg"]);
+    sandbox.run(&["render", "drilled.json", "-o", "a.gif"]).fails_with(&["a.gif", ".png", ".jpg"]);
     let cast = ["cast", "drilled.json", "--rays", "rays.npy", "--query", "any", "-o", "a.csv"];
     sandbox.run(&cast).fails_with(&["a.csv", ".npz"]);
     sandbox.run(&["compare", "drilled.json", "-o", "a.svg"]).fails_with(&["a.svg", ".png"]);
