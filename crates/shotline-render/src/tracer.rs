@@ -266,6 +266,26 @@ impl<'w> Tracer<'w> {
         Ok(points)
     }
 
+    /// Whether rays see one surface, or several of objects that are seen through.
+    pub fn is_opaque(&self) -> bool {
+        self.visible.is_opaque()
+    }
+
+    /// The first surface that each ray meets of those that are not seen through, as [`Tracer::surfaces`].
+    ///
+    /// # Errors
+    /// As [`BatchCaster::closest`].
+    pub fn opaque_surfaces(&mut self, rays: &SampleRays) -> Result<Vec<SurfacePoint>, BatchError> {
+        let mut points = Vec::with_capacity(rays.len());
+        let (visible, colors) = (self.visible, &mut self.colors);
+        self.caster.cast_rays(&rays.rays, |caster, number, ray| {
+            let hit = visible.closest_opaque(caster, ray)?;
+            points.extend(hit.map(|hit| point_of_hit(number, ray, &hit, colors)));
+            Ok(())
+        })?;
+        Ok(points)
+    }
+
     /// Whether a surface is in the span of each ray. `lamp` is the number of the lamp to which the rays go, if they go
     /// to one: each lamp has its own shadow cache.
     ///

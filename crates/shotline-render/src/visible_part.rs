@@ -20,7 +20,7 @@ pub(crate) struct VisiblePart {
     planes: Vec<ClipPlane>,
     /// By number of an object.
     hidden: Vec<bool>,
-    /// By number of an object, whether it has no shadow: what is hidden or seen through.
+    /// By number of an object, whether it is hidden or seen through, and so has no shadow.
     shadowless: Vec<bool>,
     opacities: Opacities,
     /// Whether objects contain others, differ in priority, are hidden or seen through, so that rays see the owners of points and not the outermost surfaces.
@@ -55,10 +55,25 @@ impl VisiblePart {
     /// What a ray sees first in a span. A hit of kind [`HitKind::Start`] is at a plane that cuts through an object, and has the
     /// normal of that plane.
     pub fn closest(&self, caster: &mut Caster, ray: &Ray, span: Span) -> Result<Option<Hit>, QueryError> {
+        self.closest_without(caster, ray, span, &self.hidden)
+    }
+
+    /// What a ray sees first that is not seen through.
+    pub fn closest_opaque(&self, caster: &mut Caster, ray: &Ray) -> Result<Option<Hit>, QueryError> {
+        self.closest_without(caster, ray, Span::FORWARD, &self.shadowless)
+    }
+
+    fn closest_without(
+        &self,
+        caster: &mut Caster,
+        ray: &Ray,
+        span: Span,
+        hidden: &[bool],
+    ) -> Result<Option<Hit>, QueryError> {
         let Some(KeptSpan { span, cut }) = KeptSpan::new(&self.planes, ray, span) else { return Ok(None) };
         // A ray that begins inside without a cut sees the object from within.
         let kinds = if cut.is_some() { Kinds::All } else { Kinds::Surfaces };
-        let hit = self.first(caster, ray, Scope { span, kinds }, &self.hidden)?;
+        let hit = self.first(caster, ray, Scope { span, kinds }, hidden)?;
         Ok(hit.map(|hit| match cut {
             Some(normal) if hit.kind == HitKind::Start => Hit { normal, ..hit },
             _ => hit,

@@ -5,8 +5,8 @@ use shotline::prelude::*;
 use shotline::query::batch::Run;
 use shotline::scene::{Camera, Lens, Light, LightSource};
 use shotline_render::{
-    Background, ClipPlane, Image, InvalidOpacity, LOOKS, Lighting, Opacities, RenderError, Settings, look,
-    render,
+    Background, ClipPlane, Image, InvalidOpacity, LOOKS, Lighting, Opacities, RenderError, Settings, expose,
+    look, render,
 };
 
 const RED: [f64; 3] = [0.9, 0.1, 0.1];
@@ -122,6 +122,29 @@ fn caps_are_seen_through() {
     let clip: Vec<ClipPlane> = vec!["0,-1,0,0".parse().expect("a plane")];
     let cut = Settings { clip, ..settings(&both, &[("block", 0.5)]) };
     assert_light(&picture(&both, &cut), [0.75, 0.25]);
+}
+
+/// Lines behind what is seen through are half as dark, and lines of what is in front are as ever.
+#[test]
+fn lines_are_seen_through_objects() {
+    let ball = Object::new("ball", Shape::sphere(1.0).expect("a ball").translate([0.0, 3.0, 0.0]));
+    let both = scene([cuboid("glass", [-1.5, -2.0, -1.5], [1.5, -1.0, 1.5]), ball]);
+    let world = compile(&both, Options::default()).expect("a world");
+    let darkest = |opacities: &[(&str, f64)], rows: std::ops::Range<u32>| {
+        let settings = Settings { edges: true, ..settings(&both, opacities) };
+        let exposure = expose(&world, &both, &settings, rows, Run::default()).expect("rows");
+        exposure.samples.iter().map(|sample| sample.ink).fold(0.0, f64::max)
+    };
+    // The outline of the ball begins in the sixth row, that of the glass in the third.
+    assert_eq!(darkest(&[], 2..3), 1.0);
+    assert_eq!(darkest(&[("glass", 0.3)], 2..3), 1.0);
+    let inner = |opacities: &[(&str, f64)]| {
+        let settings = Settings { edges: true, ..settings(&both, opacities) };
+        let exposure = expose(&world, &both, &settings, 5..6, Run::default()).expect("rows");
+        exposure.samples[5..15].iter().map(|sample| sample.ink).fold(0.0, f64::max)
+    };
+    assert_eq!(inner(&[]), 0.0);
+    assert!((0.4..=0.5).contains(&inner(&[("glass", 0.3)])), "{}", inner(&[("glass", 0.3)]));
 }
 
 #[test]

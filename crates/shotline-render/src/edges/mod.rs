@@ -28,6 +28,25 @@ const PLACES: u32 = 8;
 /// The linear colour of lines.
 const INK: Rgb = Rgb::new(0.006, 0.007, 0.010);
 
+/// How much darker lines make what is behind surfaces that are seen through.
+const BEHIND: f64 = 0.5;
+
+/// Which surfaces have edges.
+#[derive(Clone, Copy)]
+enum Layer {
+    /// The first ones.
+    First,
+    /// The first ones that are not seen through.
+    Opaque,
+}
+
+/// What looks at positions in the picture.
+struct Eye<'a, 'w> {
+    view: &'a View,
+    tracer: &'a mut Tracer<'w>,
+    layer: Layer,
+}
+
 /// Why the edges of a tile are not known.
 pub(crate) enum EdgesError {
     Camera(CameraError),
@@ -46,15 +65,26 @@ impl From<BatchError> for EdgesError {
     }
 }
 
-/// The share of each pixel of a tile that lines cover, row by row.
+/// The share of each pixel of a tile that lines cover, row by row. Lines behind what is seen through count as [`BEHIND`].
 pub(crate) fn coverage(tile: &Tile, view: &View, tracer: &mut Tracer) -> Result<Vec<f64>, EdgesError> {
-    let pairs = neighbours(tile, view, tracer)?;
+    let places = |places: u64| f64::from(places.count_ones()) / f64::from(PLACES * PLACES);
+    let first = covered(tile, &mut Eye { view, tracer, layer: Layer::First })?;
+    if tracer.is_opaque() {
+        return Ok(first.into_iter().map(places).collect());
+    }
+    let behind = covered(tile, &mut Eye { view, tracer, layer: Layer::Opaque })?;
+    let share = |(first, behind): (u64, u64)| places(first) + BEHIND * places(behind & !first);
+    Ok(first.into_iter().zip(behind).map(share).collect())
+}
+
+/// By pixel of a tile, the places that lines cover.
+fn covered(tile: &Tile, eye: &mut Eye) -> Result<Vec<u64>, EdgesError> {
+    let pairs = neighbours(tile, eye)?;
     let mut lines = Lines { tile, covered: vec![0; tile.width as usize * tile.height as usize] };
-    for [a, b] in narrowed(pairs, view, tracer)? {
+    for [a, b] in narrowed(pairs, eye)? {
         lines.add([(a.x + b.x) / 2.0, (a.y + b.y) / 2.0]);
     }
-    let places = f64::from(PLACES * PLACES);
-    Ok(lines.covered.iter().map(|places_of| f64::from(places_of.count_ones()) / places).collect())
+    Ok(lines.covered)
 }
 
 /// Draws the lines over developed pixels.
@@ -74,7 +104,8 @@ struct Spot {
 }
 
 /// What is seen at some positions.
-fn look_at(positions: &[[f64; 2]], view: &View, tracer: &mut Tracer) -> Result<Vec<Spot>, EdgesError> {
+fn look_at(positions: &[[f64; 2]], eye: &mut Eye) -> Result<Vec<Spot>, EdgesError> {
+    let Eye { view, tracer, layer } = eye;
     let (mut rays, mut spots) = (SampleRays::default(), Vec::with_capacity(positions.len()));
     for (number, &[x, y]) in (0..).zip(positions) {
         let ray: Ray = view.ray(x, y)?;
@@ -82,14 +113,18 @@ fn look_at(positions: &[[f64; 2]], view: &View, tracer: &mut Tracer) -> Result<V
         spots.push(Spot { x, y, sight: Sight { ray, point: None } });
     }
     tracer.begin(rays.len());
-    for point in tracer.surfaces(&rays)? {
+    let points = match layer {
+        Layer::First => tracer.surfaces(&rays)?,
+        Layer::Opaque => tracer.opaque_surfaces(&rays)?,
+    };
+    for point in points {
         spots[point.ray].sight.point = Some(point);
     }
     Ok(spots)
 }
 
 /// The neighbours on the lattice that are apart, in all rows and columns of which a line can reach into a tile.
-fn neighbours(tile: &Tile, view: &View, tracer: &mut Tracer) -> Result<Vec<[Spot; 2]>, EdgesError> {
+fn neighbours(tile: &Tile, eye: &mut Eye) -> Result<Vec<[Spot; 2]>, EdgesError> {
     let margin = (RADIUS * LATTICE as f64).ceil() as i64;
     let range = |start: u32, count: u32| {
         let start = i64::from(start) * LATTICE;
@@ -99,7 +134,7 @@ fn neighbours(tile: &Tile, view: &View, tracer: &mut Tracer) -> Result<Vec<[Spot
     let position = |number: i64| (number as f64 + 0.5) / LATTICE as f64;
     let positions: Vec<_> =
         rows.flat_map(|row| columns.clone().map(move |column| [position(column), position(row)])).collect();
-    let spots = look_at(&positions, view, tracer)?;
+    let spots = look_at(&positions, eye)?;
     let across = (columns.end - columns.start) as usize;
     let mut pairs = Vec::new();
     for (number, spot) in spots.iter().enumerate() {
@@ -115,14 +150,10 @@ fn neighbours(tile: &Tile, view: &View, tracer: &mut Tracer) -> Result<Vec<[Spot
 }
 
 /// Halves the distance of pairs that are apart; a pair neither of whose halves is apart goes.
-fn narrowed(
-    mut pairs: Vec<[Spot; 2]>,
-    view: &View,
-    tracer: &mut Tracer,
-) -> Result<Vec<[Spot; 2]>, EdgesError> {
+fn narrowed(mut pairs: Vec<[Spot; 2]>, eye: &mut Eye) -> Result<Vec<[Spot; 2]>, EdgesError> {
     for _ in 0..HALVINGS {
         let middles: Vec<_> = pairs.iter().map(|[a, b]| [(a.x + b.x) / 2.0, (a.y + b.y) / 2.0]).collect();
-        let middles = look_at(&middles, view, tracer)?;
+        let middles = look_at(&middles, eye)?;
         pairs = pairs
             .into_iter()
             .zip(middles)
