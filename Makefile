@@ -101,7 +101,7 @@ pictures: build ## render the pictures of the README and of the flake again (min
 	$(SHOTLINE) render scenes/section.json -o docs/pictures/edges-valve.png --size 400x300 --edges --view iso --background white
 	$(SHOTLINE) render scenes/section.json -o docs/pictures/hatch-valve.png --size 400x300 --zoom 1.3 --background white --edges \
 		--eye=-7,-12,6 --target 0,0,0.4 --clip 0,-1,0,-0.05 --hatch --hide ground --hide 'cut*'
-	$(SHOTLINE) shoot scenes/section.json --from=-5,1,1.2 --dir=1,0,-0.1 --picture docs/pictures/shoot-valve.png --size 320x260
+	$(SHOTLINE) shoot scenes/section.json --from=-5,1,1.2 --dir=1,0,-0.1 --picture docs/pictures/shoot-valve.png --size 400x300
 	$(SHOTLINE) render scenes/section.json -o docs/pictures/section-xray.png --size 720x540 --samples 16 --look xray
 
 docs-pictures: build package ## render the pictures of the documentation again, with the bunny if present (minutes)

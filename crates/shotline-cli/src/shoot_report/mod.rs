@@ -108,7 +108,8 @@ impl ShootReport {
                 (_, false) => "ends in",
             };
             // What t counts is a length only if the direction has length 1.
-            let distance = self.units.map_or_else(String::new, |u| format!(" ({} {u})", short(row.distance)));
+            let unit = self.units.filter(|_| row.distance.is_finite());
+            let distance = unit.map_or_else(String::new, |unit| format!(" ({} {unit})", short(row.distance)));
             RayMark {
                 t: row.hit.t,
                 label: format!("t = {}{distance}  {event} {}", short(row.hit.t), row.object),
