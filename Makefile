@@ -7,8 +7,11 @@ SHARED ?= ../shared
 # Rays of each family in `make soak`.
 RAYS ?= 100000000
 
-# How the program and the package are built. The tests use the profile of Rust's own tests, so that they share one build.
+# How the program and the package are built. The tests use the profile and the features of Rust's own tests, so that all share
+# one build of the core.
 PROFILE ?= release
+FEATURES := $(if $(filter dev,$(PROFILE)),--features shotline/testkit --features shotline-io/testkit)
+TESTED := --workspace --exclude shotline-python --exclude shotline-benches --all-features
 SHOTLINE := $(abspath $(or $(CARGO_TARGET_DIR),target))/$(if $(filter dev,$(PROFILE)),debug,$(PROFILE))/shotline
 VENV := .venv
 export SHOTLINE
@@ -33,9 +36,9 @@ test: $(VENV)/ready ## check format, lints and documentation; test the libraries
 	$(VENV)/bin/codespell
 	$(CARGO) clippy --workspace --all-targets --all-features -- -D warnings
 	$(CARGO) check --quiet --locked --manifest-path fuzz/Cargo.toml --target-dir target
-	$(CARGO) package --quiet --workspace --exclude shotline-python --no-verify --allow-dirty
+	$(CARGO) package --quiet --workspace --exclude shotline-python --exclude shotline-benches --no-verify --allow-dirty
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --no-deps --all-features --document-private-items
-	$(CARGO) test --workspace --exclude shotline-python --all-features
+	$(CARGO) test $(TESTED)
 	$(PYTHON) bench/instructions.py
 	$(MAKE) test-built PROFILE=dev
 	@cat out/instructions.txt
@@ -47,7 +50,7 @@ test-built: package
 
 package: $(VENV)/ready ## build the Python package and install it in .venv
 	PATH="$(abspath $(VENV))/bin:$$PATH" pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --force-reinstall \
-		--config-settings=build-args="--profile $(PROFILE)" .
+		--config-settings=build-args="--profile $(PROFILE) $(FEATURES)" .
 
 docs: $(VENV)/ready-docs package ## build the documentation site in out/site
 	NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --quiet --strict
@@ -61,7 +64,7 @@ wheels: $(VENV)/ready-wheels ## build the wheel of the Python package for manyli
 
 # The tests of Rust build what is measured.
 instructions: ## count the instructions of small casts, and write them into bench/instructions.tsv (REASON=, where they have grown)
-	$(CARGO) test --no-run --workspace --exclude shotline-python --all-features
+	$(CARGO) test --no-run $(TESTED)
 	$(PYTHON) bench/instructions.py --write --reason "$(REASON)"
 
 ifneq ($(wildcard $(SHARED)/truth/run.py),)

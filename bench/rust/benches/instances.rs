@@ -1,5 +1,5 @@
 //! How build time, memory and ray cost grow with the number of instances, and the cost of moving some:
-//! `cargo bench --bench instances`.
+//! `cargo bench -p shotline-benches --bench instances`.
 //!
 //! A field of 10^2 to 10^7 instances of one sphere: build time, memory, and nanoseconds per ray. Then some of
 //! 10^5 instances move: the time to refit is compared with the time to recompile.

@@ -1,6 +1,6 @@
 //! The cost of one line per solid, in the solid's own frame. The lines are random and hit the solid.
 //!
-//!     cargo bench -p shotline --features testkit
+//!     cargo bench -p shotline-benches
 
 use std::hint::black_box;
 
