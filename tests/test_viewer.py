@@ -1,8 +1,8 @@
 """`shotline view` in a browser: what it shows is what the other commands say."""
 
+import base64
 import io
 import json
-import base64
 
 import numpy as np
 import pytest
@@ -157,13 +157,19 @@ def test_a_click_shows_the_crossings_of_its_ray(page):
     across = 0.5 * (30 / height) * np.pi / 180
     assert ray[0] == [9, -16, 8] and np.abs(ray[1] - expected).max() < across, width
     told = run(
-        "shoot", page.scene, f"--from={','.join(map(repr, ray[0]))}", f"--dir={','.join(map(repr, ray[1]))}", "--json"
+        "shoot",
+        page.scene,
+        f"--from={','.join(map(repr, ray[0]))}",
+        f"--dir={','.join(map(repr, ray[1]))}",
+        "--json",
     )
     crossings = json.loads(told.stdout)["crossings"]
     assert len(rows) == len(crossings) > 3
     for row, crossing in zip(rows, crossings, strict=True):
         assert crossing["object"] in row.text and ("in" if crossing["entering"] else "out") in row.text
-    assert f"{len(rows)} crossings" in page.one("#ray-summary").text and "mm inside" in page.one("#ray-summary").text
+    assert (
+        f"{len(rows)} crossings" in page.one("#ray-summary").text and "mm inside" in page.one("#ray-summary").text
+    )
     assert float(page.one("#ray").get_attribute("data-ms")) < 5000
 
 

@@ -27,6 +27,7 @@ from .serialize import DuplicateNameWarning
 from .slices import Slice
 from .solids import *  # noqa: F403
 from .solids import __all__ as _solids
+from .viewing import View
 
 __all__ = [
     "Camera",
@@ -55,6 +56,7 @@ __all__ = [
     "Segments",
     "Slice",
     "Union",
+    "View",
     "__version__",
     "load",
     "radiograph",

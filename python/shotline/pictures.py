@@ -11,6 +11,7 @@ from .appearance import Camera
 from .image import Image, picture_args
 from .progress import callback
 from .values import threads_of
+from .viewing import View, show
 
 
 class Pictures:
@@ -87,3 +88,15 @@ class Pictures:
             opacity=opacity,
         )
         return Image(_native.render(self._native, settings, view, threads_of(threads), callback(progress)))
+
+    def show(self, *, open_browser: bool | None = None, port: int = 0) -> View:
+        """Show the scene on a page in the browser: it turns, cuts and slices the scene, hides objects, lists the crossings of the
+        ray that is clicked, and draws the steps of an accelerator. The page is on 127.0.0.1 and ends with the result: keep it.
+
+        Args:
+            open_browser: open the page; None opens it except in notebooks, which show a picture and the address.
+            port: the port; 0 for a free one.
+
+        Raises OSError if the port is taken.
+        """
+        return show(self, self._native, open_browser, port)

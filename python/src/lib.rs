@@ -11,6 +11,7 @@ mod registry;
 mod scene;
 mod slice;
 mod tessellation;
+mod viewer;
 
 use std::ffi::OsString;
 
@@ -41,6 +42,8 @@ mod _native {
     use super::scene::Scene;
     #[pymodule_export]
     use super::slice::slice;
+    #[pymodule_export]
+    use super::viewer::Viewer;
 
     /// The first use of NumPy's C interface runs Python code to find it, and Ctrl-C during that would cause a panic. So
     /// the interface is used once here, on import.

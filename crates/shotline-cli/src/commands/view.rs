@@ -56,10 +56,10 @@ impl Command {
                 self.port
             ))
         })?;
-        println!("{}", viewer.address.url());
+        println!("{}", viewer.url());
         progress::note("Ctrl-C ends the viewer", self.quiet);
         if !self.no_open
-            && let Err(error) = open::that_detached(viewer.address.url())
+            && let Err(error) = open::that_detached(viewer.url())
         {
             progress::note(
                 &format!("there is no browser to open ({error}); open the address above"),

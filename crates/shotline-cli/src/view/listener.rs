@@ -18,19 +18,19 @@ const MAX_CONNECTIONS: usize = 16;
 /// How long one write to a client may wait. A client that does not read is disconnected.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(10);
 
-/// A server that runs until it is dropped or [stopped](Viewer::stop).
+/// A page that shows a scene, on 127.0.0.1, until it is dropped or [stopped](Viewer::stop).
 #[derive(Debug)]
 pub struct Viewer {
-    pub address: Address,
+    address: Address,
     is_stopped: Arc<AtomicBool>,
 }
 
 impl Viewer {
-    /// Starts a server on a free port of 127.0.0.1.
+    /// Starts a server at a port, or at a free one if that is 0.
     ///
     /// # Errors
-    /// If there is no free port, or no random numbers.
-    pub fn start(stage: Arc<Stage>, port: u16) -> io::Result<Viewer> {
+    /// If the port is taken, or there are no random numbers.
+    pub(crate) fn start(stage: Arc<Stage>, port: u16) -> io::Result<Viewer> {
         let listener = TcpListener::bind(SocketAddr::from((Ipv4Addr::LOCALHOST, port)))?;
         let mut random = [0; 16];
         getrandom::fill(&mut random).map_err(io::Error::other)?;
@@ -41,6 +41,11 @@ impl Viewer {
         let server = Arc::new(Server { stage, address, is_stopped, connections: AtomicUsize::new(0) });
         std::thread::Builder::new().name("viewer".into()).spawn(move || accept(&server, &listener))?;
         Ok(viewer)
+    }
+
+    /// The address of the page, with its token.
+    pub fn url(&self) -> String {
+        self.address.url()
     }
 
     /// Ends all connections soon, and accepts no more.
