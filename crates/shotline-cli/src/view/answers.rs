@@ -13,7 +13,7 @@ use shotline::ray::{Ray, Span};
 use shotline::scene::{Lens, Units};
 use shotline_render::camera::View;
 use shotline_render::slice::{Area, ColorBy, Conflicts, SlicePlane, SliceSettings, slice, slice_png};
-use shotline_render::{LOOKS, Settings, StandardView, Viewpoint, camera_of};
+use shotline_render::{LOOKS, Settings, StandardView, Viewpoint, camera_of, visible_subject};
 
 use super::answer::Answer;
 use super::objects;
@@ -68,6 +68,7 @@ impl<'s> Answers<'s> {
                     .draw(&current, pane, picture, coarse, json!({ "id": id, "pane": pane }))
                     .unwrap_or_else(|error| failed(id, &error));
             }
+            Question::View { name, size } => viewed_from(&scene, name.as_deref(), size),
             Question::Slice { plane, size, area, by } => match sliced(&scene, plane, size, area, by) {
                 Ok(bytes) => return Answer::Pixels { head: json!({ "id": id }), bytes },
                 Err(error) => Err(error),
@@ -90,18 +91,7 @@ impl<'s> Answers<'s> {
         let world = viewed.world(None)?;
         let enclosures: Vec<&str> = scene.enclosures();
         let hidden = scene.hiding_enclosures();
-        let subject = shotline_render::visible_subject(&world, scene, &hidden);
-        let camera = |viewpoint: Viewpoint| {
-            let settings = Settings { viewpoint, ..Settings::default() };
-            camera_of(subject, scene, &settings).map(|camera| camera_json(&camera))
-        };
-        let views: serde_json::Map<String, Value> = StandardView::NAMED
-            .iter()
-            .filter_map(|(name, view)| {
-                let viewpoint = Viewpoint { view: Some(*view), ..Viewpoint::default() };
-                Some(((*name).to_string(), camera(viewpoint).ok()?))
-            })
-            .collect();
+        let subject = visible_subject(&world, scene, &hidden);
         let names = |all: &[String]| json!(all);
         Ok(json!({
             "name": viewed.name,
@@ -109,8 +99,7 @@ impl<'s> Answers<'s> {
             "version": current.version,
             "units": scene.units.map(Units::name),
             "bounds": subject.map(|b| json!([json_vector(b.min), json_vector(b.max)])),
-            "camera": camera(Viewpoint::default()).map_err(|error| error.to_string())?,
-            "views": views,
+            "views": StandardView::NAMED.iter().map(|(name, _)| name).collect::<Vec<_>>(),
             "looks": LOOKS.iter().map(|look| json!({ "name": look.name, "summary": look.summary })).collect::<Vec<_>>(),
             "accels": accel::NAMES,
             "accel": viewed.default_accel,
@@ -156,6 +145,17 @@ fn expect_size([width, height]: [u32; 2]) -> Result<(), String> {
         ));
     }
     Ok(())
+}
+
+/// The camera of a view of everything but what encloses it.
+fn viewed_from(viewed: &ViewedScene, name: Option<&str>, [width, height]: [u32; 2]) -> Result<Value, String> {
+    expect_size([width, height])?;
+    let scene = &viewed.document.scene;
+    let view = name.map(str::parse).transpose()?;
+    let viewpoint = Viewpoint { view, ..Viewpoint::default() };
+    let settings = Settings { width, height, viewpoint, ..Settings::default() };
+    let subject = visible_subject(&*viewed.world(None)?, scene, &scene.hiding_enclosures());
+    camera_of(subject, scene, &settings).map(|camera| camera_json(&camera)).map_err(|error| error.to_string())
 }
 
 fn camera_json(camera: &shotline::scene::Camera) -> Value {

@@ -23,6 +23,8 @@ pub struct Asked {
 pub enum Question {
     /// What is viewed: names, bounds, the camera to begin with.
     Scene,
+    /// The camera of a standard view, or without a name that of the scene, for a picture of a size.
+    View { name: Option<String>, size: [u32; 2] },
     /// The next step of a picture.
     Draw { pane: usize, picture: PictureOf, coarse: u32 },
     /// The report of the ray through a pixel, or of a given one.

@@ -12,7 +12,7 @@ function fillControls() {
   options(byId("accel"), scene.accels, state.accel);
   options(byId("versus"), scene.accels, state.versus ?? otherAccel());
   options(byId("counter"), scene.counters, state.counter);
-  options(byId("view"), ["", ...Object.keys(scene.views)], "");
+  options(byId("view"), ["", ...scene.views], "");
 }
 
 const otherAccel = () => state.scene.accels.find((name) => name !== state.accel && name === "grid") ?? state.scene.accels[0];
@@ -119,7 +119,7 @@ function connectControls() {
     changed();
   });
   byId("view").addEventListener("change", (event) => { if (event.target.value) showView(event.target.value); event.target.value = ""; });
-  byId("frame").addEventListener("click", frameAll);
+  byId("frame").addEventListener("click", () => showView());
   byId("compare").addEventListener("click", () => { state.versus = state.versus === null ? byId("versus").value : null; changed(); });
   byId("clip-add").addEventListener("click", addPlane);
   byId("theme").addEventListener("click", () => setTheme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));

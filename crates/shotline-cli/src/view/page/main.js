@@ -8,7 +8,6 @@ async function load() {
   const isFirst = state.scene === null;
   state.scene = head.answer;
   if (isFirst) {
-    state.camera = turnable(state.scene.camera);
     state.accel = state.scene.accel;
     state.counter = state.scene.counters[0];
     // What encloses everything would hide it.
@@ -17,6 +16,7 @@ async function load() {
   }
   setTrouble(state.scene.trouble);
   fillControls();
+  if (isFirst) await showView();
   await fillTree();
   if (state.ray) await shoot({ origin: state.ray.origin, direction: state.ray.direction });
   if (slice.isOpen) askSlice();

@@ -19,9 +19,14 @@ function setCamera(camera) {
   changed();
 }
 
-function showView(name) {
-  const camera = state.scene.views[name];
-  if (camera) setCamera(turnable(camera));
+// Looks from a standard direction, or without a name as the scene says, so that everything is in the picture.
+async function showView(name) {
+  try {
+    const { head } = await connection.ask({ ask: "view", name, size: sizeOf(panes[0]) });
+    setCamera(turnable(head.answer));
+  } catch (error) {
+    setTrouble(error.message);
+  }
 }
 
 function connectPointer(pane) {
@@ -117,7 +122,7 @@ function onKey(event) {
   else if (event.key === "+" || event.key === "=") setCamera(zoomed(state.camera, 1.15));
   else if (event.key === "-") setCamera(zoomed(state.camera, 1 / 1.15));
   else if (event.key >= "1" && event.key <= "7") showView(views[Number(event.key) - 1]);
-  else if (event.key === "f") frameAll();
+  else if (event.key === "f") showView();
   else if (event.key === "o") byId("tree-button").click();
   else if (event.key === "c") byId("clip-add").click();
   else if (event.key === "s") byId("slice-button").click();
@@ -128,8 +133,4 @@ function onKey(event) {
   else if (event.key === "Escape") closeOpen();
   else return;
   event.preventDefault();
-}
-
-function frameAll() {
-  setCamera(turnable(state.scene.camera));
 }
