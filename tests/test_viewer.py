@@ -12,7 +12,7 @@ from viewer import NEEDS_CHROMIUM, chromium, until, viewer
 
 pytestmark = NEEDS_CHROMIUM
 
-SIZE = (760, 520)
+SIZE = (720, 400)
 MATERIALS = {"steel": {"color": [0.6, 0.65, 0.7]}, "wax": {"color": [0.9, 0.7, 0.3]}}
 EYE = [6, -10, 12]
 SCENE = {

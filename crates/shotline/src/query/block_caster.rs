@@ -48,6 +48,9 @@ const MOST_INTERVALS: usize = 1 << 13;
 const FEWEST_ROWS: usize = 128;
 const MOST_ROWS: usize = 2048;
 
+/// Receives the row of a ray, its segments and the number of overlaps.
+type TakeSegments<'t> = dyn FnMut(usize, &[Segment], u64) -> Result<(), QueryError> + 't;
+
 /// A caster, and how it casts blocks.
 pub(super) struct BlockCaster<'c, 'w> {
     pub plan: &'c BlockPlan<'w>,
@@ -217,7 +220,7 @@ impl<'w> BlockCaster<'_, 'w> {
         block: &RowBlock,
         overlaps: Overlaps,
         memory: &mut BlockMemory<'w>,
-        set: &mut dyn FnMut(usize, &[Segment], u64) -> Result<(), QueryError>,
+        set: &mut TakeSegments,
     ) -> Result<(), BlockError> {
         let (mut row, mut count) = (0, FEWEST_ROWS);
         while row < block.rays.len() {
@@ -240,7 +243,7 @@ impl<'w> BlockCaster<'_, 'w> {
         block: &RowBlock,
         overlaps: Overlaps,
         memory: &mut BlockMemory<'w>,
-        set: &mut dyn FnMut(usize, &[Segment], u64) -> Result<(), QueryError>,
+        set: &mut TakeSegments,
     ) -> Result<usize, BlockError> {
         let BlockMemory { is_plain, few, queries, .. } = memory;
         let is_plain = begin(is_plain, block);
