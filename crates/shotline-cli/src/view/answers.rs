@@ -53,7 +53,7 @@ impl<'s> Answers<'s> {
         let is_new = self.known != 0 && self.known != current.version;
         is_new.then(|| {
             self.known = current.version;
-            json!({ "news": "changed", "trouble": current.trouble })
+            json!({ "news": "changed" })
         })
     }
 
@@ -65,7 +65,13 @@ impl<'s> Answers<'s> {
             Question::Scene => self.scene(&current),
             Question::Draw { pane, picture, coarse } => {
                 return self
-                    .draw(&current, pane, picture, coarse, json!({ "id": id, "pane": pane }))
+                    .draw(
+                        &current,
+                        pane,
+                        picture,
+                        coarse,
+                        json!({ "id": id, "pane": pane, "version": current.version }),
+                    )
                     .unwrap_or_else(|error| failed(id, &error));
             }
             Question::View { name, size } => viewed_from(&scene, name.as_deref(), size),

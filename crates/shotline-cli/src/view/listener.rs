@@ -15,6 +15,8 @@ use super::stage::Stage;
 
 /// More connections at a time are refused: a browser opens a few.
 const MAX_CONNECTIONS: usize = 16;
+/// The stack of a connection's thread: as large as that of a program, for scenes nest deeply.
+const STACK: usize = 16 << 20;
 /// How long one write to a client may wait. A client that does not read is disconnected.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(10);
 
@@ -78,7 +80,7 @@ fn accept(server: &Arc<Server>, listener: &TcpListener) {
             let _ = connection.serve(stream);
         };
         // Without a thread the stream is closed.
-        let _ = std::thread::Builder::new().name("viewer client".into()).spawn(serve);
+        let _ = std::thread::Builder::new().name("viewer client".into()).stack_size(STACK).spawn(serve);
     }
 }
 

@@ -91,7 +91,9 @@ impl Stage {
             && now.looked_at.elapsed() >= PAUSE
         {
             now.looked_at = Instant::now();
-            if now.files.iter().any(|(path, time)| modified(path) != *time) {
+            // What is no file now, such as a pipe, would not end.
+            let is_file = model.path.metadata().is_ok_and(|data| data.is_file());
+            if is_file && now.files.iter().any(|(path, time)| modified(path) != *time) {
                 self.read_again(model, &mut now);
             }
         }

@@ -1,6 +1,6 @@
 // Begins, and begins again when the scene changes.
 
-const connection = new Connection(onNews, () => setTrouble("The program has ended. Start it again, and open the address that it prints."));
+const connection = new Connection(reload, () => setTrouble("The program has ended. Start it again, and open the address that it prints."));
 connection.idle = nextPicture;
 
 async function load() {
@@ -14,7 +14,7 @@ async function load() {
     state.hidden = new Set(state.scene.enclosures);
     if (innerWidth <= 700) document.body.classList.add("no-side");
   }
-  setTrouble(state.scene.trouble);
+  setTrouble(null);
   fillControls();
   if (isFirst) await showView();
   await fillTree();
@@ -23,9 +23,11 @@ async function load() {
   changed();
 }
 
-function onNews({ trouble }) {
-  if (trouble) { setTrouble(trouble); return; }
-  load().catch((error) => setTrouble(error.message));
+// Loads the scene again, once however often its change is noticed.
+function reload() {
+  if (reload.isRunning) return;
+  reload.isRunning = true;
+  load().catch((error) => setTrouble(error.message)).finally(() => { reload.isRunning = false; });
 }
 
 whenChanged(showControls);
@@ -35,4 +37,4 @@ connectRay();
 connectSlice();
 new ResizeObserver(() => { drawOverlays(); connection.next(); }).observe(byId("stage"));
 document.addEventListener("visibilitychange", () => connection.next());
-load().catch((error) => setTrouble(error.message));
+reload();

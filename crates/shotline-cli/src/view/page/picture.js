@@ -59,6 +59,7 @@ function nextPicture() {
 
 function drawn(pane, { head, bytes }) {
   pane.isFinal = head.is_final;
+  if (head.version !== state.scene.version) reload();
   if (head.size) show(pane, head, bytes);
   // A first pass should take about 30 ms, so that turning is smooth.
   const isFirst = head.pass === 0;

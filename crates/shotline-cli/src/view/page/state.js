@@ -37,7 +37,9 @@ function setStatus(text) {
   byId("status").hidden = !text;
 }
 
+// Shows what is wrong; without a text, what is wrong with the file of the scene, if anything is.
 function setTrouble(text) {
-  byId("trouble").textContent = text ?? "";
-  byId("trouble").hidden = !text;
+  const shown = text ?? state.scene?.trouble ?? "";
+  byId("trouble").textContent = shown;
+  byId("trouble").hidden = !shown;
 }
