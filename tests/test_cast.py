@@ -1,10 +1,11 @@
 """`shotline cast`: names and types of the arrays, and results compared with formulas."""
 
+import csv
 import json
 
 import numpy as np
 import pytest
-from command import attempt, cast, object_scene
+from command import attempt, cast, object_scene, run
 
 PER_HIT = {
     "t": "f8",
@@ -240,3 +241,44 @@ def test_a_bad_row_is_named_or_missed(tmp_path):
     assert answer.returncode == 2 and "row 3" in answer.stderr and not (tmp_path / "out.npz").exists()
     counts = cast(tmp_path, SCENE, rays, "count", "--on-invalid", "miss")["count"]
     assert len(counts) == 10 and counts[3] == 0 and counts[7] == 0
+
+
+def test_rays_and_results_as_csv(tmp_path):
+    rays = np.array([[-3, 0.5, 0.25, 2, 0, 0], [-3, 9, 0, 1, 0, 0], [0, 0, 0, 0, 0.1, 1]])
+    (tmp_path / "rays.csv").write_text(
+        "ox,oy,oz,dx,dy,dz\n" + "".join(",".join(map(repr, row)) + "\n" for row in rays.tolist())
+    )
+    (tmp_path / "scene.json").write_text(json.dumps(SCENE))
+    for query in ("closest", "any", "count", "crossings", "segments", "thickness"):
+        arrays = cast(tmp_path, SCENE, rays, query)
+        files = [tmp_path / "scene.json", "--rays", tmp_path / "rays.csv", "-o", tmp_path / "out.csv"]
+        answer = run("cast", *files, "--query", query)
+        assert answer.returncode == 0, answer.stderr
+        with open(tmp_path / "out.csv", newline="") as file:
+            lines = list(csv.DictReader(file))
+        if query == "thickness":
+            names = [*arrays["material_names"], "no material"]
+            assert [[float(line[name]) for name in names] for line in lines] == arrays["thickness"].tolist()
+            continue
+        assert len(lines) == len(arrays[{"any": "any", "count": "count", "segments": "t_in"}.get(query, "t")])
+        if "ray_splits" in arrays:
+            counts = np.bincount([int(line["ray"]) for line in lines], minlength=len(rays))
+            assert counts.tolist() == np.diff(arrays["ray_splits"]).tolist()
+        for i, line in enumerate(lines):
+            for name in ("t", "t_in", "t_out", "length"):
+                assert name not in arrays or float(line[name]) == arrays[name][i]
+            for name in ("object", "material", "path"):
+                if name in arrays:
+                    number = arrays[name][i]
+                    assert line[name] == (arrays[f"{name}_names"][number] if number >= 0 else "")
+            if "normal" in arrays:
+                normal = [line[f"normal_{axis}"] for axis in "xyz"]
+                expected = arrays["normal"][i]
+                assert (
+                    normal == ["", "", ""]
+                    if np.isnan(expected).all()
+                    else [*map(float, normal)] == expected.tolist()
+                )
+    (tmp_path / "rays.csv").write_text("1,2,3,4,5,6\n1,2,3\n")
+    answer = run("cast", *files, "--query", "any")
+    assert answer.returncode == 2 and "line 2: a ray has six numbers, not 3" in answer.stderr

@@ -3,7 +3,26 @@
 use std::fmt::Display;
 use std::path::Path;
 
+use clap::builder::styling::{AnsiColor, Style};
+
 use crate::stream;
+
+/// The colours of the words before a message, as clap has them.
+const ERROR: Style = AnsiColor::Red.on_default().bold();
+const HELP: Style = AnsiColor::Green.on_default();
+
+/// A message with its first word, and with those of its lines of help, in colours, which only a terminal shows.
+fn colored(text: &str) -> String {
+    let line = |line: &str| match line.trim_start().strip_prefix("help:") {
+        Some(help) => {
+            let indent = &line[..line.len() - line.trim_start().len()];
+            format!("{indent}{HELP}help:{HELP:#}{help}")
+        }
+        None => line.to_owned(),
+    };
+    let lines: Vec<String> = text.lines().map(line).collect();
+    format!("{ERROR}error:{ERROR:#} {}", lines.join("\n"))
+}
 
 /// Why a command has no result.
 #[derive(Debug)]
@@ -44,7 +63,7 @@ impl Failure {
             Failure::Message(text) => {
                 // Names can come from any file: control characters, which a terminal would execute, are replaced.
                 let is_control = |c: char| c.is_control() && c != '\n';
-                eprintln!("error: {}", text.trim_end().replace(is_control, "\u{FFFD}"));
+                anstream::eprintln!("{}", colored(&text.trim_end().replace(is_control, "\u{FFFD}")));
             }
             Failure::Interrupted => eprintln!("interrupted"),
         }

@@ -12,7 +12,7 @@ use crate::stream::is_stream;
 pub const PICTURE: &[&str] = &["png", "apng", "jpg", "jpeg"];
 
 /// The file name extensions of arrays.
-pub const ARRAYS: &[&str] = &["npz"];
+pub const ARRAYS: &[&str] = &["npz", "csv"];
 
 /// The file name extensions of slices.
 pub const SLICE: &[&str] = &["png", "jpg", "jpeg", "svg", "npz"];

@@ -1,5 +1,7 @@
 //! The results of a batch as named arrays: names and types are those of the Python results.
 
+mod lines;
+
 use std::collections::HashSet;
 use std::path::Path;
 
@@ -34,6 +36,8 @@ enum Values {
 #[derive(Debug, Default)]
 pub struct Columns {
     arrays: Vec<(&'static str, Values)>,
+    /// Whether the columns of `thickness` are those of the objects, not of the materials.
+    is_by_object: bool,
 }
 
 /// The arrays that were asked for, and those that are always there.
@@ -55,17 +59,17 @@ impl Columns {
             ("path", Values::I64(rays.by_row(rows.path, -1))),
             ("entering", Values::Bool(rays.by_row(rows.entering, false))),
         ];
-        Columns { arrays: only(wanted, arrays) }
+        Columns { arrays: only(wanted, arrays), is_by_object: false }
     }
 
     /// One row per ray.
     pub fn any(rows: Vec<bool>, rays: &Rays) -> Columns {
-        Columns { arrays: vec![("any", Values::Bool(rays.by_row(rows, false)))] }
+        Columns { arrays: vec![("any", Values::Bool(rays.by_row(rows, false)))], is_by_object: false }
     }
 
     /// One row per ray.
     pub fn count(rows: Vec<i64>, rays: &Rays) -> Columns {
-        Columns { arrays: vec![("count", Values::I64(rays.by_row(rows, 0)))] }
+        Columns { arrays: vec![("count", Values::I64(rays.by_row(rows, 0)))], is_by_object: false }
     }
 
     /// One row per crossing.
@@ -82,7 +86,7 @@ impl Columns {
             ("path", Values::I64(rows.path)),
             ("kind", Values::I8(rows.kind)),
         ];
-        Columns { arrays: only(wanted, arrays) }
+        Columns { arrays: only(wanted, arrays), is_by_object: false }
     }
 
     /// One row per segment.
@@ -96,13 +100,14 @@ impl Columns {
             ("object", Values::I32(rows.object)),
             ("path", Values::I64(rows.path)),
         ];
-        Columns { arrays }
+        Columns { arrays, is_by_object: false }
     }
 
     /// One row per ray, with a number for each material or object.
-    pub fn thickness(thickness: Thickness, rays: &Rays) -> Columns {
+    pub fn thickness(thickness: Thickness, rays: &Rays, is_by_object: bool) -> Columns {
         let Thickness { lengths, columns, .. } = thickness;
-        Columns { arrays: vec![("thickness", Values::Rows(columns, rays.rows_by_row(lengths, columns)))] }
+        let arrays = vec![("thickness", Values::Rows(columns, rays.rows_by_row(lengths, columns)))];
+        Columns { arrays, is_by_object }
     }
 
     /// A row per row of pixels, from the top; and where the pixels are.
@@ -126,7 +131,7 @@ impl Columns {
             ("path", Values::I64Rows(width, slice.path)),
             ("overlap", Values::I32Rows(width, slice.overlap)),
         ];
-        Columns { arrays }
+        Columns { arrays, is_by_object: false }
     }
 
     /// Adds the tables of names. Paths become indices into the table of the paths that were met: a scene may have more
@@ -145,11 +150,14 @@ impl Columns {
         self
     }
 
-    /// Writes the arrays to an .npz file; `-` is standard output.
+    /// Writes the arrays to an .npz file, or as lines to a .csv file; `-` is an .npz file on standard output.
     ///
     /// # Errors
     /// If it cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), Failure> {
+        if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv")) {
+            return output::fill(path, |out| lines::write(&self.arrays, self.is_by_object, out));
+        }
         let columns: Vec<(&str, Column)> =
             self.arrays.iter().map(|(name, values)| (*name, values.column())).collect();
         output::fill(path, |out| fill_npz(out, &columns))

@@ -23,7 +23,8 @@ use crate::{input, interrupt, output, stream};
 
 /// Cast many rays
 ///
-/// Reads rays from a .npy file of shape (N, 6), float64: the origin, then the
+/// Reads rays from a .npy file of shape (N, 6), float64, or from a .csv file with six
+/// numbers a line: the origin, then the
 /// direction, of any length but zero. t is in lengths of the direction.
 /// With --camera the rays are those of a picture.
 /// Writes the results as named arrays to an .npz file:
@@ -46,6 +47,9 @@ use crate::{input, interrupt, output, stream};
 /// object, material and path are indices into the text arrays object_names,
 /// material_names and path_names. The results are bit-identical for every
 /// accelerator and number of threads.
+///
+/// In a .csv file a line is a row, with names in place of indices; where there is a row
+/// per crossing or segment, its first column is the number of the ray, from 0.
 // The text is help of the command line: its brackets are not links.
 #[allow(rustdoc::broken_intra_doc_links)]
 #[derive(Args, Debug)]
@@ -57,8 +61,8 @@ use crate::{input, interrupt, output, stream};
 pub struct Command {
     #[command(flatten)]
     model: Model,
-    /// The rays, as .npy; - for standard input
-    #[arg(long, value_name = "FILE.npy")]
+    /// The rays, as .npy or .csv; - for .npy on standard input
+    #[arg(long, value_name = "FILE.npy|.csv")]
     rays: Option<PathBuf>,
     /// Cast the rays of the scene's camera instead, through the middles of the pixels, row by row from the top
     #[arg(long, value_name = "WxH", value_parser = parse_size, allow_hyphen_values = true)]
@@ -66,8 +70,8 @@ pub struct Command {
     /// The query for each ray
     #[arg(long, value_enum)]
     query: Query,
-    /// The results, as .npz; - for standard output
-    #[arg(short, long, value_name = "FILE.npz")]
+    /// The results, as .npz or .csv; - for .npz on standard output
+    #[arg(short, long, value_name = "FILE.npz|.csv")]
     output: PathBuf,
     /// What `thickness` has columns for; default: material
     #[arg(long, value_enum)]
@@ -108,6 +112,7 @@ const EXAMPLES: &str = "\
 Examples:
   shotline cast engine.json --rays rays.npy --query crossings -o crossings.npz
   shotline cast engine.json --camera 640x480 --query any -o - | python look.py
+  shotline cast engine.json --rays rays.csv --query segments -o segments.csv
   shotline cast bunny.ply --rays rays.npy --query closest -o closest.npz --stats";
 
 /// Counts for the notes and statistics.
@@ -215,7 +220,7 @@ impl Command {
                 let by = self.by.unwrap_or(ThicknessBy::Material).into();
                 batch::thickness(world, valid, scope.span, by, policy, run).map(|thickness| {
                     let overlaps = thickness.overlaps;
-                    (Columns::thickness(thickness, rays), overlaps)
+                    (Columns::thickness(thickness, rays, self.by == Some(ThicknessBy::Object)), overlaps)
                 })
             }
         };

@@ -1,10 +1,11 @@
-//! Rays from a `.npy` file: six numbers per row, origin then direction.
+//! Rays from a `.npy` or a `.csv` file: six numbers per row, origin then direction.
 
 use std::path::Path;
 
 use shotline::math::Vec3;
 use shotline::ray::{InvalidRay, Ray};
 
+use super::csv;
 use super::npy::{self, Header};
 use crate::diagnostic::RawDiagnostic;
 use crate::error::ReadError;
@@ -22,15 +23,17 @@ pub struct InvalidRow {
 
 const HELP: &str = "write the rays with numpy.save(PATH, array of shape (N, 6))";
 
-/// Reads the rows of a file: an array of shape (N, 6), float64 or float32, in either byte and index order. The
-/// numbers are not checked; [`rays_of`] does that.
+/// Reads the rows of a file: an array of shape (N, 6), float64 or float32, in either byte and index order; or of a text with six
+/// numbers a line, if its extension is `.csv`. The numbers are not checked; [`rays_of`] does that.
 ///
 /// # Errors
 /// [`ReadError`] for any other file.
 pub fn read_rays(path: impl AsRef<Path>) -> Result<Vec<[f64; 6]>, ReadError> {
     let path = path.as_ref();
     let bytes = read_regular(path, u64::MAX)?;
-    rows(&bytes).map_err(|diagnostic| ReadError::new(Some(path), &bytes, diagnostic.or_help(HELP).into()))
+    let is_csv = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"));
+    let read = if is_csv { csv::rows(&bytes) } else { rows(&bytes) };
+    read.map_err(|diagnostic| ReadError::new(Some(path), &bytes, diagnostic.or_help(HELP).into()))
 }
 
 /// Reads the rows from the bytes of a file; see [`read_rays`].
