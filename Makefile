@@ -38,7 +38,7 @@ test: $(VENV)/ready ## check format, lints and documentation; test the libraries
 	$(CARGO) check --quiet --locked --manifest-path fuzz/Cargo.toml --target-dir target
 	$(CARGO) package --quiet --workspace --exclude shotline-python --exclude shotline-benches --no-verify --allow-dirty
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --no-deps --all-features --document-private-items
-	$(CARGO) test $(TESTED)
+	$(CARGO) test --no-fail-fast $(TESTED)
 	$(PYTHON) bench/instructions.py
 	$(MAKE) test-built PROFILE=dev
 	@cat out/instructions.txt
