@@ -136,16 +136,6 @@ pub enum WriteError {
         /// The known extensions.
         known: String,
     },
-    /// The format is read, but not written.
-    #[error("{}: {format} files are read, but not written; written are {known}", path.display())]
-    ReadOnly {
-        /// The file.
-        path: PathBuf,
-        /// The name of the format.
-        format: &'static str,
-        /// The extensions of the formats that are written.
-        known: String,
-    },
     /// The format cannot hold this.
     #[error("cannot be written: {0}")]
     Unwritable(String),

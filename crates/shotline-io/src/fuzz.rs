@@ -13,6 +13,7 @@ use shotline::testkit::{agreement, bytes};
 use crate::document::Document;
 use crate::error::ReadError;
 use crate::format::{Content, FORMATS, Format};
+use crate::mesh_file::NamedMesh;
 use crate::{arrays, parse_scene, write_scene};
 
 /// Checks a property of some bytes; panics if it does not hold.
@@ -108,7 +109,7 @@ fn mesh(name: &str, bytes: &[u8]) {
     );
     assert!(mesh.polygons.is_empty() || mesh.polygons.len() == mesh.faces.len());
     assert!(mesh.polygons.is_sorted() && document.notes.iter().all(|note| note.count > 0));
-    let written = write(mesh).expect("what was read can be written").bytes;
+    let written = write(NamedMesh::unnamed(mesh)).expect("what was read can be written").bytes;
     let again = read(&written).expect("what was written can be read").mesh;
     let corners = |mesh: &shotline::solid::mesh::TriangleMesh| {
         let zero = Vec3::ZERO; // turns -0.0 into 0.0, which STL does as well

@@ -1,5 +1,7 @@
 //! Meshes as readers return them and as writers encode them.
 
+use std::ops::Range;
+
 use shotline::solid::mesh::{TriangleMesh, Weld};
 
 use crate::note::Note;
@@ -43,6 +45,43 @@ impl MeshFile {
             self.notes.push(weld_note(weld, &welded));
         }
         self
+    }
+}
+
+/// Faces that belong to an object, up to those of the next.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ObjectFaces {
+    /// The first face.
+    pub(crate) first: usize,
+    pub(crate) name: String,
+    pub(crate) material: Option<String>,
+}
+
+/// A mesh to be written.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NamedMesh<'a> {
+    pub(crate) mesh: &'a TriangleMesh,
+    /// The objects of its faces, in ascending order; names may stand several times. None if the mesh is no scene.
+    pub(crate) objects: &'a [ObjectFaces],
+    /// The name of the file that defines the materials.
+    pub(crate) materials_file: Option<&'a str>,
+}
+
+impl<'a> NamedMesh<'a> {
+    /// A mesh by itself.
+    pub(crate) fn unnamed(mesh: &'a TriangleMesh) -> NamedMesh<'a> {
+        NamedMesh { mesh, objects: &[], materials_file: None }
+    }
+
+    /// The faces of each object, by their numbers. Without objects, all faces belong to one that is `None`.
+    pub(crate) fn runs(&self) -> Vec<(Option<&'a ObjectFaces>, Range<usize>)> {
+        let ends = self.objects.iter().skip(1).map(|next| next.first).chain([self.mesh.faces.len()]);
+        match self.objects {
+            [] => vec![(None, 0..self.mesh.faces.len())],
+            objects => {
+                objects.iter().zip(ends).map(|(object, end)| (Some(object), object.first..end)).collect()
+            }
+        }
     }
 }
 

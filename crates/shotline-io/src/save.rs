@@ -5,58 +5,89 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-use shotline::math::{Affine, ComposedTransform};
-use shotline::scene::{MeshFile, Node, NodeId, Scene};
+use shotline::scene::{MeshFile, Node, Scene};
 use shotline::solid::mesh::{Attribute, TriangleMesh};
 
-use crate::append::{NORMAL, append};
 use crate::atomic_write::atomic_write;
 use crate::error::WriteError;
+use crate::format::obj::{MATERIALS_MARK, write_materials};
 use crate::format::{
-    Content, WriteScene, WrittenScene, by_extension, lossless_mesh_format, writable_extensions,
+    Content, Keeps, WriteMesh, WriteScene, WrittenScene, by_extension, known_extensions, lossless_mesh_format,
 };
+use crate::joined::{Joined, join};
 use crate::load::read_mesh_file;
-use crate::mesh_file::Encoded;
+use crate::mesh_file::{Encoded, NamedMesh};
+use crate::paths::folder_of;
 
 /// Writes a scene in the format of the file name extension. Returns what was lost and which other files were written.
 /// Files appear complete or not at all.
 ///
 /// A scene file names the mesh files that lie in its folder and still hold the mesh that was read, with its welding; all
-/// other meshes are written beside it as PLY, in their present state. A GDML file holds the meshes itself. A mesh file holds all meshes of the scene, with
-/// their transforms applied, as one.
+/// other meshes are written beside it as PLY, in their present state. GDML, glTF and 3MF files hold the meshes themselves. A
+/// mesh file holds all meshes of the scene, with their transforms applied; OBJ keeps the objects apart and names their materials,
+/// which are written beside it as MTL, and so does a text STL, without materials.
 ///
 /// # Errors
 /// [`WriteError`] if the format cannot hold the scene or the operating system refuses.
 pub fn save(path: impl AsRef<Path>, scene: &Scene) -> Result<Vec<String>, WriteError> {
     let path = path.as_ref();
-    let unknown = || WriteError::UnknownFormat { path: path.into(), known: writable_extensions() };
+    let unknown = || WriteError::UnknownFormat { path: path.into(), known: known_extensions() };
     let format = by_extension(path).ok_or_else(unknown)?;
     match format.content {
-        Content::Scene { write: None, .. } => {
-            let known = writable_extensions();
-            Err(WriteError::ReadOnly { path: path.into(), format: format.name, known })
-        }
-        Content::Scene { write: Some(write), holds_meshes: true, .. } => {
-            let WrittenScene { text, notes } = write(scene)?;
-            atomic_write(path, |out| out.write_all(text.as_bytes()))?;
-            Ok(notes)
-        }
-        Content::Scene { write: Some(write), .. } => save_scene(path, scene, write),
-        Content::Mesh { write, .. } => {
-            let (mesh, mut notes) = merge(scene, format.name)?;
-            let Encoded { bytes, notes: more } = write(&mesh)?;
+        Content::Scene { write, holds_meshes: true, .. } => {
+            let WrittenScene { bytes, notes } = write(path, scene)?;
             atomic_write(path, |out| out.write_all(&bytes))?;
-            notes.extend(more);
             Ok(notes)
         }
+        Content::Scene { write, .. } => save_scene(path, scene, write),
+        Content::Mesh { write, keeps, .. } => save_mesh(path, scene, format.name, write, keeps),
     }
+}
+
+/// Writes all meshes of a scene as one, and a file of materials beside it if the format has such files and there is something to
+/// write.
+fn save_mesh(
+    path: &Path,
+    scene: &Scene,
+    format: &str,
+    write: WriteMesh,
+    keeps: Keeps,
+) -> Result<Vec<String>, WriteError> {
+    let Joined { mesh, objects, materials, mut notes } = join(scene, format, keeps)?;
+    let materials = if keeps == Keeps::NamesAndMaterials { write_materials(&materials) } else { None };
+    let materials = materials.map(|text| (material_file(path, &text), text));
+    let materials_file = materials.as_ref().map(|(name, _)| name.as_str());
+    let named = NamedMesh { mesh: &mesh, objects: &objects, materials_file };
+    let Encoded { bytes, notes: more } = write(named)?;
+    if let Some((name, text)) = &materials {
+        atomic_write(&folder_of(path).join(name), |out| out.write_all(text.as_bytes()))?;
+    }
+    atomic_write(path, |out| out.write_all(&bytes))?;
+    notes.extend(more);
+    notes.extend(materials.map(|(name, _)| format!("the materials were written to {name}")));
+    Ok(notes)
+}
+
+/// The name of a file of materials beside a mesh: one word, as mesh files name it. Other files in the folder are not
+/// overwritten, except those that a mesh of the same name had before.
+fn material_file(path: &Path, text: &str) -> String {
+    let stem = path.file_stem().map_or("mesh".into(), |stem| stem.to_string_lossy());
+    let is_plain = |c: char| !(c.is_whitespace() || c.is_control() || matches!(c, '#' | '\\'));
+    let stem: String = stem.chars().map(|c| if is_plain(c) { c } else { '_' }).collect();
+    let is_free = |name: &String| match std::fs::read(folder_of(path).join(name)) {
+        Ok(bytes) => bytes == text.as_bytes() || bytes.starts_with(MATERIALS_MARK.as_bytes()),
+        Err(error) => error.kind() == std::io::ErrorKind::NotFound,
+    };
+    let first = format!("{stem}.mtl");
+    let mut numbered = (1..1000).map(|number| format!("{stem}-{number}.mtl"));
+    if is_free(&first) { first } else { numbered.find(is_free).unwrap_or(first) }
 }
 
 /// Writes a scene file, and mesh files beside it for the meshes that have none there.
 fn save_scene(path: &Path, scene: &Scene, write: WriteScene) -> Result<Vec<String>, WriteError> {
     let no_format = || WriteError::Unwritable("no mesh format keeps every bit of a mesh".into());
     let (mesh_format, write_mesh) = lossless_mesh_format().ok_or_else(no_format)?;
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = folder_of(path);
     let stem = path.file_stem().map_or("scene".into(), |s| s.to_string_lossy());
     let mut scene = scene.clone();
     let mut known: HashMap<*const TriangleMesh, MeshFile> = HashMap::new();
@@ -74,12 +105,12 @@ fn save_scene(path: &Path, scene: &Scene, write: WriteScene) -> Result<Vec<Strin
         });
         *file = Some(found.clone());
     }
-    let WrittenScene { text, mut notes } = write(&scene)?;
+    let WrittenScene { bytes, mut notes } = write(path, &scene)?;
     for (name, mesh) in &extra {
-        let Encoded { bytes, .. } = write_mesh(mesh)?;
+        let Encoded { bytes, .. } = write_mesh(NamedMesh::unnamed(mesh))?;
         atomic_write(&folder.join(name), |out| out.write_all(&bytes))?;
     }
-    atomic_write(path, |out| out.write_all(text.as_bytes()))?;
+    atomic_write(path, |out| out.write_all(&bytes))?;
     notes.extend(extra.into_iter().map(|(name, _)| format!("a mesh was written to {name}")));
     Ok(notes)
 }
@@ -145,94 +176,4 @@ fn has_attributes_of(found: &TriangleMesh, mesh: &TriangleMesh) -> bool {
             .attributes
             .iter()
             .all(|b| found.attribute(&b.name).is_some_and(|a| a.width == b.width && is_same(a, b)))
-}
-
-/// The maximum number of nodes visited while instances are expanded: sharing can make more of them than a file can hold.
-const MAX_VISITED: usize = 10_000_000;
-
-/// The maximum depth of nested nodes; more means a cycle.
-const MAX_DEPTH: usize = 100_000;
-
-/// Merges all meshes of a scene into one; also returns what that loses.
-fn merge(scene: &Scene, format: &str) -> Result<(TriangleMesh, Vec<String>), WriteError> {
-    let refuse =
-        |what: &str| Err(WriteError::Unwritable(format!("{format} holds triangles only, and {what}")));
-    let mut out = TriangleMesh::default();
-    let (mut visited, mut copies, mut moved) = (0, 0, 0);
-    let mut todo: Vec<(NodeId, ComposedTransform, usize, &str)> =
-        scene.objects.iter().rev().map(|id| (*id, ComposedTransform::IDENTITY, 0, "")).collect();
-    while let Some((id, transform, depth, object)) = todo.pop() {
-        visited += 1;
-        if visited > MAX_VISITED || depth > MAX_DEPTH {
-            return refuse("the scene has too many parts to write each of them out");
-        }
-        let node = scene.node(id);
-        match node {
-            Node::Solid { kind, .. } => {
-                return refuse(&format!("object '{object}' has a solid of the kind {}", kind.name));
-            }
-            Node::Csg { .. } => return refuse(&format!("object '{object}' has a combination of solids")),
-            Node::Mesh { mesh, .. } => {
-                let placement = transform.placement().map_err(|e| WriteError::Unwritable(e.to_string()))?;
-                let world_from_local = placement.parent_from_local;
-                copies += 1;
-                moved += if world_from_local.is_identity() { 0 } else { mesh.vertices.len() };
-                append(&mut out, mesh, &world_from_local)?;
-            }
-            Node::Group { members } => {
-                todo.extend(members.iter().rev().map(|m| (*m, transform, depth + 1, object)))
-            }
-            Node::Lattice { lattice, .. } => {
-                if lattice.cell_count() > (MAX_VISITED / 10) as u64 {
-                    return refuse("a lattice has too many cells to write each of them out");
-                }
-                let cells: Vec<_> = node.cells().collect();
-                todo.extend(cells.into_iter().rev().map(|(_, shift, element)| {
-                    (element, transform.then(&Affine::translation(shift)), depth + 1, object)
-                }));
-            }
-            Node::Object { name, .. } => {
-                todo.extend(node.children().rev().map(|child| (child, transform, depth + 1, name.as_str())));
-            }
-            Node::Transform { transform: local, child } => {
-                todo.push((*child, local.inside(&transform), depth + 1, object));
-            }
-        }
-    }
-    if out.faces.is_empty() {
-        return refuse("the scene has none");
-    }
-    let mut lost = losses(scene);
-    let meshes = scene.nodes.iter().filter(|node| matches!(node, Node::Mesh { .. })).count();
-    if copies > meshes {
-        lost.push(format!("shared meshes are written out for each of their placements, {copies} in all"));
-    }
-    if moved > 0 {
-        lost.push(format!("vertices moved into place, and rounded to float64: {moved}"));
-        let has_normals =
-            |node: &Node| matches!(node, Node::Mesh { mesh, .. } if mesh.attribute(NORMAL).is_some());
-        if scene.nodes.iter().any(has_normals) {
-            lost.push("normals of meshes that were moved are lost".into());
-        }
-    }
-    Ok((out, lost))
-}
-
-/// What a mesh file cannot hold of a scene.
-fn losses(scene: &Scene) -> Vec<String> {
-    let objects = scene.numbered_objects().len();
-    let mut lost = Vec::new();
-    if objects > 1 {
-        lost.push(format!("{objects} objects were joined into one mesh; their names are lost"));
-    }
-    if let Some(units) = scene.units {
-        lost.push(format!("the units, {units}, are lost"));
-    }
-    if !scene.materials.is_empty() {
-        lost.push("materials are lost".into());
-    }
-    if scene.camera.is_some() || !scene.lights.is_empty() {
-        lost.push("the camera and the lights are lost".into());
-    }
-    lost
 }

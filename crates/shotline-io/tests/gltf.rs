@@ -10,7 +10,7 @@ use shotline::compile::compile;
 use shotline::math::{ComposedTransform, Vec3};
 use shotline::scene::{Lens, LightSource, Node, NodeId, Scene, Units};
 use shotline::solid::mesh::{Topology, TriangleMesh};
-use shotline_io::{Document, Effect, FORMATS, ReadOptions, load, load_bytes, save};
+use shotline_io::{Document, Effect, FORMATS, ReadOptions, load, load_bytes};
 
 fn meshes(scene: &Scene) -> Vec<&TriangleMesh> {
     let mut found = Vec::new();
@@ -443,20 +443,6 @@ fn the_contents_tell_the_format() {
     // A GLB may be named like a text, and a text like a GLB.
     assert_eq!(names(&ok("part.gltf", cube_file(json!({})))), ["cube"]);
     refused("part.glb", "{}", "the file has no \"asset\"");
-}
-
-#[test]
-fn gltf_is_not_written() {
-    let document = ok("part.glb", cube_file(json!({})));
-    let path = std::env::temp_dir().join("shotline-not-written.glb");
-    let error = save(&path, &document.scene).unwrap_err().to_string();
-    assert!(
-        error.ends_with(
-            "glTF files are read, but not written; written are .json, .jsonc, .gdml, .ply, .off, .stl, .obj"
-        ),
-        "{error}"
-    );
-    assert!(!path.exists());
 }
 
 #[test]

@@ -11,7 +11,7 @@ use shotline::query::Caster;
 use shotline::ray::{Ray, Span};
 use shotline::scene::{Node, Scene, Units};
 use shotline::solid::mesh::TriangleMesh;
-use shotline_io::{Document, FORMATS, save};
+use shotline_io::{Document, FORMATS};
 
 fn objects(scene: &Scene) -> Vec<(&str, Option<&str>)> {
     let mut found = Vec::new();
@@ -187,12 +187,11 @@ fn objects_in_other_model_parts_are_read() {
 }
 
 #[test]
-fn the_contents_tell_the_format_and_it_is_not_written() {
+fn the_contents_tell_the_format() {
     let bytes = package(&model(&tetrahedron(1, ""), "<item objectid=\"1\"/>"));
     let found = FORMATS.iter().find(|format| (format.detect)(&bytes)).map(|format| format.name);
     assert_eq!(found, Some("3MF"));
-    let error = save(std::env::temp_dir().join("shotline-no.3mf"), &ok("-", bytes).scene).unwrap_err();
-    assert!(error.to_string().contains("3MF files are read, but not written"), "{error}");
+    assert_eq!(objects(&ok("-", bytes).scene).len(), 1);
 }
 
 #[test]

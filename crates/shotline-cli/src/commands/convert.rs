@@ -19,14 +19,16 @@ use crate::{input, interrupt, output, stream};
 
 /// Convert between file formats
 ///
-/// The extension of OUT gives the format: .json a scene, .gdml a detector, those of mesh formats a mesh. Reports on stderr what
-/// is lost, and which other files were written: the meshes that a scene names are written to its folder as PLY, unless they
-/// are there. A GDML file holds them itself; what GDML lacks is an error that names the object.
+/// The extension of OUT gives the format: .json a scene, .gdml a detector, .glb or .gltf a scene in glTF, .3mf a print, those of
+/// mesh formats a mesh. Reports on stderr what is lost, and which other files were written: the meshes that a scene names are
+/// written to its folder as PLY, unless they are there. A GDML file holds them itself; what GDML lacks is an error that names the
+/// object.
 ///
 /// PLY and OBJ keep every bit of a mesh, and its colours, normals and texture coordinates; PLY keeps all other attributes too. STL
 /// has no vertex indices, and float32 coordinates in its binary form, so it is written as text if float32 would move a vertex. A
-/// mesh file contains all meshes of a scene, transformed, as one mesh; solids and combinations
-/// are made into meshes with --tolerance: closed, with sharp edges, within that distance. glTF and 3MF are read only.
+/// mesh file contains all meshes of a scene, transformed; OBJ and text STL keep the objects apart, OBJ with their materials in an
+/// MTL file, and the others join them to one. glTF and 3MF keep objects, names, colours and shared meshes; glTF rounds to float32. Solids
+/// and combinations are made into meshes with --tolerance: closed, with sharp edges, within that distance.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Command {
@@ -50,7 +52,8 @@ Examples:
   shotline convert part.ply part.json      # a scene of one object, to edit
   shotline convert detector.gdml detector.json
   shotline convert scene.json detector.gdml
-  shotline convert valve.json valve.stl --tolerance 0.01";
+  shotline convert valve.json valve.stl --tolerance 0.01
+  shotline convert valve.json valve.glb --tolerance 0.01    # objects with names and colours";
 
 impl Command {
     /// Runs the command.

@@ -2,6 +2,7 @@
 
 mod gdml;
 mod gltf;
+mod instances;
 pub(crate) mod obj;
 mod off;
 mod ply;
@@ -18,7 +19,7 @@ use shotline::solid::mesh::TriangleMesh;
 use crate::diagnostic::RawDiagnostic;
 use crate::document::Document;
 use crate::error::{ReadError, WriteError};
-use crate::mesh_file::{Encoded, MeshFile};
+use crate::mesh_file::{Encoded, MeshFile, NamedMesh};
 use crate::options::ReadOptions;
 
 /// A file format.
@@ -33,18 +34,18 @@ pub struct Format {
     pub(crate) content: Content,
 }
 
-/// The text of a scene in a format, and notes on what is lost.
+/// The bytes of a scene in a format, and notes on what is lost.
 #[derive(Clone, Debug)]
 pub(crate) struct WrittenScene {
-    pub(crate) text: String,
+    pub(crate) bytes: Vec<u8>,
     pub(crate) notes: Vec<String>,
 }
 
-/// Writes a scene.
-pub(crate) type WriteScene = fn(&Scene) -> Result<WrittenScene, WriteError>;
+/// Encodes a scene for a file of this name, which is not written yet.
+pub(crate) type WriteScene = fn(&Path, &Scene) -> Result<WrittenScene, WriteError>;
 
 /// Encodes a mesh.
-pub(crate) type WriteMesh = fn(&TriangleMesh) -> Result<Encoded, WriteError>;
+pub(crate) type WriteMesh = fn(NamedMesh) -> Result<Encoded, WriteError>;
 
 /// What a format holds.
 #[derive(Debug)]
@@ -52,8 +53,7 @@ pub(crate) enum Content {
     /// Scenes.
     Scene {
         read: fn(&Path, Vec<u8>, MeshSource) -> Result<Document, ReadError>,
-        /// `None` where the format is only read.
-        write: Option<WriteScene>,
+        write: WriteScene,
         /// Whether the file holds meshes itself. Otherwise it names their files.
         holds_meshes: bool,
         /// The largest file that is read, in bytes.
@@ -65,9 +65,21 @@ pub(crate) enum Content {
     Mesh {
         read: fn(&[u8]) -> Result<MeshFile, RawDiagnostic>,
         write: WriteMesh,
+        keeps: Keeps,
         /// Whether it keeps every bit of a mesh, the numbers of its polygons included.
         is_lossless: bool,
     },
+}
+
+/// What a mesh format keeps of the objects whose faces it holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Keeps {
+    /// Faces only.
+    Nothing,
+    /// The name of each object.
+    Names,
+    /// The names of each object and of its material. A file beside the mesh says what materials look like.
+    NamesAndMaterials,
 }
 
 /// The source of the meshes that a scene names.
@@ -105,13 +117,6 @@ pub(crate) fn by_content(bytes: &[u8]) -> Option<&'static Format> {
 /// The extensions of all formats, for messages.
 pub(crate) fn known_extensions() -> String {
     let all = FORMATS.iter().flat_map(|f| f.extensions);
-    all.map(|e| format!(".{e}")).collect::<Vec<_>>().join(", ")
-}
-
-/// The extensions of the formats that are written, for messages.
-pub(crate) fn writable_extensions() -> String {
-    let is_written = |f: &&&Format| !matches!(f.content, Content::Scene { write: None, .. });
-    let all = FORMATS.iter().filter(is_written).flat_map(|f| f.extensions);
     all.map(|e| format!(".{e}")).collect::<Vec<_>>().join(", ")
 }
 

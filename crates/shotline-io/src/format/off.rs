@@ -8,15 +8,14 @@ use std::fmt::Write;
 use std::ops::Range;
 
 use shotline::math::Vec3;
-use shotline::solid::mesh::TriangleMesh;
 
 use crate::bytes::{Cursor, Word, text_start, without_comment, without_zeros, words};
 use crate::diagnostic::RawDiagnostic;
 use crate::error::WriteError;
-use crate::format::{Content, Format, lost_attributes, lost_polygons};
+use crate::format::{Content, Format, Keeps, lost_attributes, lost_polygons};
 use crate::lines::mark_length;
 use crate::location::RawLocation;
-use crate::mesh_file::{Encoded, MeshFile};
+use crate::mesh_file::{Encoded, MeshFile, NamedMesh};
 use crate::note::{Effect, Note, NoteKind, Notes};
 use crate::polygon::{Corner, Polygons, Vertices};
 
@@ -27,7 +26,7 @@ pub(crate) const FORMAT: Format = Format {
         let mut lines = Lines::new(&bytes[..bytes.len().min(4096)], mark_length(bytes));
         lines.next().is_some_and(|line| header(&line.words[0]).is_some())
     },
-    content: Content::Mesh { read, write, is_lossless: false },
+    content: Content::Mesh { read, write, keeps: Keeps::Nothing, is_lossless: false },
 };
 
 const BEHIND: NoteKind = NoteKind {
@@ -187,7 +186,7 @@ fn no_vertex(line: &Line, corner: Corner, vertices: usize) -> RawDiagnostic {
 }
 
 /// Writes numbers in the shortest form that reads back as the same float64: nothing is lost.
-fn write(mesh: &TriangleMesh) -> Result<Encoded, WriteError> {
+fn write(NamedMesh { mesh, .. }: NamedMesh) -> Result<Encoded, WriteError> {
     // Writing to a string cannot fail.
     let mut out = format!("OFF\n{} {} 0\n", mesh.vertices.len(), mesh.faces.len());
     for v in &mesh.vertices {

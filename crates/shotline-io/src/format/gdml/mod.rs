@@ -50,7 +50,7 @@ pub(crate) const FORMAT: Format = Format {
     },
     content: Content::Scene {
         read,
-        write: Some(write::write),
+        write: |_, scene| write::write(scene),
         holds_meshes: true,
         max_bytes: MAX_BYTES,
         has_setups: true,

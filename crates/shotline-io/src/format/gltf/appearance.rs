@@ -49,7 +49,7 @@ fn material(field: Field, what: &str, notes: &mut Notes) -> Read<Material> {
     let mut is_simple = true;
     for (key, value) in field.members(what)? {
         is_simple &= match key {
-            "pbrMetallicRoughness" => value.members(key)?.all(|(key, _)| key == "baseColorFactor"),
+            "pbrMetallicRoughness" => is_plain(value)?,
             "alphaMode" => value.text(key)? == "OPAQUE",
             "emissiveFactor" => value.numbers::<3>(key)? == [0.0; 3],
             _ => READ.contains(&key),
@@ -67,6 +67,20 @@ fn material(field: Field, what: &str, notes: &mut Notes) -> Read<Material> {
         None => None,
     };
     Ok(Material { color, ..Material::default() })
+}
+
+/// Whether a surface is of its colour only: neither metal nor smooth, which says nothing more than that it is dull.
+fn is_plain(surface: Field) -> Read<bool> {
+    let mut is_plain = true;
+    for (key, value) in surface.members("pbrMetallicRoughness")? {
+        is_plain &= match key {
+            "baseColorFactor" => true,
+            "metallicFactor" => value.number(key)? == 0.0,
+            "roughnessFactor" => value.number(key)? == 1.0,
+            _ => false,
+        };
+    }
+    Ok(is_plain)
 }
 
 /// A camera that a node places: it looks along the negative z axis of the node.

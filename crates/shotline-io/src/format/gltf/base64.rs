@@ -31,9 +31,35 @@ fn value(digit: u8) -> Option<u32> {
     Some(u32::from(value))
 }
 
+const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+
+/// The text that stands for some bytes, with its padding.
+pub(super) fn encode(bytes: &[u8]) -> String {
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for group in bytes.chunks(3) {
+        let byte = |i: usize| u32::from(group.get(i).copied().unwrap_or(0));
+        let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
+        for i in 0..4 {
+            let digit = DIGITS[(bits >> (18 - 6 * i) & 63) as usize];
+            text.push(if i <= group.len() { digit as char } else { '=' });
+        }
+    }
+    text
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn bytes_come_back() {
+        for length in 0..70_u8 {
+            let bytes: Vec<u8> = (0..length).map(|i| i.wrapping_mul(37) ^ 0xA5).collect();
+            let text = encode(&bytes);
+            assert_eq!((decode(&text), text.len() % 4), (Some(bytes), 0));
+        }
+        assert_eq!((encode(b"foob").as_str(), encode(b"fo").as_str()), ("Zm9vYg==", "Zm8="));
+    }
 
     #[test]
     fn the_examples_of_the_rfc_are_decoded() {

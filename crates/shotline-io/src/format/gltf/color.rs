@@ -6,9 +6,23 @@ pub(super) fn srgb(linear: f64) -> f64 {
     if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * libm::pow(x, 1.0 / 2.4) - 0.055 }
 }
 
+/// The linear value of an sRGB one, from 0 to 1.
+pub(super) fn linear(srgb: f64) -> f64 {
+    let x = srgb.clamp(0.0, 1.0);
+    if x <= 0.040_45 { x / 12.92 } else { libm::pow((x + 0.055) / 1.055, 2.4) }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::srgb;
+    use super::{linear, srgb};
+
+    #[test]
+    fn colours_come_back() {
+        for step in 0..=255 {
+            let x = f64::from(step) / 255.0;
+            assert!((srgb(linear(x)) - x).abs() < 1e-7, "{x}");
+        }
+    }
 
     #[test]
     fn colours_are_those_of_the_standard() {

@@ -95,3 +95,22 @@ fn trimmed(bytes: &[u8], json: Range<usize>) -> Range<usize> {
     let zeros = bytes[json.clone()].iter().rev().take_while(|b| **b == 0).count();
     json.start..json.end - zeros
 }
+
+/// A GLB of a JSON text and a buffer, each filled up to a multiple of four bytes; `None` if it is too large.
+pub(super) fn glb(json: &[u8], buffer: &[u8]) -> Option<Vec<u8>> {
+    let chunks = [(JSON, json, b' '), (BIN, buffer, 0)];
+    let body: usize = chunks.iter().map(|(_, content, _)| 8 + content.len().next_multiple_of(4)).sum();
+    let whole = 12 + body;
+    let mut out = Vec::with_capacity(whole);
+    out.extend_from_slice(MAGIC);
+    out.extend(2_u32.to_le_bytes());
+    out.extend(u32::try_from(whole).ok()?.to_le_bytes());
+    for (kind, content, filler) in chunks {
+        let length = content.len().next_multiple_of(4);
+        out.extend(u32::try_from(length).ok()?.to_le_bytes());
+        out.extend_from_slice(kind);
+        out.extend_from_slice(content);
+        out.resize(out.len() + length - content.len(), filler);
+    }
+    Some(out)
+}

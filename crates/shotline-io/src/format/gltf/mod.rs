@@ -1,5 +1,4 @@
-//! glTF 2.0 and GLB: the scenes of meshes that modelling programs and the web exchange. They are read, not written. See
-//! `docs/gltf.md`.
+//! glTF 2.0 and GLB: the scenes of meshes that modelling programs and the web exchange. See `docs/gltf.md`.
 //!
 //! This crate has its own reader: the accessors of the library `gltf` can panic on bad files, and its errors have no
 //! positions.
@@ -16,6 +15,7 @@ mod meshes;
 mod nodes;
 mod primitives;
 mod transforms;
+mod write;
 
 use std::ops::Range;
 use std::path::Path;
@@ -46,7 +46,7 @@ pub(crate) const FORMAT: Format = Format {
     detect: |bytes| bytes.starts_with(MAGIC) || is_gltf_text(bytes),
     content: Content::Scene {
         read,
-        write: None,
+        write: write::write,
         holds_meshes: true,
         max_bytes: u32::MAX as u64,
         has_setups: true,

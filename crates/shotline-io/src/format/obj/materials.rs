@@ -1,9 +1,35 @@
 //! MTL: the materials of OBJ files. Of each its colour and its highlight are read.
 
+use std::fmt::Write;
+
 use shotline::scene::Material;
 
 use crate::bytes::{Cursor, Word, text_start, without_comment, words};
 use crate::diagnostic::RawDiagnostic;
+
+/// The first line of the files of materials that shotline writes.
+pub(crate) const MATERIALS_MARK: &str = "# materials, written by shotline\n";
+
+/// The text of a file of materials; `None` if none of them has a colour or a highlight.
+pub(crate) fn write_materials(materials: &[(String, &Material)]) -> Option<String> {
+    let mut out = String::from(MATERIALS_MARK);
+    let mut has_look = false;
+    for (name, Material { color, specular, shininess, .. }) in materials {
+        has_look |= color.is_some() || specular.is_some() || shininess.is_some();
+        // Writing to a string cannot fail.
+        let _ = writeln!(out, "newmtl {name}");
+        if let Some([red, green, blue]) = color {
+            let _ = writeln!(out, "Kd {red:?} {green:?} {blue:?}");
+        }
+        if let Some(strength) = specular {
+            let _ = writeln!(out, "Ks {strength:?} {strength:?} {strength:?}");
+        }
+        if let Some(exponent) = shininess {
+            let _ = writeln!(out, "Ns {exponent:?}");
+        }
+    }
+    has_look.then_some(out)
+}
 
 /// The materials of a file, in its order. Lines that say nothing of colour or highlight, such as textures, are passed over.
 ///

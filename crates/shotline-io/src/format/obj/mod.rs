@@ -14,7 +14,7 @@ use shotline::math::Vec3;
 
 use crate::bytes::{Cursor, Word, text_start, without_comment, without_zeros, words};
 use crate::diagnostic::RawDiagnostic;
-use crate::format::{Content, Format};
+use crate::format::{Content, Format, Keeps};
 use crate::lines::mark_length;
 use crate::location::RawLocation;
 use crate::mesh_file::MeshFile;
@@ -22,7 +22,7 @@ use crate::note::{Effect, Note, NoteKind, Notes};
 use crate::polygon::{Corner, Polygons, Vertices};
 
 use self::attributes::Attributes;
-pub(crate) use self::materials::read_materials;
+pub(crate) use self::materials::{MATERIALS_MARK, read_materials, write_materials};
 use self::sections::Sections;
 
 pub(crate) const FORMAT: Format = Format {
@@ -35,7 +35,7 @@ pub(crate) const FORMAT: Format = Format {
         let first = lines.map(|(_, line)| line).find(|l| !l.trim_ascii().is_empty() && !l.starts_with(b"#"));
         first.is_some_and(|l| [&b"v "[..], b"o ", b"g ", b"mtllib "].iter().any(|word| l.starts_with(word)))
     },
-    content: Content::Mesh { read, write: write::write, is_lossless: false },
+    content: Content::Mesh { read, write: write::write, keeps: Keeps::NamesAndMaterials, is_lossless: false },
 };
 
 /// What is skipped because it does not affect the shape, with its keywords.

@@ -16,7 +16,7 @@ use self::header::{Element, Encoding, Header, Shape};
 use self::rows::{AsciiRows, BinaryRows, Layout, Rows};
 use crate::bytes::{Cursor, without_zeros};
 use crate::diagnostic::RawDiagnostic;
-use crate::format::{Content, Format};
+use crate::format::{Content, Format, Keeps};
 use crate::lines::mark_length;
 use crate::mesh_file::MeshFile;
 use crate::note::{Effect, Note, NoteKind, Notes};
@@ -29,7 +29,7 @@ pub(crate) const FORMAT: Format = Format {
         let text = &bytes[mark_length(bytes)..];
         text.starts_with(b"ply") && text.get(3).is_some_and(u8::is_ascii_whitespace)
     },
-    content: Content::Mesh { read, write: write::write, is_lossless: true },
+    content: Content::Mesh { read, write: write::write, keeps: Keeps::Nothing, is_lossless: true },
 };
 
 fn read(bytes: &[u8]) -> Result<MeshFile, RawDiagnostic> {

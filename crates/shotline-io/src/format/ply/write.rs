@@ -7,13 +7,13 @@ use shotline::solid::mesh::{Attribute, TriangleMesh};
 use super::POLYGON;
 use super::attributes::{CORNER, SETS, TEXTURE};
 use crate::error::WriteError;
-use crate::mesh_file::Encoded;
+use crate::mesh_file::{Encoded, NamedMesh};
 
 /// The most numbers that the values of the three corners of a triangle can have in a list with a length of one byte.
 const MAX_LIST: usize = 255;
 
 /// Writes binary PLY in float64: nothing is lost.
-pub(super) fn write(mesh: &TriangleMesh) -> Result<Encoded, WriteError> {
+pub(super) fn write(NamedMesh { mesh, .. }: NamedMesh) -> Result<Encoded, WriteError> {
     let (of_vertices, of_corners): (Vec<&Attribute>, Vec<&Attribute>) =
         mesh.attributes.iter().partition(|attribute| attribute.corners.is_none());
     let of_vertices: Vec<_> = of_vertices.into_iter().map(|a| (a, NumberType::of(a))).collect();

@@ -41,20 +41,14 @@ pub(crate) const FORMAT: Format = Format {
         let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).trim_ascii_start();
         text.starts_with(b"{") || text.starts_with(b"//") || text.starts_with(b"/*")
     },
-    content: Content::Scene {
-        read,
-        write: Some(write),
-        holds_meshes: false,
-        max_bytes: MAX_BYTES,
-        has_setups: false,
-    },
+    content: Content::Scene { read, write, holds_meshes: false, max_bytes: MAX_BYTES, has_setups: false },
 };
 
 /// The largest scene file that is read, in bytes.
 const MAX_BYTES: u64 = 256 << 20;
 
-fn write(scene: &Scene) -> Result<WrittenScene, WriteError> {
-    Ok(WrittenScene { text: write_scene(scene)?, notes: Vec::new() })
+fn write(_: &Path, scene: &Scene) -> Result<WrittenScene, WriteError> {
+    Ok(WrittenScene { bytes: write_scene(scene)?.into_bytes(), notes: Vec::new() })
 }
 
 /// Reads the bytes of a scene file.

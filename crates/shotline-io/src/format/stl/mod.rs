@@ -14,7 +14,7 @@ use shotline::math::Vec3;
 
 use crate::bytes::{text_start, without_zeros};
 use crate::diagnostic::RawDiagnostic;
-use crate::format::{Content, Format};
+use crate::format::{Content, Format, Keeps};
 use crate::lines::mark_length;
 use crate::location::RawLocation;
 use crate::mesh_file::{MeshFile, Section};
@@ -25,7 +25,7 @@ pub(crate) const FORMAT: Format = Format {
     name: "STL",
     extensions: &["stl"],
     detect: |bytes| binary::fits(bytes) || starts_like_text(bytes) || looks_like(bytes),
-    content: Content::Mesh { read, write: write::write, is_lossless: false },
+    content: Content::Mesh { read, write: write::write, keeps: Keeps::Names, is_lossless: false },
 };
 
 fn starts_like_text(bytes: &[u8]) -> bool {

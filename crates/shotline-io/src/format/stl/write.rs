@@ -8,21 +8,33 @@ use shotline::solid::mesh::TriangleMesh;
 
 use crate::error::WriteError;
 use crate::format::{lost_attributes, lost_polygons};
-use crate::mesh_file::Encoded;
+use crate::mesh_file::{Encoded, NamedMesh};
+
+/// Words that a name must not have.
+const RESERVED: [&str; 4] = ["solid", "facet", "endsolid", "end"];
 
 /// Writes binary STL, as nearly all programs expect, if float32 holds every coordinate; otherwise text, which is lossless.
-pub(super) fn write(mesh: &TriangleMesh) -> Result<Encoded, WriteError> {
+/// Text keeps the objects apart, each as a solid.
+pub(super) fn write(named: NamedMesh) -> Result<Encoded, WriteError> {
+    let mesh = named.mesh;
     let single = |x: f64| f64::from(x as f32).to_bits() == x.to_bits();
     let vertices = mesh.vertices.len();
     let moved = mesh.vertices.iter().filter(|v| !v.to_array().into_iter().all(single)).count();
     let mut notes = Vec::new();
     let bytes = if moved == 0 {
+        let objects: HashSet<&str> = named.objects.iter().map(|object| object.name.as_str()).collect();
+        if objects.len() > 1 {
+            let count = objects.len();
+            notes.push(format!(
+                "{count} objects were joined into one mesh: binary STL holds one, without a name"
+            ));
+        }
         write_binary(mesh)?
     } else {
         notes.push(format!(
             "written as text: binary STL holds float32 only, which would move {moved} of {vertices} vertices"
         ));
-        write_text(mesh)
+        write_text(named)
     };
     let lost = vertices - distinct_corners(mesh);
     if lost > 0 {
@@ -57,23 +69,38 @@ fn write_binary(mesh: &TriangleMesh) -> Result<Vec<u8>, WriteError> {
     Ok(out)
 }
 
-fn write_text(mesh: &TriangleMesh) -> Vec<u8> {
-    let mut out = String::from("solid shotline\n");
-    for corners in triangles(mesh) {
-        let n = normal(&corners);
+fn write_text(named: NamedMesh) -> Vec<u8> {
+    let mut out = String::new();
+    for (object, faces) in named.runs() {
+        let name = object.map_or("shotline".into(), |object| solid_name(&object.name));
         // Writing to a string cannot fail.
-        let _ = writeln!(out, "facet normal {:?} {:?} {:?}\nouter loop", n.x, n.y, n.z);
-        for v in &corners {
-            let _ = writeln!(out, "vertex {:?} {:?} {:?}", v.x, v.y, v.z);
+        let _ = writeln!(out, "solid {name}");
+        for corners in named.mesh.faces[faces].iter().map(|face| corners(named.mesh, face)) {
+            let n = normal(&corners);
+            let _ = writeln!(out, "facet normal {:?} {:?} {:?}\nouter loop", n.x, n.y, n.z);
+            for v in &corners {
+                let _ = writeln!(out, "vertex {:?} {:?} {:?}", v.x, v.y, v.z);
+            }
+            out.push_str("endloop\nendfacet\n");
         }
-        out.push_str("endloop\nendfacet\n");
+        let _ = writeln!(out, "endsolid {name}");
     }
-    out.push_str("endsolid shotline\n");
     out.into_bytes()
 }
 
+/// A name without words that STL reserves.
+fn solid_name(name: &str) -> String {
+    let is_reserved = |word: &str| RESERVED.iter().any(|reserved| word.eq_ignore_ascii_case(reserved));
+    let changed = |word: &str| if is_reserved(word) { format!("{word}_") } else { word.into() };
+    name.split(' ').map(changed).collect::<Vec<String>>().join(" ")
+}
+
 fn triangles(mesh: &TriangleMesh) -> impl Iterator<Item = [Vec3; 3]> {
-    mesh.faces.iter().map(|face| face.map(|i| mesh.vertices[i as usize]))
+    mesh.faces.iter().map(|face| corners(mesh, face))
+}
+
+fn corners(mesh: &TriangleMesh, face: &[u32; 3]) -> [Vec3; 3] {
+    face.map(|i| mesh.vertices[i as usize])
 }
 
 fn normal([a, b, c]: &[Vec3; 3]) -> Vec3 {

@@ -1,4 +1,4 @@
-//! 3MF, the files of 3D printing: a zip package with models in XML. They are read, not written. See `docs/3mf.md`.
+//! 3MF, the files of 3D printing: a zip package with models in XML. See `docs/3mf.md`.
 
 mod build;
 mod elements;
@@ -6,6 +6,7 @@ mod meshes;
 mod model;
 mod package;
 mod properties;
+mod write;
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -31,7 +32,7 @@ pub(crate) const FORMAT: Format = Format {
     detect: |bytes| bytes.starts_with(b"PK\x03\x04") && bytes.windows(6).any(|word| word == b".model"),
     content: Content::Scene {
         read,
-        write: None,
+        write: write::write,
         holds_meshes: true,
         max_bytes: u32::MAX as u64,
         has_setups: false,

@@ -25,7 +25,8 @@ const KNOWN: [&str; 3] = [
     "http://schemas.microsoft.com/3dmanufacturing/trianglesets/2021/07",
 ];
 
-const UNITS: [(&str, Units); 6] = [
+/// The units of length of 3MF.
+pub(super) const UNITS: [(&str, Units); 6] = [
     ("micron", Units::Micrometres),
     ("millimeter", Units::Millimetres),
     ("centimeter", Units::Centimetres),

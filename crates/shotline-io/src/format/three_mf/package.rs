@@ -1,13 +1,15 @@
 //! The package: a zip file of parts, with relationships that name the model among them.
 
-use std::io::{Cursor, Read};
+use std::io::{Cursor, Read, Write};
 
 use roxmltree::Document;
-use zip::ZipArchive;
 use zip::result::ZipError;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
 use crate::bytes::as_text;
 use crate::diagnostic::RawDiagnostic;
+use crate::error::WriteError;
 use crate::xml::{offset_of, syntax_error};
 
 /// The largest sum of the parts that are read, in bytes.
@@ -21,6 +23,41 @@ const PER_BYTE: u64 = 100;
 /// The part with the relationships of the package, and the type of that to the model.
 const RELATIONSHIPS: &str = "_rels/.rels";
 const TO_MODEL: &str = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel";
+
+/// The part with the types of the others, and the part with the model.
+const TYPES: (&str, &str) = (
+    "[Content_Types].xml",
+    "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
+     <Types xmlns=\"http://schemas.openxmlformats.org/package/2006/content-types\">\
+     <Default Extension=\"rels\" ContentType=\"application/vnd.openxmlformats-package.relationships+xml\"/>\
+     <Default Extension=\"model\" ContentType=\"application/vnd.ms-package.3dmanufacturing-3dmodel+xml\"/></Types>\n",
+);
+const MODEL: &str = "3D/3dmodel.model";
+
+/// Packs the text of a model.
+///
+/// # Errors
+/// If it is too large to be packed.
+pub(super) fn pack(model: &str) -> Result<Vec<u8>, WriteError> {
+    let relationships = format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
+         <Relationships xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\">\
+         <Relationship Target=\"/{MODEL}\" Id=\"model\" Type=\"{TO_MODEL}\"/></Relationships>\n"
+    );
+    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+    let mut add = |name: &str, text: &str| -> Result<(), ZipError> {
+        let options = SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Deflated)
+            .large_file(text.len() as u64 >= u64::from(u32::MAX));
+        zip.start_file(name, options)?;
+        Ok(zip.write_all(text.as_bytes())?)
+    };
+    let added = add(TYPES.0, TYPES.1)
+        .and_then(|()| add(RELATIONSHIPS, &relationships))
+        .and_then(|()| add(MODEL, model));
+    let packed = added.and_then(|()| zip.finish());
+    packed.map(Cursor::into_inner).map_err(|error| WriteError::Unwritable(why(&error)))
+}
 
 /// A package that is open.
 pub(super) struct Package<'b> {

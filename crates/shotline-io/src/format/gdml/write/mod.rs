@@ -89,8 +89,8 @@ pub(super) fn write(scene: &Scene) -> Result<WrittenScene, WriteError> {
     let world = writer.world();
     writer.note_losses();
     let world = world.ok().unwrap_or_default();
-    let text = writer.document(&world);
-    Ok(WrittenScene { text, notes: writer.report.finish()? })
+    let bytes = writer.document(&world).into_bytes();
+    Ok(WrittenScene { bytes, notes: writer.report.finish()? })
 }
 
 impl Writer<'_> {
