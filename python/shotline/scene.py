@@ -243,8 +243,8 @@ class Scene(Contents, Pictures, Queries):
     # --- saving, pickling and hashing
 
     def save(self, path: str | os.PathLike[str]) -> list[str]:
-        """Write a scene file, a GDML file, or the meshes to a mesh file, by the extension of its name. The file appears
-        complete or not at all. Returns what was lost, and which other files were written."""
+        """Write a scene file, a GDML file, or the meshes to a glTF, 3MF or mesh file, by the extension of its name. The file
+        appears complete or not at all. Returns what was lost, and which other files were written."""
         return self._native.save(os.fspath(path))
 
     def _pack(self) -> tuple[str, list[_native.Mesh]]:
