@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 import shotline
 from shotline import Material, Mesh, Scene
 
@@ -33,18 +32,16 @@ def test_objects_come_back(two_objects, tmp_path, name):
 
 def test_trimesh_reads_gltf(two_objects, tmp_path):
     trimesh = pytest.importorskip("trimesh", reason="trimesh is not installed")
-    pytest.importorskip("networkx", reason="trimesh places meshes with networkx")
     two_objects.save(tmp_path / "a.glb")
     scene = trimesh.load_scene(tmp_path / "a.glb")
     assert scene.bounds == pytest.approx(np.array([[0, 0, -0.01], [0.06, 0.03, 0]]))
-    meshes = scene.dump()
-    assert len(meshes) == 2 and all(mesh.is_watertight for mesh in meshes)
-    assert meshes[0].visual.material.baseColorFactor[:2].tolist() == [255, 0]
+    left, right = (scene.geometry[name] for name in ["left", "right"])
+    assert left.is_watertight and right.is_watertight
+    assert left.visual.material.baseColorFactor.tolist() == [255, 0, 8, 255], "linear, unlike that of a scene"
 
 
 def test_trimesh_reads_obj(two_objects, tmp_path):
     trimesh = pytest.importorskip("trimesh", reason="trimesh is not installed")
-    pytest.importorskip("networkx", reason="trimesh places meshes with networkx")
     two_objects.save(tmp_path / "a.obj")
     scene = trimesh.load_scene(tmp_path / "a.obj", split_objects=True)
     volumes = [mesh.volume for mesh in scene.geometry.values()]
