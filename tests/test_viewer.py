@@ -286,6 +286,19 @@ def test_the_page_follows_the_file(page):
     assert np.array_equal(page.picture(), page.rendered())
 
 
+def test_a_scene_that_has_no_picture_may_get_one(browser, tmp_path):
+    scene = tmp_path / "scene.json"
+    nodes = [{"kind": "halfspace", "normal": [0, 0, 1], "offset": 0}, {"kind": "sphere", "radius": 1}]
+    texts = [json.dumps({"shotline": 1, "objects": [{"name": "thing", "node": node}]}) for node in nodes]
+    scene.write_text(texts[0])
+    with viewer(scene) as address:
+        browser.get(address)
+        until(browser.find_element("id", "trouble").is_displayed, "that there is nothing to frame")
+        scene.write_text(texts[1])
+        until(lambda: browser.execute_script("return document.body.dataset.state === 'final'"), "a picture")
+        assert not browser.find_element("id", "trouble").is_displayed()
+
+
 def test_narrow_pages_and_dark_ones(page):
     metrics = {"width": 390, "height": 700, "deviceScaleFactor": 1, "mobile": True}
     page.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)

@@ -128,11 +128,14 @@ pub fn print_with(output: &Path, text: &str) -> Result<(), Failure> {
     print(text)
 }
 
-/// Prints to stdout. A reader that closes the pipe early is not an error.
+/// Prints to stdout. A reader that closes the pipe early is not an error. Names can come from any file: control characters, which
+/// a terminal would execute, are replaced.
 ///
 /// # Errors
 /// If stdout cannot be written for another reason.
 pub fn print(text: &str) -> Result<(), Failure> {
+    let is_control = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
+    let text = text.replace(is_control, "\u{FFFD}");
     let mut stdout = io::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {

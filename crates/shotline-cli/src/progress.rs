@@ -45,6 +45,8 @@ pub fn written(path: &Path, begin: Instant, quiet: Quiet) {
 /// Prints a note, which is not an error, on stderr.
 pub fn note(text: &str, quiet: Quiet) {
     if !quiet.quiet {
-        eprintln!("note: {text}");
+        // Names can come from any file, and a terminal would execute control characters.
+        let is_control = |c: char| c.is_control() && c != '\n';
+        eprintln!("note: {}", text.replace(is_control, "\u{FFFD}"));
     }
 }

@@ -140,9 +140,10 @@ fn bad_row() {
 #[test]
 fn usage() {
     let sandbox = Sandbox::new();
-    sandbox
-        .run(&["fire"])
-        .fails_with(&["fire", "render, slice, view, cast, shoot, check, info, measure, compare, bench, convert"]);
+    sandbox.run(&["fire"]).fails_with(&[
+        "fire",
+        "render, slice, view, cast, shoot, check, info, measure, compare, bench, convert",
+    ]);
     for args in [&["compare", "x.json", "--threads", "2"][..], &["check", "x.json", "--query", "any"]] {
         let result = sandbox.run(args);
         assert!(!result.stderr.contains("as a value"), "{}", result.stderr);

@@ -32,7 +32,7 @@ const PANES: usize = 2;
 /// The steps of a trace that a page gets.
 const MAX_STEPS: usize = 2000;
 /// The pixels of a picture or of a slice for a page.
-const MAX_PIXELS: u64 = 1 << 24;
+const MAX_PIXELS: u64 = 1 << 22;
 
 /// Answers one page.
 pub struct Answers<'s> {
@@ -189,6 +189,9 @@ fn ray_of(ray: &RayOf) -> Result<Ray, String> {
             (ray.origin(), ray.direction())
         }
     };
+    if direction == Vec3::ZERO {
+        return Err("the direction of a ray is not zero".into());
+    }
     Ray::new(origin, unit(direction)).map_err(|error| error.to_string())
 }
 

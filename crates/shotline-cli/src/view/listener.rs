@@ -15,6 +15,8 @@ use super::stage::Stage;
 
 /// More connections at a time are refused: a browser opens a few.
 const MAX_CONNECTIONS: usize = 16;
+/// More pages at a time are refused: the pictures of each may take some hundred megabytes.
+const MAX_PAGES: usize = 4;
 /// The stack of a connection's thread: as large as that of a program, for scenes nest deeply.
 const STACK: usize = 16 << 20;
 /// How long one write to a client may wait. A client that does not read is disconnected.
@@ -40,7 +42,13 @@ impl Viewer {
         let address = Address { port: listener.local_addr()?.port(), token };
         let is_stopped = Arc::new(AtomicBool::new(false));
         let viewer = Viewer { address: address.clone(), is_stopped: Arc::clone(&is_stopped) };
-        let server = Arc::new(Server { stage, address, is_stopped, connections: AtomicUsize::new(0) });
+        let server = Arc::new(Server {
+            stage,
+            address,
+            is_stopped,
+            pages: AtomicUsize::new(0),
+            connections: AtomicUsize::new(0),
+        });
         std::thread::Builder::new().name("viewer".into()).spawn(move || accept(&server, &listener))?;
         Ok(viewer)
     }
@@ -109,9 +117,23 @@ impl Connection {
         }
         match request::read(&mut stream, &self.server.address) {
             Ok(Request::Page) => page::send(&mut stream, &self.server.address),
-            Ok(Request::Socket(handshake)) => session::run(stream, &handshake, &self.server),
+            Ok(Request::Socket(handshake)) => self.open_page(stream, &handshake),
             Err(refusal) => page::refuse(&mut stream, refusal.status, refusal.why),
         }
+    }
+}
+
+impl Connection {
+    /// Converses with a page, unless too many are open: each keeps pictures in memory.
+    fn open_page(&self, mut stream: TcpStream, handshake: &str) -> io::Result<()> {
+        let before = self.server.pages.fetch_add(1, Ordering::SeqCst);
+        let outcome = if before < MAX_PAGES {
+            session::run(stream, handshake, &self.server)
+        } else {
+            page::refuse(&mut stream, 503, "there are too many pages of the viewer; close some")
+        };
+        self.server.pages.fetch_sub(1, Ordering::SeqCst);
+        outcome
     }
 }
 

@@ -11,6 +11,8 @@ pub struct Server {
     pub stage: Arc<Stage>,
     pub address: Address,
     pub is_stopped: Arc<AtomicBool>,
+    /// The number of open pages.
+    pub pages: AtomicUsize,
     /// The number of open connections.
     pub connections: AtomicUsize,
 }

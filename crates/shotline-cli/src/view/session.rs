@@ -35,9 +35,7 @@ pub fn run(mut stream: TcpStream, key: &str, server: &Server) -> io::Result<()> 
             Ok(Message::Text(text)) => {
                 let answer = match serde_json::from_str::<Asked>(&text) {
                     Ok(Asked { id, question }) => answers.answer(id, question),
-                    Err(error) => {
-                        Answer::Text(json!({ "error": format!("the question is not understood: {error}") }))
-                    }
+                    Err(error) => misunderstood(&text, &error),
                 };
                 send(&mut socket, answer)?;
             }
@@ -54,6 +52,12 @@ pub fn run(mut stream: TcpStream, key: &str, server: &Server) -> io::Result<()> 
     }
     let _ = socket.close(None);
     Ok(())
+}
+
+/// The answer to what is no question, with its number if it has one.
+fn misunderstood(text: &str, error: &serde_json::Error) -> Answer {
+    let id = serde_json::from_str::<Value>(text).ok().and_then(|asked| asked.get("id").cloned());
+    Answer::Text(json!({ "id": id, "error": format!("the question is not understood: {error}") }))
 }
 
 fn is_pause(error: &io::Error) -> bool {

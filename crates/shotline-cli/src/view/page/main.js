@@ -16,7 +16,7 @@ async function load() {
   }
   setTrouble(null);
   fillControls();
-  if (isFirst) await showView();
+  if (!state.camera) await showView();
   await fillTree();
   if (state.ray) await shoot({ origin: state.ray.origin, direction: state.ray.direction });
   if (slice.isOpen) askSlice();

@@ -16,12 +16,15 @@ const panes = [0, 1].map((number) => {
     frames: 0,
   };
 });
+// The server makes no larger pictures.
+const MOST_PIXELS = 4e6;
 const isShown = (pane) => !pane.figure.hidden;
 
 // The size of the pictures in pixels of the screen.
 function sizeOf(pane) {
-  const ratio = Math.min(window.devicePixelRatio || 1, 2);
   const { clientWidth, clientHeight } = pane.figure;
+  const fitting = Math.sqrt(MOST_PIXELS / Math.max(1, clientWidth * clientHeight));
+  const ratio = Math.min(window.devicePixelRatio || 1, 2, fitting);
   return [Math.max(1, Math.round(clientWidth * ratio)), Math.max(1, Math.round(clientHeight * ratio))];
 }
 
