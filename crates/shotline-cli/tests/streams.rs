@@ -59,8 +59,8 @@ fn a_dash_is_standard_input_and_output() {
 fn a_wrong_extension_is_an_error_that_names_the_right_one() {
     let sandbox = sandbox();
     sandbox.run(&["render", "drilled.json", "-o", "a.gif"]).fails_with(&["a.gif", ".png", ".jpg"]);
-    let cast = ["cast", "drilled.json", "--rays", "rays.npy", "--query", "any", "-o", "a.csv"];
-    sandbox.run(&cast).fails_with(&["a.csv", ".npz"]);
+    let cast = ["cast", "drilled.json", "--rays", "rays.npy", "--query", "any", "-o", "a.txt"];
+    sandbox.run(&cast).fails_with(&["a.txt", ".npz", ".csv"]);
     sandbox.run(&["compare", "drilled.json", "-o", "a.svg"]).fails_with(&["a.svg", ".png"]);
     sandbox.run(&["convert", "drilled.json", "a.step"]).fails_with(&["a.step", ".json", ".ply"]);
     assert_eq!(sandbox.files(), ["drilled.json", "rays.npy"]);

@@ -28,8 +28,9 @@ pub(crate) fn parts(found: MeshFile, unnamed: &str) -> (Vec<Part>, Vec<Note>) {
     let labels = Labels::new(&sections, &mesh);
     let groups = labels.groups(&mesh);
     let notes = labels.notes(&groups);
-    if let [group] = groups.as_slice() {
-        let material = labels.material(group);
+    // A mesh without faces has no label: it is an object all the same.
+    if groups.len() <= 1 {
+        let material = groups.first().and_then(|group| labels.material(group));
         return (vec![Part { name: unnamed.into(), material, mesh }], notes);
     }
     let mut group_of = vec![0; labels.labels.len()];
