@@ -77,6 +77,10 @@ class Page:
     def script(self, code, *arguments):
         return self.browser.execute_script(code, *arguments)
 
+    def names(self):
+        """The names in the tree, read at once: it may change at any time."""
+        return self.script("return [...document.querySelectorAll('#tree .what')].map((node) => node.textContent)")
+
     def press(self, *keys):
         self.one("#pane-0 .overlay").send_keys(*keys)
 
@@ -220,7 +224,7 @@ def test_the_steps_of_an_accelerator(page):
 
 def test_objects_are_found_hidden_and_shown_alone(page):
     first = page.picture()
-    names = [node.text for node in page.all("#tree .what")]
+    names = page.names()
     assert names == ["block", "ball", "beads"]
     hidden = page.change(page.one("#tree [aria-label='Hide block']").click)
     assert np.array_equal(hidden, page.rendered("--hide", "block"))
@@ -229,7 +233,7 @@ def test_objects_are_found_hidden_and_shown_alone(page):
     assert np.array_equal(alone, page.rendered("--only", "block"))
     assert np.array_equal(page.change(page.one("#show-all").click), first)
     page.one("#search").send_keys("BAL")
-    until(lambda: [node.text for node in page.all("#tree .what")] == ["ball"], "what is searched")
+    until(lambda: page.names() == ["ball"], "what is searched")
     page.one("#search").clear()
     page.one("#search").send_keys("nothing")
     until(lambda: "no object" in page.one("#tree").text, "that nothing is found")
@@ -277,7 +281,7 @@ def test_the_page_follows_the_file(page):
     changed = json.loads(json.dumps(SCENE))
     changed["objects"][1]["name"] = "pearl"
     page.scene.write_text(json.dumps(changed))
-    until(lambda: [node.text for node in page.all("#tree .what")] == ["block", "pearl", "beads"], "the new name")
+    until(lambda: page.names() == ["block", "pearl", "beads"], "the new name")
     page.scene.write_text(json.dumps(SCENE).replace('"radius": 0.75', '"radius": -1'))
     until(page.one("#trouble").is_displayed, "what is wrong")
     assert "radius" in page.one("#trouble").text and "scene.json:1:" in page.one("#trouble").text

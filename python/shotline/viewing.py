@@ -18,7 +18,7 @@ class _Scene(Protocol):
 class View:
     """A page that shows a scene. It ends when this is closed, deleted, or leaves its `with` block.
 
-    >>> with shotline.Scene(shotline.Sphere(radius=1)).show(open_browser=False) as view:
+    >>> with Scene(Sphere(radius=1)).show(open_browser=False) as view:
     ...     view.url.startswith("http://127.0.0.1:")
     True
     """
@@ -32,7 +32,7 @@ class View:
     @property
     def url(self) -> str:
         """The address of the page. Who knows it, on this machine, may look."""
-        return self._viewer.url
+        return self._viewer.url()
 
     def close(self) -> None:
         """End the page."""

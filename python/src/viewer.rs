@@ -27,7 +27,6 @@ impl Viewer {
     }
 
     /// The address of the page.
-    #[getter]
     fn url(&self) -> String {
         self.viewer.url()
     }
