@@ -108,7 +108,7 @@ fn named(names: &[String], number: i64) -> String {
     usize::try_from(number).ok().and_then(|number| names.get(number)).cloned().unwrap_or_default()
 }
 
-/// All digits that a number needs; nothing where there is none.
+/// All digits that a number needs. NaN is an empty cell.
 fn number(x: f64) -> String {
     if x.is_nan() { String::new() } else { format!("{x:?}") }
 }

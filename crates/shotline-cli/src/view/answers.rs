@@ -98,7 +98,6 @@ impl<'s> Answers<'s> {
         let enclosures: Vec<&str> = scene.enclosures();
         let hidden = scene.hiding_enclosures();
         let subject = visible_subject(&world, scene, &hidden);
-        let names = |all: &[String]| json!(all);
         Ok(json!({
             "name": viewed.name,
             "trouble": current.trouble,
@@ -111,8 +110,6 @@ impl<'s> Answers<'s> {
             "accel": viewed.default_accel,
             "counters": COUNTERS.iter().map(|counter| counter.name).collect::<Vec<_>>(),
             "enclosures": enclosures,
-            "objects": names(world.object_names()).as_array().map_or(0, Vec::len),
-            "paths": world.path_count(),
         }))
     }
 

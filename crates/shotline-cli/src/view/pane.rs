@@ -5,14 +5,13 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 use shotline::query::batch::Run;
-use shotline::scene::HiddenObjects;
 use shotline_render::{Image, PictureInSteps, Settings};
 
 use super::answer::Answer;
 use super::question::PictureOf;
 use super::viewed_scene::ShownScene;
 
-/// How long one answer may take: the page is deaf so long.
+/// How long one answer may take. The page asks nothing else meanwhile.
 const STEP: Duration = Duration::from_millis(40);
 /// How often an unfinished pass is shown.
 const SHOW_AFTER: Duration = Duration::from_millis(250);
@@ -38,7 +37,7 @@ pub struct Pane {
 /// One exposure of a picture.
 #[derive(Clone, Copy, Debug)]
 struct Pass {
-    /// A pixel of it stands for so many on a side.
+    /// The side of a pixel, in pixels of the finished picture.
     coarse: u32,
     samples: u32,
 }
@@ -128,7 +127,6 @@ fn begin(settings: &Settings, pass: Pass, shown: &ShownScene) -> Result<PictureI
         width: settings.width.div_ceil(pass.coarse),
         height: settings.height.div_ceil(pass.coarse),
         samples: pass.samples,
-        hidden: HiddenObjects::clone(&settings.hidden),
         ..settings.clone()
     };
     PictureInSteps::new(shown.subject, &shown.scene, settings).map_err(|error| error.to_string())

@@ -126,5 +126,9 @@ fn modified(path: &Path) -> Option<SystemTime> {
 }
 
 fn with_times(files: Vec<PathBuf>) -> Vec<(PathBuf, Option<SystemTime>)> {
-    files.into_iter().map(|path| (modified(&path), path)).map(|(time, path)| (path, time)).collect()
+    let with_time = |path: PathBuf| {
+        let time = modified(&path);
+        (path, time)
+    };
+    files.into_iter().map(with_time).collect()
 }
