@@ -12,7 +12,7 @@ use crate::cancellation::work;
 pub fn tessellated(py: Python, scene: &Scene, tolerance: f64, threads: usize) -> PyResult<Scene> {
     let found = work(py, 0, threads, None, |run| {
         // Rows of several grids would be counted together.
-        tessellate(scene, &Settings::new(tolerance), Run { progress: None, ..run })
+        tessellate(scene, &Settings::new(tolerance), Run { progress: None, ..run }, &mut |_| {})
     })?;
     match found {
         Ok(found) => Ok(found.scene),

@@ -9,8 +9,8 @@ pub fn short(x: f64) -> String {
     significant(x, 9)
 }
 
-/// `digits` significant digits without trailing zeros.
-fn significant(x: f64, digits: usize) -> String {
+/// So many significant digits, without trailing zeros.
+pub fn significant(x: f64, digits: usize) -> String {
     if !x.is_finite() || x == 0.0 {
         return (x + 0.0).to_string(); // -0 reads as 0
     }

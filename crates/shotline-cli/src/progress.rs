@@ -33,6 +33,14 @@ pub fn bar(rays: u64, what: &'static str, quiet: Quiet) -> ProgressBar {
     bar
 }
 
+/// A line on stderr, if that is a terminal, for work whose end is not known; its message is replaced as the work goes on.
+pub fn spinner(what: &'static str, quiet: Quiet) -> ProgressBar {
+    let target = if quiet.quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+    let spinner = ProgressBar::with_draw_target(None, target).with_message(what);
+    spinner.enable_steady_tick(Duration::from_millis(200));
+    spinner
+}
+
 /// Tells that a file has been written, with its size and the seconds since a command began, if stderr is a terminal.
 pub fn written(path: &Path, begin: Instant, quiet: Quiet) {
     if quiet.quiet || !std::io::stderr().is_terminal() || is_stream(path) {

@@ -24,16 +24,8 @@ impl Shown {
     /// # Errors
     /// If no object has one of the names.
     pub fn hidden(&self, scene: &Scene, quiet: Quiet) -> Result<HiddenObjects, Failure> {
-        let unknown = |error: UnknownObject| {
-            Failure::new(format!(
-                "{error}\nhelp: `shotline info` lists the objects; * stands for any letters"
-            ))
-        };
-        if !self.only.is_empty() {
-            return scene.showing_only(&self.only).map_err(unknown);
-        }
-        if !self.hide.is_empty() {
-            return scene.hiding(&self.hide).map_err(unknown);
+        if !self.only.is_empty() || !self.hide.is_empty() {
+            return hidden_by_name(scene, &self.hide, &self.only);
         }
         let enclosures = scene.enclosures();
         if !enclosures.is_empty() {
@@ -45,4 +37,16 @@ impl Shown {
         }
         Ok(scene.hiding_enclosures())
     }
+}
+
+/// The objects of a scene that are hidden by name: those of some names, or all but those of others and what they contain.
+///
+/// # Errors
+/// If no object has one of the names.
+pub fn hidden_by_name(scene: &Scene, hide: &[String], only: &[String]) -> Result<HiddenObjects, Failure> {
+    let hidden = if only.is_empty() { scene.hiding(hide) } else { scene.showing_only(only) };
+    let unknown = |error: UnknownObject| {
+        Failure::new(format!("{error}\nhelp: `shotline info` lists the objects; * stands for any letters"))
+    };
+    hidden.map_err(unknown)
 }

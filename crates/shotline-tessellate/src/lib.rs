@@ -1,9 +1,10 @@
 //! Triangle meshes of solids and combinations, within a tolerance.
 //!
-//! Rays along the lines of a grid give the exact crossings and normals of a surface. Dual contouring puts a vertex into each cell
-//! that the surface passes through, where these planes meet, so that edges and corners stay sharp; the mesh is closed. The grid
-//! is refined until the mesh is within the tolerance, which is measured both ways: by rays from points of the mesh, and by the points
-//! of the mesh that are nearest to crossings.
+//! Rays along the edges of the cells of an octree give the exact crossings and normals of a surface. Dual contouring puts a vertex
+//! into each cell for each part of the surface in it, where these planes meet, so that edges and corners stay sharp; the mesh is
+//! closed, and no edge has more than two triangles. Cells are divided until the mesh is within the tolerance, which is measured both
+//! ways: by rays from points of the mesh, and by the points of the mesh that are nearest to crossings. Triangles may pass
+//! through each other where the surface has a fold that is narrower than a cell.
 //!
 //! ```
 //! use shotline::prelude::*;
@@ -11,30 +12,33 @@
 //!
 //! let part = Shape::cuboid([0.0; 3], [2.0, 2.0, 1.0])? - Shape::sphere(0.8)?;
 //! let scene = Scene::of([Object::new("part", part)]);
-//! let found = tessellate(&scene, &Settings::new(0.05), Default::default())?;
+//! let found = tessellate(&scene, &Settings::new(0.05), Default::default(), &mut |_| {})?;
 //! assert!(found.parts[0].deviation <= 0.05);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![deny(missing_docs)]
 
+mod components;
 mod contour;
-mod crossed_edges;
 mod deviation;
-mod grid;
+mod disjoint_sets;
+mod octree;
+mod pairs;
 mod quadratic_error;
+mod refine;
+mod samples;
+mod shared_edges;
+mod surface;
+mod surface_points;
 
 use shotline::compile::{InvalidScene, World};
 use shotline::math::Vec3;
 use shotline::query::batch::{self, BatchError, Run};
 use shotline::scene::{Node, NodeId, Scene};
-use shotline::solid::mesh::TriangleMesh;
 
-use self::crossed_edges::CrossedEdges;
-use self::deviation::{Surface, deviation};
-use self::grid::Grid;
-
-/// The cells along the longest side of the first grid, and the most.
-const CELLS: std::ops::RangeInclusive<usize> = 24..=768;
+use self::refine::{RefineError, Refined, State, refine};
+use self::surface::Surface;
+use self::surface_points::first_points;
 
 /// How a scene is made into meshes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,46 +89,65 @@ pub enum TessellateError {
         /// Its name.
         object: String,
     },
-    /// The finest grid is too coarse.
+    /// The cells would be too many or too small.
     #[error(
-        "object '{object}' needs a finer grid than {} cells for the tolerance {tolerance}; the best mesh is within \
-         {reached:.3}: choose a larger tolerance", CELLS.end()
+        "object '{object}': a mesh within {tolerance} needs more than 2 million cells, or cells that are too small; so far it is off by \
+         {distance:.1e} near [{:.6}, {:.6}, {:.6}], perhaps at a thin wall or gap\nhelp: choose a larger tolerance", place.x, place.y, place.z
     )]
     TooFine {
         /// Its name.
         object: String,
         /// The tolerance.
         tolerance: f64,
-        /// The least distance reached.
-        reached: f64,
+        /// The distance of the mesh from the surface, where it is greatest.
+        distance: f64,
+        /// Where that is, in world coordinates.
+        place: Vec3,
     },
     /// Rays could not be cast.
     #[error(transparent)]
     Batch(#[from] BatchError),
 }
 
+/// How far the mesh of an object is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress<'a> {
+    /// The name of the object.
+    pub object: &'a str,
+    /// The cells so far.
+    pub cells: usize,
+    /// The triangles so far.
+    pub triangles: usize,
+    /// The distance between the mesh so far and the surface.
+    pub deviation: f64,
+}
+
 /// Makes the objects of a scene into meshes. An object that contains others is whole: what it contains is not cut out of it.
-/// Instances of one object are one mesh.
+/// Instances of one object are one mesh. `told` is called from time to time.
 ///
 /// # Errors
 /// [`TessellateError`] names the object and says how to mend it.
-pub fn tessellate(scene: &Scene, settings: &Settings, run: Run) -> Result<Tessellation, TessellateError> {
+pub fn tessellate(
+    scene: &Scene,
+    settings: &Settings,
+    run: Run,
+    told: &mut dyn FnMut(&Progress),
+) -> Result<Tessellation, TessellateError> {
     let tolerance = settings.tolerance;
     if !(tolerance > 0.0 && tolerance.is_finite()) {
         return Err(TessellateError::Tolerance(tolerance));
     }
     let mut out = Scene { objects: Vec::new(), defs: Vec::new(), ..scene.clone() };
+    let worlds = worlds(scene, run)?;
     let mut parts = Vec::new();
-    for root in &scene.objects {
-        if is_of_meshes(scene, *root) {
+    for (root, world) in scene.objects.iter().zip(&worlds) {
+        let Some(world) = world else {
             out.objects.push(*root);
             continue;
-        }
-        let world = Scene { objects: vec![*root], ..scene.clone() }.compile()?;
-        // Refuses surfaces without an inside, by object.
-        batch::contains(&world, &[] as &[Vec3], run)?;
+        };
         for (object, name) in (0..).zip(world.object_names()) {
-            let (mesh, deviation) = mesh_within(&world, object, name, tolerance, run)?;
+            let surface = Surface { world, object, run };
+            let Refined { mesh, deviation } = mesh_within(scene, *root, &surface, name, tolerance, told)?;
             if mesh.faces.is_empty() {
                 continue;
             }
@@ -136,6 +159,27 @@ pub fn tessellate(scene: &Scene, settings: &Settings, run: Run) -> Result<Tessel
         }
     }
     Ok(Tessellation { scene: out, parts })
+}
+
+/// A world for each object of a scene that is not made of meshes only, once it is known that all these have meshes.
+fn worlds(scene: &Scene, run: Run) -> Result<Vec<Option<World>>, TessellateError> {
+    let mut one = scene.clone();
+    let world = |root: &NodeId| {
+        if is_of_meshes(scene, *root) {
+            return Ok(None);
+        }
+        one.objects = vec![*root];
+        let world = one.compile()?;
+        // Refuses surfaces without an inside, by object.
+        batch::contains(&world, &[] as &[Vec3], run)?;
+        let bounds = world.bounds();
+        if bounds.is_finite() || bounds.is_empty() {
+            return Ok(Some(world));
+        }
+        let object = world.object_names().first().cloned().unwrap_or_default();
+        Err(TessellateError::Unbounded { object })
+    };
+    scene.objects.iter().map(world).collect()
 }
 
 /// Whether an object is made of meshes only, without combinations.
@@ -154,33 +198,28 @@ fn is_of_meshes(scene: &Scene, root: NodeId) -> bool {
     true
 }
 
-/// The mesh of an object within a tolerance, and how far it is from the surface. It is empty if the object is.
+/// The mesh of an object within a tolerance. It is empty if the object is.
 fn mesh_within(
-    world: &World,
-    object: u32,
+    scene: &Scene,
+    root: NodeId,
+    surface: &Surface,
     name: &str,
     tolerance: f64,
-    run: Run,
-) -> Result<(TriangleMesh, f64), TessellateError> {
-    let bounds = world.bounds();
+    told: &mut dyn FnMut(&Progress),
+) -> Result<Refined, TessellateError> {
+    let bounds = surface.world.bounds();
     if bounds.is_empty() || bounds.size() == Vec3::ZERO {
-        return Ok((TriangleMesh::default(), 0.0));
+        return Ok(Refined::default());
     }
-    if !(bounds.min.is_finite() && bounds.max.is_finite()) {
-        return Err(TessellateError::Unbounded { object: name.into() });
-    }
-    let surface = Surface { world, object, run };
-    let (mut cells, mut reached) = (*CELLS.start(), f64::INFINITY);
-    while cells <= *CELLS.end() {
-        let grid = Grid::around(&bounds, cells);
-        let CrossedEdges { edges, points } = CrossedEdges::of(world, object, &grid, run)?;
-        let mesh = contour::contour(&grid, &edges);
-        let deviation = deviation(&surface, &mesh, &points, 2.0 * grid.step, tolerance)?;
-        reached = reached.min(deviation);
-        if deviation <= tolerance {
-            return Ok((mesh, deviation));
+    let points = first_points(scene, root, &bounds, surface)?;
+    let mut of_object = |State { cells, triangles, deviation }: State| {
+        told(&Progress { object: name, cells, triangles, deviation });
+    };
+    refine(surface, &bounds, points, tolerance, &mut of_object).map_err(|error| match error {
+        RefineError::Batch(error) => error.into(),
+        RefineError::TooFine(far) => {
+            let (distance, place) = (far.distance, far.place);
+            TessellateError::TooFine { object: name.into(), tolerance, distance, place }
         }
-        cells *= 2;
-    }
-    Err(TessellateError::TooFine { object: name.into(), tolerance, reached })
+    })
 }

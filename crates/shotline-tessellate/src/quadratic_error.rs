@@ -17,6 +17,8 @@ pub struct QuadraticError {
     first: Vec3,
     sum: Vec3,
     count: u32,
+    /// The sum of the normals.
+    pub normals: Vec3,
 }
 
 impl QuadraticError {
@@ -33,6 +35,7 @@ impl QuadraticError {
             let products = [n.x * n.x, n.x * n.y, n.x * n.z, n.y * n.y, n.y * n.z, n.z * n.z];
             self.products.iter_mut().zip(products).for_each(|(sum, product)| *sum += product);
             self.offsets += n * n.dot(from_first);
+            self.normals += n;
         }
     }
 

@@ -9,12 +9,13 @@ use clap::Args;
 use shotline::query::batch::{BatchError, Run};
 use shotline::scene::{Node, Scene};
 use shotline_io::{Document, WriteError, save, write_scene};
-use shotline_tessellate::{Part, Settings, TessellateError, tessellate};
+use shotline_tessellate::{Part, Progress, Settings, TessellateError, tessellate};
 
 use crate::failure::Failure;
 use crate::flags::{Model, Threads};
-use crate::number::{counted, short};
+use crate::number::{counted, grouped, significant};
 use crate::progress::{self, Quiet};
+use crate::shown::hidden_by_name;
 use crate::{input, interrupt, output, stream};
 
 /// Convert between file formats
@@ -40,6 +41,12 @@ pub struct Command {
     /// Make solids and combinations into meshes within this distance of their surfaces, in units of the scene
     #[arg(long, value_name = "DISTANCE", allow_negative_numbers = true)]
     tolerance: Option<f64>,
+    /// Leave out the objects of this name, but not what they contain; * stands for any letters. May be given several times
+    #[arg(long, value_name = "NAME")]
+    hide: Vec<String>,
+    /// Convert the objects of this name and what they contain, and no others; * stands for any letters. May be given several times
+    #[arg(long, value_name = "NAME", conflicts_with = "hide")]
+    only: Vec<String>,
     #[command(flatten)]
     threads: Threads,
     #[command(flatten)]
@@ -52,7 +59,7 @@ Examples:
   shotline convert part.ply part.json      # a scene of one object, to edit
   shotline convert detector.gdml detector.json
   shotline convert scene.json detector.gdml
-  shotline convert valve.json valve.stl --tolerance 0.01
+  shotline convert valve.json valve.stl --tolerance 0.01 --hide ground
   shotline convert valve.json valve.glb --tolerance 0.01    # objects with names and colours";
 
 impl Command {
@@ -61,7 +68,8 @@ impl Command {
         let started = Instant::now();
         interrupt::catch();
         output::expect_writable(&self.output, &[], std::slice::from_ref(&self.model.path))?;
-        let document = input::load(&self.model)?;
+        let mut document = input::load(&self.model)?;
+        self.leave_out_hidden(&mut document.scene)?;
         output::expect_not_an_input(&self.output, &input::named_files(&self.model, &document.scene))?;
         let notes = interrupt::cancellable(|cancel| {
             let (scene, made) = self.tessellated(&document, cancel)?;
@@ -80,6 +88,17 @@ impl Command {
         Ok(0)
     }
 
+    /// Leaves out what is not to be converted.
+    fn leave_out_hidden(&self, scene: &mut Scene) -> Result<(), Failure> {
+        let hidden = hidden_by_name(scene, &self.hide, &self.only)?;
+        if !hidden.is_empty() {
+            *scene = scene.without(&hidden);
+            let all = std::mem::take(&mut scene.objects);
+            scene.objects = all.into_iter().filter(|root| !hidden.is_all_of(scene, *root)).collect();
+        }
+        Ok(())
+    }
+
     /// The scene, with its solids as meshes if a tolerance is given, and what was made.
     fn tessellated<'d>(
         &self,
@@ -88,15 +107,28 @@ impl Command {
     ) -> Result<(Cow<'d, Scene>, Vec<String>), Failure> {
         let Some(tolerance) = self.tolerance else { return Ok((Cow::Borrowed(&document.scene), Vec::new())) };
         let run = Run { threads: self.threads.threads, cancel: Some(cancel), ..Run::default() };
-        let found = tessellate(&document.scene, &Settings::new(tolerance), run);
+        let bar = progress::spinner("meshes", self.quiet);
+        let found = tessellate(&document.scene, &Settings::new(tolerance), run, &mut |progress| {
+            let Progress { object, cells, triangles, deviation } = progress;
+            let [cells, triangles] = [*cells, *triangles].map(|count| grouped(count as u64));
+            bar.set_message(format!(
+                "'{object}': {cells} cells, {triangles} triangles, within {}",
+                significant(*deviation, 2)
+            ));
+        });
+        bar.finish_and_clear();
         let found = found.map_err(|error| match error {
             TessellateError::Batch(BatchError::Cancelled) => Failure::Interrupted,
             TessellateError::Tolerance(_) => Failure::new(format!("--tolerance: {error}")),
+            TessellateError::Unbounded { ref object } => {
+                let help = format!("help: --hide '{object}' leaves it out");
+                Failure::of_input(&self.model.path, format!("{error}\n{help}"))
+            }
             error => Failure::of_input(&self.model.path, error),
         })?;
         let told = |part: &Part| {
             let (triangles, deviation) =
-                (counted(part.triangles as u64, "triangle", "triangles"), short(part.deviation));
+                (counted(part.triangles as u64, "triangle", "triangles"), significant(part.deviation, 2));
             format!("'{}' became a mesh of {triangles}, within {deviation}", part.object)
         };
         Ok((Cow::Owned(found.scene), found.parts.iter().map(told).collect()))

@@ -27,6 +27,11 @@ impl HiddenObjects {
         self.nodes.get(id.0 as usize).copied().unwrap_or(false)
     }
 
+    /// Whether an object of a scene is hidden and contains nothing that could be shown.
+    pub fn is_all_of(&self, scene: &Scene, id: NodeId) -> bool {
+        self.contains(id) && matches!(scene.node(id), Node::Object { contents, .. } if contents.is_empty())
+    }
+
     /// Tells by the number of an object in the world of the scene whether it is hidden.
     pub fn by_number(&self, scene: &Scene) -> Vec<bool> {
         scene.numbered_objects().into_iter().map(|id| self.contains(id)).collect()
