@@ -36,7 +36,7 @@ def given_attributes(
     attributes: Mapping[str, ArrayLike] | None, vertices: int, triangles: int | None
 ) -> list[tuple[str, np.ndarray, np.ndarray | None]]:
     """The `attributes` argument of a mesh as the native half takes it; `triangles` is None for a mesh with faces of other
-    numbers of corners. Raises ValueError for an array of another shape."""
+    numbers of corners. Raises ValueError for an array of another shape, and for an empty name."""
     return [_given(name, array, vertices, triangles) for name, array in (attributes or {}).items()]
 
 
@@ -45,7 +45,11 @@ def _given(
 ) -> tuple[str, np.ndarray, np.ndarray | None]:
     if not isinstance(name, str):
         raise TypeError(f"attributes are named by strings, not by {type(name).__name__}")
+    if not name:
+        raise ValueError("an attribute has an empty name; files and hits.interpolate need one")
     values = floats(array, f"attribute {name!r}")
+    if values.ndim > 1 and not values.shape[-1] and len(values):
+        raise ValueError(f"attribute {name!r} has shape {values.shape}, so it has no numbers")
     if values.ndim in (1, 2) and len(values) == vertices:
         return name, np.ascontiguousarray(values.reshape(vertices, -1)), None
     if values.ndim == 3 and triangles is not None and values.shape[:2] == (triangles, 3):

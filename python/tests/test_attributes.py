@@ -88,3 +88,10 @@ def test_what_does_not_fit_is_told():
     hits = Scene(*two).crossings([0.1, 0.1, -1], [0, 0, 1])
     with pytest.raises(ValueError, match="'a' has 1 numbers in one mesh and 2 in another"):
         hits.interpolate("a")
+
+
+def test_attributes_without_a_name_or_numbers_are_refused():
+    with pytest.raises(ValueError, match="an attribute has an empty name"):
+        Mesh(CORNERS, FACES, attributes={"": [0, 1, 2, 3]})
+    with pytest.raises(ValueError, match=r"attribute 'heat' has shape \(4, 0\), so it has no numbers"):
+        Mesh(CORNERS, FACES, attributes={"heat": np.zeros((4, 0))})

@@ -24,6 +24,11 @@ impl CornerValues {
         self.numbers.resize(end, 0.0);
     }
 
+    /// How many numbers a value has.
+    pub(crate) fn width(&self) -> usize {
+        self.width
+    }
+
     /// How many values there are.
     pub(crate) fn len(&self) -> usize {
         self.numbers.len() / self.width

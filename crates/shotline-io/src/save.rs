@@ -107,8 +107,9 @@ fn save_scene(path: &Path, scene: &Scene, write: WriteScene) -> Result<Vec<Strin
     }
     let WrittenScene { bytes, mut notes } = write(path, &scene)?;
     for (name, mesh) in &extra {
-        let Encoded { bytes, .. } = write_mesh(NamedMesh::unnamed(mesh))?;
+        let Encoded { bytes, notes: more } = write_mesh(NamedMesh::unnamed(mesh))?;
         atomic_write(&folder.join(name), |out| out.write_all(&bytes))?;
+        notes.extend(more.into_iter().map(|note| format!("{name}: {note}")));
     }
     atomic_write(path, |out| out.write_all(&bytes))?;
     notes.extend(extra.into_iter().map(|(name, _)| format!("a mesh was written to {name}")));

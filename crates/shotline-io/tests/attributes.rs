@@ -172,9 +172,59 @@ fn texture_coordinates_and_colours_of_ply_faces_are_attributes() {
     let [mesh] = meshes(&document.scene)[..] else { panic!() };
     assert_eq!(values(mesh, "uv", 1), [vec![0.0, 0.0], vec![1.0, 1.0], vec![0.0, 1.0]]);
     // Five numbers are no coordinates of three corners.
+    let notes: Vec<String> = document.notes.iter().map(ToString::to_string).collect();
+    let [left_out, _cut] = &notes[..] else { panic!("{notes:?}") };
+    assert!(left_out.contains("1 list of values of the corners of a face was left out"), "{left_out}");
+    assert!(left_out.ends_with("'texcoord' on line 19"), "{left_out}");
     assert!(values(mesh, "uv", 2).iter().all(Vec::is_empty));
     assert_eq!(values(mesh, "color", 1)[0], [1.0, 0.0, 0.0]);
     assert_eq!(values(mesh, "color", 2)[2], [0.0, 0.0, 1.0]);
+}
+
+#[test]
+fn colours_of_faces_are_noted_where_vertices_have_colours() {
+    let text = PLY.replace(
+        "element face 1\n",
+        "element face 1\nproperty uchar r\nproperty uchar g\nproperty uchar b\n",
+    );
+    let document = ok("a.ply", text.replace("\n3 0 1 2", "\n1 2 3 3 0 1 2"));
+    let [mesh] = meshes(&document.scene)[..] else { panic!() };
+    assert_eq!(values(mesh, "color", 0)[0], [1.0, 0.0, 0.2]);
+    let [note] = &document.notes[..] else { panic!("{:?}", document.notes) };
+    assert_eq!(note.kind, "attributes_left_out");
+    assert!(note.text.ends_with("color of faces, since vertices have it"), "{note}");
+}
+
+#[test]
+fn attributes_keep_apart_in_ply() {
+    let names = ["a b", "a_b", "red", "green", "blue", "x", "color", "s", "t"];
+    let corner = Some(vec![[0, 1, 2], [1, 2, 3]]);
+    let value = |i: usize| vec![i as f64, 0.25, 1.0, 0.5];
+    let mut mesh = painted();
+    mesh.attributes =
+        names.iter().enumerate().map(|(i, name)| Attribute::of_vertices(*name, 1, value(i))).collect();
+    let of_corners = Attribute::of_vertices("a\tb", 1, value(names.len()));
+    mesh.attributes.push(Attribute { corners: corner.clone(), ..of_corners });
+    let mut scene = Scene::default();
+    let node = scene.add(Node::Mesh { mesh: mesh.clone().into(), file: None });
+    scene.add_object("painted", None, node);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.ply");
+    let notes = save(&path, &scene).unwrap();
+    let renamed = "'a b' is 'a_b_2', ";
+    assert!(notes.iter().any(|note| note.contains(renamed)), "{notes:?}");
+    let noted = save(folder.path().join("a.json"), &scene).unwrap();
+    assert!(
+        noted.iter().any(|note| note.starts_with("a-mesh0.ply: ") && note.contains(renamed)),
+        "{noted:?}"
+    );
+    let back = load(&path).unwrap().scene;
+    let [found] = meshes(&back)[..] else { panic!() };
+    let mut firsts: Vec<f64> = found.attributes.iter().map(|a| a.values[0]).collect();
+    firsts.sort_by(f64::total_cmp);
+    assert_eq!(firsts, (0..=names.len()).map(|i| i as f64).collect::<Vec<_>>());
+    // A single number that is called a colour is not in 256 steps.
+    assert_eq!(found.attribute("color").unwrap().values, mesh.attribute("color").unwrap().values);
 }
 
 /// A mesh with attributes of all forms.

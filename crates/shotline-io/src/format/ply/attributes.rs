@@ -18,6 +18,11 @@ pub(super) const SETS: &[(&str, &[&str])] = &[
     ("uv", &["texture_s", "texture_t"]),
 ];
 
+/// Whether these properties together are the attribute of this name.
+pub(super) fn is_set(name: &str, properties: &[String]) -> bool {
+    SETS.iter().any(|(set, known)| *set == name && known.iter().eq(properties))
+}
+
 /// The list of a face with the texture coordinates of its corners, as MeshLab writes it.
 pub(super) const TEXTURE: &str = "texcoord";
 
@@ -25,9 +30,9 @@ pub(super) const TEXTURE: &str = "texcoord";
 pub(super) const CORNER: &str = "corner_";
 
 /// Columns of an element that are one attribute.
-struct Columns {
-    name: String,
-    columns: Vec<usize>,
+pub(super) struct Columns {
+    pub(super) name: String,
+    pub(super) columns: Vec<usize>,
     /// What a number is divided by.
     scale: f64,
 }
@@ -69,11 +74,20 @@ fn add_others(found: &mut Vec<Columns>, element: &Element, read: &[usize]) {
         let is_next =
             |(i, p): &(usize, &Property)| p.name == format!("{stem}_{i}") && matches!(p.shape, Shape::One(_));
         let count = element.properties[p..].iter().enumerate().take_while(is_next).count();
-        let (name, count) = if count > 1 { (stem, count) } else { (property.name.as_str(), 1) };
+        let (name, count) =
+            if count > 1 && !stem.is_empty() { (stem, count) } else { (property.name.as_str(), 1) };
         if found.iter().all(|known| known.name != name) {
             found.push(Columns { name: name.into(), columns: (p..p + count).collect(), scale: 1.0 });
         }
     }
+}
+
+/// The attributes of vertices in an element, without the columns `read`.
+pub(super) fn of_vertices(element: &Element, read: &[usize]) -> Vec<Columns> {
+    let mut sets = sets(element);
+    sets.retain(|set| set.columns.iter().all(|column| !read.contains(column)));
+    add_others(&mut sets, element, read);
+    sets
 }
 
 /// The attributes of vertices while they are read.
@@ -85,9 +99,7 @@ pub(super) struct VertexAttributes {
 impl VertexAttributes {
     /// The numbers of an element that are not among the columns `read`.
     pub(super) fn of(element: &Element, read: &[usize]) -> VertexAttributes {
-        let mut sets = sets(element);
-        sets.retain(|set| set.columns.iter().all(|column| !read.contains(column)));
-        add_others(&mut sets, element, read);
+        let sets = of_vertices(element, read);
         let values = sets.iter().map(|set| Vec::with_capacity(set.columns.len() * element.count)).collect();
         VertexAttributes { sets, values }
     }
@@ -125,7 +137,7 @@ impl FaceAttributes {
         let lists: Vec<(usize, String, Option<CornerValues>)> = named
             .filter_map(|(column, p)| {
                 let name = if p.name == TEXTURE { "uv" } else { p.name.strip_prefix(CORNER)? };
-                Some((column, name.to_owned(), None))
+                (!name.is_empty()).then(|| (column, name.to_owned(), None))
             })
             .collect();
         let mut sets = sets(element);
@@ -148,8 +160,21 @@ impl FaceAttributes {
         of_sets.chain(self.lists.iter().map(|(column, ..)| *column))
     }
 
-    /// Adds the values of a face, given the numbers of each of its columns, for its corners from a number on.
-    pub(super) fn push(&mut self, row: &[Vec<f64>], first_corner: usize, corners: usize) {
+    /// The names of the attributes.
+    pub(super) fn names(&self) -> impl Iterator<Item = &str> {
+        let of_sets = self.sets.iter().map(|(set, _)| set.name.as_str());
+        of_sets.chain(self.lists.iter().map(|(_, name, _)| name.as_str()))
+    }
+
+    /// Adds the values of a face, given the numbers of each of its columns, for its corners from a number on. `wrong` gets the
+    /// column of each list that does not have as many numbers for each corner as the first such list.
+    pub(super) fn push(
+        &mut self,
+        row: &[Vec<f64>],
+        first_corner: usize,
+        corners: usize,
+        mut wrong: impl FnMut(usize),
+    ) {
         for (set, values) in &mut self.sets {
             let number = values.len() as u32;
             values.push(
@@ -160,7 +185,13 @@ impl FaceAttributes {
         for (column, name, values) in &mut self.lists {
             let numbers = &row[*column];
             let width = numbers.len() / corners.max(1);
-            if width == 0 || !numbers.len().is_multiple_of(corners) {
+            // A face without texture has an empty list.
+            if numbers.is_empty() || corners == 0 {
+                continue;
+            }
+            let differs = values.as_ref().is_some_and(|values| values.width() != width);
+            if differs || width == 0 || !numbers.len().is_multiple_of(corners) {
+                wrong(*column);
                 continue;
             }
             let values = values.get_or_insert_with(|| CornerValues::new(name.clone(), width));

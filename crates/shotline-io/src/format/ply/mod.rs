@@ -5,6 +5,7 @@
 
 mod attributes;
 mod header;
+mod property_names;
 mod rows;
 mod write;
 
@@ -96,6 +97,13 @@ const SEAMS: NoteKind = NoteKind {
     many: "# triangles with two corners at one vertex, seams of strips, were left out",
 };
 
+const WRONG_LISTS: NoteKind = NoteKind {
+    name: "wrong_lists",
+    effect: Effect::Changed,
+    one: "1 list of values of the corners of a face was left out, because its length is wrong",
+    many: "# lists of values of the corners of faces were left out, because their lengths are wrong",
+};
+
 impl<'f> Tables<'f> {
     fn new(header: &'f Header, bytes: &'f [u8], notes: Notes) -> Result<Tables<'f>, RawDiagnostic> {
         let count_of = |name: &str| header.elements.iter().find(|e| e.name == name).map_or(0, |e| e.count);
@@ -137,12 +145,10 @@ impl<'f> Tables<'f> {
             let text = format!("{count} {what} not read: {}", self.not_read.join(", "));
             self.polygons.notes().push(Note::new("not_read", Effect::Kept, count, text));
         }
+        self.leave_out_attributes();
         let Tables { mut attributes, of_faces, .. } = self;
-        // A second table of vertices may have other properties.
-        attributes.retain(|attribute| attribute.rows() == self.vertices.len());
         self.polygons.finish_with(self.vertices, 0, self.bytes, |corners| {
             let of_faces = of_faces.into_iter().flat_map(|of_faces| of_faces.finish(corners));
-            // An attribute that vertices have is not that of faces.
             for attribute in of_faces {
                 if attributes.iter().all(|known| known.name != attribute.name) {
                     attributes.push(attribute);
@@ -238,7 +244,10 @@ impl<'f> Tables<'f> {
                 ))
             })?;
             if let Some(attributes) = &mut attributes {
-                attributes.push(&row, first_corner, polygon.len());
+                let notes = self.polygons.notes();
+                attributes.push(&row, first_corner, polygon.len(), |column| {
+                    notes.quote(&WRONG_LISTS, rows.location(), || element.properties[column].name.clone());
+                });
             }
         }
         self.of_faces = self.of_faces.take().or(attributes);
@@ -267,6 +276,25 @@ impl<'f> Tables<'f> {
             }
         }
         Ok(())
+    }
+
+    /// Leaves out the attributes of vertices that not all of them have, because a second table of vertices has other properties.
+    /// Notes them, and the attributes of faces whose names are those of vertices, which are left out too.
+    fn leave_out_attributes(&mut self) {
+        let vertices = self.vertices.len();
+        let (kept, left_out) = self.attributes.drain(..).partition(|attribute| attribute.rows() == vertices);
+        self.attributes = kept;
+        let left_out: Vec<Attribute> = left_out;
+        let of_vertices = left_out.iter().map(|attribute| format!("{} of some vertices", attribute.name));
+        let is_of_vertices = |name: &&str| self.attributes.iter().any(|known| known.name == *name);
+        let of_faces = self.of_faces.iter().flat_map(FaceAttributes::names).filter(is_of_vertices);
+        let of_faces = of_faces.map(|name| format!("{name} of faces, since vertices have it"));
+        let names: Vec<String> = of_vertices.chain(of_faces).collect();
+        if !names.is_empty() {
+            let what = if names.len() == 1 { "attribute was" } else { "attributes were" };
+            let text = format!("{} {what} left out: {}", names.len(), names.join(", "));
+            self.polygons.notes().push(Note::new("attributes_left_out", Effect::Changed, names.len(), text));
+        }
     }
 
     /// Notes the properties that do not affect the shape.

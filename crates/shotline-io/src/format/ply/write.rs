@@ -5,51 +5,51 @@ use std::fmt::Write;
 use shotline::solid::mesh::{Attribute, TriangleMesh};
 
 use super::POLYGON;
-use super::attributes::{CORNER, SETS, TEXTURE};
+use super::attributes::is_set;
+use super::property_names::{Named, PropertyNames};
 use crate::error::WriteError;
 use crate::mesh_file::{Encoded, NamedMesh};
 
 /// The most numbers that the values of the three corners of a triangle can have in a list with a length of one byte.
 const MAX_LIST: usize = 255;
 
-/// Writes binary PLY in float64: nothing is lost.
+/// Writes binary PLY in float64: no number is lost. Names that PLY cannot hold are changed, with a note.
 pub(super) fn write(NamedMesh { mesh, .. }: NamedMesh) -> Result<Encoded, WriteError> {
-    let (of_vertices, of_corners): (Vec<&Attribute>, Vec<&Attribute>) =
-        mesh.attributes.iter().partition(|attribute| attribute.corners.is_none());
-    let of_vertices: Vec<_> = of_vertices.into_iter().map(|a| (a, NumberType::of(a))).collect();
-    let wide = of_corners.iter().find(|attribute| 3 * attribute.width > MAX_LIST);
+    let wide = mesh.attributes.iter().find(|a| a.corners.is_some() && 3 * a.width > MAX_LIST);
     if let Some(Attribute { name, width, .. }) = wide {
         let most = MAX_LIST / 3;
         let message = format!("attribute '{name}' has {width} numbers a corner; PLY holds {most} at most");
         return Err(WriteError::Unwritable(message));
     }
-    let mut out = header(mesh, &of_vertices, &of_corners).into_bytes();
-    out.reserve(mesh.vertices.len() * 24 + mesh.faces.len() * 17);
+    let PropertyNames { of_vertices, of_corners, note } = PropertyNames::of(&mesh.attributes);
+    let types: Vec<NumberType> = of_vertices.iter().map(NumberType::of).collect();
+    let mut bytes = header(mesh, &of_vertices, &types, &of_corners).into_bytes();
+    bytes.reserve(mesh.vertices.len() * 24 + mesh.faces.len() * 17);
     for (number, vertex) in (0..).zip(&mesh.vertices) {
-        out.extend(vertex.to_array().iter().flat_map(|x| x.to_le_bytes()));
-        for (attribute, number_type) in &of_vertices {
-            for x in attribute.value(number).unwrap_or_default() {
-                number_type.write(*x, &mut out);
+        bytes.extend(vertex.to_array().iter().flat_map(|x| x.to_le_bytes()));
+        for (named, number_type) in of_vertices.iter().zip(&types) {
+            for x in named.attribute.value(number).unwrap_or_default() {
+                number_type.write(*x, &mut bytes);
             }
         }
     }
     for (number, face) in (0..).zip(&mesh.faces) {
-        out.push(3);
-        out.extend(face.iter().flat_map(|i| i.to_le_bytes()));
+        bytes.push(3);
+        bytes.extend(face.iter().flat_map(|i| i.to_le_bytes()));
         if !mesh.polygons.is_empty() {
-            out.extend(mesh.polygon(number).to_le_bytes());
+            bytes.extend(mesh.polygon(number).to_le_bytes());
         }
-        for attribute in &of_corners {
-            out.push(3 * attribute.width as u8);
+        for Named { attribute, .. } in &of_corners {
+            bytes.push(3 * attribute.width as u8);
             for corner in 0..3 {
                 match mesh.corner_value(attribute, number, corner) {
-                    Some(value) => out.extend(value.iter().flat_map(|x| x.to_le_bytes())),
-                    None => out.extend([f64::NAN.to_le_bytes()].repeat(attribute.width).as_flattened()),
+                    Some(value) => bytes.extend(value.iter().flat_map(|x| x.to_le_bytes())),
+                    None => bytes.extend([f64::NAN.to_le_bytes()].repeat(attribute.width).as_flattened()),
                 }
             }
         }
     }
-    Ok(out.into())
+    Ok(Encoded { bytes, notes: note.into_iter().collect() })
 }
 
 /// The smallest type that holds every number of an attribute: many programs read no others of colours and normals.
@@ -62,10 +62,11 @@ enum NumberType {
 }
 
 impl NumberType {
-    fn of(attribute: &Attribute) -> NumberType {
+    fn of(Named { attribute, properties, .. }: &Named) -> NumberType {
         let is_step = |x: &f64| (0.0..=1.0).contains(x) && (x * 255.0).round() / 255.0 == *x;
         let is_single = |x: &f64| f64::from(*x as f32).to_bits() == x.to_bits();
-        if attribute.name == "color" && attribute.values.iter().all(is_step) {
+        let is_color = is_set("color", properties);
+        if is_color && attribute.values.iter().all(is_step) {
             NumberType::Byte
         } else if attribute.values.iter().all(is_single) {
             NumberType::Float
@@ -91,18 +92,14 @@ impl NumberType {
     }
 }
 
-fn header(
-    mesh: &TriangleMesh,
-    of_vertices: &[(&Attribute, NumberType)],
-    of_corners: &[&Attribute],
-) -> String {
+fn header(mesh: &TriangleMesh, of_vertices: &[Named], types: &[NumberType], of_corners: &[Named]) -> String {
     let mut out = format!(
         "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n",
         mesh.vertices.len()
     );
     // Writing to a string cannot fail.
-    for (attribute, number_type) in of_vertices {
-        for property in properties(attribute) {
+    for (named, number_type) in of_vertices.iter().zip(types) {
+        for property in &named.properties {
             let _ = writeln!(out, "property {} {property}", number_type.name());
         }
     }
@@ -110,25 +107,8 @@ fn header(
     if !mesh.polygons.is_empty() {
         let _ = writeln!(out, "property uint {POLYGON}");
     }
-    for Attribute { name, .. } in of_corners {
-        let list = if name == "uv" { TEXTURE.into() } else { format!("{CORNER}{}", word(name)) };
+    for list in of_corners.iter().flat_map(|named| &named.properties) {
         let _ = writeln!(out, "property list uchar double {list}");
     }
     out + "end_header\n"
-}
-
-/// The properties of an attribute of vertices.
-fn properties(attribute: &Attribute) -> Vec<String> {
-    let Attribute { name, width, .. } = attribute;
-    let known = SETS.iter().find(|(set, properties)| set == name && properties.len() == *width);
-    match known {
-        Some((_, properties)) => properties.iter().map(|property| (*property).into()).collect(),
-        None if *width == 1 => vec![word(name)],
-        None => (0..*width).map(|i| format!("{}_{i}", word(name))).collect(),
-    }
-}
-
-/// A name as one word: PLY separates words by blanks.
-fn word(name: &str) -> String {
-    name.split_whitespace().collect::<Vec<_>>().join("_")
 }
