@@ -114,7 +114,11 @@ pub fn parse_vector(text: &str) -> Result<Vec3, String> {
     Ok(Vec3::new(parse_finite(x)?, parse_finite(y)?, parse_finite(z)?))
 }
 
-fn parse_finite(text: &str) -> Result<f64, String> {
+/// Parses a finite number.
+///
+/// # Errors
+/// A message that says what is wrong.
+pub fn parse_finite(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(x) if x.is_finite() => Ok(x),
         Ok(_) => Err(format!("'{text}' is not finite")),

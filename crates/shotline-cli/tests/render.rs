@@ -79,6 +79,11 @@ fn pictures_are_seen_from_elsewhere() {
     render(&["--view", "side"]).fails_with(&["--view", "side", "front, back, left, right, top, bottom, iso"]);
     render(&["--view", "top", "--eye", "1,2,3"]).fails_with(&["--view", "--eye", "cannot be used with"]);
     render(&["--zoom", "0"]).fails_with(&["error: --zoom: the zoom is 0, but must be positive"]);
+    for zoom in ["1e-308", "1e-20"] {
+        let message =
+            format!("error: --zoom: a zoom of {zoom} leaves the camera an angle of view of 0 or of 180");
+        render(&["--zoom", zoom]).fails_with(&[&message]);
+    }
     render(&["--fov", "190"]).fails_with(&["`fov` is 190 degrees"]);
     render(&["--eye", "1,2"]).fails_with(&["--eye", "three numbers"]);
     render(&["--eye", "1,2,3", "--target", "1,2,3"]).fails_with(&["`eye` and `target` are the same point"]);
@@ -178,6 +183,10 @@ fn coherence_does_not_change_frames() {
         assert!(movie(&rest) == first, "{rest:?}");
     }
     assert!(movie(&["--orbit", "-30"]) != first);
+    for orbit in ["nan", "inf"] {
+        let command = ["render", "moving.json", "-o", "out.png", "--frames", "2", "--orbit", orbit];
+        sandbox.run(&command).fails_with(&["--orbit", "is not finite"]);
+    }
     sandbox.run(&["render", "moving.json", "-o", "out.png", "--orbit", "9"]).fails_with(&["--frames"]);
     sandbox.run(&["render", "moving.json", "-o", "out.png", "--frames", "0"]).fails_with(&["--frames"]);
 }

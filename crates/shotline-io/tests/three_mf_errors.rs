@@ -237,16 +237,19 @@ fn wrong_packages() {
     let at = stored.windows(9).position(|word| word == b"resources").unwrap();
     stored[at + 30] ^= 1;
     expect(stored, "the part '3D/3dmodel.model' cannot be unpacked");
-    // A method of compression that does not exist.
-    let mut strange = whole.clone();
-    for at in 0..strange.len() - 4 {
-        match &strange[at..at + 4] {
-            b"PK\x03\x04" => strange[at + 8] = 77,
-            b"PK\x01\x02" => strange[at + 10] = 77,
-            _ => {}
+    // Methods of packing that are not read, and one that does not exist.
+    for (number, says) in [(14, "is packed by LZMA, which is not supported"), (77, "is packed by method 77")]
+    {
+        let mut strange = whole.clone();
+        for at in 0..strange.len() - 4 {
+            match &strange[at..at + 4] {
+                b"PK\x03\x04" => strange[at + 8] = number,
+                b"PK\x01\x02" => strange[at + 10] = number,
+                _ => {}
+            }
         }
+        expect(strange, says);
     }
-    expect(strange, "cannot be unpacked");
     let mut secret = whole;
     for at in 0..secret.len() - 4 {
         match &secret[at..at + 4] {

@@ -39,6 +39,11 @@ pub enum RenderError {
     /// The magnification is out of range.
     #[error("the zoom is {0}, but must be positive and finite")]
     Zoom(f64),
+    /// The magnification leaves the camera no picture.
+    #[error(
+        "a zoom of {0:e} leaves the camera an angle of view of 0 or of 180 degrees: choose one nearer to 1"
+    )]
+    ZoomBeyondLens(f64),
     /// The look does not show surfaces.
     #[error(
         "the look '{0}' has no edges, since it shows what lies along each ray and no surfaces; choose 'lit', 'normal' or 'depth'"

@@ -89,7 +89,8 @@ impl Viewpoint {
     /// changes.
     ///
     /// # Errors
-    /// [`RenderError::NothingToFrame`] if there is neither a camera nor a box to frame, [`RenderError::Zoom`].
+    /// [`RenderError::NothingToFrame`] if there is neither a camera nor a box to frame, [`RenderError::Zoom`],
+    /// [`RenderError::ZoomBeyondLens`].
     pub(crate) fn camera(
         &self,
         of_scene: Option<Camera>,
@@ -143,7 +144,19 @@ impl Viewpoint {
             }
             Lens::Orthographic { height } => Lens::Orthographic { height: height / zoom },
         };
+        // A lens that was invalid before is refused with the camera.
+        if is_open(camera.lens) && !is_open(lens) {
+            return Err(RenderError::ZoomBeyondLens(zoom));
+        }
         Ok(Camera { lens, ..camera })
+    }
+}
+
+/// Whether a lens sees something: its angle or its height is within the range of cameras.
+fn is_open(lens: Lens) -> bool {
+    match lens {
+        Lens::Pinhole { fov } => fov > 0.0 && fov < 180.0,
+        Lens::Orthographic { height } => height > 0.0 && height.is_finite(),
     }
 }
 
@@ -199,6 +212,11 @@ mod tests {
         for zoom in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             let wrong = Viewpoint { zoom: Some(zoom), ..Viewpoint::default() };
             assert!(matches!(wrong.camera(None, Some(BOX), 1.0), Err(RenderError::Zoom(_))));
+        }
+        for (view, zoom) in [(None, 1e-308), (None, 1e-20), (Some(StandardView::Top), 1e-308)] {
+            let wrong = Viewpoint { view, zoom: Some(zoom), ..Viewpoint::default() };
+            let found = wrong.camera(None, Some(BOX), 1.0);
+            assert!(matches!(found, Err(RenderError::ZoomBeyondLens(_))), "{view:?}");
         }
         let nothing = Viewpoint::default().camera(None, None, 1.0);
         assert!(matches!(nothing, Err(RenderError::NothingToFrame)));

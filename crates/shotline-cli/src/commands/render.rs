@@ -21,6 +21,7 @@ use shotline_render::{
 
 use crate::failure::Failure;
 use crate::flags::{Build, Model, Threads, parse_size, parse_whole_number};
+use crate::number::parse_finite;
 use crate::opacity::OpacityFlags;
 use crate::picture_file::{self, PictureFormat};
 use crate::progress::{self, Quiet};
@@ -69,7 +70,7 @@ pub struct Command {
     #[arg(long, value_name = "N", default_value_t = 24, requires = "frames", value_parser = clap::value_parser!(u16).range(1..), allow_negative_numbers = true)]
     fps: u16,
     /// Degrees by which the camera orbits its target over all frames; default: 360 if no object moves, else 0
-    #[arg(long, value_name = "DEGREES", requires = "frames", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEGREES", requires = "frames", value_parser = parse_finite, allow_negative_numbers = true)]
     orbit: Option<f64>,
     #[command(flatten)]
     viewpoint: ViewpointFlags,
@@ -314,7 +315,7 @@ impl Command {
             RenderError::Edges(_) => Failure::new(format!("--edges: {error}")),
             RenderError::Opacity(_) => Failure::new(format!("--opacity: {error}")),
             RenderError::Hatch(_) => Failure::new(format!("--hatch: {error}")),
-            RenderError::Zoom(_) => Failure::new(format!("--zoom: {error}")),
+            RenderError::Zoom(_) | RenderError::ZoomBeyondLens(_) => Failure::new(format!("--zoom: {error}")),
             error => Failure::of_input(&self.model.path, error),
         }
     }

@@ -102,16 +102,26 @@ impl FromStr for SlicePlane {
 /// `z = 0`, or the unit normal and the distance.
 impl std::fmt::Display for SlicePlane {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        let number = |x: f64| (x * 1e6).round() / 1e6 + 0.0;
         for (name, axis) in [("x", Vec3::X), ("y", Vec3::Y), ("z", Vec3::Z)] {
             if self.normal == axis || self.normal == -axis {
                 let distance = self.distance * self.normal.dot(axis);
-                return write!(f, "{name} = {}", distance + 0.0);
+                return write!(f, "{name} = {}", in_short(distance));
             }
         }
-        let [x, y, z] = self.normal.to_array().map(number);
-        write!(f, "({x}, {y}, {z}) · p = {}", number(self.distance))
+        let [x, y, z] = self.normal.to_array().map(rounded);
+        write!(f, "({x}, {y}, {z}) · p = {}", in_short(rounded(self.distance)))
     }
+}
+
+/// A number with six decimals at most.
+fn rounded(x: f64) -> f64 {
+    // Larger numbers have no decimals to lose, and might overflow.
+    if x.abs() < 1e9 { (x * 1e6).round() / 1e6 + 0.0 } else { x }
+}
+
+/// A number without long runs of zeros.
+fn in_short(x: f64) -> String {
+    if x == 0.0 || (1e-4..1e15).contains(&x.abs()) { (x + 0.0).to_string() } else { format!("{x:e}") }
 }
 
 /// The axis of the largest component, the first of those that are equal.
@@ -147,6 +157,15 @@ mod tests {
             (plane("0,0,-2,-6").to_string(), plane("x=0").to_string()),
             ("z = 3".into(), "x = 0".into())
         );
+        for (text, shown) in [
+            ("z=1e300", "z = 1e300"),
+            ("y=-1e-300", "y = -1e-300"),
+            ("x=123456.789", "x = 123456.789"),
+            ("3,4,0,5e300", "(0.6, 0.8, 0) · p = 1e300"),
+            ("3,4,0,1", "(0.6, 0.8, 0) · p = 0.2"),
+        ] {
+            assert_eq!(plane(text).to_string(), shown);
+        }
     }
 
     #[test]

@@ -157,7 +157,11 @@ fn check(
         }
         Node::Transform { transform, .. } => {
             if let Err(e) = transform.inside(&ComposedTransform::IDENTITY).placement() {
-                let hint = "a transform must not flatten space: check for a zero scale or equal rows";
+                let hint = if e.is_beyond_range() {
+                    "check the scale: numbers are between 1e-308 and 1e308"
+                } else {
+                    "a transform must not flatten space: check for a zero scale or equal rows"
+                };
                 errors.push(SceneError::at(id, e.to_string()).with_hint(hint));
             }
         }

@@ -25,12 +25,28 @@ pub struct Affine {
 
 /// A transform that is singular, or so nearly singular that its inverse is not reliable.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error(
-    "the transform is singular or nearly so (condition number {condition:.3e}, at most {MAX_CONDITION:.0e} is accepted)"
-)]
+#[error("{}", self.why())]
 pub struct SingularTransform {
-    /// The condition number of the linear part; infinite for a singular one, NaN for a matrix with NaN.
+    /// The condition number of the linear part; infinite for a singular one, NaN for a matrix with NaN. At most
+    /// [`MAX_CONDITION`] if the inverse has numbers beyond the range of float64.
     pub condition: f64,
+}
+
+impl SingularTransform {
+    fn why(&self) -> String {
+        let condition = self.condition;
+        if self.is_beyond_range() {
+            return "the inverse of the transform is beyond the range of numbers, since it scales so much"
+                .into();
+        }
+        let limit = format!("(condition number {condition:.3e}, at most {MAX_CONDITION:.0e} is accepted)");
+        format!("the transform is singular or nearly so {limit}")
+    }
+
+    /// Whether the transform does not flatten space, but scales by so little or so much that its inverse overflows.
+    pub fn is_beyond_range(&self) -> bool {
+        self.condition <= MAX_CONDITION
+    }
 }
 
 impl Affine {
@@ -472,6 +488,15 @@ pub(crate) mod tests {
         for (x, y) in a.rows.iter().flatten().zip(b.rows.iter().flatten()) {
             assert_eq!(*x, *y * k);
         }
+    }
+
+    #[test]
+    fn a_scale_whose_inverse_overflows_is_called_that() {
+        let error = TransformPair::new(&Affine::scaling(Vec3::splat(1e-320))).unwrap_err();
+        assert!(error.is_beyond_range());
+        assert!(error.to_string().starts_with("the inverse of the transform is beyond the range"), "{error}");
+        let flat = TransformPair::new(&Affine::scaling(Vec3::new(1.0, 1.0, 0.0))).unwrap_err();
+        assert!(!flat.is_beyond_range() && flat.to_string().contains("singular"), "{flat}");
     }
 
     #[test]

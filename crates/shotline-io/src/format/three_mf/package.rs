@@ -34,6 +34,18 @@ const TYPES: (&str, &str) = (
 );
 const MODEL: &str = "3D/3dmodel.model";
 
+/// Methods of packing in zip files that 3MF does not have, by their numbers there.
+const METHODS: &[(u16, &str)] = &[
+    (1, "Shrink"),
+    (6, "Implode"),
+    (9, "Deflate64"),
+    (12, "bzip2"),
+    (14, "LZMA"),
+    (93, "Zstandard"),
+    (95, "XZ"),
+    (98, "PPMd"),
+];
+
 /// Packs the text of a model.
 ///
 /// # Errors
@@ -109,14 +121,12 @@ impl<'b> Package<'b> {
             let message = format!("the package has no part '{name}'");
             return Err(RawDiagnostic::file(message).help("this may be another kind of zip file"));
         };
-        let failed = |error: String| {
-            let message = format!("the part '{name}' cannot be unpacked: {error}");
-            RawDiagnostic::file(message).help("the file is damaged; copy it or export it again")
-        };
-        let file = self.archive.by_index(index).map_err(|error| failed(why(&error)))?;
+        let file = self.archive.by_index(index).map_err(|error| failed(name, &error))?;
         // The size in the head of a part may be false, so the bytes are counted.
         let mut bytes = Vec::new();
-        file.take(self.left + 1).read_to_end(&mut bytes).map_err(|error| failed(error.to_string()))?;
+        file.take(self.left + 1)
+            .read_to_end(&mut bytes)
+            .map_err(|error| failed(name, &ZipError::Io(error)))?;
         match self.left.checked_sub(bytes.len() as u64) {
             Some(left) => {
                 self.left = left;
@@ -134,6 +144,23 @@ impl<'b> Package<'b> {
             }
         }
     }
+}
+
+/// The error of a part that cannot be unpacked.
+fn failed(name: &str, error: &ZipError) -> RawDiagnostic {
+    // The method may be refused only when bytes are read, within an error of reading.
+    let within = match error {
+        ZipError::Io(error) => error.get_ref().and_then(|inner| inner.downcast_ref()),
+        other => Some(other),
+    };
+    let Some(ZipError::CompressionMethodNotSupported(method)) = within else {
+        let message = format!("the part '{name}' cannot be unpacked: {}", why(error));
+        return RawDiagnostic::file(message).help("the file is damaged; copy it or export it again");
+    };
+    let known = METHODS.iter().find(|(number, _)| number == method);
+    let method = known.map_or_else(|| format!("method {method}"), |(_, name)| (*name).into());
+    RawDiagnostic::file(format!("the part '{name}' is packed by {method}, which is not supported"))
+        .help("3MF files are packed by Deflate or not at all: unpack the file, and pack it again as a usual zip file")
 }
 
 fn why(error: &ZipError) -> String {
