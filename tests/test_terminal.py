@@ -1,9 +1,12 @@
 """What a terminal shows, and a file does not."""
 
+import fcntl
 import json
 import os
 import pty
+import struct
 import subprocess
+import termios
 
 from command import SHOTLINE, run
 
@@ -49,3 +52,40 @@ def test_names_send_nothing_to_a_terminal(tmp_path):
         told = run(*command)
         assert "\x1b" not in told.stdout + told.stderr, command
         assert command[0] == "measure" or "a\ufffd[31m" in told.stdout + told.stderr, command
+
+
+def shown_in(columns, *arguments):
+    """What a command writes to a terminal of this many columns as its standard output."""
+    master, slave = pty.openpty()
+    fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+    process = subprocess.Popen([SHOTLINE, *map(str, arguments)], stdout=slave, stderr=subprocess.DEVNULL)
+    os.close(slave)
+    shown = b""
+    try:
+        while part := os.read(master, 4096):
+            shown += part
+    except OSError:
+        pass  # the other end is closed
+    process.wait(timeout=30)
+    os.close(master)
+    return shown.decode().replace("\r\n", "\n")
+
+
+def test_tables_fit_the_terminal(tmp_path):
+    name = "a part with a name of many words"
+    ball = {"name": name, "material": "steel", "node": {"kind": "sphere", "radius": 1}}
+    scene = tmp_path / "scene.json"
+    scene.write_text(json.dumps({"shotline": 1, "units": "mm", "materials": {"steel": {}}, "objects": [ball]}))
+    shoot = ["shoot", scene, "--from=-3,0.1,0.2", "--dir=1,0,0"]
+    for command in [shoot, ["measure", scene]]:
+        piped = run(*command).stdout
+        assert max(map(len, piped.splitlines())) > 90 and name in piped
+        assert shown_in(400, *command) == piped
+        for columns in (80, 72):
+            shown = shown_in(columns, *command)
+            assert max(map(len, shown.splitlines())) <= columns, shown
+            # Words may be on several lines, but none is lost.
+            assert set(piped.split()) == set(shown.split())
+    narrow = shown_in(40, "info", scene)
+    table = narrow[narrow.index("  object") :]
+    assert max(map(len, table.splitlines())) <= 40 and "steel" in table
