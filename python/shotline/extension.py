@@ -25,6 +25,10 @@ class Settings(NamedTuple):
     units: str | None
     accel: str | None
 
+    def content(self) -> dict[str, Any]:
+        """The content of a document that has these, and no objects."""
+        return {"shotline": 1} | {key: value for key, value in self._asdict().items() if value}
+
 
 def joined(documents: Sequence[Document], order: Sequence[int], settings: Settings) -> Document:
     """A scene with the objects of several. `order` tells from which of them each object is; names of parts that are taken

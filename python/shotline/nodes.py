@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
 from hashlib import blake2b
 from typing import TYPE_CHECKING, Any
@@ -24,6 +25,9 @@ from .values import (
 )
 
 Vector = tuple[float, float, float]
+
+# Encodes what is not encoded by hand.
+encode = json.JSONEncoder(allow_nan=False).encode
 
 # Sets an attribute of a node during construction, without the check of `Node.__setattr__`.
 _set = object.__setattr__
@@ -138,10 +142,15 @@ class Node:
         then its contents."""
         return self._children()
 
-    # The keys of the node in a scene file, without its children; and the children.
+    # The keys of the node in a scene file, without its children.
     def _keys(self) -> dict[str, Any]:
         return {}
 
+    # The same as text, without the brace that closes it.
+    def _text(self) -> str:
+        return encode(self._keys())[:-1]
+
+    # The nodes that it is made of.
     def _children(self) -> tuple[Node, ...]:
         return ()
 
@@ -302,13 +311,18 @@ class Placed(Node):
     def _matrix(self) -> tuple[float, ...]:
         return tuple(_native.compose(list(self._steps)))
 
-    def _add_placement(self, keys: dict[str, Any]) -> None:
-        steps, order = self._steps, ("scale", "rotate", "translate")
-        names = [name for name, _ in steps]
-        if len(steps) == 1 or [name for name in order if name in names] == names:
-            keys.update(steps)
-        else:
-            keys["transform"] = self._matrix()
+    def _text(self) -> str:
+        """The keys of the transforms, which follow those of the node."""
+        steps = self._steps
+        if len(steps) > 1:
+            names = [name for name, _ in steps]
+            if [name for name in ("scale", "rotate", "translate") if name in names] != names:
+                steps = (("transform", self._matrix()),)
+        text = ""
+        for name, value in steps:
+            # A tuple of numbers is longer to encode than to print as a list.
+            text += f', "{name}": {list(value) if type(value) is tuple else encode(value)}'
+        return text
 
     def _children(self) -> tuple[Node, ...]:
         return (self._child,)
@@ -397,14 +411,15 @@ class Object(Node):
         clip: bool | None = None,
     ) -> None:
         name = text(name, "the name of an object")
-        parts = [contents] if isinstance(contents, Node) else contents
-        inside = tuple([_content(part, name) for part in parts])
+        inside: tuple[Node, ...] = ()
+        if type(contents) is not tuple or contents:
+            parts = [contents] if isinstance(contents, Node) else contents
+            inside = tuple([_content(part, name) for part in parts])
         if material is not None:
             material = material_name(material)
         if priority is not None:
             priority = bounded_integer(priority, "priority", -(2**31), 2**31 - 1)
-        placed = None if _checked(node)._object is None else placed_object(node)
-        if placed is not None:
+        if _checked(node)._object is not None and (placed := placed_object(node)) is not None:
             steps, inner = placed
             node = Placed(steps, inner.node) if steps else inner.node
             moved = (Placed(steps, part) if steps else part for part in inner.contents)
@@ -460,8 +475,13 @@ class Object(Node):
             keys["clip"] = True
         return keys
 
+    def _text(self) -> str:
+        if self._material is None and not self._priority and not self._clip:
+            return f'{{"name": {encode(self._name)}'
+        return super()._text()
+
     def _children(self) -> tuple[Node, ...]:
-        return (self._node, *self._contents)
+        return (self._node, *self._contents) if self._contents else (self._node,)
 
     @property
     def _object(self) -> Object:  # type: ignore[override]

@@ -23,16 +23,24 @@ def post_order(
         if item is None:
             order.append(opened.pop())
             continue
-        key = id(item)
-        if key in met:
-            met[key] += 1
-            continue
-        met[key] = 1
-        below = children(item)
+        chain: list[_Item] = []
+        # Most items have one child, so chains of these are followed without the stack.
+        while True:
+            key = id(item)
+            if key in met:
+                met[key] += 1
+                below: Sequence[_Item] = ()
+                break
+            met[key] = 1
+            below = children(item)
+            chain.append(item)
+            if len(below) != 1:
+                break
+            (item,) = below
         if below:
-            opened.append(item)
-            stack.append(None)
-            stack.extend(below[::-1])
+            opened += chain
+            stack += [None] * len(chain)
+            stack += below[::-1]
         else:
-            order.append(item)
+            order += chain[::-1]
     return order, met

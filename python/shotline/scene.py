@@ -92,8 +92,7 @@ class Scene(Contents, Pictures, Queries):
             None if units is None else choice(units, "units", _native.units()),
             accelerator(accel),
         )
-        document = _document(items, settings)
-        self._set(_native.Scene.parse(json.dumps(document.content, allow_nan=False), document.meshes, None), None)
+        self._set(_native.Scene.parse(*_document(items, settings), None), None)
 
     def _set(self, native: _native.Scene, accel: str | None) -> None:
         self._native, self._accel = native, accel
@@ -332,23 +331,25 @@ def _items(given: tuple[Any, ...]) -> tuple[Any, ...]:
         raise TypeError(_not_a_node(given[0])) from None
 
 
-def _document(items: tuple[Any, ...], settings: Settings) -> Document:
-    """The content of the text of a scene that is made of nodes and other scenes."""
+def _document(items: tuple[Any, ...], settings: Settings) -> tuple[str, list[_native.Mesh]]:
+    """The text of a scene that is made of nodes and other scenes, and the meshes that it names by their index."""
     scenes = [item for item in items if isinstance(item, Scene)]
     documents = [Document(scene._contents().document, scene._pack()[1]) for scene in scenes]
     materials = materials_of([document.content for document in documents], settings.materials)
     taken = {name for scene in scenes for name in scene.object_names}
     nodes = [item for item in items if isinstance(item, Node)] if scenes else items
-    content, meshes = serialize(nodes, materials, taken)
-    documents.append(Document(content, [mesh._native for mesh in meshes]))
+    made = serialize(nodes, materials, taken)
+    meshes = [mesh._native for mesh in made.meshes]
     if not scenes:
-        return joined(documents, [0] * len(items), settings)
+        return f"{json.dumps(settings.content(), allow_nan=False)[:-1]}, {made.members()}}}", meshes
+    documents.append(Document(json.loads(f"{{{made.members()}}}"), meshes))
     order: list[int] = []
     number = iter(range(len(scenes)))
     for item in items:
         source = next(number) if isinstance(item, Scene) else len(scenes)
         order += [source] * (len(documents[source].content["objects"]) if isinstance(item, Scene) else 1)
-    return joined(documents, order, settings)
+    document = joined(documents, order, settings)
+    return json.dumps(document.content, allow_nan=False), document.meshes
 
 
 def _mesh(mesh: Any) -> Mesh:

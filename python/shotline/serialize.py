@@ -10,10 +10,10 @@ import difflib
 import warnings
 from collections.abc import Collection, Sequence
 from operator import methodcaller
-from typing import Any
+from typing import NamedTuple
 
 from .mesh import Mesh
-from .nodes import Node, Object, Part, Placed, _set, placed_object
+from .nodes import Node, Object, Part, Placed, _set, encode, placed_object
 from .post_order import post_order
 from .solid import Solid
 
@@ -26,28 +26,42 @@ class DuplicateNameWarning(UserWarning):
 MAX_NESTING = 100
 
 
+class Serialized(NamedTuple):
+    """The parts and the objects of a scene, each as JSON, and the meshes, which they name by their index."""
+
+    defs: dict[str, str]
+    objects: list[str]
+    meshes: list[Mesh]
+
+    def members(self) -> str:
+        """The members of the document for the parts and the objects."""
+        defs = [f"{encode(name)}: {entry}" for name, entry in self.defs.items()]
+        return f'"defs": {{{", ".join(defs)}}}, "objects": [{", ".join(self.objects)}]'
+
+
 class Serializer:
     """Serializes the nodes of one scene."""
 
     def __init__(self, roots: Sequence[Node]) -> None:
         self.meshes: list[Mesh] = []
-        self.defs: dict[str, dict[str, Any]] = {}
+        self.defs: dict[str, str] = {}
         self.order, uses = post_order(roots, methodcaller("_children"))
         # By the id of a node, which is unique while the roots keep the nodes alive.
         self._shared = _shared(self.order, uses)
-        self._serialized: dict[int, dict[str, Any]] = {}
+        self.objects: list[Object] = []
+        # The text of a node without the brace that closes it, so that transforms can follow.
+        self._serialized: dict[int, str] = {}
         # The depth of the nodes in a node, where it is not 1.
         self._depths: dict[int, int] = {}
         self._names: dict[str, Node] = {}
         self._used: dict[str, int] = {}
-        for node in self.order:
-            if isinstance(node, Part):
-                self._reserve(node._name, node)
+        for part in [node for node in self.order if type(node) is Part]:
+            self._reserve(part._name, part)
         self._serialize_all()
 
-    def of(self, node: Node) -> dict[str, Any]:
+    def of(self, node: Node) -> str:
         """The serialized root."""
-        return self._serialized[id(node)]
+        return self._take(id(node))
 
     def _reserve(self, name: str, node: Node) -> None:
         other = self._names.setdefault(name, node)
@@ -69,50 +83,55 @@ class Serializer:
         serialized, depths, shared = self._serialized, self._depths, self._shared
         for node in self.order:
             key = id(node)
-            if isinstance(node, Placed):
+            if type(node) is Placed:
                 child = id(node._child)
-                # What is used only here need not be copied.
-                keys = serialized[key] = dict(serialized[child]) if child in shared else serialized[child]
-                node._add_placement(keys)
+                serialized[key] = (serialized[child] if child in shared else serialized.pop(child)) + node._text()
                 if child in depths:
                     depths[key] = depths[child]
                 continue
-            keys, depth = self._keys_of(node)
-            if isinstance(node, Part):
-                keys, depth = self._define(node._name, keys), 0
+            if isinstance(node, Solid):
+                text, depth = node._text(), 1
+            elif type(node) is Object and not node._contents:
+                child = id(node._node)
+                shape = serialized[child] if child in shared else serialized.pop(child)
+                text, depth = f'{node._text()}, "node": {shape}}}', 1 + depths.get(child, 1)
+                self.objects.append(node)
+            else:
+                text, depth = self._text_of(node)
+            if type(node) is Part:
+                text, depth = self._define(node._name, text), 0
             elif key in shared or depth > MAX_NESTING:
-                keys, depth = self._define(self._free_name(node), keys), 0
-            serialized[key] = keys
+                text, depth = self._define(self._free_name(node), text), 0
+            serialized[key] = text
             if depth != 1:
                 depths[key] = depth
 
-    def _keys_of(self, node: Node) -> tuple[dict[str, Any], int]:
-        """The keys of a node with those of its children, and the depth of the nodes in it."""
-        if isinstance(node, Solid):
-            return node._keys(), 1
-        serialized, depths = self._serialized, self._depths
-        if isinstance(node, Object) and not node._contents:
-            keys, child = node._keys(), id(node._node)
-            keys["node"] = serialized[child]
-            return keys, 1 + depths.get(child, 1)
+    def _text_of(self, node: Node) -> tuple[str, int]:
+        """The text of a node with those of its children, and the depth of the nodes in it."""
+        depths = self._depths
         if isinstance(node, Mesh):
             self.meshes.append(node)
-            return node._keys() | {"file": str(len(self.meshes) - 1)}, 1
+            return f'{node._text()}, "file": "{len(self.meshes) - 1}"', 1
         children = [id(child) for child in node._children()]
         depth = 1 + max([depths.get(child, 1) for child in children])
-        if isinstance(node, Part):
-            return serialized[children[0]], depth
-        keys = node._keys()
+        texts = [self._take(child) for child in children]
+        if type(node) is Part:
+            return texts[0][:-1], depth
+        if type(node) is Unnamed:
+            return f'{{"node": {texts[0]}', depth
         if isinstance(node, Object):
-            keys["node"] = serialized[children[0]]
-            keys["contents"] = [serialized[child] for child in children[1:]]
-        else:
-            keys["args"] = [serialized[child] for child in children]
-        return keys, depth
+            self.objects.append(node)
+            return f'{node._text()}, "node": {texts[0]}, "contents": [{", ".join(texts[1:])}]', depth
+        return f'{node._text()}, "args": [{", ".join(texts)}]', depth
 
-    def _define(self, name: str, keys: dict[str, Any]) -> dict[str, Any]:
-        self.defs.setdefault(name, keys)
-        return {"ref": name}
+    def _take(self, key: int) -> str:
+        """The text of a node that stands in another. It is dropped where it stands nowhere else: in deep scenes the texts of
+        all nodes would be far longer than the whole."""
+        return (self._serialized[key] if key in self._shared else self._serialized.pop(key)) + "}"
+
+    def _define(self, name: str, text: str) -> str:
+        self.defs.setdefault(name, text + "}")
+        return f'{{"ref": {encode(name)}'
 
 
 def _named_by(node: Node) -> Node:
@@ -137,39 +156,35 @@ def _root_object(node: Node) -> Node:
     return node if placed[1].contents else Object(node, placed[1].name)
 
 
-# What an object without a name has besides its node.
-_UNNAMED = (("_name", ""), ("_material", None), ("_priority", 0), ("_contents", ()), ("_clip", False))
-
-
 class Unnamed(Object):
     """An object without a name; readers name it by its number."""
 
     __slots__ = ()
+    # Values of all of them, in place of the slots of `Object`: scenes may have many.
+    _name = ""
+    _material = None
+    _priority = 0
+    _contents = ()
+    _clip = False
 
     def __init__(self, node: Node) -> None:
         # `node` is not an object, so that nothing has to be checked or taken over.
-        for name, value in _UNNAMED:
-            _set(self, name, value)
         _set(self, "_node", node)
-
-    def _keys(self) -> dict[str, Any]:
-        return {}
 
 
 def _shared(post_order: Sequence[Node], uses: dict[int, int]) -> set[int]:
     """The ids of the nodes that the text refers to: those that it uses several times, and objects that are transformed. A
     transformed node is written out with each of its transforms, so its uses are those of the node in it."""
     shared = {key for key, count in uses.items() if count > 1}
-    for node in post_order:
-        if isinstance(node, Placed) and (id(node) in shared or isinstance(node._child, Object)):
-            shared.add(id(node._child))
+    for node in [node for node in post_order if type(node) is Placed]:
+        child = node._child
+        if id(node) in shared or type(child) is Object:
+            shared.add(id(child))
     return shared
 
 
-def serialize(
-    roots: Sequence[Node], materials: Collection[str], taken: Collection[str]
-) -> tuple[dict[str, Any], list[Mesh]]:
-    """The parts and objects of a scene as in its text, and the meshes, which it names by their index.
+def serialize(roots: Sequence[Node], materials: Collection[str], taken: Collection[str]) -> Serialized:
+    """The parts and objects of a scene.
 
     `materials` are the names of those that the scene has, `taken` the names of objects that it has besides these.
     """
@@ -177,11 +192,11 @@ def serialize(
     serializer = Serializer(objects)
     # A transformed root stands for the object it transforms, which may be used elsewhere too.
     transformed = {id(made): root._object for made, root in zip(objects, roots, strict=True) if made is not root}
-    named = [node for node in serializer.order if isinstance(node, Object) and not isinstance(node, Unnamed)]
+    named = serializer.objects
     if transformed:
         named = [transformed.get(id(node)) or node for node in named]
     _check_objects(named, materials, taken)
-    return {"defs": serializer.defs, "objects": [serializer.of(root) for root in objects]}, serializer.meshes
+    return Serialized(serializer.defs, [serializer.of(root) for root in objects], serializer.meshes)
 
 
 def _check_objects(objects: Sequence[Object], materials: Collection[str], taken: Collection[str]) -> None:

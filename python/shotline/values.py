@@ -65,7 +65,8 @@ def numbers(values: ArrayLike, count: int, what: str) -> tuple[float, ...]:
             found = tuple(map(float, values))
         except OverflowError:
             found = (inf,)
-        if all(map(isfinite, found)):
+        # The sum is not finite either where one of them is not; where only the sum overflows, what follows tells.
+        if isfinite(sum(found)):
             return found
     array = floats(values, what, "a real number" if count == 1 else f"{count} real numbers").reshape(-1)
     if array.size != count:
