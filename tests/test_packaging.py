@@ -28,3 +28,28 @@ def test_the_recipe_agrees_with_the_project():
 def test_the_recipe_names_licences_that_the_source_distribution_has():
     files = stated("license_file").strip("[]").split(", ")
     assert set(files) - {"THIRDPARTY.yml"} <= set(PROJECT["project"]["license-files"])
+
+
+def test_cargo_installs_a_program_named_shotline():
+    command = tomllib.loads((ROOT / "crates/shotline-cli/Cargo.toml").read_text())
+    assert [program["name"] for program in command["bin"]] == ["shotline"]
+    # `cargo install --git` names the package, which is the one with a program.
+    members = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["members"]
+    programs = [m for m in members if (ROOT / m / "src/main.rs").exists() or (ROOT / m / "src/bin").exists()]
+    assert programs == ["crates/shotline-cli"]
+    repository = PROJECT["project"]["urls"]["Repository"]
+    readme = (ROOT / "README.md").read_text()
+    for install in ("--path crates/shotline-cli", f"--git {repository} {command['package']['name']}"):
+        assert f"cargo install {install}" in readme
+
+
+def test_addresses_in_the_readme_are_absolute_and_lead_to_files():
+    repository = PROJECT["project"]["urls"]["Repository"]
+    readme = (ROOT / "README.md").read_text()
+    raw = repository.replace("github.com", "raw.githubusercontent.com")
+    links = re.findall(r"\]\(([^)\s]+)\)", readme)
+    assert len(links) > 10
+    for link in links:
+        prefix = next((p for p in (f"{repository}/blob/main/", f"{raw}/main/") if link.startswith(p)), None)
+        assert prefix, link
+        assert (ROOT / link.removeprefix(prefix).split("#")[0]).is_file(), link

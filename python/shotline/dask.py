@@ -17,15 +17,15 @@
 from __future__ import annotations
 
 import functools
+import inspect
 import math
 import operator
 import threading
 import uuid
 import weakref
 from collections import deque
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator
 from contextlib import closing
-from types import MappingProxyType
 from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
@@ -33,14 +33,14 @@ import numpy as np
 from . import __version__, _native
 from .appearance import Camera
 from .beams import Cone, Function, Parallel, Random
-from .image import Image, picture_args
+from .image import Image, PictureOptions, picture_args
 from .joining import RaggedResults, Reduction, RowResults
 from .origin import BeamOrigin, Origin, RayOrigin
 from .progress import callback
 from .rays import rays as checked_rays
 from .results import Crossings, Segments
 from .scene import Scene
-from .values import choice
+from .values import choice, suggestion
 from .values import number as real_number
 
 try:
@@ -189,20 +189,9 @@ def render(
     camera: Camera | str | None = None,
     client: Client | None = None,
     *,
-    size: tuple[int, int] = (800, 600),
-    samples: int = 4,
-    look: str = "lit",
-    lighting: str = "sharp",
-    background: str | None = None,
-    counter: str = "boxes",
-    edges: bool = False,
-    clip: str | Sequence[str | Sequence[float]] = (),
-    hatch: bool = False,
-    hide: str | Sequence[str] = (),
-    only: str | Sequence[str] = (),
-    opacity: Mapping[str, float] = MappingProxyType({}),
     block: int = 32,
     progress: Any = None,
+    **options: Any,
 ) -> Image:
     """A picture, rendered in rows on the workers of a Dask cluster, with the same bits as `scene.render`.
 
@@ -210,24 +199,15 @@ def render(
     other arguments as in `Scene.render`. The range of a `BlockError` counts rows, not rays.
     """
     client = _client(client)
-    settings, view = picture_args(
-        camera,
-        size=size,
-        samples=samples,
-        look=look,
-        lighting=lighting,
-        background=background,
-        counter=counter,
-        edges=edges,
-        clip=clip,
-        hatch=hatch,
-        hide=hide,
-        only=only,
-        opacity=opacity,
-    )
+    for name in options:
+        if name not in PictureOptions._fields:
+            raise TypeError(
+                f"render has no argument {name!r}; {suggestion(name, PictureOptions._fields, 'it takes')}"
+            )
+    settings, view = picture_args(camera, PictureOptions(**options))
     # Invalid settings raise before anything is sent.
     _native.expose(scene._native, settings._replace(samples=1), view, (0, 1), 1)
-    width, height = size
+    width, height = settings.width, settings.height
     if (block := operator.index(block)) < 1:
         raise ValueError(f"block is {block}, but must be at least 1")
     spans = [(top, min(top + block, height)) for top in range(0, height, block)]
@@ -242,6 +222,16 @@ def render(
             if report:
                 report(done, height)
     return Image(_native.develop(scene._native, settings, view, exposed))
+
+
+def _signature() -> inspect.Signature:
+    """The signature of `render` with the options by name, for help and completion."""
+    own, named = inspect.signature(render), inspect.signature(Scene.render).parameters
+    *first, block, progress, _ = own.parameters.values()
+    return own.replace(parameters=[*first, *(named[name] for name in PictureOptions._fields), block, progress])
+
+
+render.__signature__ = _signature()  # type: ignore[attr-defined]
 
 
 def _client(client: Client | None) -> Client:

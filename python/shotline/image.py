@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -57,23 +58,26 @@ class Image(np.ndarray[Any, np.dtype[np.uint8]]):
         return self.to_png() if self.ndim == 3 and self.dtype == np.uint8 and self.shape[2] in (3, 4) else None
 
 
-def picture_args(
-    camera: Camera | str | None,
-    *,
-    size: tuple[int, int],
-    samples: int,
-    look: str,
-    lighting: str,
-    background: str | None,
-    counter: str,
-    edges: bool,
-    clip: str | Sequence[str | Sequence[float]],
-    hatch: bool,
-    hide: str | Sequence[str],
-    only: str | Sequence[str],
-    opacity: Mapping[str, float],
-) -> tuple[PictureSettings, View | None]:
-    """The arguments of `Scene.render` in the form that the native half takes."""
+class PictureOptions(NamedTuple):
+    """The options of `Scene.render`."""
+
+    size: tuple[int, int] = (800, 600)
+    samples: int = 4
+    look: str = "lit"
+    lighting: str = "sharp"
+    background: str | None = None
+    counter: str = "boxes"
+    edges: bool = False
+    clip: str | Sequence[str | Sequence[float]] = ()
+    hatch: bool = False
+    hide: str | Sequence[str] = ()
+    only: str | Sequence[str] = ()
+    opacity: Mapping[str, float] = MappingProxyType({})
+
+
+def picture_args(camera: Camera | str | None, options: PictureOptions) -> tuple[PictureSettings, View | None]:
+    """The camera and the options of `Scene.render` in the form that the native half takes. Raises TypeError and ValueError."""
+    size, samples, look, lighting, background, counter, edges, clip, hatch, hide, only, opacity = options
     width, height = picture_size(size)
     standard_view, camera = (camera, None) if isinstance(camera, str) else (None, camera)
     if camera is not None and not isinstance(camera, Camera):

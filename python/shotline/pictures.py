@@ -8,7 +8,7 @@ from typing import Any
 
 from . import _native
 from .appearance import Camera
-from .image import Image, picture_args
+from .image import Image, PictureOptions, picture_args
 from .progress import callback
 from .values import threads_of
 from .viewing import View, show
@@ -72,21 +72,10 @@ class Pictures:
                 both `hide` and `only`, edges, hatching or opacity in a look that has none, hatching
                 without planes.
         """
-        settings, view = picture_args(
-            camera,
-            size=size,
-            samples=samples,
-            look=look,
-            lighting=lighting,
-            background=background,
-            counter=counter,
-            edges=edges,
-            clip=clip,
-            hatch=hatch,
-            hide=hide,
-            only=only,
-            opacity=opacity,
+        options = PictureOptions(
+            size, samples, look, lighting, background, counter, edges, clip, hatch, hide, only, opacity
         )
+        settings, view = picture_args(camera, options)
         return Image(_native.render(self._native, settings, view, threads_of(threads), callback(progress)))
 
     def show(self, *, open_browser: bool | None = None, port: int = 0) -> View:

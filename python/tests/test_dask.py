@@ -1,6 +1,7 @@
 """Casts on a cluster have the bits of one machine, even if workers die."""
 
 import doctest
+import inspect
 import operator
 import os
 import pickle
@@ -22,6 +23,7 @@ import dask
 from distributed import Client, LocalCluster
 from shotline.columns import Columns
 from shotline.dask import BlockError, Cone, Function, Random, cast, render
+from shotline.image import PictureOptions
 
 # Workers cannot import this file.
 cloudpickle.register_pickle_by_value(sys.modules[__name__])
@@ -452,3 +454,16 @@ def test_pictures(client, scene):
     assert reports[-1] == (41, 41)
     with pytest.raises(ValueError, match="no look"):
         render(scene, client=client, look="x")
+    with pytest.raises(TypeError, match="render has no argument 'sampels'; did you mean 'samples'?"):
+        render(scene, client=client, sampels=3)
+
+
+def test_pictures_of_a_cluster_have_the_options_of_scenes():
+    of_scenes = inspect.signature(shotline.Scene.render).parameters
+    assert PictureOptions._field_defaults == {
+        name: parameter.default
+        for name, parameter in of_scenes.items()
+        if name not in ("self", "camera", "threads", "progress")
+    }
+    named = ["scene", "camera", "client", *PictureOptions._fields, "block", "progress"]
+    assert list(inspect.signature(render).parameters) == named

@@ -1,4 +1,7 @@
 //! Colours: linear in glTF, sRGB in scenes.
+//!
+//! Pictures use the curve too, and have their own: here `libm` gives a file the same bits on every machine, there the power
+//! of the machine, which is faster, is taken for each pixel and rounded to a byte.
 
 /// The sRGB value of a linear one (IEC 61966-2-1), from 0 to 1.
 pub(super) fn srgb(linear: f64) -> f64 {
