@@ -1,10 +1,11 @@
 """Hooks of mkdocs. They add to the pages of this folder: pages of the repository's root, the notebooks with the outputs
-of their cells, the solids of the installed package, and the code of the gallery. They also convert docstrings to
-Markdown."""
+of their cells, the tutorials as notebooks, the solids of the installed package, and the code of the gallery. They also
+convert docstrings to Markdown."""
 
 import ast
 import base64
 import re
+import runpy
 from pathlib import Path
 
 import griffe
@@ -21,6 +22,10 @@ def on_files(files, config):
     for path in sorted((ROOT / "docs/notebooks").glob("*.ipynb")):
         for name, content in notebook(path):
             files.append(File.generated(config, f"notebooks/{name}", content=content))
+    notebook_of = runpy.run_path(str(ROOT / "docs/page_notebook.py"))["notebook_of"]
+    for path in sorted((ROOT / "docs/tutorials").glob("*.md")):
+        content = notebook_of(path.read_text(), f"docs/tutorials/{path.name}", REPOSITORY)
+        files.append(File.generated(config, f"tutorials/{path.stem}.ipynb", content=content))
     files.append(File.generated(config, "api/solids.md", content=solids()))
     return files
 
@@ -32,6 +37,9 @@ def on_page_markdown(markdown, page, config, files):
     markdown = markdown.replace("](../crates/", f"]({REPOSITORY}/blob/main/crates/")
     # A notebook's own page links to the file beside it, for download.
     markdown = re.sub(r"(\]\([^)]*/[^)]*)\.ipynb\)", r"\1.md)", markdown)
+    if page.file.src_uri.startswith("tutorials/"):
+        # Below the title.
+        markdown = markdown.replace("\n\n", f"\n\n{download_of(Path(page.file.src_uri).stem)}.\n\n", 1)
     return with_code(markdown) if page.file.src_uri == "gallery.md" else markdown
 
 
@@ -69,9 +77,13 @@ def notebook(path):
             else:
                 text = output.get("text", data.get("text/plain", ""))
                 words.append(f"```text\n{text.rstrip()}\n```")
-    link = f'[Download this notebook]({path.name}){{ download="{path.name}" }}'
-    words.insert(1, f"{link}: the page shows it as it ran when the site was built.")
+    words.insert(1, f"{download_of(path.stem)}: the page shows it as it ran when the site was built.")
     return [(f"{path.stem}.md", "\n\n".join(words)), *pictures]
+
+
+def download_of(stem):
+    """A link of a page to the notebook of the same name beside it."""
+    return f'[Download this page as a notebook]({stem}.ipynb){{ download="{stem}.ipynb" }}'
 
 
 def with_code(markdown):

@@ -41,15 +41,3 @@ def test_cargo_installs_a_program_named_shotline():
     readme = (ROOT / "README.md").read_text()
     for install in ("--path crates/shotline-cli", f"--git {repository} {command['package']['name']}"):
         assert f"cargo install {install}" in readme
-
-
-def test_addresses_in_the_readme_are_absolute_and_lead_to_files():
-    repository = PROJECT["project"]["urls"]["Repository"]
-    readme = (ROOT / "README.md").read_text()
-    raw = repository.replace("github.com", "raw.githubusercontent.com")
-    links = re.findall(r"\]\(([^)\s]+)\)", readme)
-    assert len(links) > 10
-    for link in links:
-        prefix = next((p for p in (f"{repository}/blob/main/", f"{raw}/main/") if link.startswith(p)), None)
-        assert prefix, link
-        assert (ROOT / link.removeprefix(prefix).split("#")[0]).is_file(), link

@@ -1,6 +1,8 @@
 """The notebooks of the documentation run without errors, including the assertions in their cells."""
 
 import pathlib
+import re
+import runpy
 
 import pytest
 
@@ -30,3 +32,24 @@ def test_is_stored_without_outputs(path):
     code = [cell for cell in book.cells if cell.cell_type == "code"]
     assert not any(cell.outputs or cell.execution_count for cell in code)
     assert any("assert " in cell.source for cell in code)
+
+
+def test_tutorials_become_notebooks():
+    docs = NOTEBOOKS.parent
+    made = runpy.run_path(str(docs / "page_notebook.py"))
+    pages = sorted((docs / "tutorials").glob("*.md"))
+    assert len(pages) >= 5
+    for page in pages:
+        text = page.read_text()
+        book = nbformat.reads(
+            made["notebook_of"](text, f"docs/tutorials/{page.name}", "https://github.com/a/b"), as_version=4
+        )
+        nbformat.validate(book)
+        assert book.cells[0].source.startswith("# ")
+        code = [cell.source for cell in book.cells if cell.cell_type == "code"]
+        assert code == [block.strip("\n") for block in made["BLOCK"].findall(text)]
+        words = "\n".join(cell.source for cell in book.cells if cell.cell_type == "markdown")
+        assert "```python" not in words
+        for mark, address in re.findall(r"(!?)\[[^\]]*\]\(([^)]+)\)", words):
+            start = "https://raw.githubusercontent.com/a/b/main/docs/" if mark else "https://"
+            assert address.startswith(start) and ".." not in address, address
