@@ -454,8 +454,8 @@ def test_pictures(client, scene):
     assert reports[-1] == (41, 41)
     with pytest.raises(ValueError, match="no look"):
         render(scene, client=client, look="x")
-    with pytest.raises(TypeError, match="render has no argument 'sampels'; did you mean 'samples'?"):
-        render(scene, client=client, sampels=3)
+    with pytest.raises(TypeError, match="render has no argument 'sampless'; did you mean 'samples'?"):
+        render(scene, client=client, sampless=3)
 
 
 def test_pictures_of_a_cluster_have_the_options_of_scenes():
