@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from hashlib import blake2b
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from . import _native
 from .accelerators import accelerator
+from .node_digest import digest
 from .values import (
     affine,
     bounded_integer,
@@ -61,10 +61,10 @@ class Node:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Node):
             return NotImplemented
-        return self is other or _digest(self) == _digest(other)
+        return self is other or digest(self) == digest(other)
 
     def __hash__(self) -> int:
-        return hash(_digest(self))
+        return hash(digest(self))
 
     def __or__(self, other: Node) -> Union:
         return Union(*_chain(Union, self, other)) if isinstance(other, Node) else NotImplemented
@@ -160,26 +160,6 @@ class Node:
 
     # The first object in the node, or None. A node that contains an object cannot be an operand.
     _object: Object | None = None
-
-
-def _digest(root: Node) -> bytes:
-    """A digest of a node and all nodes below it, each of which stores its own. Not recursive, since nodes may be
-    deep."""
-    stack = [root]
-    while stack:
-        node = stack[-1]
-        children = node._children()
-        missing = [child for child in children if not hasattr(child, "_digest")]
-        if missing and not hasattr(node, "_digest"):
-            stack.extend(missing)
-            continue
-        stack.pop()
-        if not hasattr(node, "_digest"):
-            digest = blake2b(repr((type(node).__name__, node._own())).encode(), digest_size=32)
-            for child in children:
-                digest.update(child._digest)
-            node._digest = digest.digest()
-    return root._digest
 
 
 def _checked(node: Any) -> Node:

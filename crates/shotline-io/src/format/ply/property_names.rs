@@ -133,7 +133,8 @@ mod tests {
 
     #[test]
     fn no_two_attributes_become_one() {
-        let cases: &[(&[(&str, usize)], &[&str])] = &[
+        type Given = [(&'static str, usize)];
+        let cases: &[(&Given, &[&str])] = &[
             (&[("a b", 1), ("a_b", 1)], &["a_b", "a_b_2"]),
             (&[("red", 1), ("green", 1), ("blue", 1)], &["red", "green", "blue_2"]),
             (&[("red", 1), ("color", 3)], &["red", "green", "blue", "red_2"]),
