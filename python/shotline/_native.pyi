@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from .native_args import HitRows, MeasureSettings, PictureSettings, RayQuery, SliceSettings, View
 
 Floats: TypeAlias = NDArray[np.float64]
+Vector: TypeAlias = tuple[float, float, float]
 
 __version__: Final[str]
 
@@ -27,6 +28,9 @@ def measure(
     threads: int,
     progress: Callable[[int, int], Any] | None,
 ) -> tuple[Any, ...]: ...
+def picture_camera(
+    scene: Scene, settings: PictureSettings, camera: View | None
+) -> tuple[Vector, Vector, Vector, float | None, float | None]: ...
 def render(
     scene: Scene,
     settings: PictureSettings,

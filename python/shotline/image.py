@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -56,6 +56,16 @@ class Image(np.ndarray[Any, np.dtype[np.uint8]]):
 
     def _repr_png_(self) -> bytes | None:
         return self.to_png() if self.ndim == 3 and self.dtype == np.uint8 and self.shape[2] in (3, 4) else None
+
+
+class Pictured(Protocol):
+    """What has pictures: a `Scene`."""
+
+    @property
+    def render(self) -> Callable[..., Image]: ...
+
+    @property
+    def picture_camera(self) -> Callable[..., Camera]: ...
 
 
 class PictureOptions(NamedTuple):

@@ -48,7 +48,7 @@ class Pictures:
             samples: samples per pixel; more give smoother edges.
             look: the render mode: "lit", "normal", "depth", "thickness" (with a legend in the scene's units), "xray" or
                 "cost".
-            lighting: "sharp" or, with 32 samples or more, "soft".
+            lighting: "sharp", "plain" without shadows and reflections, or, with 32 samples or more, "soft".
             background: "studio", "white", "black", "transparent" or a colour such as "#336699"; None takes
                 that of the look.
             counter: the counter that the look "cost" shows: "boxes", "cells", "planes", "solids", "tags", "heap" or
@@ -78,12 +78,23 @@ class Pictures:
         settings, view = picture_args(camera, options)
         return Image(_native.render(self._native, settings, view, threads_of(threads), callback(progress)))
 
+    def picture_camera(self, camera: Camera | str | None = None, *, size: tuple[int, int] = (800, 600)) -> Camera:
+        """The camera of `render` with this camera and size: that of the scene, or one that frames everything.
+
+        >>> Scene(Sphere(radius=1)).picture_camera("front").eye[0]
+        0.0
+        """
+        settings, view = picture_args(camera, PictureOptions(size=size))
+        eye, target, up, fov, height = _native.picture_camera(self._native, settings, view)
+        return Camera(eye=eye, target=target, up=up, fov=fov, height=height)
+
     def show(self, *, open_browser: bool | None = None, port: int = 0) -> View:
         """Show the scene on a page in the browser: it turns, cuts and slices the scene, hides objects, lists the crossings of the
         ray that is clicked, and draws the steps of an accelerator. The page is on 127.0.0.1 and ends with the result: keep it.
 
         Args:
-            open_browser: open the page; None opens it except in notebooks, which show a picture and the address.
+            open_browser: open the page; None opens it except in notebooks, which show a picture and the address, or with anywidget
+                a picture that can be turned (`shotline.widget`).
             port: the port; 0 for a free one.
 
         Raises OSError if the port is taken.

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import html
+import importlib.util
 import sys
 import webbrowser
-from typing import Any, Protocol
+from typing import Any
 
 from . import _native
-from .image import Image
-
-
-class _Scene(Protocol):
-    def render(self) -> Image: ...
+from .image import Pictured
 
 
 class View:
@@ -25,7 +22,7 @@ class View:
 
     __slots__ = ("_scene", "_viewer")
 
-    def __init__(self, scene: _Scene, viewer: _native.Viewer) -> None:
+    def __init__(self, scene: Pictured, viewer: _native.Viewer) -> None:
         self._scene = scene
         self._viewer = viewer
 
@@ -47,14 +44,18 @@ class View:
     def __repr__(self) -> str:
         return f"<shotline.View at {self.url}>"
 
-    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, Any]:
-        """In notebooks: a picture, and the address."""
+    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> Any:
+        """In notebooks: a picture that can be turned, or without anywidget a picture and the address."""
+        if importlib.util.find_spec("anywidget"):
+            from .widget import Widget
+
+            return Widget(self._scene)._repr_mimebundle_(include=include, exclude=exclude)
         picture = self._scene.render()._repr_png_()
         link = html.escape(self.url)
         return {"image/png": picture, "text/html": f'<a href="{link}">{link}</a>', "text/plain": repr(self)}
 
 
-def show(scene: _Scene, native: _native.Scene, open_browser: bool | None, port: int) -> View:
+def show(scene: Pictured, native: _native.Scene, open_browser: bool | None, port: int) -> View:
     """See `Scene.show`."""
     view = View(scene, _native.Viewer(native, port))
     if open_browser or (open_browser is None and not _is_notebook()):

@@ -35,7 +35,7 @@ mod _native {
     #[pymodule_export]
     use super::mesh::Mesh;
     #[pymodule_export]
-    use super::picture::{develop, encode_png, expose, render, save_jpeg, save_png};
+    use super::picture::{develop, encode_png, expose, picture_camera, render, save_jpeg, save_png};
     #[pymodule_export]
     use super::registry::{accelerators, check_solid, compose, counters, kinds, units};
     #[pymodule_export]

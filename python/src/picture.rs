@@ -12,7 +12,7 @@ use shotline::scene::{Camera, HiddenObjects, Lens};
 use shotline_io::atomic_write;
 use shotline_render::{
     ClipPlane, Exposure, Image, InvalidOpacity, LOOKS, Lighting, Opacities, Sample, Settings, StandardView,
-    Viewpoint, encode_bytes, encode_jpeg_bytes, look,
+    Viewpoint, camera_of, encode_bytes, encode_jpeg_bytes, look, visible_subject,
 };
 
 use crate::cancellation::work;
@@ -29,6 +29,9 @@ pub struct View {
     /// The height in world units, for a parallel projection.
     height: Option<f64>,
 }
+
+/// Eye, target, up, angle of view and height.
+type ViewFields = ([f64; 3], [f64; 3], [f64; 3], Option<f64>, Option<f64>);
 
 impl View {
     fn camera(&self) -> PyResult<Camera> {
@@ -90,8 +93,9 @@ impl PictureSettings {
                 .ok_or_else(|| unknown("look", look_name, LOOKS.iter().map(|l| l.name).collect()))?,
             lighting: match lighting.as_str() {
                 "sharp" => Lighting::Sharp,
+                "plain" => Lighting::Plain,
                 "soft" => Lighting::Soft,
-                _ => return Err(unknown("lighting", lighting, vec!["sharp", "soft"])),
+                _ => return Err(unknown("lighting", lighting, vec!["sharp", "plain", "soft"])),
             },
             counter: COUNTERS
                 .iter()
@@ -195,6 +199,20 @@ pub fn render<'py>(
         shotline_render::render(world, described, &settings, run)
     })?;
     array(py, &image.map_err(|e| PyValueError::new_err(e.to_string()))?)
+}
+
+/// The camera of a picture, as the fields of `View`.
+#[pyfunction]
+pub fn picture_camera(scene: PyRef<Scene>, settings: PictureSettings, camera: Option<View>) -> PyResult<ViewFields> {
+    let settings = settings.resolve(&scene.scene, camera)?;
+    let subject = visible_subject(&scene.world, &scene.scene, &settings.hidden);
+    let camera = camera_of(subject, &scene.scene, &settings);
+    let Camera { eye, target, up, lens } = camera.map_err(|e| PyValueError::new_err(e.to_string()))?;
+    let (fov, height) = match lens {
+        Lens::Pinhole { fov } => (Some(fov), None),
+        Lens::Orthographic { height } => (None, Some(height)),
+    };
+    Ok((eye.to_array(), target.to_array(), up.to_array(), fov, height))
 }
 
 /// The PNG of eight-bit sRGB of shape (height, width, 3 or 4).

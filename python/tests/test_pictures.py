@@ -64,7 +64,7 @@ def test_cameras_and_looks():
     "wrong, error, message",
     [
         (lambda: SCENE.render(look="x"), ValueError, "lit, normal"),
-        (lambda: SCENE.render(lighting="x"), ValueError, "sharp, soft"),
+        (lambda: SCENE.render(lighting="x"), ValueError, "sharp, plain, soft"),
         (lambda: SCENE.render(counter="x"), ValueError, "boxes"),
         (lambda: SCENE.render(background="red"), ValueError, "#336699"),
         (lambda: SCENE.render(clip=["x"]), ValueError, "NX,NY,NZ,D"),

@@ -29,6 +29,9 @@ pub enum Lighting {
     /// Lamps are points, and ambient light reaches everything: sharp shadows, no noise.
     #[default]
     Sharp,
+    /// As `Sharp`, but lamps light all that faces them and mirrors show only the background: no shadows and no reflections, one ray
+    /// for each sample. For pictures that must be made at once, such as those while a view is turned.
+    Plain,
     /// Lamps have a size, and ambient light comes from the sky, so that corners are darker. Each sample takes a random
     /// point of each lamp and of the sky, so a picture needs many samples: 32 or more.
     Soft,

@@ -113,9 +113,12 @@ fn every_look_is_the_same() {
     for (name, scene) in scenes() {
         let world = world(&scene);
         for look in LOOKS.iter().copied() {
-            for (lighting, samples, width) in
-                [(Lighting::Sharp, 1, 100), (Lighting::Sharp, 3, 60), (Lighting::Soft, 4, 50)]
-            {
+            for (lighting, samples, width) in [
+                (Lighting::Sharp, 1, 100),
+                (Lighting::Sharp, 3, 60),
+                (Lighting::Plain, 1, 70),
+                (Lighting::Soft, 4, 50),
+            ] {
                 let settings = Settings { width, height: 50, samples, look, lighting, ..Settings::default() };
                 let [found, expected] = both(|run| render(&world, &scene, &settings, run));
                 assert!(found == expected, "{name}, {}, {samples} samples", look.name);

@@ -8,7 +8,7 @@ use shotline::math::Vec3;
 use shotline::query::batch::Run;
 use shotline::scene::{Camera, Lens, Light, LightSource, Material, Motion, Node, Rotation, Scene, Units};
 use shotline_render::{
-    Animation, Background, Coherence, Image, RenderError, Settings, animate, look, render,
+    Animation, Background, Coherence, Image, Lighting, RenderError, Settings, animate, look, render,
 };
 
 /// A sphere of radius 1 at the origin, seen along y from 10 away in a parallel picture of height 4.
@@ -65,6 +65,13 @@ fn a_sphere_casts_a_shadow() {
     assert_eq!(image.pixel(78, 40)[0], 0.0);
     assert!(image.pixel(2, 40)[0] > 0.1);
     assert!(image.pixel(78, 2)[0] > 0.1);
+    // Plain light has none, and is the same elsewhere.
+    let plain = Settings { lighting: Lighting::Plain, ..settings("lit") };
+    let plain = render(&world(&scene), &scene, &plain, Run::default()).unwrap();
+    assert!(plain.pixel(78, 40)[0] > 0.1);
+    for (column, row) in [(2, 40), (78, 2), (30, 40)] {
+        assert_eq!(plain.pixel(column, row), image.pixel(column, row));
+    }
 }
 
 #[test]

@@ -117,6 +117,8 @@ Examples:
 enum LightingChoice {
     /// Sharp shadows, no noise
     Sharp,
+    /// No shadows and no reflections: fast
+    Plain,
     /// Lamps and sky have a size: soft shadows. Needs 32 samples or more
     Soft,
 }
@@ -125,6 +127,7 @@ impl From<LightingChoice> for Lighting {
     fn from(choice: LightingChoice) -> Lighting {
         match choice {
             LightingChoice::Sharp => Lighting::Sharp,
+            LightingChoice::Plain => Lighting::Plain,
             LightingChoice::Soft => Lighting::Soft,
         }
     }

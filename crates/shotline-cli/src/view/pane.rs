@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 use shotline::query::batch::Run;
-use shotline_render::{Image, PictureInSteps, Settings};
+use shotline_render::{Image, Lighting, PictureInSteps, Settings};
 
 use super::answer::Answer;
 use super::question::PictureOf;
@@ -13,8 +13,14 @@ use super::viewed_scene::ShownScene;
 
 /// How long one answer may take. The page asks nothing else meanwhile.
 const STEP: Duration = Duration::from_millis(40);
+/// The same for the first pass: while a view is turned, the page never asks for the rest of it.
+const FIRST_STEP: Duration = Duration::from_millis(120);
+/// The rows that are exposed at first, without a measurement: enough for all threads, of a small picture.
+const FIRST_ROWS: u32 = 64;
 /// How often an unfinished pass is shown.
 const SHOW_AFTER: Duration = Duration::from_millis(250);
+/// The side of a pixel in a pass between a very coarse first one and those at full size.
+const BETWEEN: u32 = 3;
 /// The samples of the passes at full size.
 const SAMPLES: [u32; 3] = [1, 4, 16];
 
@@ -40,6 +46,7 @@ struct Pass {
     /// The side of a pixel, in pixels of the finished picture.
     coarse: u32,
     samples: u32,
+    lighting: Lighting,
 }
 
 impl Pane {
@@ -58,9 +65,12 @@ impl Pane {
             hidden: shown.hidden.clone(),
             ..Settings::default()
         };
-        let first = (coarse > 1).then_some(Pass { coarse: coarse.min(16), samples: 1 });
-        let passes: Vec<Pass> =
-            first.into_iter().chain(SAMPLES.map(|samples| Pass { coarse: 1, samples })).collect();
+        // Without shadows and reflections more of the view is seen while it is turned.
+        let first = Pass { coarse: coarse.clamp(1, 16), samples: 1, lighting: Lighting::Plain };
+        let lit = |coarse, samples| Pass { coarse, samples, lighting: Lighting::Sharp };
+        let between = (coarse > 2 * BETWEEN).then(|| lit(BETWEEN, 1));
+        let full = SAMPLES.map(|samples| lit(1, samples));
+        let passes: Vec<Pass> = std::iter::once(first).chain(between).chain(full).collect();
         let picture = begin(&settings, passes[0], &shown)?;
         let now = Instant::now();
         Ok(Pane {
@@ -73,7 +83,7 @@ impl Pane {
             picture,
             begun: now,
             shown_at: now,
-            rows_at_a_time: 8,
+            rows_at_a_time: FIRST_ROWS,
         })
     }
 
@@ -89,7 +99,8 @@ impl Pane {
     pub fn advance(&mut self, mut head: Value) -> Result<Answer, String> {
         let begin_of_step = Instant::now();
         let ShownScene { scene, world, .. } = &*self.shown;
-        while !self.picture.is_complete() && begin_of_step.elapsed() < STEP {
+        let limit = if self.pass == 0 { FIRST_STEP } else { STEP };
+        while !self.picture.is_complete() && begin_of_step.elapsed() < limit {
             let begin_of_rows = Instant::now();
             self.picture
                 .expose(world, scene, self.rows_at_a_time, Run::default())
@@ -105,6 +116,8 @@ impl Pane {
         head["coarse"] = json!(pass.coarse);
         head["samples"] = json!(pass.samples);
         head["ms"] = json!(self.begun.elapsed().as_secs_f64() * 1e3);
+        let rows = self.settings.height.div_ceil(pass.coarse);
+        head["done"] = json!(f64::from(self.picture.rows()) / f64::from(rows));
         head["is_final"] = json!(is_complete && is_last);
         if !is_complete && self.shown_at.elapsed() < SHOW_AFTER {
             return Ok(Answer::Text(head));
@@ -127,6 +140,7 @@ fn begin(settings: &Settings, pass: Pass, shown: &ShownScene) -> Result<PictureI
         width: settings.width.div_ceil(pass.coarse),
         height: settings.height.div_ceil(pass.coarse),
         samples: pass.samples,
+        lighting: pass.lighting,
         ..settings.clone()
     };
     PictureInSteps::new(shown.subject, &shown.scene, settings).map_err(|error| error.to_string())

@@ -153,6 +153,10 @@ impl Lit {
             }
             let direction = point.mirrored();
             let background = self.background_along(direction);
+            if self.lighting == Lighting::Plain {
+                reflected[number] = reflected[number].lerp(background, point.material.mirror);
+                continue;
+            }
             match Ray::new(point.surface.start, direction) {
                 Ok(ray) => {
                     mirrored.push(ray, point.sample);
@@ -195,7 +199,7 @@ impl Lit {
     /// The fraction of the ambient light that arrives at each point.
     fn ambient_factors(&self, tracer: &mut Tracer, points: &[ShadingPoint]) -> Result<Vec<f64>, BatchError> {
         let unoccluded = |toward: Vec3| 1.0 + SKY * toward.dot(self.zenith);
-        if self.lighting == Lighting::Sharp {
+        if self.lighting != Lighting::Soft {
             return Ok(points.iter().map(|point| unoccluded(point.surface.normal)).collect());
         }
         let (mut factors, mut rays, mut of_rays) =
@@ -227,7 +231,7 @@ impl Lit {
         for (index, point) in points.iter().enumerate() {
             let middle = lamp.direction_from(point.surface.start);
             let toward = match self.lighting {
-                Lighting::Sharp => middle,
+                Lighting::Sharp | Lighting::Plain => middle,
                 Lighting::Soft => sample_lamp(middle, point.numbers.lamp),
             };
             let Some(light) = toward.try_normalize() else { continue };
@@ -236,6 +240,10 @@ impl Lit {
                 continue;
             }
             let way = LampWay { point: index, light, cosine };
+            if self.lighting == Lighting::Plain {
+                reflected[index] += lamp.color * point.shade(&way);
+                continue;
+            }
             match Ray::new(point.surface.start, toward) {
                 Ok(ray) => {
                     rays.push(ray, point.sample);

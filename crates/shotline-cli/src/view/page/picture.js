@@ -60,14 +60,20 @@ function nextPicture() {
   return null;
 }
 
+// How coarse the first passes should be, after one that took some time, so that turning is smooth.
+const MS_OF_FIRST_PASS = 30;
+function coarseFor({ coarse, ms, done }) {
+  const factor = ms / Math.max(done, 0.01) / MS_OF_FIRST_PASS;
+  // Within a factor of 1.5 it stays, so that it does not change all the time.
+  if (factor > 0.67 && factor < 1.5) return coarse;
+  return Math.min(12, Math.max(1, Math.round(coarse * Math.sqrt(factor))));
+}
+
 function drawn(pane, { head, bytes }) {
   pane.isFinal = head.is_final;
   if (head.version !== state.scene.version) reload();
   if (head.size) show(pane, head, bytes);
-  // A first pass should take about 30 ms, so that turning is smooth.
-  const isFirst = head.pass === 0;
-  if (isFirst && head.size && head.ms > 45) pane.coarse = Math.min(8, pane.coarse + 1);
-  else if (isFirst && head.ms < 22) pane.coarse = Math.max(1, pane.coarse - 1);
+  if (head.pass === 0) pane.coarse = coarseFor(head);
   const drawing = panes.some((other) => isShown(other) && !other.isFinal);
   document.body.dataset.state = drawing ? "drawing" : "final";
   setStatus(drawing && !state.isMoving ? `${head.samples} of 16 samples` : "");
