@@ -203,7 +203,11 @@ pub fn render<'py>(
 
 /// The camera of a picture, as the fields of `View`.
 #[pyfunction]
-pub fn picture_camera(scene: PyRef<Scene>, settings: PictureSettings, camera: Option<View>) -> PyResult<ViewFields> {
+pub fn picture_camera(
+    scene: PyRef<Scene>,
+    settings: PictureSettings,
+    camera: Option<View>,
+) -> PyResult<ViewFields> {
     let settings = settings.resolve(&scene.scene, camera)?;
     let subject = visible_subject(&scene.world, &scene.scene, &settings.hidden);
     let camera = camera_of(subject, &scene.scene, &settings);
