@@ -149,3 +149,48 @@ fn objects_are_left_out_by_name() {
         .run(&["convert", "a.json", "d.json", "--hide", "floor"])
         .fails_with(&["no object is named 'floor'"]);
 }
+
+/// Empty objects vanished without a word, and one part in many places was made into a mesh again and again.
+#[test]
+fn empty_objects_are_told_and_parts_are_shared() {
+    let empty =
+        r#"{"op": "difference", "args": [{"kind": "sphere", "radius": 1}, {"kind": "sphere", "radius": 2}]}"#;
+    let scene = format!(
+        r#"{{"shotline": 1, "defs": {{"ball": {{"kind": "sphere", "radius": 1}}}}, "objects": [
+        {{"name": "left", "node": {{"ref": "ball", "translate": [-2, 0, 0]}}}},
+        {{"name": "right", "node": {{"ref": "ball", "translate": [2, 0, 0], "rotate": [10, 20, 30]}}}},
+        {{"name": "mirrored", "node": {{"ref": "ball", "translate": [0, 5, 0], "scale": [1, -1, 1]}}}},
+        {{"name": "large", "node": {{"ref": "ball", "translate": [0, 0, 9], "scale": [2, 2, 2]}}}},
+        {{"name": "flat", "node": {{"ref": "ball", "translate": [0, 0, -9], "scale": [2, 2, 1]}}}},
+        {{"name": "nothing", "node": {empty}}}]}}"#
+    );
+    let sandbox = Sandbox::new().with("a.json", scene);
+    let made = sandbox.run(&["convert", "a.json", "b.json", "--tolerance", "0.05"]);
+    assert!(made.stderr.contains("note: 'nothing' is empty and has no mesh"), "{}", made.stderr);
+    assert_eq!(made.stderr.matches("became a mesh of").count(), 5);
+    made.ok();
+    // One mesh for the three of one size, and one each for the others.
+    assert_eq!(sandbox.files().iter().filter(|name| name.ends_with(".ply")).count(), 3);
+    let checked = sandbox.run(&["check", "b.json"]).ok();
+    assert!(checked.contains("sound"), "{checked}");
+    let volumes = sandbox.run(&["measure", "b.json", "--json"]).ok();
+    let volumes: serde_json::Value = serde_json::from_str(&volumes).unwrap();
+    for (object, factor) in volumes["objects"].as_array().unwrap().iter().zip([1.0, 1.0, 1.0, 8.0, 4.0]) {
+        let volume =
+            object["volume"]["value"].as_f64().unwrap() / (factor * 4.0 / 3.0 * std::f64::consts::PI);
+        assert!((volume - 1.0).abs() < 0.08, "{object}");
+    }
+    sandbox
+        .run(&["convert", "a.json", "c.stl", "--tolerance", "0.05", "--only", "nothing"])
+        .fails_with(&["there is nothing to convert: 'nothing' is empty and has no mesh"]);
+}
+
+#[test]
+fn objects_of_too_many_solids_are_refused_at_once() {
+    let scene = r#"{"shotline": 1, "objects": [{"name": "balls", "node": {"op": "lattice",
+        "args": [{"kind": "sphere", "radius": 0.3}], "counts": [100, 100, 100], "pitch": [1, 1, 1]}}]}"#;
+    let sandbox = Sandbox::new().with("a.json", scene);
+    sandbox
+        .run(&["convert", "a.json", "b.stl", "--tolerance", "0.05"])
+        .fails_with(&["object 'balls' consists of 1000000 solids", "make a mesh of one of them"]);
+}

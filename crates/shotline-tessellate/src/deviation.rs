@@ -141,13 +141,17 @@ fn distances_of(probes: &[Probe], surface: &Surface, tolerance: f64) -> Result<V
     Ok(distances)
 }
 
-/// The distances of points of a surface from its mesh; infinite if the mesh has no triangle.
-pub fn of_points(mesh: &TriangleMesh, points: &[Vec3], run: Run) -> Result<Vec<f64>, BatchError> {
+/// The nearest points of a mesh to points of its surface, with their distances; `None` if the mesh has no triangle.
+pub fn nearest_points(
+    mesh: &TriangleMesh,
+    points: &[Vec3],
+    run: Run,
+) -> Result<Vec<Option<(Vec3, f64)>>, BatchError> {
     let Ok(solid) = MeshSolid::new(Arc::new(mesh.clone()), DEFAULT) else {
-        return Ok(vec![f64::INFINITY; points.len()]);
+        return Ok(vec![None; points.len()]);
     };
     let rows: Vec<[f64; 3]> = points.iter().map(|point| point.to_array()).collect();
     let found = solid.closest_points(&rows, run.threads, run.cancel, &|_| {});
     let found = found.map_err(|_| BatchError::Cancelled)?;
-    Ok(found.iter().map(|near| near.map_or(f64::INFINITY, |near| near.distance)).collect())
+    Ok(found.into_iter().map(|near| near.map(|near| (near.point, near.distance))).collect())
 }

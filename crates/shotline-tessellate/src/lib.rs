@@ -28,17 +28,24 @@ mod quadratic_error;
 mod refine;
 mod samples;
 mod shared_edges;
+mod shared_parts;
 mod surface;
 mod surface_points;
+
+use std::collections::HashMap;
 
 use shotline::compile::{InvalidScene, World};
 use shotline::math::Vec3;
 use shotline::query::batch::{self, BatchError, Run};
-use shotline::scene::{Node, NodeId, Scene};
+use shotline::scene::{LocalTransform, Node, NodeId, Scene};
 
 use self::refine::{RefineError, Refined, State, refine};
+use self::shared_parts::{PlacedPart, shared_parts};
 use self::surface::Surface;
 use self::surface_points::first_points;
+
+/// The most solids of an object, counted as often as it has them: each takes some dozen cells at least.
+const MOST_SOLIDS: u64 = 1 << 15;
 
 /// How a scene is made into meshes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,10 +64,12 @@ impl Settings {
 /// The meshes of a scene.
 #[derive(Clone, Debug)]
 pub struct Tessellation {
-    /// The scene, each of whose objects is a mesh in world coordinates. Objects that are made of meshes only are as they were.
+    /// The scene, each of whose objects is a mesh, in world coordinates or placed. Objects that are made of meshes only are as they were.
     pub scene: Scene,
-    /// The meshes that were made.
+    /// The meshes that were made, one for each object. Objects of one part share it.
     pub parts: Vec<Part>,
+    /// The names of objects in which there is nothing, and which have no mesh.
+    pub empty: Vec<String>,
 }
 
 /// A mesh that was made.
@@ -88,6 +97,17 @@ pub enum TessellateError {
     Unbounded {
         /// Its name.
         object: String,
+    },
+    /// An object consists of too many solids.
+    #[error(
+        "object '{object}' consists of {count} solids, but a mesh of its own is made of {MOST_SOLIDS} at most; make a mesh of one of \
+         them, and place that"
+    )]
+    TooManySolids {
+        /// Its name.
+        object: String,
+        /// How many there are in it.
+        count: u64,
     },
     /// The cells would be too many or too small.
     #[error(
@@ -123,7 +143,7 @@ pub struct Progress<'a> {
 }
 
 /// Makes the objects of a scene into meshes. An object that contains others is whole: what it contains is not cut out of it.
-/// Instances of one object are one mesh. `told` is called from time to time.
+/// Instances within one object are one mesh; objects that are one part in several places share its mesh. `told` is called from time to time.
 ///
 /// # Errors
 /// [`TessellateError`] names the object and says how to mend it.
@@ -139,26 +159,71 @@ pub fn tessellate(
     }
     let mut out = Scene { objects: Vec::new(), defs: Vec::new(), ..scene.clone() };
     let worlds = worlds(scene, run)?;
-    let mut parts = Vec::new();
-    for (root, world) in scene.objects.iter().zip(&worlds) {
+    let (mut parts, mut empty) = (Vec::new(), Vec::new());
+    let mut made: HashMap<(NodeId, u64), Option<Made>> = HashMap::new();
+    for ((root, world), placed) in scene.objects.iter().zip(&worlds).zip(shared_parts(scene)) {
         let Some(world) = world else {
             out.objects.push(*root);
             continue;
         };
         for (object, name) in (0..).zip(world.object_names()) {
-            let surface = Surface { world, object, run };
-            let Refined { mesh, deviation } = mesh_within(scene, *root, &surface, name, tolerance, told)?;
-            if mesh.faces.is_empty() {
+            let mut within = |root, world: &World, tolerance| {
+                let surface = Surface { world, object, run };
+                let found = mesh_within(scene, root, &surface, name, tolerance, told)?;
+                Ok::<_, TessellateError>(Made::of(found, &mut out))
+            };
+            let (found, transforms, scale) = match &placed {
+                Some(PlacedPart { part, transforms, scale }) => {
+                    let key = (*part, scale.to_bits());
+                    if !made.contains_key(&key) {
+                        let found = within(*part, &world_of_part(scene, *part, name)?, tolerance / scale)?;
+                        made.insert(key, found);
+                    }
+                    (made[&key], &transforms[..], *scale)
+                }
+                None => (within(*root, world, tolerance)?, &[][..], 1.0),
+            };
+            let Some(Made { mesh, triangles, deviation }) = found else {
+                empty.push(name.clone());
                 continue;
-            }
-            parts.push(Part { object: name.clone(), triangles: mesh.faces.len(), deviation });
+            };
+            parts.push(Part { object: name.clone(), triangles, deviation: scale * deviation });
             let material =
                 world.object_material(object).map(|number| world.material_names()[number as usize].clone());
-            let node = out.add(Node::Mesh { mesh: mesh.into(), file: None });
+            let place =
+                |child, transform: &LocalTransform| out.add(Node::Transform { transform: *transform, child });
+            let node = transforms.iter().rev().fold(mesh, place);
             out.add_object(name, material.as_deref(), node);
         }
     }
-    Ok(Tessellation { scene: out, parts })
+    Ok(Tessellation { scene: out, parts, empty })
+}
+
+/// A mesh that is in a scene.
+#[derive(Clone, Copy)]
+struct Made {
+    mesh: NodeId,
+    triangles: usize,
+    deviation: f64,
+}
+
+impl Made {
+    /// Adds a mesh to a scene; `None` if it has no triangle.
+    fn of(Refined { mesh, deviation }: Refined, out: &mut Scene) -> Option<Made> {
+        let triangles = mesh.faces.len();
+        (triangles > 0).then(|| Made {
+            mesh: out.add(Node::Mesh { mesh: mesh.into(), file: None }),
+            triangles,
+            deviation,
+        })
+    }
+}
+
+/// A world of one part, in its own coordinates.
+fn world_of_part(scene: &Scene, part: NodeId, name: &str) -> Result<World, TessellateError> {
+    let mut one = Scene { objects: Vec::new(), ..scene.clone() };
+    one.add_object(name, None, part);
+    Ok(one.compile()?)
 }
 
 /// A world for each object of a scene that is not made of meshes only, once it is known that all these have meshes.
@@ -172,14 +237,21 @@ fn worlds(scene: &Scene, run: Run) -> Result<Vec<Option<World>>, TessellateError
         let world = one.compile()?;
         // Refuses surfaces without an inside, by object.
         batch::contains(&world, &[] as &[Vec3], run)?;
+        let count = world.stats().virtual_leaves;
+        if count > MOST_SOLIDS {
+            return Err(TessellateError::TooManySolids { object: first_name(&world), count });
+        }
         let bounds = world.bounds();
         if bounds.is_finite() || bounds.is_empty() {
             return Ok(Some(world));
         }
-        let object = world.object_names().first().cloned().unwrap_or_default();
-        Err(TessellateError::Unbounded { object })
+        Err(TessellateError::Unbounded { object: first_name(&world) })
     };
     scene.objects.iter().map(world).collect()
+}
+
+fn first_name(world: &World) -> String {
+    world.object_names().first().cloned().unwrap_or_default()
 }
 
 /// Whether an object is made of meshes only, without combinations.
@@ -211,7 +283,7 @@ fn mesh_within(
     if bounds.is_empty() || bounds.size() == Vec3::ZERO {
         return Ok(Refined::default());
     }
-    let points = first_points(scene, root, &bounds, surface)?;
+    let points = first_points(scene, root, &bounds, tolerance, surface)?;
     let mut of_object = |State { cells, triangles, deviation }: State| {
         told(&Progress { object: name, cells, triangles, deviation });
     };

@@ -21,6 +21,9 @@ const FIRST_LEVELS: usize = 3;
 /// The part of the tolerance that measured distances may take: the distance is measured at points, and rises a little between them.
 const SAFE: f64 = 0.9;
 
+/// How many steps lead from a point of the surface to the mesh, where cells between them are looked for.
+const STEPS_TO_MESH: u32 = 8;
+
 /// The least size of a cell, in units of the octree.
 const LEAST_SIZE: u32 = 4;
 
@@ -209,20 +212,40 @@ impl<'w> Work<'w> {
         }
         let points: Vec<Vec3> =
             self.points.iter().map(|point| self.samples.points[*point as usize]).collect();
-        let distances = deviation::of_points(mesh, &points, self.surface.run)?;
-        let mut distance = distances.iter().copied();
-        self.points.retain(|_| distance.next().is_some_and(|distance| distance > self.tolerance));
-        for (point, distance) in points.into_iter().zip(distances) {
-            // To a mesh without triangles it is infinite.
-            let distance = distance.min(self.octree.length(self.octree.cells[0].size));
-            far.note(distance, point);
-            if distance > self.tolerance {
-                let cell = self.octree.cell_of(point);
-                let size = self.octree.length(self.octree.cells[cell as usize].size);
-                far.add(cell, distance.min(size));
-            }
+        let nearest = deviation::nearest_points(mesh, &points, self.surface.run)?;
+        let mut is_far = nearest.iter().map(|near| self.is_far(near)).collect::<Vec<bool>>().into_iter();
+        self.points.retain(|_| is_far.next() == Some(true));
+        for (point, near) in points.into_iter().zip(nearest) {
+            self.add_far_point(point, near, &mut far);
         }
         Ok(far)
+    }
+
+    fn is_far(&self, near: &Option<(Vec3, f64)>) -> bool {
+        near.is_none_or(|(_, distance)| distance > self.tolerance)
+    }
+
+    /// Notes a point of the surface and the point of the mesh that is nearest to it; if they are far from each other, also the cells
+    /// in which the mesh is to become better.
+    fn add_far_point(&self, point: Vec3, near: Option<(Vec3, f64)>, far: &mut FarCells) {
+        let whole = self.octree.length(self.octree.cells[0].size);
+        far.note(near.map_or(whole, |(_, distance)| distance), point);
+        if !self.is_far(&near) {
+            return;
+        }
+        let size = |cell: u32| self.octree.length(self.octree.cells[cell as usize].size);
+        let cell = self.octree.cell_of(point);
+        let of_point = size(cell);
+        far.add(cell, near.map_or(of_point, |(_, distance)| distance.min(of_point)));
+        // Something thin may lead from the mesh to the point, and be missed between larger cells.
+        let Some((end, distance)) = near.filter(|(_, distance)| *distance > of_point) else { return };
+        for step in 1..STEPS_TO_MESH {
+            let between = point.lerp(end, f64::from(step) / f64::from(STEPS_TO_MESH));
+            let cell = self.octree.cell_of(between);
+            if size(cell) > of_point {
+                far.add(cell, distance.min(size(cell)));
+            }
+        }
     }
 
     /// Divides cells, unless they are too small, or too many cells would be needed.

@@ -2,7 +2,7 @@
 //! pair of triangles get a vertex of their own in the edge. Two triangles that lie back to back, where an edge of a cell grazes the
 //! surface, are left out.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::f64::consts::TAU;
 
 use shotline::math::Vec3;
@@ -18,14 +18,15 @@ struct Side {
     apex: u32,
 }
 
-/// The mesh with two triangles at each edge. Triangles keep their places but for cuts along new vertices.
+/// The mesh with two triangles at each edge, also for readers that take vertices of one position as one. Triangles keep their
+/// places but for cuts along new vertices.
 pub fn with_two_triangles_an_edge(mesh: TriangleMesh) -> TriangleMesh {
-    let (mut vertices, mut faces) = (mesh.vertices.clone(), without_back_to_back(&mesh.faces));
+    let (mut vertices, mut faces) = (mesh.vertices.clone(), without_back_to_back(&welded(&mesh)));
     // A triangle can have several such edges: one is parted in a round.
     loop {
         let shared = shared_edges(&faces);
         if shared.is_empty() {
-            return TriangleMesh::new(vertices, faces);
+            return with_used_vertices(&vertices, faces);
         }
         let mut changed = HashSet::new();
         for sides in shared {
@@ -35,6 +36,34 @@ pub fn with_two_triangles_an_edge(mesh: TriangleMesh) -> TriangleMesh {
             }
         }
     }
+}
+
+/// The triangles with one vertex for each position, without those that have two corners in one.
+fn welded(mesh: &TriangleMesh) -> Vec<[u32; 3]> {
+    let mut of_position = HashMap::new();
+    let first: Vec<u32> = (0..)
+        .zip(&mesh.vertices)
+        .map(|(number, vertex)| {
+            // -0 and 0 are one position.
+            let bits = vertex.to_array().map(|x| (x + 0.0).to_bits());
+            *of_position.entry(bits).or_insert(number)
+        })
+        .collect();
+    let welded = mesh.faces.iter().map(|face| face.map(|vertex| first[vertex as usize]));
+    welded.filter(|[a, b, c]| a != b && b != c && c != a).collect()
+}
+
+/// A mesh of those of the vertices that triangles have.
+fn with_used_vertices(vertices: &[Vec3], mut faces: Vec<[u32; 3]>) -> TriangleMesh {
+    let mut used = Vec::new();
+    let mut new = vec![None; vertices.len()];
+    for vertex in faces.iter_mut().flatten() {
+        *vertex = *new[*vertex as usize].get_or_insert_with(|| {
+            used.push(vertices[*vertex as usize]);
+            used.len() as u32 - 1
+        });
+    }
+    TriangleMesh::new(used, faces)
 }
 
 /// The triangles without pairs of the same corners in opposite orders.
@@ -125,6 +154,18 @@ mod tests {
         assert_eq!(without_back_to_back(&faces), [[1, 2, 0], [5, 6, 7]]);
     }
 
+    /// Vertices of one position, which an STL file does not tell apart, made an edge of four triangles when it was read.
+    #[test]
+    fn vertices_of_one_position_are_one() {
+        let at = |x: f64, y: f64| Vec3::new(x, y, 0.0);
+        let vertices =
+            vec![at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0), at(-0.0, 0.0), at(9.0, 9.0), at(5.0, 0.0)];
+        let faces = vec![[0, 1, 2], [0, 3, 1], [3, 2, 1], [5, 1, 2]];
+        let mesh = with_two_triangles_an_edge(TriangleMesh::new(vertices, faces));
+        assert_eq!(mesh.faces, [[0, 1, 2]]);
+        assert_eq!(mesh.vertices, [at(5.0, 0.0), at(1.0, 0.0), at(0.0, 1.0)]);
+    }
+
     /// Two tetrahedra that touch along an edge get a vertex in it, which one of them has.
     #[test]
     fn bodies_that_touch_along_an_edge_are_parted() {
@@ -138,15 +179,19 @@ mod tests {
             at(-1.0, -0.2, 0.5),
         ];
         let tetrahedron = |a, b, c, d| [[a, c, b], [a, b, d], [a, d, c], [b, c, d]];
-        let faces = [tetrahedron(0, 1, 3, 2), tetrahedron(0, 1, 5, 4)].concat();
+        let faces = [tetrahedron(0, 1, 2, 3), tetrahedron(0, 1, 4, 5)].concat();
         let touching = TriangleMesh::new(vertices, faces);
         assert!(Topology::of(&touching).unwrap().is_closed());
         let parted = with_two_triangles_an_edge(touching.clone());
         assert_eq!((parted.vertices.len(), parted.faces.len()), (7, 10));
         assert!(shared_edges(&parted.faces).is_empty() && Topology::of(&parted).unwrap().is_closed());
         // The new vertex is in triangles of one of the two bodies only.
-        let with_it = parted.faces.iter().filter(|face| face.contains(&6));
-        let sides: Vec<bool> = with_it.map(|face| face.contains(&2) || face.contains(&3)).collect();
+        let side = |face: &[u32; 3]| {
+            let corners = face.map(|vertex| parted.vertices[vertex as usize]);
+            let has_it = corners.contains(&at(0.0, 0.0, 0.5));
+            has_it.then(|| corners.iter().map(|corner| corner.x).sum::<f64>() > 0.0)
+        };
+        let sides: Vec<bool> = parted.faces.iter().filter_map(side).collect();
         assert!(sides.len() == 4 && sides.iter().all(|side| *side == sides[0]));
         let volume = |mesh: &TriangleMesh| -> f64 {
             (0..mesh.faces.len() as u32)

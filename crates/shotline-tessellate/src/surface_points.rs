@@ -2,7 +2,7 @@
 //! and lines through each of the solids that it is made of. So a small bore or pin is not missed between coarse cells.
 
 use shotline::aabb::Aabb;
-use shotline::math::{ComposedTransform, Vec3};
+use shotline::math::{Affine, ComposedTransform, Vec3};
 use shotline::query::batch::BatchError;
 use shotline::ray::Ray;
 use shotline::scene::{Node, NodeId, Scene};
@@ -20,6 +20,12 @@ const LAST_LINES: f64 = 150.0;
 /// that a long bar is met all along.
 const ACROSS_SOLID: (f64, f64) = (3.0, 64.0);
 
+/// The most lines along a bar: a needle may be thinner there than its box, so they are as close as the tolerance.
+const MOST_ALONG: f64 = 256.0;
+
+/// Beyond so many lines, no more solids get lines of their own.
+const MOST_LINES: usize = 1 << 20;
+
 /// How far lines begin before a box and end behind it, in parts of its side.
 const BEYOND: f64 = 0.01;
 
@@ -31,10 +37,11 @@ pub fn first_points(
     scene: &Scene,
     root: NodeId,
     bounds: &Aabb,
+    tolerance: f64,
     surface: &Surface,
 ) -> Result<Vec<Vec3>, BatchError> {
     let mut lines = lines_through_object(bounds, LINES);
-    lines_through_solids(scene, root, &mut lines);
+    lines_through_solids(scene, root, tolerance, &mut lines);
     points_on(&lines, surface)
 }
 
@@ -80,15 +87,16 @@ fn line(bounds: &Aabb, axis: usize, (at_u, at_v): (f64, f64)) -> [Vec3; 2] {
 }
 
 /// Adds lines through the boxes of the solids below a node.
-fn lines_through_solids(scene: &Scene, root: NodeId, lines: &mut Vec<[Vec3; 2]>) {
+fn lines_through_solids(scene: &Scene, root: NodeId, tolerance: f64, lines: &mut Vec<[Vec3; 2]>) {
     let mut todo = vec![(root, ComposedTransform::IDENTITY)];
     for _ in 0..MOST_NODES {
-        let Some((id, frame)) = todo.pop() else { return };
+        let Some((id, frame)) = todo.pop().filter(|_| lines.len() < MOST_LINES) else { return };
         match scene.node(id) {
             Node::Solid { kind, params } => {
                 if let (Ok(solid), Ok(pair)) = (kind.build(params), frame.placement()) {
-                    let local = lines_through_solid(&solid.bounds());
-                    lines.extend(local.map(|line| line.map(|point| pair.parent_from_local.point(point))));
+                    let to_world = pair.parent_from_local;
+                    let local = lines_through_solid(&solid.bounds(), &to_world, tolerance);
+                    lines.extend(local.map(|line| line.map(|point| to_world.point(point))));
                 }
             }
             Node::Transform { transform, child } => todo.push((*child, transform.inside(&frame))),
@@ -98,11 +106,22 @@ fn lines_through_solids(scene: &Scene, root: NodeId, lines: &mut Vec<[Vec3; 2]>)
 }
 
 /// Lines through the box of a solid; none if it has no size or no end.
-fn lines_through_solid(bounds: &Aabb) -> impl Iterator<Item = [Vec3; 2]> + use<> {
+fn lines_through_solid(
+    bounds: &Aabb,
+    to_world: &Affine,
+    tolerance: f64,
+) -> impl Iterator<Item = [Vec3; 2]> + use<> {
     let bounds = Some(*bounds).filter(|bounds| bounds.is_finite() && !bounds.is_empty());
-    bounds.into_iter().flat_map(|bounds| {
-        let counts = (bounds.size() / (2.0 * bounds.size().min_element())).ceil();
+    let axes = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| to_world.vector(axis).length());
+    bounds.into_iter().flat_map(move |bounds| {
+        let size = bounds.size() * Vec3::from_array(axes);
         let (fewest, most) = ACROSS_SOLID;
-        lines_through_box(bounds, counts.clamp(Vec3::splat(fewest), Vec3::splat(most)))
+        let mut counts =
+            (size / (2.0 * size.min_element())).ceil().clamp(Vec3::splat(fewest), Vec3::splat(most));
+        let longest = size.max_position();
+        if counts[longest] > fewest {
+            counts[longest] = counts[longest].max((size[longest] / tolerance).ceil().min(MOST_ALONG));
+        }
+        lines_through_box(bounds, counts)
     })
 }

@@ -238,6 +238,37 @@ fn what_is_thin_or_touches_is_kept() {
     }
 }
 
+/// A slender cone was refused at every tolerance, because nothing but its tip was known to be missing.
+#[test]
+fn needles_reach_their_tips() {
+    for tolerance in [0.4, 0.1, 0.02] {
+        let found =
+            made(&Scene::of([Object::new("needle", Shape::cone(0.2, 0.0, 0.0, 10.0).unwrap())]), tolerance);
+        let mesh = mesh(&found.scene, "needle");
+        let top = mesh.vertices.iter().map(|vertex| vertex.z).fold(0.0, f64::max);
+        assert!((top - 10.0).abs() <= tolerance && has_two_triangles_an_edge(mesh), "{tolerance}: {top}");
+        assert!(found.parts[0].triangles < 20_000, "{:?}", found.parts);
+    }
+}
+
+/// Vertices of one position made edges of four triangles where a reader takes them as one, as in an STL file.
+#[test]
+fn no_two_vertices_are_at_one_position() {
+    for tolerance in [0.02, 0.01, 0.007, 0.005, 0.003] {
+        let found = made(&Scene::of([Object::new("ball", ball(1.0, 0.0))]), tolerance);
+        let mesh = mesh(&found.scene, "ball");
+        let mut positions: Vec<[u64; 3]> =
+            mesh.vertices.iter().map(|v| v.to_array().map(f64::to_bits)).collect();
+        positions.sort_unstable();
+        positions.dedup();
+        assert_eq!(positions.len(), mesh.vertices.len());
+        assert!(
+            has_two_triangles_an_edge(mesh)
+                && mesh.faces.iter().flatten().max() == Some(&(positions.len() as u32 - 1))
+        );
+    }
+}
+
 /// A bore of a thousandth of the size lies between the lines of the first cells.
 #[test]
 fn small_bores_are_found() {

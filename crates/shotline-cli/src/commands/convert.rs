@@ -131,7 +131,16 @@ impl Command {
                 (counted(part.triangles as u64, "triangle", "triangles"), significant(part.deviation, 2));
             format!("'{}' became a mesh of {triangles}, within {deviation}", part.object)
         };
-        Ok((Cow::Owned(found.scene), found.parts.iter().map(told).collect()))
+        let empty = found.empty.iter().map(|name| format!("'{name}' is empty and has no mesh"));
+        let mut notes: Vec<String> = found.parts.iter().map(told).chain(empty).collect();
+        if found.scene.objects.is_empty() {
+            let why = if notes.is_empty() { "the scene has no objects".into() } else { notes.join("\n") };
+            return Err(Failure::of_input(&self.model.path, format!("there is nothing to convert: {why}")));
+        }
+        if document.scene.has_owners() {
+            notes.push("what objects contain is no longer in them, and is not cut out of them".into());
+        }
+        Ok((Cow::Owned(found.scene), notes))
     }
 
     /// Writes the scene and returns notes for the user. On standard output a scene is written as text.
