@@ -175,11 +175,12 @@ pub fn tessellate(
             let (found, transforms, scale) = match &placed {
                 Some(PlacedPart { part, transforms, scale }) => {
                     let key = (*part, scale.to_bits());
-                    if !made.contains_key(&key) {
-                        let found = within(*part, &world_of_part(scene, *part, name)?, tolerance / scale)?;
-                        made.insert(key, found);
-                    }
-                    (made[&key], &transforms[..], *scale)
+                    let found = match made.get(&key) {
+                        Some(found) => *found,
+                        None => within(*part, &world_of_part(scene, *part, name)?, tolerance / scale)?,
+                    };
+                    made.insert(key, found);
+                    (found, &transforms[..], *scale)
                 }
                 None => (within(*root, world, tolerance)?, &[][..], 1.0),
             };
