@@ -82,7 +82,8 @@ pub fn refine(
     let mut work = Work::new(surface, bounds, points, tolerance)?;
     loop {
         let contour = contour(&work.octree, &work.samples);
-        let mesh = mesh(&contour);
+        // Measured as it will be: flat pieces that are left out may be all there is of something thin.
+        let mesh = with_two_triangles_an_edge(mesh(&contour));
         let far = work.far_cells(&contour, &mesh)?;
         told(State {
             cells: work.octree.cells.len(),
@@ -94,7 +95,6 @@ pub fn refine(
         } else if !work.examines_all {
             work.examine_all();
         } else {
-            let mesh = with_two_triangles_an_edge(mesh);
             return Ok(Refined { mesh, deviation: far.farthest.distance });
         }
     }
