@@ -15,8 +15,13 @@ SPHERE = '{"shotline": 1, "objects": [{"name": "a", "node": {"kind": "spere", "r
 
 def on_a_terminal(*arguments, **environment):
     """What a command writes on a terminal as its standard error."""
+    return _shown(arguments, lambda slave: {"stderr": slave, "env": os.environ | environment})
+
+
+def _shown(arguments, options):
+    """What a command writes on a terminal, which `options` gives to it."""
     master, slave = pty.openpty()
-    process = subprocess.Popen([SHOTLINE, *map(str, arguments)], stderr=slave, env=os.environ | environment)
+    process = subprocess.Popen([SHOTLINE, *map(str, arguments)], **options(slave))
     os.close(slave)
     shown = b""
     try:
@@ -56,19 +61,12 @@ def test_names_send_nothing_to_a_terminal(tmp_path):
 
 def shown_in(columns, *arguments):
     """What a command writes to a terminal of this many columns as its standard output."""
-    master, slave = pty.openpty()
-    fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
-    process = subprocess.Popen([SHOTLINE, *map(str, arguments)], stdout=slave, stderr=subprocess.DEVNULL)
-    os.close(slave)
-    shown = b""
-    try:
-        while part := os.read(master, 4096):
-            shown += part
-    except OSError:
-        pass  # the other end is closed
-    process.wait(timeout=30)
-    os.close(master)
-    return shown.decode().replace("\r\n", "\n")
+
+    def options(slave):
+        fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+        return {"stdout": slave, "stderr": subprocess.DEVNULL}
+
+    return _shown(arguments, options)
 
 
 def test_tables_fit_the_terminal(tmp_path):
