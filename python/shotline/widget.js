@@ -17,7 +17,7 @@ function render({ model, el }) {
   el.append(picture);
 
   const nothing = () => ({ turn: [0, 0], shift: [0, 0], zoom: 1, moving: true });
-  let next = null; // what is told next
+  let next = null; // the next message
   let isWaiting = false; // for the picture of what was told last
   let still = 0;
 

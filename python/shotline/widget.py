@@ -27,7 +27,7 @@ _COARSE = 3
 
 class Widget(anywidget.AnyWidget):
     """A picture of a scene that can be turned: drag to turn it, drag with shift to move it, scroll to zoom. The arrow keys, + and - do
-    the same. `camera` is that of the picture; setting it or `look` draws it anew.
+    the same. `camera` is that of the picture; setting it or `look` draws it again.
 
     Args:
         scene: the scene.

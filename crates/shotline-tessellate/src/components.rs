@@ -2,7 +2,7 @@
 //! own, so that no edge of the mesh has more than two triangles (S. Schaefer, T. Ju and J. Warren, "Manifold Dual Contouring",
 //! IEEE Transactions on Visualization and Computer Graphics 13, 2007).
 //!
-//! A part is told by the crossings on edges of the cell. Around each face of a cell, the boundary enters the object and leaves it
+//! A part is a set of crossings on edges of the cell. Around each face of a cell, the boundary enters the object and leaves it
 //! in turn; the surface in the face joins crossings in pairs, without passing through itself, and those of a pair belong to one part on
 //! both sides of the face. Which pairs: those whose points and normals fit best. So a wall that is thinner than a cell has
 //! two parts, one for each of its sides.

@@ -58,7 +58,7 @@ pub struct Distances {
 }
 
 impl Distances {
-    /// The greatest distance of points of each polygon from the surface, as far as twice the size of its cells. The distance
+    /// The greatest distance of points of each polygon from the surface; at most twice the size of its cells. The distance
     /// along any line is at least the distance, so lines are cast until one is within the tolerance.
     pub fn of_polygons(
         &mut self,
@@ -118,7 +118,7 @@ fn probes<'c>(
     })
 }
 
-/// How far the surface is from each of some points, at most as far as it is looked for.
+/// The distance of each probe from the surface; at most its reach.
 fn distances_of(probes: &[Probe], surface: &Surface, tolerance: f64) -> Result<Vec<f64>, BatchError> {
     let mut distances: Vec<f64> = probes.iter().map(|probe| probe.reach).collect();
     for attempt in 0..2 + DIRECTIONS.len() {

@@ -143,7 +143,7 @@ pub struct Progress<'a> {
 }
 
 /// Makes the objects of a scene into meshes. An object that contains others is whole: what it contains is not cut out of it.
-/// Instances within one object are one mesh; objects that are one part in several places share its mesh. `told` is called from time to time.
+/// Instances within one object are one mesh; objects that are one part in several places share its mesh. `report` is called from time to time.
 ///
 /// # Errors
 /// [`TessellateError`] names the object and says how to mend it.
@@ -151,7 +151,7 @@ pub fn tessellate(
     scene: &Scene,
     settings: &Settings,
     run: Run,
-    told: &mut dyn FnMut(&Progress),
+    report: &mut dyn FnMut(&Progress),
 ) -> Result<Tessellation, TessellateError> {
     let tolerance = settings.tolerance;
     if !(tolerance > 0.0 && tolerance.is_finite()) {
@@ -169,7 +169,7 @@ pub fn tessellate(
         for (object, name) in (0..).zip(world.object_names()) {
             let mut within = |root, world: &World, tolerance| {
                 let surface = Surface { world, object, run };
-                let found = mesh_within(scene, root, &surface, name, tolerance, told)?;
+                let found = mesh_within(scene, root, &surface, name, tolerance, report)?;
                 Ok::<_, TessellateError>(Made::of(found, &mut out))
             };
             let (found, transforms, scale) = match &placed {
@@ -278,7 +278,7 @@ fn mesh_within(
     surface: &Surface,
     name: &str,
     tolerance: f64,
-    told: &mut dyn FnMut(&Progress),
+    report: &mut dyn FnMut(&Progress),
 ) -> Result<Refined, TessellateError> {
     let bounds = surface.world.bounds();
     if bounds.is_empty() || bounds.size() == Vec3::ZERO {
@@ -286,7 +286,7 @@ fn mesh_within(
     }
     let points = first_points(scene, root, &bounds, tolerance, surface)?;
     let mut of_object = |State { cells, triangles, deviation }: State| {
-        told(&Progress { object: name, cells, triangles, deviation });
+        report(&Progress { object: name, cells, triangles, deviation });
     };
     refine(surface, &bounds, points, tolerance, &mut of_object).map_err(|error| match error {
         RefineError::Batch(error) => error.into(),

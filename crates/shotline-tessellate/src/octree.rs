@@ -184,7 +184,7 @@ mod tests {
         assert_eq!(volume, f64::from(WHOLE).powi(3));
     }
 
-    /// Middles of edges are told apart, and those of edges that are halved are corners of others.
+    /// Each edge has another middle, and the middle of an edge that is halved is the end of its halves.
     #[test]
     fn edges_have_keys_of_their_own() {
         let octree = divided();

@@ -77,7 +77,7 @@ pub fn refine(
     bounds: &Aabb,
     points: Vec<Vec3>,
     tolerance: f64,
-    told: &mut dyn FnMut(State),
+    report: &mut dyn FnMut(State),
 ) -> Result<Refined, RefineError> {
     let mut work = Work::new(surface, bounds, points, tolerance)?;
     loop {
@@ -85,7 +85,7 @@ pub fn refine(
         // Measured as it will be: flat pieces that are left out may be all there is of something thin.
         let mesh = with_two_triangles_an_edge(mesh(&contour));
         let far = work.far_cells(&contour, &mesh)?;
-        told(State {
+        report(State {
             cells: work.octree.cells.len(),
             triangles: mesh.faces.len(),
             deviation: far.farthest.distance,
