@@ -8,6 +8,23 @@ use crate::error::WriteError;
 /// The attribute that a transform would change.
 pub(crate) const NORMAL: &str = "normal";
 
+/// The most triangles of a mesh to which others were joined: copies of a shared mesh can be more than memory holds.
+const MOST_TRIANGLES: usize = 100_000_000;
+
+/// Refuses to join meshes to one that would be too large. `what` names the one in the message.
+pub(crate) fn expect_joinable<'m>(
+    meshes: impl Iterator<Item = &'m TriangleMesh>,
+    what: &str,
+) -> Result<(), WriteError> {
+    let triangles: usize = meshes.map(|mesh| mesh.faces.len()).sum();
+    if triangles <= MOST_TRIANGLES {
+        return Ok(());
+    }
+    Err(WriteError::Unwritable(format!(
+        "{what} would be one mesh of {triangles} triangles, since shared meshes are written out, and at most {MOST_TRIANGLES} are"
+    )))
+}
+
 /// Appends a mesh under a transform. Normals of a mesh that is moved are left out.
 pub(crate) fn append(
     out: &mut TriangleMesh,

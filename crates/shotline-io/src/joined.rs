@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use shotline::scene::{Material, Node, Scene};
 use shotline::solid::mesh::TriangleMesh;
 
-use crate::append::{NORMAL, append};
+use crate::append::{NORMAL, append, expect_joinable};
 use crate::error::WriteError;
 use crate::format::Keeps;
 use crate::losses;
@@ -31,6 +31,7 @@ pub(crate) struct Joined<'s> {
 /// [`WriteError::Unwritable`] if the scene has other solids than meshes, or too many.
 pub(crate) fn join<'s>(scene: &'s Scene, format: &str, keeps: Keeps) -> Result<Joined<'s>, WriteError> {
     let placed = Placed::of(scene, format)?;
+    expect_joinable(placed.meshes.iter().map(|found| &**found.mesh), "the scene")?;
     let mut names = Names::of(scene);
     let mut mesh = TriangleMesh::default();
     let mut objects: Vec<ObjectFaces> = Vec::new();

@@ -21,6 +21,7 @@ pub(crate) struct PlacedObject<'s> {
     pub(crate) id: NodeId,
     pub(crate) name: &'s str,
     pub(crate) material: Option<&'s str>,
+    pub(crate) world_from_object: Affine,
 }
 
 /// A mesh of a placed object.
@@ -30,6 +31,7 @@ pub(crate) struct PlacedMesh<'s> {
     pub(crate) object: usize,
     pub(crate) mesh: &'s Arc<TriangleMesh>,
     pub(crate) world_from_local: Affine,
+    pub(crate) object_from_local: Affine,
 }
 
 /// What a scene consists of.
@@ -44,7 +46,8 @@ pub(crate) struct Placed<'s> {
 /// A node that waits to be visited.
 struct Waiting {
     id: NodeId,
-    transform: ComposedTransform,
+    /// To the world, and to the object.
+    frames: [ComposedTransform; 2],
     depth: usize,
     object: Option<usize>,
 }
@@ -58,16 +61,20 @@ impl<'s> Placed<'s> {
         let refuse =
             |what: &str| Err(WriteError::Unwritable(format!("{format} holds triangles only, and {what}")));
         let mut out = Placed::default();
-        let root =
-            |id: &NodeId| Waiting { id: *id, transform: ComposedTransform::IDENTITY, depth: 0, object: None };
+        let root = |id: &NodeId| Waiting {
+            id: *id,
+            frames: [ComposedTransform::IDENTITY; 2],
+            depth: 0,
+            object: None,
+        };
         let mut todo: Vec<Waiting> = scene.objects.iter().rev().map(root).collect();
         let mut visited = 0;
-        while let Some(Waiting { id, transform, depth, object }) = todo.pop() {
+        while let Some(Waiting { id, frames, depth, object }) = todo.pop() {
             visited += 1;
             if visited > MAX_VISITED || depth > MAX_DEPTH {
                 return refuse("the scene has too many parts to write each of them out");
             }
-            let below = |id, transform| Waiting { id, transform, depth: depth + 1, object };
+            let below = |id, frames| Waiting { id, frames, depth: depth + 1, object };
             let name = object.map_or("", |object| out.objects[object].name);
             let node = scene.node(id);
             match node {
@@ -76,29 +83,28 @@ impl<'s> Placed<'s> {
                 }
                 Node::Csg { .. } => return refuse(&format!("object '{name}' has a combination of solids")),
                 Node::Mesh { mesh, .. } => {
-                    let placement =
-                        transform.placement().map_err(|e| WriteError::Unwritable(e.to_string()))?;
-                    let object = object.unwrap_or_else(|| out.add(id, "", None));
-                    let world_from_local = placement.parent_from_local;
-                    out.meshes.push(PlacedMesh { object, mesh, world_from_local });
+                    let [world_from_local, object_from_local] = [matrix(&frames[0])?, matrix(&frames[1])?];
+                    let object = object.unwrap_or_else(|| out.add(id, "", None, Affine::IDENTITY));
+                    out.meshes.push(PlacedMesh { object, mesh, world_from_local, object_from_local });
                 }
-                Node::Group { members } => todo.extend(members.iter().rev().map(|m| below(*m, transform))),
+                Node::Group { members } => todo.extend(members.iter().rev().map(|m| below(*m, frames))),
                 Node::Lattice { lattice, .. } => {
                     if lattice.cell_count() > (MAX_VISITED / 10) as u64 {
                         return refuse("a lattice has too many cells to write each of them out");
                     }
                     let cells: Vec<_> = node.cells().collect();
                     todo.extend(cells.into_iter().rev().map(|(_, shift, element)| {
-                        below(element, transform.then(&Affine::translation(shift)))
+                        below(element, frames.map(|frame| frame.then(&Affine::translation(shift))))
                     }));
                 }
                 Node::Object { name, material, .. } => {
-                    let object = Some(out.add(id, name, material.as_deref()));
-                    let child = |id| Waiting { id, transform, depth: depth + 1, object };
+                    let object = Some(out.add(id, name, material.as_deref(), matrix(&frames[0])?));
+                    let frames = [frames[0], ComposedTransform::IDENTITY];
+                    let child = |id| Waiting { id, frames, depth: depth + 1, object };
                     todo.extend(node.children().rev().map(child));
                 }
                 Node::Transform { transform: local, child } => {
-                    todo.push(below(*child, local.inside(&transform)));
+                    todo.push(below(*child, frames.map(|frame| local.inside(&frame))));
                 }
             }
         }
@@ -108,8 +114,19 @@ impl<'s> Placed<'s> {
         Ok(out)
     }
 
-    fn add(&mut self, id: NodeId, name: &'s str, material: Option<&'s str>) -> usize {
-        self.objects.push(PlacedObject { id, name, material });
+    fn add(
+        &mut self,
+        id: NodeId,
+        name: &'s str,
+        material: Option<&'s str>,
+        world_from_object: Affine,
+    ) -> usize {
+        self.objects.push(PlacedObject { id, name, material, world_from_object });
         self.objects.len() - 1
     }
+}
+
+fn matrix(frame: &ComposedTransform) -> Result<Affine, WriteError> {
+    let pair = frame.placement().map_err(|e| WriteError::Unwritable(e.to_string()))?;
+    Ok(pair.parent_from_local)
 }

@@ -207,7 +207,7 @@ fn three_mf_keeps_objects_materials_and_every_bit() {
     assert_eq!(color(&back, "steel"), Some([0.2, 0.4, 1.0]));
     let told = [
         "of materials only names and colours are kept",
-        "objects of several meshes, which were joined into one, moved into place: 1",
+        "objects of several meshes, which were joined into one: 1",
         "materials without a colour became white: 1",
     ];
     assert_eq!(notes, told);
@@ -255,7 +255,7 @@ fn gltf_keeps_objects_and_materials_in_float32() {
         assert_eq!(found[0].mesh.vertices, rounded);
         let told = [
             "of materials only names and colours are kept",
-            "objects of several meshes, which were joined into one, moved into place: 1",
+            "objects of several meshes, which were joined into one: 1",
             "z is up in the scene, y in glTF: the root node turns it, and scales mm to metres",
         ];
         assert_eq!(notes[..3], told);

@@ -18,33 +18,38 @@
 //! ```
 #![deny(missing_docs)]
 
+mod apart;
+mod boxes;
 mod components;
 mod contour;
 mod deviation;
 mod disjoint_sets;
+mod graph;
 mod octree;
 mod pairs;
+mod plan;
 mod quadratic_error;
 mod refine;
 mod samples;
+mod shape;
 mod shared_edges;
-mod shared_parts;
 mod surface;
 mod surface_points;
+mod uses;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
-use shotline::compile::{InvalidScene, World};
+use shotline::compile::InvalidScene;
 use shotline::math::Vec3;
-use shotline::query::batch::{self, BatchError, Run};
-use shotline::scene::{LocalTransform, Node, NodeId, Scene};
+use shotline::query::batch::{BatchError, Run};
+use shotline::scene::{Node, NodeId, Scene};
 
-use self::refine::{RefineError, Refined, State, refine};
-use self::shared_parts::{PlacedPart, shared_parts};
-use self::surface::Surface;
-use self::surface_points::first_points;
+use self::graph::postorder;
+use self::plan::Plan;
+use self::refine::Refined;
+use self::shape::Shape;
 
-/// The most solids of an object, counted as often as it has them: each takes some dozen cells at least.
+/// The most solids of one mesh, counted as often as they are placed in it: each takes some dozen cells at least.
 const MOST_SOLIDS: u64 = 1 << 15;
 
 /// How a scene is made into meshes.
@@ -64,22 +69,23 @@ impl Settings {
 /// The meshes of a scene.
 #[derive(Clone, Debug)]
 pub struct Tessellation {
-    /// The scene, each of whose objects is a mesh, in world coordinates or placed. Objects that are made of meshes only are as they were.
+    /// The scene, with meshes in place of solids and combinations. An object at the root that shares nothing is in world coordinates; all
+    /// else is placed as it was. Objects that are made of meshes only are as they were.
     pub scene: Scene,
-    /// The meshes that were made, one for each object. Objects of one part share it.
+    /// The objects for which meshes were made, in the order of their numbers in a world.
     pub parts: Vec<Part>,
-    /// The names of objects in which there is nothing, and which have no mesh.
+    /// The names of objects in which there is nothing.
     pub empty: Vec<String>,
 }
 
-/// A mesh that was made.
+/// The meshes that were made for an object.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
     /// The name of the object.
     pub object: String,
-    /// The number of triangles.
+    /// The number of triangles; those of a mesh that is shared, by copies in the object or by other objects, are counted once.
     pub triangles: usize,
-    /// The greatest distance between the mesh and the surface that was found.
+    /// The greatest distance between the meshes and the surface that was found.
     pub deviation: f64,
 }
 
@@ -121,7 +127,7 @@ pub enum TessellateError {
         tolerance: f64,
         /// The distance of the mesh from the surface, where it is greatest.
         distance: f64,
-        /// Where that is, in world coordinates.
+        /// Where that is, in the coordinates of the mesh.
         place: Vec3,
     },
     /// Rays could not be cast.
@@ -143,7 +149,8 @@ pub struct Progress<'a> {
 }
 
 /// Makes the objects of a scene into meshes. An object that contains others is whole: what it contains is not cut out of it.
-/// Instances within one object are one mesh; objects that are one part in several places share its mesh. `report` is called from time to time.
+/// Parts that are placed several times share a mesh, unless they are close to other parts of their object. `report` is called from time to
+/// time.
 ///
 /// # Errors
 /// [`TessellateError`] names the object and says how to mend it.
@@ -157,142 +164,52 @@ pub fn tessellate(
     if !(tolerance > 0.0 && tolerance.is_finite()) {
         return Err(TessellateError::Tolerance(tolerance));
     }
-    let mut out = Scene { objects: Vec::new(), defs: Vec::new(), ..scene.clone() };
-    let worlds = worlds(scene, run)?;
-    let (mut parts, mut empty) = (Vec::new(), Vec::new());
-    let mut made: HashMap<(NodeId, u64), Option<Made>> = HashMap::new();
-    for ((root, world), placed) in scene.objects.iter().zip(&worlds).zip(shared_parts(scene)) {
-        let Some(world) = world else {
-            out.objects.push(*root);
-            continue;
+    scene.compile()?;
+    let Plan { mut scene, pieces } = Plan::of(scene, tolerance)?;
+    // All are examined before the first mesh is made.
+    let shapes = pieces.iter().map(|piece| Shape::of(&scene, piece, run)).collect::<Result<Vec<_>, _>>()?;
+    let mut made = HashMap::new();
+    for (piece, shape) in pieces.iter().zip(&shapes) {
+        let Refined { mesh, deviation } = shape.mesh_within(tolerance, run, report)?;
+        made.insert(piece.node, (mesh.faces.len(), deviation));
+        scene.nodes[piece.node.0 as usize] = match mesh.faces.is_empty() {
+            true => Node::Group { members: Vec::new() },
+            false => Node::Mesh { mesh: mesh.into(), file: None },
         };
-        for (object, name) in (0..).zip(world.object_names()) {
-            let mut within = |root, world: &World, tolerance| {
-                let surface = Surface { world, object, run };
-                let found = mesh_within(scene, root, &surface, name, tolerance, report)?;
-                Ok::<_, TessellateError>(Made::of(found, &mut out))
-            };
-            let (found, transforms, scale) = match &placed {
-                Some(PlacedPart { part, transforms, scale }) => {
-                    let key = (*part, scale.to_bits());
-                    let found = match made.get(&key) {
-                        Some(found) => *found,
-                        None => within(*part, &world_of_part(scene, *part, name)?, tolerance / scale)?,
-                    };
-                    made.insert(key, found);
-                    (found, &transforms[..], *scale)
-                }
-                None => (within(*root, world, tolerance)?, &[][..], 1.0),
-            };
-            let Some(Made { mesh, triangles, deviation }) = found else {
-                empty.push(name.clone());
-                continue;
-            };
-            parts.push(Part { object: name.clone(), triangles, deviation: scale * deviation });
-            let material =
-                world.object_material(object).map(|number| world.material_names()[number as usize].clone());
-            let place =
-                |child, transform: &LocalTransform| out.add(Node::Transform { transform: *transform, child });
-            let node = transforms.iter().rev().fold(mesh, place);
-            out.add_object(name, material.as_deref(), node);
-        }
     }
-    Ok(Tessellation { scene: out, parts, empty })
-}
-
-/// A mesh that is in a scene.
-#[derive(Clone, Copy)]
-struct Made {
-    mesh: NodeId,
-    triangles: usize,
-    deviation: f64,
-}
-
-impl Made {
-    /// Adds a mesh to a scene; `None` if it has no triangle.
-    fn of(Refined { mesh, deviation }: Refined, out: &mut Scene) -> Option<Made> {
-        let triangles = mesh.faces.len();
-        (triangles > 0).then(|| Made {
-            mesh: out.add(Node::Mesh { mesh: mesh.into(), file: None }),
-            triangles,
-            deviation,
-        })
-    }
-}
-
-/// A world of one part, in its own coordinates.
-fn world_of_part(scene: &Scene, part: NodeId, name: &str) -> Result<World, TessellateError> {
-    let mut one = Scene { objects: Vec::new(), ..scene.clone() };
-    one.add_object(name, None, part);
-    Ok(one.compile()?)
-}
-
-/// A world for each object of a scene that is not made of meshes only, once it is known that all these have meshes.
-fn worlds(scene: &Scene, run: Run) -> Result<Vec<Option<World>>, TessellateError> {
-    let mut one = scene.clone();
-    let world = |root: &NodeId| {
-        if is_of_meshes(scene, *root) {
-            return Ok(None);
-        }
-        one.objects = vec![*root];
-        let world = one.compile()?;
-        // Refuses surfaces without an inside, by object.
-        batch::contains(&world, &[] as &[Vec3], run)?;
-        let count = world.stats().virtual_leaves;
-        if count > MOST_SOLIDS {
-            return Err(TessellateError::TooManySolids { object: first_name(&world), count });
-        }
-        let bounds = world.bounds();
-        if bounds.is_finite() || bounds.is_empty() {
-            return Ok(Some(world));
-        }
-        Err(TessellateError::Unbounded { object: first_name(&world) })
+    let (parts, empty) = objects_made(&scene, &made);
+    let is_there = |root: &NodeId| {
+        postorder(&scene, &[*root]).iter().any(|id| matches!(scene.node(*id), Node::Mesh { .. }))
     };
-    scene.objects.iter().map(world).collect()
+    let objects = scene.objects.iter().copied().filter(is_there).collect();
+    Ok(Tessellation { scene: Scene { objects, defs: Vec::new(), ..scene }, parts, empty })
 }
 
-fn first_name(world: &World) -> String {
-    world.object_names().first().cloned().unwrap_or_default()
+/// What was made for each object that is not of meshes only: a part, or the name of an object in which there is nothing. `made` has the
+/// triangles and the deviation of each piece.
+fn objects_made(scene: &Scene, made: &HashMap<NodeId, (usize, f64)>) -> (Vec<Part>, Vec<String>) {
+    let (mut parts, mut empty) = (Vec::new(), Vec::new());
+    for id in scene.numbered_objects() {
+        let Node::Object { name, node, .. } = scene.node(id) else { continue };
+        let own: Vec<_> = own_nodes(scene, *node).into_iter().filter_map(|id| made.get(&id)).collect();
+        let triangles = own.iter().map(|(triangles, _)| triangles).sum();
+        let deviation = own.iter().map(|(_, deviation)| *deviation).fold(0.0, f64::max);
+        if triangles > 0 {
+            parts.push(Part { object: name.clone(), triangles, deviation });
+        } else if !own.is_empty() {
+            empty.push(name.clone());
+        }
+    }
+    (parts, empty)
 }
 
-/// Whether an object is made of meshes only, without combinations.
-fn is_of_meshes(scene: &Scene, root: NodeId) -> bool {
-    let mut todo = vec![root];
-    let mut seen = vec![false; scene.nodes.len()];
+/// The nodes below a shape and itself, each once, but for objects and what is in them.
+fn own_nodes(scene: &Scene, shape: NodeId) -> HashSet<NodeId> {
+    let (mut own, mut todo) = (HashSet::new(), vec![shape]);
     while let Some(id) = todo.pop() {
-        if std::mem::replace(&mut seen[id.0 as usize], true) {
-            continue;
-        }
-        match scene.node(id) {
-            Node::Solid { .. } | Node::Csg { .. } => return false,
-            node => todo.extend(node.children()),
+        if !matches!(scene.node(id), Node::Object { .. }) && own.insert(id) {
+            todo.extend(scene.node(id).children());
         }
     }
-    true
-}
-
-/// The mesh of an object within a tolerance. It is empty if the object is.
-fn mesh_within(
-    scene: &Scene,
-    root: NodeId,
-    surface: &Surface,
-    name: &str,
-    tolerance: f64,
-    report: &mut dyn FnMut(&Progress),
-) -> Result<Refined, TessellateError> {
-    let bounds = surface.world.bounds();
-    if bounds.is_empty() || bounds.size() == Vec3::ZERO {
-        return Ok(Refined::default());
-    }
-    let points = first_points(scene, root, &bounds, tolerance, surface)?;
-    let mut of_object = |State { cells, triangles, deviation }: State| {
-        report(&Progress { object: name, cells, triangles, deviation });
-    };
-    refine(surface, &bounds, points, tolerance, &mut of_object).map_err(|error| match error {
-        RefineError::Batch(error) => error.into(),
-        RefineError::TooFine(far) => {
-            let (distance, place) = (far.distance, far.place);
-            TessellateError::TooFine { object: name.into(), tolerance, distance, place }
-        }
-    })
+    own
 }

@@ -167,7 +167,7 @@ impl<'w> Work<'w> {
             tolerance: SAFE * tolerance,
             points: Vec::new(),
             examines_all: false,
-            last_points: last_points(bounds, surface)?,
+            last_points: last_points(bounds, tolerance, surface)?,
         };
         for _ in 0..FIRST_LEVELS {
             let whole: Vec<u32> =

@@ -16,6 +16,9 @@ const FEWEST: f64 = 16.0;
 /// The same for the lines that meet points by which a mesh is examined when it seems to be done.
 const LAST_LINES: f64 = 150.0;
 
+/// Lines through an object are no closer than this part of the tolerance: there may be many small objects.
+const CLOSEST: f64 = 0.5;
+
 /// The fewest and the most lines across a side of the box of a solid. There are as many as the shortest side fits in half of it, so
 /// that a long bar is met all along.
 const ACROSS_SOLID: (f64, f64) = (3.0, 64.0);
@@ -40,14 +43,14 @@ pub fn first_points(
     tolerance: f64,
     surface: &Surface,
 ) -> Result<Vec<Vec3>, BatchError> {
-    let mut lines = lines_through_object(bounds, LINES);
+    let mut lines = lines_through_object(bounds, LINES, tolerance);
     lines_through_solids(scene, root, tolerance, &mut lines);
     points_on(&lines, surface)
 }
 
 /// Points of a surface within bounds by which its mesh is examined in the end.
-pub fn last_points(bounds: &Aabb, surface: &Surface) -> Result<Vec<Vec3>, BatchError> {
-    points_on(&lines_through_object(bounds, LAST_LINES), surface)
+pub fn last_points(bounds: &Aabb, tolerance: f64, surface: &Surface) -> Result<Vec<Vec3>, BatchError> {
+    points_on(&lines_through_object(bounds, LAST_LINES, tolerance), surface)
 }
 
 fn points_on(lines: &[[Vec3; 2]], surface: &Surface) -> Result<Vec<Vec3>, BatchError> {
@@ -59,10 +62,11 @@ fn points_on(lines: &[[Vec3; 2]], surface: &Surface) -> Result<Vec<Vec3>, BatchE
     Ok(points)
 }
 
-/// Lines from side to side of the box of an object: so many across its longest side.
-fn lines_through_object(bounds: &Aabb, count: f64) -> Vec<[Vec3; 2]> {
+/// Lines from side to side of the box of an object: at most so many across its longest side.
+fn lines_through_object(bounds: &Aabb, most: f64, tolerance: f64) -> Vec<[Vec3; 2]> {
     let size = bounds.size();
-    let counts = (size / size.max_element() * count).max(Vec3::splat(FEWEST)).ceil();
+    let counts =
+        (size / (size.max_element() / most).max(CLOSEST * tolerance)).max(Vec3::splat(FEWEST)).ceil();
     lines_through_box(*bounds, counts).collect()
 }
 

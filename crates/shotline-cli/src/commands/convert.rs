@@ -138,7 +138,7 @@ impl Command {
             return Err(Failure::of_input(&self.model.path, format!("there is nothing to convert: {why}")));
         }
         if document.scene.has_owners() {
-            notes.push("what objects contain is no longer in them, and is not cut out of them".into());
+            notes.push("what objects contain is not cut out of their meshes".into());
         }
         Ok((Cow::Owned(found.scene), notes))
     }

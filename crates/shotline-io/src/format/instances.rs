@@ -1,13 +1,13 @@
 //! A scene as objects of one mesh each, for formats that place and share meshes.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use shotline::math::{Affine, Vec3};
 use shotline::scene::{NodeId, Scene};
 use shotline::solid::mesh::TriangleMesh;
 
-use crate::append::append;
+use crate::append::{append, expect_joinable};
 use crate::error::WriteError;
 use crate::format::{lost_attributes, lost_polygons};
 use crate::losses::{self, Look};
@@ -38,14 +38,19 @@ pub(crate) fn instances<'s>(
     for placed in meshes.into_iter().filter(|placed| !placed.mesh.faces.is_empty()) {
         of_object[placed.object].push(placed);
     }
-    let (mut found, mut joined) = (Vec::new(), 0);
+    let mut found = Vec::new();
+    let mut joined: HashMap<NodeId, Arc<TriangleMesh>> = HashMap::new();
     for (object, meshes) in objects.iter().zip(of_object) {
         let (mesh, world_from_local) = match &meshes[..] {
             [] => continue,
             [only] => (only.mesh.clone(), only.world_from_local),
             several => {
-                joined += 1;
-                (Arc::new(whole(several)?), Affine::IDENTITY)
+                let mesh = match joined.get(&object.id) {
+                    Some(mesh) => mesh.clone(),
+                    None => Arc::new(whole(object.name, several)?),
+                };
+                joined.insert(object.id, mesh.clone());
+                (mesh, object.world_from_object)
             }
         };
         let (id, name, material) = (object.id, object.name, object.material);
@@ -54,10 +59,8 @@ pub(crate) fn instances<'s>(
     let mut notes: Vec<String> = losses::of_materials(scene, Look::Color).into_iter().collect();
     notes.extend(losses::of_nesting(scene));
     notes.extend(losses::of_view(scene));
-    if joined > 0 {
-        notes.push(format!(
-            "objects of several meshes, which were joined into one, moved into place: {joined}"
-        ));
+    if !joined.is_empty() {
+        notes.push(format!("objects of several meshes, which were joined into one: {}", joined.len()));
     }
     let mut known = HashSet::new();
     for instance in found.iter().filter(|instance| known.insert(Arc::as_ptr(&instance.mesh))) {
@@ -70,10 +73,12 @@ pub(crate) fn instances<'s>(
     Ok((found, notes))
 }
 
-fn whole(meshes: &[PlacedMesh]) -> Result<TriangleMesh, WriteError> {
+/// The meshes of an object as one, in its coordinates.
+fn whole(name: &str, meshes: &[PlacedMesh]) -> Result<TriangleMesh, WriteError> {
+    expect_joinable(meshes.iter().map(|placed| &**placed.mesh), &format!("object '{name}'"))?;
     let mut whole = TriangleMesh::default();
     for placed in meshes {
-        append(&mut whole, placed.mesh, &placed.world_from_local)?;
+        append(&mut whole, placed.mesh, &placed.object_from_local)?;
     }
     Ok(whole)
 }
