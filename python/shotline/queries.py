@@ -71,8 +71,8 @@ class Queries:
         given, query = _ray_query(o, d, t_min, t_max, threads, progress, surfaces_only, names)
         columns, shape = self._native.closest(query), given.shape
         if len(shape) != 1:
-            shapes = ((*shape, 3) if name == "normal" else shape for name in Closest._fields)
-            columns = tuple(c if c is None else c.reshape(s) for c, s in zip(columns, shapes, strict=True))
+            vectors = (*shape, 3)
+            columns = tuple(c if c is None else c.reshape(vectors if c.ndim == 2 else shape) for c in columns)
         return Closest._of(columns, Origin.of(self, given))
 
     def any(

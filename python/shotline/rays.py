@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -40,19 +41,21 @@ def rays(o: ArrayLike, d: ArrayLike | None) -> Rays:
         flat = both.reshape(-1, 6)
         return Rays(both.shape[:-1], len(flat), flat, None)
     origins, directions = points(o, "o"), points(d, "d")
-    try:
-        shape = np.broadcast_shapes(origins.shape[:-1], directions.shape[:-1])
-    except ValueError:
-        message = f"o of shape {origins.shape} and d of shape {directions.shape} do not broadcast"
-        raise ValueError(message) from None
-    count = int(np.prod(shape, dtype=np.int64))
+    shape = origins.shape[:-1]
+    if shape != directions.shape[:-1]:
+        try:
+            shape = np.broadcast_shapes(shape, directions.shape[:-1])
+        except ValueError:
+            message = f"o of shape {origins.shape} and d of shape {directions.shape} do not broadcast"
+            raise ValueError(message) from None
+    count = math.prod(shape)
     return Rays(shape, count, _spread(origins, shape, count), _spread(directions, shape, count))
 
 
 def _spread(vectors: np.ndarray, shape: tuple[int, ...], count: int) -> Any:
     """One vector for all rays, or one per ray."""
     if vectors.size == 3:
-        return vectors.reshape(3)
+        return vectors if vectors.ndim == 1 else vectors.reshape(3)
     if vectors.shape[:-1] == shape:
         return vectors.reshape(count, 3)
     return np.ascontiguousarray(np.broadcast_to(vectors, (*shape, 3))).reshape(count, 3)
