@@ -198,7 +198,7 @@ fn too_many_solids_or_triangles_are_refused_at_once() {
     sandbox
         .run(&["convert", "a.json", "a.stl", "--tolerance", "0.05"])
         .fails_with(&["object 'balls' consists of 1000000 solids", "make a mesh of one of them"]);
-    for file in ["b.stl", "b.ply", "b.glb"] {
+    for file in ["b.stl", "b.glb"] {
         sandbox
             .run(&["convert", "b.json", file, "--tolerance", "0.01"])
             .fails_with(&["would be one mesh of ", "000000 triangles, since shared meshes are written out"]);
@@ -207,4 +207,22 @@ fn too_many_solids_or_triangles_are_refused_at_once() {
     sandbox.run(&["convert", "b.json", "c.json", "--tolerance", "0.05"]).ok();
     let found = sandbox.run(&["info", "c.json", "--json"]).ok();
     assert!(found.contains("1000000"), "{found}");
+}
+
+/// The outermost volume of a detector hid all others in a viewer of meshes.
+#[test]
+fn enclosing_objects_are_left_out_of_meshes() {
+    let scene = r#"{"shotline": 1, "objects": [{"name": "world", "clip": true, "node": {"kind": "box", "min": [-9, -9, -9], "max": [9, 9, 9]},
+        "contents": [{"name": "ball", "node": {"kind": "sphere", "radius": 1}}]}]}"#;
+    let sandbox = Sandbox::new().with("a.json", scene);
+    let objects = |out: &str, more: &[&str]| {
+        let made = sandbox.run(&[&["convert", "a.json", out, "--tolerance", "0.1"], more].concat());
+        let is_told = made.stderr.contains("'world' is left out, for it encloses the other objects");
+        made.ok();
+        let info = sandbox.run(&["info", out, "--json"]).ok();
+        (["world", "ball"].map(|name| info.contains(&format!("\"{name}\""))), is_told)
+    };
+    assert_eq!(objects("b.glb", &[]), ([false, true], true));
+    assert_eq!(objects("c.glb", &["--only", "world"]), ([true, true], false));
+    assert_eq!(objects("d.json", &[]), ([true, true], false));
 }

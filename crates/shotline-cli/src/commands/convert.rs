@@ -8,7 +8,7 @@ use std::time::Instant;
 use clap::Args;
 use shotline::query::batch::{BatchError, Run};
 use shotline::scene::{Node, Scene};
-use shotline_io::{Document, WriteError, save, write_scene};
+use shotline_io::{Document, Format, WriteError, save, write_scene};
 use shotline_tessellate::{Part, Progress, Settings, TessellateError, tessellate};
 
 use crate::failure::Failure;
@@ -29,7 +29,8 @@ use crate::{input, interrupt, output, stream};
 /// has no vertex indices, and float32 coordinates in its binary form, so it is written as text if float32 would move a vertex. A
 /// mesh file contains all meshes of a scene, transformed; OBJ and text STL keep the objects apart, OBJ with their materials in an
 /// MTL file, and the others join them to one. glTF and 3MF keep objects, names, colours and shared meshes; glTF rounds to float32. Solids
-/// and combinations are made into meshes with --tolerance: closed, with sharp edges, within that distance.
+/// and combinations are made into meshes with --tolerance: closed, with sharp edges, within that distance. The outermost object of nested
+/// volumes is left out of mesh files then, unless --hide or --only say what is.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Command {
@@ -69,12 +70,12 @@ impl Command {
         interrupt::catch();
         output::expect_writable(&self.output, &[], std::slice::from_ref(&self.model.path))?;
         let mut document = input::load(&self.model)?;
-        self.leave_out_hidden(&mut document.scene)?;
+        let enclosures = self.leave_out_hidden(&mut document.scene)?;
         output::expect_not_an_input(&self.output, &input::named_files(&self.model, &document.scene))?;
         let notes = interrupt::cancellable(|cancel| {
             let (scene, made) = self.tessellated(&document, cancel)?;
             let notes = self.save(&scene)?;
-            Ok([made, notes].concat())
+            Ok([enclosures, made, notes].concat())
         })?;
         let text = document.source.text();
         let has_comments =
@@ -88,15 +89,30 @@ impl Command {
         Ok(0)
     }
 
-    /// Leaves out what is not to be converted.
-    fn leave_out_hidden(&self, scene: &mut Scene) -> Result<(), Failure> {
-        let hidden = hidden_by_name(scene, &self.hide, &self.only)?;
+    /// Leaves out what is not to be converted. Returns a note if that was not asked for: as a mesh, an object that encloses all others
+    /// would hide them.
+    fn leave_out_hidden(&self, scene: &mut Scene) -> Result<Vec<String>, Failure> {
+        let is_chosen = !self.hide.is_empty() || !self.only.is_empty();
+        let keeps_nesting = Format::of_file(&self.output).is_none_or(Format::keeps_nesting);
+        let mut notes = Vec::new();
+        let hidden = if is_chosen || self.tolerance.is_none() || keeps_nesting {
+            hidden_by_name(scene, &self.hide, &self.only)?
+        } else {
+            let names: Vec<String> = scene.enclosures().iter().map(|name| format!("'{name}'")).collect();
+            if !names.is_empty() {
+                let names = names.join(", ");
+                notes.push(format!(
+                    "{names} is left out, for it encloses the other objects; --only NAME converts it"
+                ));
+            }
+            scene.hiding_enclosures()
+        };
         if !hidden.is_empty() {
             *scene = scene.without(&hidden);
             let all = std::mem::take(&mut scene.objects);
             scene.objects = all.into_iter().filter(|root| !hidden.is_all_of(scene, *root)).collect();
         }
-        Ok(())
+        Ok(notes)
     }
 
     /// The scene, with its solids as meshes if a tolerance is given, and what was made.
@@ -159,8 +175,14 @@ impl Command {
     fn failure(&self, error: &WriteError) -> Failure {
         match error {
             WriteError::Unwritable(_) => {
-                let help = "write a scene, which keeps everything: a file with the extension .json; or make solids into meshes \
-                            with --tolerance";
+                let help = match self.tolerance {
+                    None => {
+                        "write a scene, which keeps everything: a file with the extension .json; or make solids into meshes with --tolerance"
+                    }
+                    Some(_) => {
+                        "write a scene, which keeps everything: a file with the extension .json; or leave out objects with --hide or --only"
+                    }
+                };
                 Failure::of_file(&self.output, format!("{error}\nhelp: {help}"))
             }
             error => Failure::new(error.to_string()),

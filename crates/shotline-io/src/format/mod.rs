@@ -56,6 +56,8 @@ pub(crate) enum Content {
         write: WriteScene,
         /// Whether the file holds meshes itself. Otherwise it names their files.
         holds_meshes: bool,
+        /// Whether it keeps which objects contain others.
+        keeps_nesting: bool,
         /// The largest file that is read, in bytes.
         max_bytes: u64,
         /// Whether a file may hold several scenes, of which one is chosen by its name.
@@ -102,6 +104,18 @@ pub static FORMATS: &[&Format] = &[
     &stl::FORMAT,
     &obj::FORMAT,
 ];
+
+impl Format {
+    /// The format of a file name extension.
+    pub fn of_file(path: &Path) -> Option<&'static Format> {
+        by_extension(path)
+    }
+
+    /// Whether the format keeps which objects contain others.
+    pub fn keeps_nesting(&self) -> bool {
+        matches!(self.content, Content::Scene { keeps_nesting: true, .. })
+    }
+}
 
 /// The format of a file name extension.
 pub(crate) fn by_extension(path: &Path) -> Option<&'static Format> {

@@ -52,6 +52,7 @@ pub(crate) const FORMAT: Format = Format {
         read,
         write: |_, scene| write::write(scene),
         holds_meshes: true,
+        keeps_nesting: true,
         max_bytes: MAX_BYTES,
         has_setups: true,
     },

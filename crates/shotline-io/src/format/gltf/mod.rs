@@ -48,6 +48,7 @@ pub(crate) const FORMAT: Format = Format {
         read,
         write: write::write,
         holds_meshes: true,
+        keeps_nesting: false,
         max_bytes: u32::MAX as u64,
         has_setups: true,
     },

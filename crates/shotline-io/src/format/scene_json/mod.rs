@@ -41,7 +41,14 @@ pub(crate) const FORMAT: Format = Format {
         let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).trim_ascii_start();
         text.starts_with(b"{") || text.starts_with(b"//") || text.starts_with(b"/*")
     },
-    content: Content::Scene { read, write, holds_meshes: false, max_bytes: MAX_BYTES, has_setups: false },
+    content: Content::Scene {
+        read,
+        write,
+        holds_meshes: false,
+        keeps_nesting: true,
+        max_bytes: MAX_BYTES,
+        has_setups: false,
+    },
 };
 
 /// The largest scene file that is read, in bytes.
