@@ -34,7 +34,7 @@ pub fn boxes(scene: &Scene, nodes: &[NodeId]) -> Result<HashMap<NodeId, Aabb>, I
 /// The box around a node from those around its children.
 fn box_of(scene: &Scene, id: NodeId, boxes: &HashMap<NodeId, Aabb>) -> Result<Aabb, InvalidScene> {
     Ok(match scene.node(id) {
-        Node::Transform { transform, child } => boxes[child].transformed(&matrix(transform).0),
+        Node::Transform { transform, child } => boxes[child].transformed(&matrix([transform])),
         Node::Group { members } => members.iter().fold(Aabb::EMPTY, |all, member| all.union(&boxes[member])),
         _ => scene_of_shape(scene, id, &[], "").compile()?.bounds(),
     })

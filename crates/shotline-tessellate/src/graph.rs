@@ -72,14 +72,15 @@ fn with_children(node: &Node, new: impl Fn(NodeId) -> NodeId) -> Node {
     node
 }
 
-/// The matrix of a transform, and by how much it enlarges everything, if that is the same in all directions.
-pub fn matrix(transform: &LocalTransform) -> (Affine, Option<f64>) {
-    let frame = transform.inside(&ComposedTransform::IDENTITY);
-    let matrix = frame.placement().map_or(Affine::IDENTITY, |pair| pair.parent_from_local);
-    (matrix, scale_of_similarity(&matrix))
+/// The matrix of transforms, outermost first.
+pub fn matrix<'t>(transforms: impl IntoIterator<Item = &'t LocalTransform>) -> Affine {
+    let inside = |frame, transform: &LocalTransform| transform.inside(&frame);
+    let frame = transforms.into_iter().fold(ComposedTransform::IDENTITY, inside);
+    frame.placement().map_or(Affine::IDENTITY, |pair| pair.parent_from_local)
 }
 
-fn scale_of_similarity(transform: &Affine) -> Option<f64> {
+/// By how much a transform enlarges everything, if that is the same in all directions.
+pub fn scale_of_similarity(transform: &Affine) -> Option<f64> {
     let [x, y, z] = axes(transform);
     let scale = x.length();
     let are_equal = [y, z].iter().all(|axis| (axis.length() / scale - 1.0).abs() < ROUNDING);
@@ -88,9 +89,9 @@ fn scale_of_similarity(transform: &Affine) -> Option<f64> {
 }
 
 /// By how much a transform enlarges lengths at most, or a little more.
-pub fn stretch(transform: &LocalTransform) -> f64 {
-    let (matrix, scale) = matrix(transform);
-    scale.unwrap_or_else(|| axes(&matrix).map(Vec3::length_squared).iter().sum::<f64>().sqrt())
+pub fn stretch(matrix: &Affine) -> f64 {
+    let largest = || axes(matrix).map(Vec3::length_squared).iter().sum::<f64>().sqrt();
+    scale_of_similarity(matrix).unwrap_or_else(largest)
 }
 
 fn axes(transform: &Affine) -> [Vec3; 3] {

@@ -1,6 +1,7 @@
 //! Triangle meshes of solids and combinations, within a tolerance.
 //!
-//! Rays along the edges of the cells of an octree give the exact crossings and normals of a surface. Dual contouring puts a vertex
+//! Single solids of revolution, boxes and solids of flat faces are made straight from their parameters. For all others,
+//! rays along the edges of the cells of an octree give the exact crossings and normals of a surface. Dual contouring puts a vertex
 //! into each cell for each part of the surface in it, where these planes meet, so that edges and corners stay sharp; the mesh is
 //! closed, and no edge has more than two triangles. Cells are divided until the mesh is within the tolerance, which is measured both
 //! ways: by rays from points of the mesh, and by the points of the mesh that are nearest to crossings. Triangles may pass
@@ -23,11 +24,13 @@ mod boxes;
 mod components;
 mod contour;
 mod deviation;
+mod direct;
 mod disjoint_sets;
 mod graph;
 mod octree;
 mod pairs;
 mod plan;
+mod profile;
 mod quadratic_error;
 mod refine;
 mod samples;
@@ -35,6 +38,7 @@ mod shape;
 mod shared_edges;
 mod surface;
 mod surface_points;
+mod turned;
 mod uses;
 
 use std::collections::{HashMap, HashSet};

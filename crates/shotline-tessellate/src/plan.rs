@@ -11,7 +11,7 @@ use shotline::scene::{LocalTransform, Node, NodeId, Scene};
 
 use crate::apart::{cells_are_apart, clusters};
 use crate::boxes::boxes;
-use crate::graph::{matrix, postorder};
+use crate::graph::{matrix, postorder, scale_of_similarity};
 use crate::uses::{Use, uses};
 
 /// The most members of a group, and cells of a lattice, that are looked at one by one.
@@ -150,7 +150,7 @@ impl Division {
     fn divide(&mut self, id: NodeId, tolerance: f64) -> bool {
         let gap = 2.0 * tolerance / self.uses[id.0 as usize].stretch;
         match self.scene.node(id) {
-            Node::Transform { transform, .. } => matrix(transform).1.is_some(),
+            Node::Transform { transform, .. } => scale_of_similarity(&matrix([transform])).is_some(),
             Node::Lattice { lattice, elements, .. } => {
                 let around = elements.iter().map(|element| self.boxes[element]);
                 let size = around.fold(Aabb::EMPTY, |all, one| all.union(&one)).size();

@@ -1,11 +1,15 @@
 //! A shape that becomes a mesh.
 
+use std::collections::HashSet;
+
 use shotline::compile::World;
 use shotline::math::Vec3;
 use shotline::query::batch::{self, Run};
 use shotline::scene::{Node, Scene};
+use shotline::solid::mesh::TriangleMesh;
 
-use crate::graph::scene_of_shape;
+use crate::direct::of_solid;
+use crate::graph::{matrix, scene_of_shape, stretch};
 use crate::plan::Piece;
 use crate::refine::{RefineError, Refined, State, refine};
 use crate::surface::Surface;
@@ -56,6 +60,9 @@ impl Shape {
             return Ok(Refined::default());
         }
         let local = tolerance / self.stretch;
+        if let Some(found) = self.direct_mesh(local) {
+            return Ok(Refined { deviation: found.deviation * self.stretch, ..found });
+        }
         let surface = Surface { world: &self.world, object: 0, run };
         let points = first_points(&self.scene, self.scene.objects[0], &bounds, local, &surface)?;
         let mut of_object = |State { cells, triangles, deviation }: State| {
@@ -71,4 +78,29 @@ impl Shape {
             })?;
         Ok(Refined { deviation: found.deviation * self.stretch, ..found })
     }
+    /// The mesh within a tolerance, if the shape is a solid that has one without a search, which may be transformed.
+    fn direct_mesh(&self, tolerance: f64) -> Option<Refined> {
+        let Node::Object { node, .. } = self.scene.node(self.scene.objects[0]) else { return None };
+        let (mut id, mut transforms) = (*node, Vec::new());
+        while let Node::Transform { transform, child } = self.scene.node(id) {
+            transforms.push(transform);
+            id = *child;
+        }
+        let Node::Solid { kind, params } = self.scene.node(id) else { return None };
+        let placed = matrix(transforms);
+        let stretch = stretch(&placed);
+        let Refined { mut mesh, deviation } = of_solid(kind, params, tolerance / stretch)?;
+        mesh.vertices.iter_mut().for_each(|vertex| *vertex = placed.point(*vertex));
+        if placed.determinant() < 0.0 {
+            mesh.faces.iter_mut().for_each(|face| face.swap(1, 2));
+        }
+        have_places_of_their_own(&mesh).then_some(Refined { mesh, deviation: deviation * stretch })
+    }
+}
+
+/// Whether no two vertices are at one position, as after rounding far from the origin.
+fn have_places_of_their_own(mesh: &TriangleMesh) -> bool {
+    let mut places = HashSet::new();
+    // Zeros have one sign.
+    mesh.vertices.iter().all(|vertex| places.insert(vertex.to_array().map(|x| (x + 0.0).to_bits())))
 }

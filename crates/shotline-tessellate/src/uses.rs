@@ -2,7 +2,7 @@
 
 use shotline::scene::{Node, NodeId, Scene};
 
-use crate::graph::stretch;
+use crate::graph::{matrix, stretch};
 
 /// How a node is placed.
 #[derive(Clone, Debug)]
@@ -29,7 +29,7 @@ pub fn uses(scene: &Scene, order: &[NodeId]) -> Vec<Use> {
         let node = scene.node(*id);
         let (object, enlarged) = match node {
             Node::Object { .. } => (Some(*id), 1.0),
-            Node::Transform { transform, .. } => (above.object, stretch(transform)),
+            Node::Transform { transform, .. } => (above.object, stretch(&matrix([transform]))),
             Node::Csg { .. } => continue,
             _ => (above.object, 1.0),
         };

@@ -59,16 +59,21 @@ fn turned(shape: Shape) -> Shape {
     shape.rotate([20.0, 35.0, 50.0])
 }
 
+/// The same shape as a combination, so that its mesh is made of cells.
+fn in_cells(shape: Shape) -> Shape {
+    shape & Shape::cuboid([-50.0; 3], [50.0; 3]).unwrap()
+}
+
 fn parts() -> Vec<(&'static str, Shape)> {
     let ball = |radius| Shape::sphere(radius).unwrap();
     let block = Shape::cuboid([-1.0, -1.0, -0.5], [1.0, 1.0, 0.5]).unwrap();
     let bore = Shape::cylinder(0.4, -2.0, 2.0).unwrap();
     let ring = Shape::torus(0.9, 0.3).unwrap();
     vec![
-        ("ball", ball(1.0)),
-        ("block", turned(block.clone())),
+        ("ball", in_cells(ball(1.0))),
+        ("block", in_cells(turned(block.clone()))),
         ("drilled", turned(&block - &bore)),
-        ("ring", turned(ring)),
+        ("ring", in_cells(turned(ring))),
         ("lens", ball(1.2).translate([0.0, 0.0, 0.7]) & ball(1.2).translate([0.0, 0.0, -0.7])),
         ("pair", Shape::group([ball(0.5).translate([-0.3, 0.0, 0.0]), ball(0.5).translate([0.3, 0.0, 0.0])])),
     ]
@@ -182,9 +187,9 @@ fn hard() -> Vec<(&'static str, Shape, f64)> {
         ("thinner wall", ball(1.0, 0.0) - ball(0.999, 0.0), 4.0 / 3.0 * pi * (1.0 - 0.999_f64.powi(3))),
         ("touching from within", ball(1.0, 0.0) - ball(0.5, 0.5), 4.0 / 3.0 * pi * 0.875),
         ("touching", ball(1.0, 0.0) | ball(1.0, 2.0), 8.0 / 3.0 * pi),
-        ("plate", turned(Shape::cuboid([-1.0, -1.0, -0.002], [1.0, 1.0, 0.002]).unwrap()), 0.016),
-        ("needle", turned(Shape::cone(0.05, 0.0, 0.0, 1.0).unwrap()), pi * 0.0025 / 3.0),
-        ("bar", turned(bar), pi * 0.0004 * 2.0),
+        ("plate", in_cells(turned(Shape::cuboid([-1.0, -1.0, -0.002], [1.0, 1.0, 0.002]).unwrap())), 0.016),
+        ("needle", in_cells(turned(Shape::cone(0.05, 0.0, 0.0, 1.0).unwrap())), pi * 0.0025 / 3.0),
+        ("bar", in_cells(turned(bar)), pi * 0.0004 * 2.0),
     ]
 }
 
@@ -242,8 +247,8 @@ fn what_is_thin_or_touches_is_kept() {
 #[test]
 fn needles_reach_their_tips() {
     for tolerance in [0.4, 0.1, 0.02] {
-        let found =
-            made(&Scene::of([Object::new("needle", Shape::cone(0.2, 0.0, 0.0, 10.0).unwrap())]), tolerance);
+        let needle = in_cells(Shape::cone(0.2, 0.0, 0.0, 10.0).unwrap());
+        let found = made(&Scene::of([Object::new("needle", needle)]), tolerance);
         let mesh = mesh(&found.scene, "needle");
         let top = mesh.vertices.iter().map(|vertex| vertex.z).fold(0.0, f64::max);
         assert!((top - 10.0).abs() <= tolerance && has_two_triangles_an_edge(mesh), "{tolerance}: {top}");
