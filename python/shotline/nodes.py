@@ -29,6 +29,9 @@ Vector = tuple[float, float, float]
 # Encodes what is not encoded by hand.
 encode = json.JSONEncoder(allow_nan=False).encode
 
+# Encodes a string in the same way, much faster.
+encode_text = json.encoder.encode_basestring_ascii
+
 # Sets an attribute of a node during construction, without the check of `Node.__setattr__`.
 _set = object.__setattr__
 
@@ -268,7 +271,7 @@ class Placed(Node):
         _set(self, "_child", child)
         _set(self, "_object", child._object)
         for name, _ in steps:
-            if name in ("scale", "transform"):
+            if name == "scale" or name == "transform":
                 _native.compose(list(steps))  # refuses what has no inverse
                 break
 
@@ -457,7 +460,7 @@ class Object(Node):
 
     def _text(self) -> str:
         if self._material is None and not self._priority and not self._clip:
-            return f'{{"name": {encode(self._name)}'
+            return f'{{"name": {encode_text(self._name)}'
         return super()._text()
 
     def _children(self) -> tuple[Node, ...]:

@@ -13,9 +13,11 @@ from operator import methodcaller
 from typing import NamedTuple
 
 from .mesh import Mesh
-from .nodes import Node, Object, Part, Placed, _set, encode, placed_object
+from .nodes import Node, Object, Part, Placed, encode, placed_object
+from .plain_objects import plain_objects
 from .post_order import post_order
 from .solid import Solid
+from .unnamed import Unnamed
 
 
 class DuplicateNameWarning(UserWarning):
@@ -156,22 +158,6 @@ def _root_object(node: Node) -> Node:
     return node if placed[1].contents else Object(node, placed[1].name)
 
 
-class Unnamed(Object):
-    """An object without a name; readers name it by its number."""
-
-    __slots__ = ()
-    # Values of all of them, in place of the slots of `Object`: scenes may have many.
-    _name = ""
-    _material = None
-    _priority = 0
-    _contents = ()
-    _clip = False
-
-    def __init__(self, node: Node) -> None:
-        # `node` is not an object, so that nothing has to be checked or taken over.
-        _set(self, "_node", node)
-
-
 def _shared(post_order: Sequence[Node], uses: dict[int, int]) -> set[int]:
     """The ids of the nodes that the text refers to: those that it uses several times, and objects that are transformed. A
     transformed node is written out with each of its transforms, so its uses are those of the node in it."""
@@ -189,14 +175,20 @@ def serialize(roots: Sequence[Node], materials: Collection[str], taken: Collecti
     `materials` are the names of those that the scene has, `taken` the names of objects that it has besides these.
     """
     objects = [_root_object(root) for root in roots]
-    serializer = Serializer(objects)
+    plain = plain_objects(objects)
+    if plain is not None:
+        made = Serialized({}, plain, [])
+        named = [item for item in objects if isinstance(item, Object) and type(item) is not Unnamed]
+    else:
+        serializer = Serializer(objects)
+        made = Serialized(serializer.defs, [serializer.of(root) for root in objects], serializer.meshes)
+        named = serializer.objects
     # A transformed root stands for the object it transforms, which may be used elsewhere too.
-    transformed = {id(made): root._object for made, root in zip(objects, roots, strict=True) if made is not root}
-    named = serializer.objects
+    transformed = {id(item): root._object for item, root in zip(objects, roots, strict=True) if item is not root}
     if transformed:
         named = [transformed.get(id(node)) or node for node in named]
     _check_objects(named, materials, taken)
-    return Serialized(serializer.defs, [serializer.of(root) for root in objects], serializer.meshes)
+    return made
 
 
 def _check_objects(objects: Sequence[Object], materials: Collection[str], taken: Collection[str]) -> None:

@@ -6,11 +6,13 @@ from math import isfinite
 from typing import Any
 
 from . import _native
-from .nodes import Node
+from .nodes import Node, _set
 from .values import no_attribute, number, numbers, rows
 
 # Name, count of numbers, whether it is rows of so many, and default.
 Parameter = tuple[str, int, bool, tuple[float, ...] | None]
+
+_FLOATS = {float}
 
 
 class Solid(Node):
@@ -20,24 +22,37 @@ class Solid(Node):
     _kind = ""
     _params: tuple[Parameter, ...] = ()
     _names: frozenset[str] = frozenset()
+    # The names in their order, if every parameter is one number; else None.
+    _scalars: list[str] | None = None
 
     def __init_subclass__(cls) -> None:
         cls._names = frozenset(name for name, *_ in cls._params)
+        are_scalars = all(count == 1 and not is_rows for _, count, is_rows, _ in cls._params)
+        cls._scalars = [name for name, *_ in cls._params] if are_scalars else None
 
     def __init__(self, *args: Any, **values: Any) -> None:
-        # Scenes have many solids, most of which are given all of their parameters by name.
+        # Scenes have many solids, most of which are given all of their parameters by name, and many all as floats.
+        if not args and [*values] == self._scalars and _FLOATS.issuperset(map(type, values.values())):
+            flat = [[value] for value in values.values()]
+            if isfinite(sum(values.values())):
+                _native.check_solid(self._kind, flat)
+                _set(self, "_values", values)
+                return
+        self._set_values(args, values)
+
+    def _set_values(self, args: tuple[Any, ...], values: dict[str, Any]) -> None:
+        """The same for parameters of any kind, given in any way."""
         given = values if not args and values.keys() == self._names else self._given(args, values)
         found: dict[str, Any] = {}
         flat: list[list[float]] = []
         for name, count, is_rows, default in self._params:
             value = given[name] if name in given else _value(default or ())
-            is_plain = type(value) is float and count == 1 and not is_rows and isfinite(value)
-            if not is_plain and name in given:
+            if name in given:
                 value = _parameter(value, count, is_rows, name)
             found[name] = value
-            flat.append([value] if is_plain else _flat(value))
+            flat.append(_flat(value))
         _native.check_solid(self._kind, flat)
-        object.__setattr__(self, "_values", found)
+        _set(self, "_values", found)
 
     def _given(self, args: tuple[Any, ...], values: dict[str, Any]) -> dict[str, Any]:
         """The parameters that are given, by name. Raises TypeError for those that are missing, unknown, or too many."""

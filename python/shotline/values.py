@@ -91,6 +91,11 @@ def rows(values: ArrayLike, count: int, what: str) -> tuple[tuple[float, ...], .
 
 def three(values: tuple[Any, ...], what: str) -> tuple[float, ...]:
     """Three numbers, given separately or as one vector."""
+    if len(values) == 3:
+        x, y, z = values
+        # Scenes have many of these.
+        if type(x) is float and type(y) is float and type(z) is float and isfinite(x + y + z):
+            return values
     return numbers(values[0] if len(values) == 1 else values, 3, what)
 
 

@@ -18,6 +18,8 @@ from shotline import (
     Union,
     _native,
 )
+from shotline.plain_objects import plain_objects
+from shotline.serialize import Serializer, _root_object, serialize
 
 CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
 FACES = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]
@@ -364,3 +366,35 @@ def test_contents_that_stick_out_of_what_clips_them_do_not_count():
         segments = scene.segments([-9, 0, 0], [1, 0, 0])
         assert (segments.length.tolist(), segments.object.tolist()) == ([length], [1])
         assert scene.contains([[-2.5, 0, 0], [0, 0, 0]]).tolist() == [not clip, True]
+
+
+def test_objects_of_one_solid_each_are_written_as_all_others_are():
+    moved = Torus(R=2, r=0.5).rotate(0, 90, 0).translate(0.1, -0.0, 1e300).scale(2)
+    plain = [
+        Sphere(radius=0.1).translate(1.0, 2.0, 3.0).named('a "quoted" ä', material="lead", priority=3),
+        Box(min=(0, 0, 0), max=(1, 1, 1)).named("box", clip=True),
+        Sphere(radius=5),
+        moved,
+        moved.node.named("torus").translate(4, 5, 6),
+    ]
+    assert plain_objects(list(map(_root_object, plain))) is None
+    assert plain_objects(list(map(_root_object, plain[:4]))) is not None
+    roots = [_root_object(node) for node in plain]
+    serializer = Serializer(roots)
+    expected = [serializer.of(root) for root in roots]
+    # The last two share a torus, so it gets a name; apart from that they are written in the same way.
+    assert serialize(plain, ["lead"], []).objects == expected
+    assert serialize(plain[:4], ["lead"], []).objects == expected[:3] + [
+        expected[3].replace('{"ref": "torus"', '{"kind": "torus", "R": 2.0, "r": 0.5')
+    ]
+
+
+def test_parameters_are_the_same_however_they_are_given():
+    for equal in [Torus(r=0.5, R=2.0), Torus(2, 0.5), Torus(R=np.float32(2), r=0.5)]:
+        assert equal == Torus(R=2.0, r=0.5) and repr(equal) == "Torus(R=2.0, r=0.5)"
+    assert Sphere(radius=1).translate(1e308, 1e308, 0.0).steps == (("translate", (1e308, 1e308, 0.0)),)
+    for wrong in [float("nan"), float("inf")]:
+        with pytest.raises(ValueError, match="r is (nan|inf), but must be finite"):
+            Torus(R=2.0, r=wrong)
+        with pytest.raises(ValueError, match="translate is .*, but must be finite"):
+            Sphere(radius=1).translate(0.0, wrong, 0.0)

@@ -74,9 +74,10 @@ impl<'t> Parser<'t, '_> {
     /// Reads a comma, a closing bracket or the beginning of a member of the innermost open container.
     fn step(&mut self) -> Result<(), RawDiagnostic> {
         self.skip_trivia()?;
+        let next = self.peek();
         let Some(open) = self.open.last_mut() else { return Ok(()) };
         let (id, brace, ready) = (open.id, open.brace, open.ready);
-        let Some(c) = self.text[self.at..].chars().next() else {
+        let Some(c) = next else {
             let opening = self.tree.range(id);
             let bracket = if brace { '{' } else { '[' };
             return Err(RawDiagnostic::text(
@@ -141,7 +142,8 @@ impl<'t> Parser<'t, '_> {
             Some('[') => return self.open(false),
             Some('"' | '\'') => Content::Text(self.string()?.0),
             Some('-' | '+' | '.' | '0'..='9') => {
-                let range = self.run(|c| c.is_ascii_alphanumeric() || matches!(c, '+' | '-' | '.' | '_'));
+                let range =
+                    self.run_ascii(|b| b.is_ascii_alphanumeric() || matches!(b, b'+' | b'-' | b'.' | b'_'));
                 self.or_report(token::number(self.text, range).map(Content::Number))
             }
             Some(c) if c.is_alphabetic() || c == '_' || c == '$' => {
@@ -228,7 +230,10 @@ impl<'t> Parser<'t, '_> {
     }
 
     fn peek(&self) -> Option<char> {
-        self.text[self.at..].chars().next()
+        match self.text.as_bytes().get(self.at) {
+            Some(byte) if byte.is_ascii() => Some(char::from(*byte)),
+            _ => self.text[self.at..].chars().next(),
+        }
     }
 
     fn here(&self, c: char) -> Range<usize> {
@@ -240,6 +245,13 @@ impl<'t> Parser<'t, '_> {
         let rest = &self.text[self.at..];
         let start = self.at;
         self.at += rest.find(|c| !belongs(c)).unwrap_or(rest.len());
+        start..self.at
+    }
+
+    /// Moves past a run of ASCII characters, of which numbers consist: most of a large scene are numbers.
+    fn run_ascii(&mut self, belongs: fn(&u8) -> bool) -> Range<usize> {
+        let start = self.at;
+        self.at += self.text.as_bytes()[start..].iter().take_while(|b| belongs(b)).count();
         start..self.at
     }
 

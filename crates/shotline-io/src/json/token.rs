@@ -85,7 +85,7 @@ pub(super) fn unescape<'t>(
     report: &mut dyn FnMut(RawDiagnostic),
 ) -> Cow<'t, str> {
     let body = &text[range.clone()];
-    if let Some(at) = body.find(|c: char| c < ' ') {
+    if let Some(at) = body.bytes().position(|byte| byte < b' ') {
         let at = range.start + at;
         report(
             RawDiagnostic::text(at..at + 1, "a control character in a string")

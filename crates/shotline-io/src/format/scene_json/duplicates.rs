@@ -19,7 +19,7 @@ const DUPLICATE_NAMES: NoteKind = NoteKind {
 /// Notes the objects that have the name of an earlier one. `spans` are the bytes of each node in the text. An object with
 /// several instances counts once.
 pub(super) fn duplicate_names(scene: &Scene, spans: &[Range<usize>], text: &str) -> Vec<Note> {
-    let (mut names, mut notes) = (HashSet::new(), Notes::default());
+    let (mut names, mut notes) = (HashSet::with_capacity(scene.objects.len()), Notes::default());
     let (mut first, mut count) = (None, 0);
     for (node, span) in scene.nodes.iter().zip(spans) {
         if let Node::Object { name, .. } = node

@@ -90,10 +90,10 @@ impl<'r, 't> Graph<'r, 't> {
         self.scene.objects =
             roots.iter().enumerate().map(|(i, v)| self.child(*v, Role::Root(i), &mut todo)).collect();
         todo.reverse();
+        let mut below = Vec::new();
         while let Some(task) = todo.pop() {
-            let mut below = Vec::new();
             self.fill(task, &mut below);
-            todo.extend(below.into_iter().rev());
+            todo.extend(below.drain(..).rev());
         }
         for (id, value) in self.scene.objects.clone().into_iter().zip(roots) {
             if self.values.diagnostics.is_empty() && !self.is_object(id) {
@@ -241,26 +241,27 @@ impl<'r, 't> Graph<'r, 't> {
     fn form(&mut self, value: ValueId, role: Role) -> Option<Form> {
         let members = self.values.object(value, "a node")?;
         let present = |key: &str| members.iter().any(|m| m.key == key);
-        let forms: Vec<_> = FORMS.iter().filter(|(key, _)| present(key)).collect();
+        let mut forms = FORMS.iter().filter(|(key, _)| present(key));
+        let forms = [forms.next(), forms.next()];
         let root = matches!(role, Role::Root(_));
         let what = if root { "an object" } else { "a node" };
-        match forms[..] {
-            [] => {
+        match forms {
+            [None, _] => {
                 let (needs, help) = missing_form(members, role);
                 self.values.report_at_start(value, format!("{what} needs {needs}"), help);
                 None
             }
-            [(_, form)] if root && !matches!(form, Form::Object | Form::Ref) => {
+            [Some((_, form)), None] if root && !matches!(form, Form::Object | Form::Ref) => {
                 self.values.report_at_start(value, "an object needs \"node\"", WRAP);
                 None
             }
-            [(_, Form::Object)] if role == Role::Shape => {
+            [Some((_, Form::Object)), None] if role == Role::Shape => {
                 let help = "objects stand in \"objects\", in \"contents\" and among the args of a group";
                 self.values.report_at_start(value, "an object cannot stand here", help);
                 None
             }
-            [(_, form)] => Some(*form),
-            [(a, _), (b, _), ..] => {
+            [Some((_, form)), None] => Some(*form),
+            [Some((a, _)), Some((b, _))] => {
                 let help = "it is either a solid, an operation, a reference or an object";
                 self.values.report_at_start(
                     value,
@@ -283,22 +284,23 @@ impl<'r, 't> Graph<'r, 't> {
             self.values.report(at, format!("there is no kind '{name}'"), help);
             return None;
         };
-        let params: Vec<_> = kind.params.iter().map(|p| p.name).collect();
+        let params = kind.params.iter().map(|p| p.name);
         let known: Vec<_> = ["kind"].into_iter().chain(params).chain(names(PLACEMENT)).collect();
-        let meant = self.values.only(value, &format!("a {name}"), &known);
-        let mut entries = Some(Vec::new());
+        let meant = self.values.only(value, format_args!("a {name}"), &known);
+        let mut entries = Some(Vec::with_capacity(kind.params.len()));
         for param in kind.params {
-            let absent = self.values.tree.get(value, param.name).is_none();
-            if absent && meant.contains(&param.name) {
+            let given = self.values.tree.get(value, param.name);
+            if given.is_none() && meant.contains(&param.name) {
                 entries = None;
                 continue;
             }
-            let read = match param.default {
-                Some(default) if absent => Some(default.into()),
-                _ => {
+            let read = match (given, param.default) {
+                (Some(at), _) => self.param(at, param),
+                (None, Some(default)) => Some(default.into()),
+                (None, None) => {
                     let takes = format!("{}: {}", layout_in_words(param.layout), param.summary);
-                    let at = self.values.required(value, &format!("this {name}"), param.name, &takes);
-                    at.and_then(|at| self.param(at, param))
+                    self.values.required(value, &format!("this {name}"), param.name, &takes);
+                    None
                 }
             };
             entries = entries.zip(read).map(|(mut all, numbers)| {

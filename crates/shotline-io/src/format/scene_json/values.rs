@@ -2,6 +2,7 @@
 //! `None`.
 
 use std::borrow::Cow;
+use std::fmt::Display;
 
 use shotline::accel::NAMES;
 use shotline::solid::{Layout, Param};
@@ -194,7 +195,7 @@ impl<'r, 't> Values<'r, 't> {
     }
 
     /// Reports unknown keys of an object, and returns the known keys that were probably meant.
-    pub(super) fn only<'k>(&mut self, at: ValueId, what: &str, known: &[&'k str]) -> Vec<&'k str> {
+    pub(super) fn only<'k>(&mut self, at: ValueId, what: impl Display, known: &[&'k str]) -> Vec<&'k str> {
         let mut meant = Vec::new();
         for member in self.tree.members(at) {
             let key = member.key.as_ref();
