@@ -93,11 +93,14 @@ pub struct Part {
     pub deviation: f64,
 }
 
+/// Numbers in messages are written in full if they are this short.
+const MOST_DIGITS: usize = 20;
+
 /// Why a scene has no meshes.
 #[derive(Debug, thiserror::Error)]
 pub enum TessellateError {
     /// The tolerance is not positive and finite.
-    #[error("the tolerance is {0}, but must be positive and finite")]
+    #[error("the tolerance is {}, but must be positive and finite", short(.0))]
     Tolerance(f64),
     /// The scene is not valid.
     #[error(transparent)]
@@ -121,8 +124,8 @@ pub enum TessellateError {
     },
     /// The cells would be too many or too small.
     #[error(
-        "object '{object}': a mesh within {tolerance} needs more than 2 million cells, or cells that are too small; so far it is off by \
-         {distance:.1e} near [{:.6}, {:.6}, {:.6}], perhaps at a thin wall or gap\nhelp: choose a larger tolerance", place.x, place.y, place.z
+        "object '{object}': a mesh within {} needs more than 2 million cells, or cells that are too small; so far it is off by \
+         {distance:.1e} near [{:.6}, {:.6}, {:.6}], perhaps at a thin wall or gap\nhelp: choose a larger tolerance", short(tolerance), place.x, place.y, place.z
     )]
     TooFine {
         /// Its name.
@@ -137,6 +140,12 @@ pub enum TessellateError {
     /// Rays could not be cast.
     #[error(transparent)]
     Batch(#[from] BatchError),
+}
+
+/// A number as text; with an exponent, where it would have hundreds of digits.
+fn short(x: &f64) -> String {
+    let plain = x.to_string();
+    if plain.len() > MOST_DIGITS { format!("{x:e}") } else { plain }
 }
 
 /// How far the mesh of an object is.

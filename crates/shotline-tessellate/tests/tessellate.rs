@@ -299,3 +299,12 @@ fn tolerances_out_of_reach_are_refused_at_once() {
         assert!(object == "ball" && (place.length() - 1.0).abs() < 1e-3 && cells < most, "{cells}");
     }
 }
+
+#[test]
+fn a_tiny_tolerance_is_short_in_messages() {
+    let error =
+        TessellateError::TooFine { object: "a".into(), tolerance: 1e-320, distance: 1e-5, place: Vec3::ZERO };
+    assert!(error.to_string().contains("within 1e-320 needs"), "{error}");
+    assert!(TessellateError::Tolerance(-1e300).to_string().contains("is -1e300, but"));
+    assert!(TessellateError::Tolerance(0.0).to_string().contains("is 0, but"));
+}
