@@ -5,7 +5,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use shotline::query::ConflictKind;
-use shotline_render::slice::{Area, ColorBy, Slice, SlicePlane, regions};
+use shotline_render::slice::{Area, ColorBy, Slice, SlicePlane, area_within_enclosures, regions};
 
 use crate::cancellation::work;
 use crate::scene::Scene;
@@ -45,8 +45,10 @@ pub fn slice<'py>(
     threads: usize,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyTuple>> {
-    let (settings, by) = settings.resolve()?;
+    let (mut settings, by) = settings.resolve()?;
     let (world, described) = (&*scene.world, &*scene.scene);
+    let (plane, size) = (settings.plane, settings.size);
+    settings.area = settings.area.or_else(|| area_within_enclosures(described, &plane, size));
     // The number of rows, which progress is reported in; where no size is given it is not known before.
     let rows = settings.size.map_or(0, |(_, height)| height as usize);
     let found = work(py, rows, threads, progress.as_ref(), |run| {

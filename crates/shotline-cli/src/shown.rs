@@ -27,9 +27,8 @@ impl Shown {
         if !self.only.is_empty() || !self.hide.is_empty() {
             return hidden_by_name(scene, &self.hide, &self.only);
         }
-        let enclosures = scene.enclosures();
-        if !enclosures.is_empty() {
-            let names = enclosures.iter().map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ");
+        if !scene.enclosures().is_empty() {
+            let names = enclosures_in_words(scene);
             progress::note(
                 &format!("{names} is not shown, for it encloses the other objects; --only NAME shows it"),
                 quiet,
@@ -37,6 +36,11 @@ impl Shown {
         }
         Ok(scene.hiding_enclosures())
     }
+}
+
+/// The names of the objects that enclose all others, as text.
+pub fn enclosures_in_words(scene: &Scene) -> String {
+    scene.enclosures().iter().map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ")
 }
 
 /// The objects of a scene that are hidden by name: those of some names, or all but those of others and what they contain.

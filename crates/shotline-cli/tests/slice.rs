@@ -137,3 +137,21 @@ fn invalid_options_are_errors() {
     sandbox.run(&["slice", "ground.json", "-o", "out.png", "--plane", "x=0"]).fails_with(&["U0,V0,U1,V1"]);
     assert!(!sandbox.path("out.png").exists());
 }
+
+#[test]
+fn an_object_around_all_others_does_not_make_them_small() {
+    let hall = r#"{"shotline": 1, "objects": [{"name": "hall", "node": {"kind": "box", "min": [-500, -500, -500], "max": [500, 500, 500]}, "clip": true,
+        "contents": [{"name": "ball", "node": {"kind": "sphere", "radius": 5}}]}]}"#;
+    let sandbox = Sandbox::new().with("hall.json", hall);
+    let run = |rest: &[&str]| {
+        let output = sandbox.run(&[&["slice", "hall.json", "-o", "out.npz", "--size", "8x8"], rest].concat());
+        let area = array(&sandbox.path("out.npz"), "area").1;
+        (output, area.chunks(8).map(|b| f64::from_le_bytes(b.try_into().unwrap())).collect::<Vec<_>>())
+    };
+    let (output, area) = run(&[]);
+    assert!(output.stderr.contains("the area is that of what 'hall' encloses"), "{}", output.stderr);
+    assert!(area[2] > 5.0 && area[2] < 6.0 && area[0] == -area[2], "{area:?}");
+    let (output, area) = run(&["--area", "-500,-500,500,500"]);
+    assert!(!output.stderr.contains("hall"), "{}", output.stderr);
+    assert_eq!(area, [-500.0, -500.0, 500.0, 500.0]);
+}

@@ -7,10 +7,11 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use shotline::compile::World;
 use shotline::query::batch::Run;
+use shotline::scene::Scene;
 use shotline_io::Document;
 use shotline_render::slice::{
-    Area, ColorBy, Conflicts, Slice, SliceError, SlicePlane, SliceSettings, slice, slice_jpeg, slice_png,
-    slice_svg,
+    Area, ColorBy, Conflicts, Slice, SliceError, SlicePlane, SliceSettings, area_within_enclosures, slice,
+    slice_jpeg, slice_png, slice_svg,
 };
 
 use crate::columns::Columns;
@@ -19,14 +20,15 @@ use crate::flags::{Build, Model, Threads, parse_size};
 use crate::number::{counted, short_vector};
 use crate::picture_file;
 use crate::progress::{self, Quiet};
+use crate::shown::enclosures_in_words;
 use crate::stream::is_stream;
 use crate::{input, interrupt, output};
 
 /// Show which object, material or instance owns each pixel of a plane
 ///
 /// Rays along the rows of pixels find the boundaries, so that these are exact along the rows; a pixel belongs to what owns
-/// its middle. Nothing is hidden, and what encloses everything is shown too. The file is a picture with axes and a
-/// legend, .png, .jpg or .svg, or arrays, .npz:
+/// its middle. Nothing is hidden, and what encloses everything is shown too, but the area is by default that of the other
+/// objects. The file is a picture with axes and a legend, .png, .jpg or .svg, or arrays, .npz:
 ///
 ///   object, material, path  (rows, columns), from the upper left corner: indices
 ///                           into object_names, material_names, path_names; -1
@@ -143,7 +145,8 @@ impl Command {
         output::expect_not_an_input(&self.output, &input::named_files(&self.model, &document.scene))?;
         let world = input::compile(&document, &self.build)?;
         interrupt::cancellable(|cancel| {
-            let settings = SliceSettings { plane: self.plane, area: self.area, size: self.size };
+            let settings =
+                SliceSettings { plane: self.plane, area: self.area(&document.scene), size: self.size };
             let run = Run { threads: self.threads.threads, cancel: Some(cancel), ..Run::default() };
             let slice = slice(&world, &settings, run).map_err(|error| self.failure(error))?;
             self.print_notes(&slice, &world);
@@ -151,6 +154,20 @@ impl Command {
         })?;
         progress::written(&self.output, started, self.quiet);
         Ok(0)
+    }
+
+    /// The area, if it is not the default of a slice: without one that is given, objects that enclose all others do not count.
+    fn area(&self, scene: &Scene) -> Option<Area> {
+        let inner = || area_within_enclosures(scene, &self.plane, self.size);
+        self.area.or_else(|| {
+            let area = inner()?;
+            let names = enclosures_in_words(scene);
+            progress::note(
+                &format!("the area is that of what {names} encloses; --area shows another"),
+                self.quiet,
+            );
+            Some(area)
+        })
     }
 
     fn write(&self, slice: Slice, world: &World, document: &Document, format: Format) -> Result<(), Failure> {

@@ -12,7 +12,9 @@ use shotline::query::{Kinds, Scope};
 use shotline::ray::{Ray, Span};
 use shotline::scene::{Lens, Units};
 use shotline_render::camera::View;
-use shotline_render::slice::{Area, ColorBy, Conflicts, SlicePlane, SliceSettings, slice, slice_png};
+use shotline_render::slice::{
+    Area, ColorBy, Conflicts, SlicePlane, SliceSettings, area_within_enclosures, slice, slice_png,
+};
 use shotline_render::{LOOKS, Settings, StandardView, Viewpoint, camera_of, visible_subject};
 
 use super::answer::Answer;
@@ -241,10 +243,13 @@ fn sliced(
     expect_size(size)?;
     let plane = SlicePlane::new(Vec3::new(x, y, z), height).map_err(|error| error.to_string())?;
     let area = area.map(|[u0, v0, u1, v1]| Area::new([u0, v0], [u1, v1])).transpose();
+    let (scene, size) = (&viewed.document.scene, Some((size[0], size[1])));
     let settings = SliceSettings {
         plane,
-        area: area.map_err(|error| error.to_string())?,
-        size: Some((size[0], size[1])),
+        area: area
+            .map_err(|error| error.to_string())?
+            .or_else(|| area_within_enclosures(scene, &plane, size)),
+        size,
     };
     let world = viewed.world(None)?;
     let by = match by {
@@ -253,5 +258,5 @@ fn sliced(
         ColorByOf::Instance => ColorBy::Instance,
     };
     let slice = slice(&world, &settings, Run::default()).map_err(|error| error.to_string())?;
-    Ok(slice_png(&slice, &world, &viewed.document.scene, by, Conflicts::Marked))
+    Ok(slice_png(&slice, &world, scene, by, Conflicts::Marked))
 }

@@ -4,6 +4,7 @@ use shotline::aabb::Aabb;
 use shotline::compile::World;
 use shotline::math::Vec3;
 use shotline::measure::object_bounds;
+use shotline::scene::Scene;
 
 use super::SliceError;
 use super::plane::SlicePlane;
@@ -83,6 +84,16 @@ pub fn frame(
         (pixels(width), pixels(height))
     });
     Ok((chosen, size))
+}
+
+/// The area of a slice in which what is shown by default fills the picture: that of everything but the objects that enclose all
+/// others, as in pictures. `None` if there are none, and the default of a slice holds.
+pub fn area_within_enclosures(scene: &Scene, plane: &SlicePlane, size: Option<(u32, u32)>) -> Option<Area> {
+    let hidden = scene.hiding_enclosures();
+    if hidden.is_empty() {
+        return None;
+    }
+    default_area(&scene.without(&hidden).compile().ok()?, plane, size).ok()
 }
 
 /// The rectangle of what is bounded in the plane, or next to it if nothing is, with a margin.

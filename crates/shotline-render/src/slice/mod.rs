@@ -14,7 +14,7 @@ mod plane;
 mod svg;
 mod ticks;
 
-pub use area::Area;
+pub use area::{Area, area_within_enclosures};
 pub use coloring::{ColorBy, Region, regions};
 pub use conflicts::{ConflictPart, PairInConflict};
 pub use figure::Conflicts;
