@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use shotline::accel::DEFAULT;
 use shotline::compile::{self, World};
 use shotline::ray::Ray;
-use shotline::scene::{Node, Scene};
+use shotline::scene::Node;
 use shotline::solid::mesh::{MeshSolid, TriangleMesh};
 use shotline_io::{Document, Effect, os_error_message};
 use shotline_render::view;
@@ -39,14 +39,16 @@ pub fn load(model: &Model) -> Result<Document, Failure> {
     document.map_err(|e| Failure::new(e.to_string()))
 }
 
-/// The paths of the files that a scene names, which are relative to the folder of the scene file.
-pub fn named_files(model: &Model, scene: &Scene) -> Vec<PathBuf> {
+/// The paths of the files that a scene was read from, besides its own: those that it names, which are relative to the folder of
+/// the scene file, and what these include.
+pub fn named_files(model: &Model, document: &Document) -> Vec<PathBuf> {
     let folder = model.path.parent().unwrap_or(Path::new(""));
     let file = |node: &Node| match node {
         Node::Mesh { file, .. } => file.as_ref().map(|file| folder.join(&file.name)),
         _ => None,
     };
-    scene.nodes.iter().filter_map(file).collect()
+    let meshes = document.scene.nodes.iter().filter_map(file);
+    meshes.chain(document.source.files().map(Path::to_path_buf)).collect()
 }
 
 /// Checks that at most one of two inputs is standard input.

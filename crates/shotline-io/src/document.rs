@@ -29,6 +29,8 @@ pub struct Source {
     spans: Vec<Range<usize>>,
     find_param: Option<FindParam>,
     included: Included,
+    /// Other files that were read, but for those that the scene names.
+    files: Vec<PathBuf>,
 }
 
 /// The files that a file includes.
@@ -57,7 +59,7 @@ impl Source {
         find: FindParam,
     ) -> Source {
         let path = path.map(Into::into);
-        Source { path, text, spans, find_param: Some(find), included: Included::default() }
+        Source { path, text, spans, find_param: Some(find), ..Source::default() }
     }
 
     /// A text and those that it includes, with the bytes of each node in its own text.
@@ -67,7 +69,19 @@ impl Source {
         spans: Vec<Range<usize>>,
         included: Included,
     ) -> Source {
-        Source { path: Some(path.into()), text, spans, find_param: None, included }
+        Source { path: Some(path.into()), text, spans, included, ..Source::default() }
+    }
+
+    /// With other files that were read.
+    pub(crate) fn with_files(self, files: Vec<PathBuf>) -> Source {
+        Source { files, ..self }
+    }
+
+    /// What else was read for it: the files that it includes, those of buffers and of materials. The meshes that a scene names
+    /// are in its nodes.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        let included = self.included.texts.iter().map(|(path, _)| path.as_path());
+        included.chain(self.files.iter().map(PathBuf::as_path))
     }
 
     /// The file.

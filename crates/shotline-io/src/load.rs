@@ -14,7 +14,7 @@ use crate::format::{
     Content, Format, MeshSource, by_content, by_extension, known_extensions, mesh_format_names, scene_json,
 };
 use crate::location::RawLocation;
-use crate::material_files::materials_of;
+use crate::material_files::{NamedMaterials, materials_of};
 use crate::mesh_file::MeshFile;
 use crate::note::Note;
 use crate::options::ReadOptions;
@@ -144,7 +144,8 @@ fn mesh_error(path: &Path, bytes: &[u8], diagnostic: RawDiagnostic) -> ReadError
 fn mesh_document(path: &Path, found: MeshFile, options: &ReadOptions) -> Document {
     let stem = path.file_stem().map_or("mesh".into(), |s| s.to_string_lossy());
     let name = path.file_name().map(|f| f.to_string_lossy().into_owned());
-    let (materials, not_read) = materials_of(path, &found.material_files, options.paths);
+    let NamedMaterials { materials, notes: not_read, files } =
+        materials_of(path, &found.material_files, options.paths);
     let shown = path.display().to_string();
     let mut notes: Vec<Note> = found.notes_of(&shown).collect();
     let (parts, of_parts) = parts(found, &stem);
@@ -160,7 +161,7 @@ fn mesh_document(path: &Path, found: MeshFile, options: &ReadOptions) -> Documen
             scene.materials.push((name, material));
         }
     }
-    Document { scene, notes, source: Source::opaque(path) }
+    Document { scene, notes, source: Source::opaque(path).with_files(files) }
 }
 
 /// The largest size of a file with this name.

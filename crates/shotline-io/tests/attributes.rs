@@ -77,6 +77,7 @@ fn objects_and_materials_of_an_obj_become_those_of_the_scene() {
     std::fs::write(&path, text).unwrap();
     std::fs::write(folder.path().join("look.mtl"), mtl).unwrap();
     let document = load(&path).unwrap();
+    assert!(document.source.files().eq([folder.path().join("look.mtl")]));
     assert_eq!(
         objects(&document.scene),
         [("body", Some("steel blue"), 4), ("lid:paint", Some("paint"), 4), ("lid:glass", Some("glass"), 4)]

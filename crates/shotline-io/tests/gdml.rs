@@ -252,6 +252,9 @@ fn parts_may_be_in_other_files() {
     );
     write("main.gdml", &text);
     let document = load(folder.path().join("main.gdml")).unwrap_or_else(|error| panic!("{error}"));
+    let mut files: Vec<_> = document.source.files().filter_map(Path::file_name).collect();
+    files.sort();
+    assert_eq!(files, ["part.gdml", "solids.xml"]);
     let world = compile(&document.scene, Default::default()).expect("a world");
     let mut caster = Caster::new(&world);
     let mut owner = |x: f64, y: f64| {

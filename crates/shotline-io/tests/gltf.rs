@@ -400,7 +400,9 @@ fn buffers_are_in_files_and_in_the_text() {
         std::fs::write(&path, text(uri)).unwrap();
         load(&path).map_err(|error| error.to_string())
     };
-    assert_is_cube(meshes(&read("sub/a%20b.bin").unwrap().scene)[0]);
+    let document = read("sub/a%20b.bin").unwrap();
+    assert_is_cube(meshes(&document.scene)[0]);
+    assert!(document.source.files().eq([folder.join("sub/a b.bin")]));
     let data = format!("data:application/octet-stream;base64,{}", base64(&glb.bin));
     assert_is_cube(meshes(&read(&data).unwrap().scene)[0]);
     for (uri, says) in [

@@ -150,7 +150,7 @@ impl Command {
         let rays = self.rays.as_ref().map(|path| input::rays(path, self.on_invalid)).transpose()?;
         let begin = Instant::now();
         let document = input::load_with_notes(&self.model, self.quiet)?;
-        output::expect_not_an_input(&self.output, &input::named_files(&self.model, &document.scene))?;
+        output::expect_not_an_input(&self.output, &input::named_files(&self.model, &document))?;
         let load = begin.elapsed().as_secs_f64();
         let begin = Instant::now();
         let world = input::compile(&document, &self.build)?;

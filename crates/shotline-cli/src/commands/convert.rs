@@ -71,7 +71,7 @@ impl Command {
         output::expect_writable(&self.output, &[], std::slice::from_ref(&self.model.path))?;
         let mut document = input::load(&self.model)?;
         let enclosures = self.leave_out_hidden(&mut document.scene)?;
-        output::expect_not_an_input(&self.output, &input::named_files(&self.model, &document.scene))?;
+        output::expect_not_an_input(&self.output, &input::named_files(&self.model, &document))?;
         let notes = interrupt::cancellable(|cancel| {
             let (scene, made) = self.tessellated(&document, cancel)?;
             let notes = self.save(&scene)?;

@@ -142,7 +142,7 @@ impl Command {
         output::expect_writable(&self.output, output::SLICE, std::slice::from_ref(&self.model.path))?;
         let format = Format::of(&self.output)?;
         let document = input::load_with_notes(&self.model, self.quiet)?;
-        output::expect_not_an_input(&self.output, &input::named_files(&self.model, &document.scene))?;
+        output::expect_not_an_input(&self.output, &input::named_files(&self.model, &document))?;
         let world = input::compile(&document, &self.build)?;
         interrupt::cancellable(|cancel| {
             let settings =

@@ -38,7 +38,7 @@ impl Source {
         match self {
             Source::File(model) => {
                 let mut files = vec![model.path.clone()];
-                files.extend(input::named_files(model, &document.scene));
+                files.extend(input::named_files(model, document));
                 files.sort();
                 files.dedup();
                 files

@@ -26,6 +26,8 @@ pub(super) struct Buffers<'b> {
     buffers: Vec<Bytes<'b>>,
     /// How many bytes they have; a file that several of them name counts once.
     pub(super) total: usize,
+    /// The files that were read.
+    pub(super) files: Vec<PathBuf>,
 }
 
 impl<'b> Buffers<'b> {
@@ -57,7 +59,7 @@ impl<'b> Buffers<'b> {
             }
             buffers.push(bytes);
         }
-        Ok(Buffers { buffers, total: source.total })
+        Ok(Buffers { buffers, total: source.total, files: source.files.into_keys().collect() })
     }
 
     /// The bytes of a buffer; none if there is no such buffer.

@@ -18,7 +18,7 @@ mod transforms;
 mod write;
 
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use shotline::scene::{Material, Scene, Units};
 
@@ -105,10 +105,10 @@ fn read(path: &Path, bytes: Vec<u8>, meshes: MeshSource) -> Result<Document, Rea
     };
     let bin = bin.map(|range| &bytes[range]);
     let read = read_root(Field::new(&tree, root), bin, folder_of(path), &options, text.len(), notes);
-    let (scene, spans, notes) = read.map_err(|error| refuse(text_bytes, error))?;
+    let (scene, spans, notes, files) = read.map_err(|error| refuse(text_bytes, error))?;
     let name = path.display().to_string();
     let notes = notes.finish(text_bytes).into_iter().map(|note: Note| note.of_file(&name)).collect();
-    let source = Source::including(path, text.to_owned(), spans, Included::default());
+    let source = Source::including(path, text.to_owned(), spans, Included::default()).with_files(files);
     Ok(Document { scene, notes, source })
 }
 
@@ -117,6 +117,9 @@ fn with_help(diagnostics: Diagnostics) -> Diagnostics {
     Diagnostics { listed, ..diagnostics }
 }
 
+/// A scene, the bytes of each node, notes, and the files of buffers.
+type RootContent = (Scene, Vec<Range<usize>>, Notes, Vec<PathBuf>);
+
 fn read_root(
     root: Field,
     bin: Option<&[u8]>,
@@ -124,13 +127,14 @@ fn read_root(
     options: &ReadOptions,
     text_bytes: usize,
     mut notes: Notes,
-) -> Read<(Scene, Vec<Range<usize>>, Notes)> {
+) -> Read<RootContent> {
     check_version(root)?;
     extensions::check(root, &mut notes)?;
     let animations = root.list("animations")?;
     notes.add_many(&ANIMATIONS, animations.len(), RawLocation::File);
     let materials = appearance::materials(root.list("materials")?, &mut notes)?;
     let buffers = Buffers::read(root.list("buffers")?, bin, folder, options.paths)?;
+    let files = buffers.files.clone();
     let mut reader = Reader {
         root,
         options,
@@ -151,7 +155,7 @@ fn read_root(
     }
     scene.materials = materials;
     scene.lights = lights.finish(&mut notes);
-    Ok((scene, spans, notes))
+    Ok((scene, spans, notes, files))
 }
 
 fn check_version(root: Field) -> Read<()> {
