@@ -1,6 +1,7 @@
 """The server of `shotline view`: who gets what, and that no client harms another."""
 
 import json
+import os
 import socket
 import time
 from contextlib import ExitStack
@@ -218,3 +219,25 @@ def test_errors_of_the_command_name_what_is_wrong(tmp_path):
         port = taken.getsockname()[1]
         told = run("view", ROOT / "scenes" / "roth.json", "--no-open", "--port", port)
     assert told.returncode == 2 and f"127.0.0.1:{port}" in told.stderr and "--port" in told.stderr
+
+
+def test_a_change_of_the_materials_that_a_mesh_names_is_seen(tmp_path):
+    faces = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+    (tmp_path / "part.obj").write_text(f"mtllib look.mtl\nusemtl paint\n{faces}")
+    materials = tmp_path / "look.mtl"
+    materials.write_text("newmtl paint\nKd 1 0 0\n")
+    with viewer(tmp_path / "part.obj") as address:
+        server = Server(address)
+        stream = server.socket()
+
+        def version():
+            return server.ask(stream, {"ask": "scene"})["answer"]["version"]
+
+        first = version()
+        materials.write_text("newmtl paint\nKd 0 0 1\n")
+        os.utime(materials, (1, 1))
+        deadline = time.monotonic() + 20
+        while version() == first:
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+        stream.close()
