@@ -96,7 +96,7 @@ fn of_planes(planes: Vec<[f64; 3]>) -> Option<Vec<[f64; 2]>> {
     (is_wall && goes_on).then(|| outer.chain(inner).collect())
 }
 
-/// A polygon without repeated corners, counter-clockwise; `None` if it has no area.
+/// A polygon without repeated corners, counter-clockwise; `None` if it has no area, or folds back on itself.
 fn counter_clockwise(mut corners: Vec<[f64; 2]>) -> Option<Vec<[f64; 2]>> {
     corners.dedup();
     if corners.len() > 1 && corners.first() == corners.last() {
@@ -107,5 +107,51 @@ fn counter_clockwise(mut corners: Vec<[f64; 2]>) -> Option<Vec<[f64; 2]>> {
     if area < 0.0 {
         corners.reverse();
     }
-    (corners.len() > 2 && area != 0.0 && area.is_finite()).then_some(corners)
+    let has_area = corners.len() > 2 && area != 0.0 && area.is_finite();
+    (has_area && !folds_back(&corners)).then_some(corners)
+}
+
+/// Whether an edge runs back along the one before it.
+fn folds_back(corners: &[[f64; 2]]) -> bool {
+    let count = corners.len();
+    (0..count).any(|i| {
+        let [a, b, c] = [i, i + 1, i + 2].map(|i| corners[i % count]);
+        let ([r, z], [next_r, next_z]) = ([b[0] - a[0], b[1] - a[1]], [c[0] - b[0], c[1] - b[1]]);
+        r * next_z == z * next_r && r * next_r + z * next_z < 0.0
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn polygons_are_counter_clockwise_and_have_no_spikes() {
+        let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        let mut clockwise = square.to_vec();
+        clockwise.reverse();
+        clockwise.insert(1, clockwise[0]);
+        let mut found = counter_clockwise(clockwise).unwrap();
+        found.rotate_left(1);
+        assert_eq!(found.len(), 4);
+        assert_eq!(counter_clockwise(square.to_vec()).unwrap(), square);
+        let spike = vec![[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [1.0, 0.0], [1.0, 1.0]];
+        assert_eq!(counter_clockwise(spike), None);
+        assert_eq!(counter_clockwise(vec![[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]]), None);
+    }
+
+    #[test]
+    fn steps_keep_the_tolerance() {
+        for tolerance in [10.0, 0.1, 1e-3, 1e-9] {
+            for angle in [0.01, 1.0, 2.0 * PI] {
+                let (steps, deviation) = Arcs { tolerance }.steps(2.0, angle).unwrap();
+                assert!(steps > 0 && deviation <= tolerance * (1.0 + 1e-9), "{steps} {deviation}");
+                // One step fewer would not do, unless there are the fewest.
+                let fewer = 2.0 * (1.0 - (0.5 * angle / (steps as f64 - 1.0)).cos());
+                let are_fewest = steps as f64 - 1.0 < FEWEST_STEPS * angle / (2.0 * PI);
+                assert!(are_fewest || fewer > tolerance * 0.999, "{tolerance} {angle} {steps}");
+            }
+        }
+        assert_eq!(Arcs { tolerance: 1e-15 }.steps(1.0, PI), None);
+    }
 }

@@ -15,7 +15,7 @@ use crate::failure::Failure;
 use crate::flags::{Model, Threads};
 use crate::number::{counted, grouped, significant};
 use crate::progress::{self, Quiet};
-use crate::shown::hidden_by_name;
+use crate::shown::{enclosures_in_words, hidden_by_name};
 use crate::{input, interrupt, output, stream};
 
 /// Convert between file formats
@@ -98,9 +98,8 @@ impl Command {
         let hidden = if is_chosen || self.tolerance.is_none() || keeps_nesting {
             hidden_by_name(scene, &self.hide, &self.only)?
         } else {
-            let names: Vec<String> = scene.enclosures().iter().map(|name| format!("'{name}'")).collect();
-            if !names.is_empty() {
-                let names = names.join(", ");
+            if !scene.enclosures().is_empty() {
+                let names = enclosures_in_words(scene);
                 notes.push(format!(
                     "{names} is left out, for it encloses the other objects; --only NAME converts it"
                 ));
