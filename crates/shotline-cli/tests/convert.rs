@@ -226,3 +226,18 @@ fn enclosing_objects_are_left_out_of_meshes() {
     assert_eq!(objects("c.glb", &["--only", "world"]), ([true, true], false));
     assert_eq!(objects("d.json", &[]), ([true, true], false));
 }
+
+/// An object whose shape is another object was written in a form that could not be read.
+#[test]
+fn objects_in_place_of_shapes_are_written_as_references() {
+    for place in ["", r#", "translate": [1, 2, 3]"#] {
+        let scene = format!(
+            r#"{{"shotline": 1, "defs": {{"d": {{"name": "inner", "node": {{"kind": "sphere", "radius": 1}}}}}},
+            "objects": [{{"name": "outer", "priority": 2, "node": {{"ref": "d"{place}}}}}]}}"#
+        );
+        let sandbox = Sandbox::new().with("a.json", scene);
+        sandbox.run(&["convert", "a.json", "b.json", "--tolerance", "0.1"]).ok();
+        let info = sandbox.run(&["info", "b.json"]).ok();
+        assert!(info.contains("inner"), "{info}");
+    }
+}

@@ -39,8 +39,10 @@ pub fn cells_are_apart(lattice: &Lattice, size: Vec3, gap: f64) -> bool {
             (0..3).all(|axis| counts[axis] < 2 || size[axis] + gap < pitch[axis].abs())
         }
         Lattice::Hexagonal { rings, pitch, layers, height } => {
-            let is_in_cell = rings < 2 || size.x.hypot(size.y) + gap < pitch.abs();
-            is_in_cell && (layers < 2 || size.z + gap < height.abs())
+            // The next rows are shifted by half a pitch.
+            let [x, y] = [size.x + gap, size.y + gap].map(|side| side / pitch.abs());
+            let is_in_cell = x < 1.0 && y < 0.75_f64.sqrt() || x < 0.5 && y < 3.0_f64.sqrt();
+            (rings < 2 || is_in_cell) && (layers < 2 || size.z + gap < height.abs())
         }
     }
 }
@@ -78,7 +80,9 @@ mod tests {
         let staggered = Lattice::Rectangular { counts: [4, 2, 1], pitch: [1.0, 1.0, 0.0], stagger: true };
         assert!(apart(&staggered, [0.8, 0.8, 9.0]) && !apart(&staggered, [0.3, 1.0, 9.0]));
         let hexagons = Lattice::Hexagonal { rings: 3, pitch: 1.0, layers: 2, height: 1.0 };
-        assert!(apart(&hexagons, [0.6, 0.6, 0.8]) && !apart(&hexagons, [0.7, 0.7, 0.8]));
+        assert!(apart(&hexagons, [0.8, 0.76, 0.8]) && !apart(&hexagons, [0.8, 0.77, 0.8]));
+        assert!(!apart(&hexagons, [0.95, 0.6, 0.8]) && apart(&hexagons, [0.3, 1.6, 0.8]));
+        assert!(!apart(&hexagons, [0.3, 1.7, 0.8]));
         assert!(!apart(&hexagons, [0.6, 0.6, 1.0]));
     }
 }

@@ -191,11 +191,26 @@ pub fn tessellate(
         };
     }
     let (parts, empty) = objects_made(&scene, &made);
-    let is_there = |root: &NodeId| {
-        postorder(&scene, &[*root]).iter().any(|id| matches!(scene.node(*id), Node::Mesh { .. }))
-    };
-    let objects = scene.objects.iter().copied().filter(is_there).collect();
-    Ok(Tessellation { scene: Scene { objects, defs: Vec::new(), ..scene }, parts, empty })
+    leave_out_empty(&mut scene);
+    Ok(Tessellation { scene: Scene { defs: Vec::new(), ..scene }, parts, empty })
+}
+
+/// Leaves out the members of groups, the contents of objects, and the roots in which there is no mesh.
+fn leave_out_empty(scene: &mut Scene) {
+    let mut has_mesh = vec![false; scene.nodes.len()];
+    for id in postorder(scene, &scene.objects) {
+        let index = id.0 as usize;
+        let node = scene.node(id);
+        has_mesh[index] =
+            matches!(node, Node::Mesh { .. }) || node.children().any(|child| has_mesh[child.0 as usize]);
+        match &mut scene.nodes[index] {
+            Node::Group { members: parts } | Node::Object { contents: parts, .. } => {
+                parts.retain(|part| has_mesh[part.0 as usize]);
+            }
+            _ => {}
+        }
+    }
+    scene.objects.retain(|root| has_mesh[root.0 as usize]);
 }
 
 /// What was made for each object that is not of meshes only: a part, or the name of an object in which there is nothing. `made` has the

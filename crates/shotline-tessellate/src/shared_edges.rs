@@ -5,6 +5,7 @@
 use std::collections::{HashMap, HashSet};
 use std::f64::consts::TAU;
 
+use shotline::aabb::Aabb;
 use shotline::math::Vec3;
 use shotline::solid::mesh::TriangleMesh;
 
@@ -38,15 +39,20 @@ pub fn with_two_triangles_an_edge(mesh: TriangleMesh) -> TriangleMesh {
     }
 }
 
+/// Vertices that are closer than this part of the size of a mesh become one: an edge between them would be too short to be parted.
+const CLOSEST: f64 = 1.0 / (1u64 << 40) as f64;
+
 /// The triangles with one vertex for each position, without those that have two corners in one.
 fn welded(mesh: &TriangleMesh) -> Vec<[u32; 3]> {
+    let size = Aabb::around(mesh.vertices.iter().copied()).size().max_element();
+    let step = CLOSEST * size;
     let mut of_position = HashMap::new();
     let first: Vec<u32> = (0..)
         .zip(&mesh.vertices)
         .map(|(number, vertex)| {
             // -0 and 0 are one position.
-            let bits = vertex.to_array().map(|x| (x + 0.0).to_bits());
-            *of_position.entry(bits).or_insert(number)
+            let place = vertex.to_array().map(|x| ((x / step).round() + 0.0).to_bits());
+            *of_position.entry(place).or_insert(number)
         })
         .collect();
     let welded = mesh.faces.iter().map(|face| face.map(|vertex| first[vertex as usize]));
@@ -164,6 +170,15 @@ mod tests {
         let mesh = with_two_triangles_an_edge(TriangleMesh::new(vertices, faces));
         assert_eq!(mesh.faces, [[0, 1, 2]]);
         assert_eq!(mesh.vertices, [at(5.0, 0.0), at(1.0, 0.0), at(0.0, 1.0)]);
+    }
+
+    /// An edge of a few units in the last place was parted at one of its ends.
+    #[test]
+    fn vertices_that_are_too_close_are_one() {
+        let at = |x: f64, y: f64| Vec3::new(x, y, 0.0);
+        let vertices = vec![at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0), at(1.0 + 1e-15, 0.0)];
+        let mesh = TriangleMesh::new(vertices, vec![[0, 1, 2], [1, 3, 2]]);
+        assert_eq!(with_two_triangles_an_edge(mesh).faces, [[0, 1, 2]]);
     }
 
     /// Two tetrahedra that touch along an edge get a vertex in it, which one of them has.

@@ -79,8 +79,14 @@ fn walls(vertices: &Vertices, corners: usize) -> Vec<[u32; 3]> {
     faces
 }
 
-/// The faces at both ends of a sector; `None` if the profile cannot be divided into triangles.
+/// The faces at both ends of a sector; `None` if the profile cannot be divided into triangles, or is at the axis in several places:
+/// a side between two of them would belong to both ends.
 fn ends(corners: &[[f64; 2]], vertices: &Vertices) -> Option<Vec<[u32; 3]>> {
+    let is_on_axis = |corner: usize| corners[corner % corners.len()][0] == 0.0;
+    let places = (0..corners.len()).filter(|corner| is_on_axis(*corner) && !is_on_axis(corner + 1)).count();
+    if places > 1 {
+        return None;
+    }
     let flat: Vec<Vec3> = corners.iter().map(|[r, z]| Vec3::new(*r, *z, 0.0)).collect();
     let division = triangulate(&flat);
     let at = |triangle: &[u32; 3], step: u32| triangle.map(|corner| vertices.number(corner as usize, step));

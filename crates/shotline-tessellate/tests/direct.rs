@@ -130,6 +130,14 @@ fn a_wire_has_few_triangles() {
     assert!(made(&wire, 1e-5).parts[0].triangles < 2000);
 }
 
+/// A profile that is at the axis in several places gave edges of four triangles.
+#[test]
+fn sectors_that_touch_the_axis_are_closed() {
+    let corners = [[0.0, -1.0], [2.0, -0.2], [0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+    let found = made(&Shape::revolved_section(corners, 20.0, 250.0).unwrap(), 0.05);
+    assert!(two_triangles_an_edge(mesh(&found)));
+}
+
 /// Far from the origin vertices would be rounded to one position.
 #[test]
 fn what_is_rounded_away_is_made_of_cells_or_refused() {

@@ -131,5 +131,6 @@ fn objects_in_objects_and_groups_of_objects_stay() {
     assert_eq!(names, ["tank", "shell", "core", "shell"]);
     assert_eq!(found.empty, ["nothing", "nothing"]);
     assert_eq!(found.scene.objects.len(), 1);
+    assert!(!found.scene.compile().unwrap().object_names().contains(&"nothing".into()));
     assert_same_owners(&scene, &found.scene, 4.5);
 }

@@ -290,7 +290,7 @@ fn small_bores_are_found() {
 fn tolerances_out_of_reach_are_refused_at_once() {
     for (tolerance, most) in [(1e-12, 1000), (1e-5, 100_000)] {
         let mut cells = 0;
-        let scene = Scene::of([Object::new("ball", ball(1.0, 0.0))]);
+        let scene = Scene::of([Object::new("ball", in_cells(ball(1.0, 0.0)))]);
         let refused = tessellate(&scene, &Settings::new(tolerance), Run::default(), &mut |progress| {
             assert_eq!(progress.object, "ball");
             cells = progress.cells;

@@ -152,7 +152,8 @@ impl Command {
             let why = if notes.is_empty() { "the scene has no objects".into() } else { notes.join("\n") };
             return Err(Failure::of_input(&self.model.path, format!("there is nothing to convert: {why}")));
         }
-        if document.scene.has_owners() {
+        let contains = |node: &Node| matches!(node, Node::Object { contents, .. } if !contents.is_empty());
+        if document.scene.nodes.iter().any(contains) {
             notes.push("what objects contain is not cut out of their meshes".into());
         }
         Ok((Cow::Owned(found.scene), notes))

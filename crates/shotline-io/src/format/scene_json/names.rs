@@ -1,5 +1,5 @@
 //! Chooses the nodes that are written in `defs`, and their names: nodes that have a name already, nodes with several
-//! parents, transforms of transforms (a node of a file has one transform), and nodes at regular depths of deep nesting,
+//! parents, transforms of transforms (a node of a file has one transform), objects in place of a shape, and nodes at regular depths of deep nesting,
 //! which readers would refuse otherwise.
 
 use std::collections::{HashMap, HashSet};
@@ -62,7 +62,21 @@ fn nameless(scene: &Scene, named: &HashMap<NodeId, String>) -> Vec<NodeId> {
         {
             need(*child, &mut found);
         }
+        if let Node::Object { node: shape, .. } = node
+            && let Some(object) = object_in_place_of_a_shape(scene, *shape)
+        {
+            need(object, &mut found);
+        }
         todo.extend(node.children().rev().map(|child| (child, depth + 1)));
     }
     found
+}
+
+/// The object that stands, perhaps transformed, where a shape is written: only a reference to it can.
+fn object_in_place_of_a_shape(scene: &Scene, shape: NodeId) -> Option<NodeId> {
+    let id = match scene.node(shape) {
+        Node::Transform { child, .. } => *child,
+        _ => shape,
+    };
+    matches!(scene.node(id), Node::Object { .. }).then_some(id)
 }
