@@ -42,6 +42,7 @@ mod turned;
 mod uses;
 
 use std::collections::{HashMap, HashSet};
+use std::sync::atomic::Ordering;
 
 use shotline::compile::InvalidScene;
 use shotline::math::Vec3;
@@ -180,9 +181,14 @@ pub fn tessellate(
     scene.compile()?;
     let Plan { mut scene, pieces } = Plan::of(scene, tolerance)?;
     // All are examined before the first mesh is made.
-    let shapes = pieces.iter().map(|piece| Shape::of(&scene, piece, run)).collect::<Result<Vec<_>, _>>()?;
+    let mut shapes = Vec::with_capacity(pieces.len());
+    for piece in &pieces {
+        expect_not_cancelled(run)?;
+        shapes.push(Shape::of(&scene, piece, run)?);
+    }
     let mut made = HashMap::new();
     for (piece, shape) in pieces.iter().zip(&shapes) {
+        expect_not_cancelled(run)?;
         let Refined { mesh, deviation } = shape.mesh_within(tolerance, run, report)?;
         made.insert(piece.node, (mesh.faces.len(), deviation));
         scene.nodes[piece.node.0 as usize] = match mesh.faces.is_empty() {
@@ -193,6 +199,12 @@ pub fn tessellate(
     let (parts, empty) = objects_made(&scene, &made);
     leave_out_empty(&mut scene);
     Ok(Tessellation { scene: Scene { defs: Vec::new(), ..scene }, parts, empty })
+}
+
+/// Single solids need no rays, which would notice it.
+fn expect_not_cancelled(run: Run) -> Result<(), BatchError> {
+    let is_cancelled = run.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed));
+    if is_cancelled { Err(BatchError::Cancelled) } else { Ok(()) }
 }
 
 /// Leaves out the members of groups, the contents of objects, and the roots in which there is no mesh.

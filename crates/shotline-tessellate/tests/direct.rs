@@ -3,15 +3,16 @@
 use std::collections::HashSet;
 use std::f64::consts::PI;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use shotline::accel::DEFAULT;
 use shotline::compile::World;
 use shotline::prelude::*;
-use shotline::query::batch::{self, Run};
+use shotline::query::batch::{self, BatchError, Run};
 use shotline::scene::Node;
 use shotline::solid::mesh::{MeshSolid, Topology, TriangleMesh};
 use shotline::testkit::random::Random;
-use shotline_tessellate::{Settings, Tessellation, tessellate};
+use shotline_tessellate::{Settings, TessellateError, Tessellation, tessellate};
 
 fn made(shape: &Shape, tolerance: f64) -> Tessellation {
     let scene = Scene::of([Object::new("part", shape.clone())]);
@@ -146,4 +147,13 @@ fn what_is_rounded_away_is_made_of_cells_or_refused() {
     if let Ok(found) = tessellate(&scene, &Settings::new(1e-3), Run::default(), &mut |_| {}) {
         assert!(found.scene.objects.is_empty() || two_triangles_an_edge(mesh(&found)));
     }
+}
+
+#[test]
+fn single_solids_are_cancelled() {
+    let cancel = AtomicBool::new(true);
+    let scene = Scene::of([Object::new("ball", Shape::sphere(1.0).unwrap())]);
+    let run = Run { cancel: Some(&cancel), ..Run::default() };
+    let found = tessellate(&scene, &Settings::new(0.1), run, &mut |_| {});
+    assert!(matches!(found, Err(TessellateError::Batch(BatchError::Cancelled))));
 }
