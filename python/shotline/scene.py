@@ -229,8 +229,9 @@ class Scene(Contents, Pictures, Queries):
         return Scene._of(moved, self._accel)
 
     def to_mesh(self, tolerance: float, *, threads: int = 0) -> Scene:
-        """The scene with each object as a mesh within `tolerance` of its surface: closed, with sharp edges, in world coordinates.
-        What an object contains is not cut out; an empty object is left out. Raises ValueError for unbounded objects and too small a tolerance.
+        """The scene with each object as a mesh within `tolerance` of its surface: closed, with sharp edges. Parts that are placed several
+        times share a mesh and stay placed; the other objects at the root are in world coordinates. What an object contains is not cut out;
+        an empty object is left out. Raises ValueError for unbounded objects and too small a tolerance.
 
         >>> part = Box(min=(0, 0, 0), max=(2, 2, 1)) - Cylinder(radius=0.5, z0=0, z1=1).translate(1, 1, 0)
         >>> mesh = Scene(part.named("part")).to_mesh(0.01)["part"].node
