@@ -14,7 +14,7 @@ const LINES: f64 = 64.0;
 const FEWEST: f64 = 16.0;
 
 /// The same for the lines that meet points by which a mesh is examined when it seems to be done.
-const LAST_LINES: f64 = 150.0;
+const LAST_LINES: f64 = 300.0;
 
 /// Lines through an object are no closer than this part of the tolerance: there may be many small objects.
 const CLOSEST: f64 = 0.5;
