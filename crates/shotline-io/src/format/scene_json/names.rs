@@ -1,6 +1,6 @@
 //! Chooses the nodes that are written in `defs`, and their names: nodes that have a name already, nodes with several
-//! parents, transforms of transforms (a node of a file has one transform), objects in place of a shape, and nodes at regular depths of deep nesting,
-//! which readers would refuse otherwise.
+//! parents, transforms of transforms (a node of a file has one transform), objects in place of a shape, and nodes at regular
+//! depths of deep nesting, which readers would refuse otherwise.
 
 use std::collections::{HashMap, HashSet};
 
@@ -72,7 +72,7 @@ fn nameless(scene: &Scene, named: &HashMap<NodeId, String>) -> Vec<NodeId> {
     found
 }
 
-/// The object that stands, perhaps transformed, where a shape is written: only a reference to it can.
+/// The object that is the shape of another, perhaps transformed. A file can only refer to it there.
 fn object_in_place_of_a_shape(scene: &Scene, shape: NodeId) -> Option<NodeId> {
     let id = match scene.node(shape) {
         Node::Transform { child, .. } => *child,
